@@ -1,0 +1,1 @@
+"""Programs that work a cell through a client."""

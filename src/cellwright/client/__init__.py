@@ -1,0 +1,1 @@
+"""What a robot program holds in its hand."""

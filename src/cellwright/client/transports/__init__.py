@@ -1,0 +1,1 @@
+"""Ways from a client to a cell."""

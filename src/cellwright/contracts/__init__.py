@@ -1,0 +1,1 @@
+"""Tables that give devices their public names, types, rates and rules."""

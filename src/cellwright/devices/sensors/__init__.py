@@ -1,0 +1,1 @@
+"""What sees: one file a sensor type."""

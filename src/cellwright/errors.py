@@ -1,0 +1,50 @@
+"""Every error that Cellwright raises on purpose.
+
+One tree, so that a caller can catch `CellwrightError` and know that what is left is a defect. Input from outside
+never reaches an `assert`.
+"""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+class CellwrightError(Exception):
+    """Base of all errors that Cellwright raises on purpose."""
+
+
+class UsageError(CellwrightError):
+    """A call that cannot be carried out as it was made (wrong state, wrong argument)."""
+
+
+class UnknownNameError(CellwrightError, KeyError):
+    """A name that is not among the valid ones.
+
+    Args:
+        kind: what the name stands for, in the singular ("joint", "topic").
+        name: the name that was given.
+        valid: every name that would have been accepted.
+    """
+
+    def __init__(self, kind: str, name: str, valid: Iterable[str]) -> None:
+        self.kind = kind
+        self.name = name
+        self.valid = tuple(valid)
+        super().__init__(self.sentence())
+
+    def sentence(self) -> str:
+        """The error in one sentence, with a suggestion and the valid names."""
+        known = ", ".join(self.valid) or "none"
+        return f"unknown {self.kind} {self.name!r}{did_you_mean(self.name, self.valid)} (known: {known})"
+
+    def __str__(self) -> str:
+        return self.sentence()
+
+
+class RejectedCommandError(CellwrightError):
+    """A command from outside that was refused as a whole; the cell goes on as if it had not come."""
+
+
+def did_you_mean(name: str, valid: Iterable[str]) -> str:
+    """The tail "; did you mean X" when one of the valid names is close, else an empty string."""
+    close = get_close_matches(name, list(valid), n=1, cutoff=0.6)
+    return f"; did you mean {close[0]}" if close else ""

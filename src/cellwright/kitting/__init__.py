@@ -1,0 +1,1 @@
+"""Orders, kits, trays, the score and the referee: pure logic without physics."""

@@ -1,0 +1,1 @@
+"""Message and service types, from their definitions."""

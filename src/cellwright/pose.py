@@ -1,0 +1,121 @@
+"""A pose: where something stands and how it is turned, in SI units.
+
+Quaternions are (w, x, y, z) everywhere inside Cellwright; messages carry (x, y, z, w) and are turned at the border.
+A pose variable reads `world_T_tray`: it takes coordinates in the tray frame to coordinates in the world frame, so that
+`world_T_part = world_T_tray @ tray_T_part`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TypeAlias
+
+Vector3: TypeAlias = tuple[float, float, float]
+Quaternion: TypeAlias = tuple[float, float, float, float]
+
+IDENTITY_QUATERNION: Quaternion = (1.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """A rigid transform: position [m] and unit quaternion (w, x, y, z)."""
+
+    position: Vector3 = (0.0, 0.0, 0.0)
+    quaternion: Quaternion = IDENTITY_QUATERNION
+
+    @classmethod
+    def from_rpy(cls, xyz: Vector3, rpy: Vector3 = (0.0, 0.0, 0.0)) -> Pose:
+        """The pose at `xyz` [m], turned by roll, pitch, yaw [rad] about the fixed x, y, z axes (as URDF and SDF)."""
+        return cls(xyz, quaternion_from_rpy(*rpy))
+
+    @property
+    def rpy(self) -> Vector3:
+        """Roll, pitch, yaw [rad] about the fixed x, y, z axes."""
+        return rpy_from_quaternion(self.quaternion)
+
+    @property
+    def yaw(self) -> float:
+        """Yaw [rad] of the roll-pitch-yaw decomposition."""
+        return self.rpy[2]
+
+    def __matmul__(self, other: Pose) -> Pose:
+        """The pose of `other`, given in this frame, in the frame that this pose is given in."""
+        return Pose(self.transform(other.position), quaternion_product(self.quaternion, other.quaternion))
+
+    def inverse(self) -> Pose:
+        """The transform that undoes this one."""
+        w, x, y, z = self.quaternion
+        conjugate = (w, -x, -y, -z)
+        px, py, pz = rotate(conjugate, self.position)
+        return Pose((-px, -py, -pz), conjugate)
+
+    def transform(self, point: Vector3) -> Vector3:
+        """A point [m] given in this frame, in the frame that this pose is given in."""
+        x, y, z = rotate(self.quaternion, point)
+        return (x + self.position[0], y + self.position[1], z + self.position[2])
+
+    def rotate(self, vector: Vector3) -> Vector3:
+        """A free vector given in this frame, in the frame that this pose is given in."""
+        return rotate(self.quaternion, vector)
+
+    def is_finite(self) -> bool:
+        """Whether all seven numbers are finite."""
+        return all(math.isfinite(v) for v in (*self.position, *self.quaternion))
+
+
+def quaternion_product(a: Quaternion, b: Quaternion) -> Quaternion:
+    """The Hamilton product a b: first turn by b, then by a. Both (w, x, y, z)."""
+    aw, ax, ay, az = a
+    bw, bx, by, bz = b
+    return (
+        aw * bw - ax * bx - ay * by - az * bz,
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+    )
+
+
+def rotate(q: Quaternion, v: Vector3) -> Vector3:
+    """The vector `v` turned by the unit quaternion `q` (w, x, y, z)."""
+    w, x, y, z = q
+    vx, vy, vz = v
+    tx, ty, tz = 2 * (y * vz - z * vy), 2 * (z * vx - x * vz), 2 * (x * vy - y * vx)
+    return (
+        vx + w * tx + y * tz - z * ty,
+        vy + w * ty + z * tx - x * tz,
+        vz + w * tz + x * ty - y * tx,
+    )
+
+
+def quaternion_from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
+    """The unit quaternion (w, x, y, z) of roll, pitch, yaw [rad] about the fixed x, y, z axes."""
+    cr, sr = math.cos(roll / 2), math.sin(roll / 2)
+    cp, sp = math.cos(pitch / 2), math.sin(pitch / 2)
+    cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
+    return (
+        cr * cp * cy + sr * sp * sy,
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+    )
+
+
+def rpy_from_quaternion(q: Quaternion) -> Vector3:
+    """Roll, pitch, yaw [rad] about the fixed x, y, z axes of a unit quaternion (w, x, y, z).
+
+    Pitch is clamped to +-pi/2 where rounding would carry its sine past 1.
+    """
+    w, x, y, z = q
+    sin_pitch = max(-1.0, min(1.0, 2 * (w * y - x * z)))
+    return (
+        math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)),
+        math.asin(sin_pitch),
+        math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)),
+    )
+
+
+def normalized(q: Quaternion) -> Quaternion:
+    """The quaternion scaled to unit length; the identity for the zero quaternion."""
+    norm = math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    return (q[0] / norm, q[1] / norm, q[2] / norm, q[3] / norm) if norm > 0 else IDENTITY_QUATERNION

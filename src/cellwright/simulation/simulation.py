@@ -1,0 +1,222 @@
+"""The simulation: it owns time.
+
+The order of a tick is fixed: inbox, `before_step` of the devices, the engine's step, `after_step` of the devices,
+events that are due, what the composition root hooks in (`on_tick`), watches. It knows no ROS, no score and no pace.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from cellwright.errors import UnknownNameError, UsageError
+from cellwright.simulation import chance
+from cellwright.simulation.clock import Clock, nanoseconds
+from cellwright.simulation.device import Device
+from cellwright.simulation.events import EventQueue
+from cellwright.simulation.inbox import Inbox
+from cellwright.simulation.watches import Watch, Watches
+
+ASLEEP_AFTER = -11
+"""Value of `MjData.tree_asleep` for a tree that has just been woken: it counts up to sleep from there."""
+
+
+class Simulation:
+    """Time, the engine's model and data, and the devices on it.
+
+    Args:
+        model: a compiled model. `opt.timestep` is set from `timestep`.
+        timestep: length of a tick [s], rational.
+        seed: the root of all chance.
+    """
+
+    def __init__(self, model: mujoco.MjModel, *, timestep: Fraction = Fraction(1, 500), seed: int = 0) -> None:
+        model.opt.timestep = float(timestep)
+        self.model = model
+        self.data = mujoco.MjData(model)
+        self.seed = seed
+        self.clock = Clock(timestep)
+        self.events = EventQueue()
+        self.watches = Watches()
+        self.inbox = Inbox()
+        self.devices: dict[str, Device] = {}
+        self.on_tick: Callable[[], None] | None = None
+        self._before: list[Callable[[], None]] = []
+        self._after: list[Callable[[], None]] = []
+        self._refreshed_at = -1
+
+    # ---------------------------------------------------------------- building
+
+    def add(self, device: Device) -> None:
+        """Give a device its place. Devices act in the order in which they were added."""
+        if device.name in self.devices:
+            raise UsageError(f"there are two devices named {device.name!r}")
+        self.devices[device.name] = device
+        device.attach(self)
+        self.rehook()
+
+    def device(self, name: str) -> Device:
+        """A device by name."""
+        try:
+            return self.devices[name]
+        except KeyError:
+            raise UnknownNameError("device", name, self.devices) from None
+
+    def generator(self, name: str) -> np.random.Generator:
+        """A fresh generator from the child of the root seed with this name."""
+        return chance.generator(self.seed, name)
+
+    def rehook(self) -> None:
+        """Gather anew the step hooks that are to be called."""
+        base = Device
+        stepping = [device for device in self.devices.values() if device.stepping]
+        self._before = [d.before_step for d in stepping if type(d).before_step is not base.before_step]
+        self._after = [d.after_step for d in stepping if type(d).after_step is not base.after_step]
+
+    # ---------------------------------------------------------------- time
+
+    @property
+    def now(self) -> int:
+        """Simulation time [ns]."""
+        return self.clock.now
+
+    @property
+    def time(self) -> float:
+        """Simulation time [s]."""
+        return self.clock.now / 1e9
+
+    def reset(self) -> None:
+        """Begin a run: time 0, the model's first pose, every device reset in order."""
+        mujoco.mj_resetData(self.model, self.data)
+        self.clock.set_tick(0)
+        self.events.clear()
+        self._refreshed_at = -1
+        for device in self.devices.values():
+            device.reset()
+        mujoco.mj_forward(self.model, self.data)
+        self.rehook()
+        self.watches.retime(0)
+
+    def step(self) -> None:
+        """One tick."""
+        inbox = self.inbox
+        if inbox:
+            inbox.empty()
+        for hook in self._before:
+            hook()
+        mujoco.mj_step(self.model, self.data)
+        now = self.clock.advance()
+        for hook in self._after:
+            hook()
+        events = self.events
+        while events.next_due <= now:
+            event = events.pop_due(now)
+            if event is not None:
+                self.devices[event.device].handle(event.kind, event.arguments)
+        if self.on_tick is not None:
+            self.on_tick()
+        if self.watches.next_due <= now:
+            self.watches.run_due(now, self.clock.tick)
+
+    def step_until(self, time: int) -> None:
+        """Step to the first tick at or after `time` [ns]."""
+        clock, step = self.clock, self.step
+        while clock.now < time:
+            step()
+
+    def settle_inbox(self) -> None:
+        """Carry out waiting commands now, at the border where time stands."""
+        while self.inbox:
+            self.inbox.empty()
+
+    # ---------------------------------------------------------------- what devices use
+
+    def schedule(
+        self,
+        device: Device,
+        kind: str,
+        *arguments: Any,
+        delay: float | Fraction = 0.0,
+        at: int | None = None,
+        priority: int = 0,
+    ) -> None:
+        """Have `device.handle(kind, arguments)` called after `delay` [s], or at time `at` [ns].
+
+        It happens at the first tick at or after that time, never within the tick that is under way unless that tick's
+        events are still to come.
+        """
+        time = self.now + nanoseconds(delay) if at is None else at
+        self.events.schedule(time, device.name, kind, arguments, priority)
+
+    def cancel(self, device: Device, kind: str) -> int:
+        """Take back what a device scheduled under a kind; how many events there were."""
+        return self.events.cancel(device.name, kind)
+
+    def watch(self, name: str, period: Fraction | None, action: Callable[[int], None], rank: int = 0) -> Watch:
+        """Call `action(sample number)` each `period` [s] (None: each tick). It must leave the simulation as it is."""
+        return self.watches.add(name, period, action, self.now, rank)
+
+    def refresh(self) -> None:
+        """Bring positions of bodies and geoms up to date with this tick; done at most once a tick.
+
+        After a step the engine's `xpos` and `xquat` are one step behind `qpos`. Refreshing leaves the run as it is.
+        """
+        if self._refreshed_at != self.clock.tick:
+            mujoco.mj_kinematics(self.model, self.data)
+            self._refreshed_at = self.clock.tick
+
+    def touch(self) -> None:
+        """Say that positions were written by hand in this tick, so that `refresh` computes them anew."""
+        self._refreshed_at = -1
+
+    def wake(self, body: int) -> None:
+        """Wake the tree of a body, without changing its state.
+
+        A changed surface velocity or a moved support does not wake sleepers; a velocity written as -0.0 does, because
+        the engine compares bytes.
+        """
+        tree = int(self.model.body_treeid[body])
+        if tree >= 0:
+            first = int(self.model.tree_dofadr[tree])
+            dofs = slice(first, first + int(self.model.tree_dofnum[tree]))
+            velocity = self.data.qvel[dofs]
+            self.data.qvel[dofs] = np.where(velocity == 0.0, -0.0, velocity)
+
+    def keep_awake(self, body: int) -> None:
+        """Start a tree's count to sleep anew: what was just let go in mid-air would else freeze there for ever."""
+        tree = int(self.model.body_treeid[body])
+        if tree >= 0:
+            self.data.tree_asleep[tree] = ASLEEP_AFTER
+
+    # ---------------------------------------------------------------- state
+
+    def get_state(self) -> dict[str, Any]:
+        """All that is not the engine's: tick, events and what each device remembers, as JSON values."""
+        return {
+            "tick": self.clock.tick,
+            "events": self.events.get_state(),
+            "devices": {
+                name: {"stepping": device.stepping, **device.get_state()} for name, device in self.devices.items()
+            },
+        }
+
+    def state_hash(self, *more: Any) -> str:
+        """SHA-256 over the engine's state, the events, the devices and `more` (JSON values), in hexadecimal."""
+        digest = hashlib.sha256()
+        for array in (self.data.qpos, self.data.qvel, self.data.act, self.data.ctrl, self.data.eq_active):
+            # 0.0 and -0.0 are the same state: waking writes the one for the other
+            digest.update((np.ascontiguousarray(array) + 0).tobytes())
+        text = json.dumps([self.get_state(), *more], sort_keys=True, allow_nan=True)
+        digest.update(text.encode())
+        return digest.hexdigest()
+
+    def close(self) -> None:
+        """End: every device is closed, in reverse order."""
+        for device in reversed(self.devices.values()):
+            device.close()

@@ -1,0 +1,1 @@
+"""What stands where: descriptions turned into a MuJoCo model. Knows no time."""
