@@ -43,7 +43,7 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class BeltPart:
-    """A part that appears on the conveyor `time` [s] after the population starts; `pose` is in the belt's spawn frame."""
+    """A part that appears on the conveyor `time` [s] after the population starts; `pose` is in the spawn frame."""
 
     time: float
     type: str

@@ -89,7 +89,10 @@ class EventQueue:
     def set_state(self, state: dict[str, Any]) -> None:
         """Take over what `get_state` returned."""
         self._serial = state["serial"]
-        events = (Event(*entry[:5], tuple(entry[5])) for entry in state["events"])
+        events = (
+            Event(time, priority, serial, device, kind, tuple(arguments))
+            for time, priority, serial, device, kind, arguments in state["events"]
+        )
         self._heap = [(event.time, event.priority, event.serial, event) for event in events]
         heapq.heapify(self._heap)
         self._refresh()

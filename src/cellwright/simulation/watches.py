@@ -38,9 +38,7 @@ class Watches:
         self._each_tick: list[Watch] = []
         self.next_due = NEVER
 
-    def add(
-        self, name: str, period: Fraction | None, action: Callable[[int], None], now: int, rank: int = 0
-    ) -> Watch:
+    def add(self, name: str, period: Fraction | None, action: Callable[[int], None], now: int, rank: int = 0) -> Watch:
         """Begin to call `action` each `period` [s], from the first due time after `now` [ns]; None: each tick."""
         if period is None:
             watch = Watch(name, None, action, rank)
@@ -55,7 +53,7 @@ class Watches:
         """Call every watch due at or before `now`; those for each tick come last."""
         heap = self._heap
         while heap and heap[0][0] <= now:
-            due, rank, serial, index, watch = heapq.heappop(heap)
+            _due, rank, serial, index, watch = heapq.heappop(heap)
             if not watch.active or watch.cadence is None:
                 continue
             following = watch.cadence.due(index + 1)

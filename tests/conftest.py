@@ -1,0 +1,21 @@
+"""Test data of the project, and cases that people bring along in $CELLWRIGHT_EXTRA_CASES."""
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+DATA = Path(__file__).parent / "data"
+
+
+def load_cases(name: str) -> list[dict[str, Any]]:
+    """The cases of tests/data/<name> and of every file of that name in $CELLWRIGHT_EXTRA_CASES."""
+    folders = [DATA]
+    if extra := os.environ.get("CELLWRIGHT_EXTRA_CASES"):
+        folders.append(Path(extra))
+    cases: list[dict[str, Any]] = []
+    for folder in folders:
+        path = folder / name
+        if path.exists():
+            cases += json.loads(path.read_text())["cases"]
+    return cases
