@@ -54,7 +54,7 @@ class EventQueue:
 
     def pop_due(self, now: int) -> Event | None:
         """Take the first event due at or before `now` [ns], if there is one."""
-        if self.next_due > now:
+        if self.next_due > now or not self._heap:
             return None
         event = heapq.heappop(self._heap)[3]
         self._refresh()

@@ -23,6 +23,9 @@ from cellwright.simulation.events import EventQueue
 from cellwright.simulation.inbox import Inbox
 from cellwright.simulation.watches import Watch, Watches
 
+CHANGING_FIELDS = ("eq_data", "geom_surfacevel")
+"""Fields of the model that devices write at run time: they are state, though the engine keeps them in the model."""
+
 ASLEEP_AFTER = -11
 """Value of `MjData.tree_asleep` for a tree that has just been woken: it counts up to sleep from there."""
 
@@ -50,6 +53,7 @@ class Simulation:
         self._before: list[Callable[[], None]] = []
         self._after: list[Callable[[], None]] = []
         self._refreshed_at = -1
+        self._pristine = {name: getattr(model, name).copy() for name in CHANGING_FIELDS}
 
     # ---------------------------------------------------------------- building
 
@@ -94,6 +98,8 @@ class Simulation:
     def reset(self) -> None:
         """Begin a run: time 0, the model's first pose, every device reset in order."""
         mujoco.mj_resetData(self.model, self.data)
+        for name, values in self._pristine.items():
+            getattr(self.model, name)[:] = values
         self.clock.set_tick(0)
         self.events.clear()
         self._refreshed_at = -1
@@ -189,10 +195,12 @@ class Simulation:
             self.data.qvel[dofs] = np.where(velocity == 0.0, -0.0, velocity)
 
     def keep_awake(self, body: int) -> None:
-        """Start a tree's count to sleep anew: what was just let go in mid-air would else freeze there for ever."""
+        """Wake a tree and start its count to sleep anew: what is let go in mid-air could else freeze there for ever."""
         tree = int(self.model.body_treeid[body])
-        if tree >= 0:
+        if tree >= 0 and self.data.tree_asleep[tree] < 0:
             self.data.tree_asleep[tree] = ASLEEP_AFTER
+        else:
+            self.wake(body)
 
     # ---------------------------------------------------------------- state
 
@@ -206,10 +214,24 @@ class Simulation:
             },
         }
 
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Take over what `get_state` returned; the engine's part is set by who calls this (`snapshot.py`)."""
+        self.clock.set_tick(state["tick"])
+        self.events.set_state(state["events"])
+        for name, remembered in state["devices"].items():
+            device = self.device(name)
+            device.stepping = remembered["stepping"]
+            device.set_state({key: value for key, value in remembered.items() if key != "stepping"})
+        self.rehook()
+        self.touch()
+        self.watches.retime(self.now)
+
     def state_hash(self, *more: Any) -> str:
         """SHA-256 over the engine's state, the events, the devices and `more` (JSON values), in hexadecimal."""
         digest = hashlib.sha256()
-        for array in (self.data.qpos, self.data.qvel, self.data.act, self.data.ctrl, self.data.eq_active):
+        data = self.data
+        fields = (getattr(self.model, name) for name in CHANGING_FIELDS)
+        for array in (data.qpos, data.qvel, data.act, data.ctrl, data.eq_active, *fields):
             # 0.0 and -0.0 are the same state: waking writes the one for the other
             digest.update((np.ascontiguousarray(array) + 0).tobytes())
         text = json.dumps([self.get_state(), *more], sort_keys=True, allow_nan=True)

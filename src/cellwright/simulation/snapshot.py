@@ -1,0 +1,110 @@
+"""Going back to a moment: snapshots in memory and checkpoints on disk.
+
+A snapshot in memory copies the engine's data whole and disturbs nothing. A checkpoint on disk can only carry what the
+engine lets one save, which leaves out who sleeps; so taking one resets and restores the *live* run too, and both go on
+bit for bit alike. Because that touches the run, checkpoints are taken at declared ticks only, which belong to the
+run's header.
+"""
+
+from __future__ import annotations
+
+import copy
+import hashlib
+import json
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from cellwright.errors import CellwrightError
+from cellwright.simulation.simulation import CHANGING_FIELDS, Simulation
+
+_INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
+_FORMAT = 1
+
+
+class CheckpointError(CellwrightError):
+    """A checkpoint file that cannot be read, or belongs to another cell."""
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """A moment of a simulation, in memory."""
+
+    data: mujoco.MjData
+    fields: dict[str, NDArray[np.float64]]
+    state: dict[str, Any]
+
+
+def take_snapshot(simulation: Simulation) -> Snapshot:
+    """Remember this moment. The run goes on as if nothing had been asked."""
+    return Snapshot(
+        data=copy.copy(simulation.data),
+        fields={name: getattr(simulation.model, name).copy() for name in CHANGING_FIELDS},
+        state=copy.deepcopy(simulation.get_state()),
+    )
+
+
+def restore_snapshot(simulation: Simulation, snapshot: Snapshot) -> None:
+    """Go back to a moment of the same simulation, or of one built from the same description."""
+    mujoco.mj_copyData(simulation.data, simulation.model, snapshot.data)
+    for name, values in snapshot.fields.items():
+        getattr(simulation.model, name)[:] = values
+    simulation.set_state(copy.deepcopy(snapshot.state))
+
+
+def write_checkpoint(simulation: Simulation, path: Path) -> None:
+    """Save this moment to a file (.npz), and go on from the saved state.
+
+    Every sleeping part is awake afterwards, here as in the restored run, and falls asleep again within 0.1 s.
+    """
+    engine = np.empty(mujoco.mj_stateSize(simulation.model, _INTEGRATION))
+    mujoco.mj_getState(simulation.model, simulation.data, engine, _INTEGRATION)
+    fields = {name: getattr(simulation.model, name).copy() for name in CHANGING_FIELDS}
+    header = {"format": _FORMAT, "model": model_signature(simulation.model), "state": simulation.get_state()}
+    text = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
+    temporary = path.with_name(path.name + ".part")
+    with temporary.open("wb") as file:
+        np.savez_compressed(file, engine=engine, header=text, **fields)
+    temporary.replace(path)  # a reader never sees half a file
+    _set_engine(simulation, engine)
+
+
+def read_checkpoint(simulation: Simulation, path: Path) -> None:
+    """Continue from a saved moment, in a simulation built from the same description.
+
+    Raises:
+        CheckpointError: the file is no checkpoint, or one of another cell or version.
+    """
+    try:
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
+            engine = file["engine"]
+            header = json.loads(file["header"].tobytes())
+            fields = {name: file[name] for name in CHANGING_FIELDS}
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        raise CheckpointError(f"{path}: not a checkpoint that can be read ({error})") from error
+    if header.get("format") != _FORMAT or header.get("model") != model_signature(simulation.model):
+        raise CheckpointError(f"{path}: the checkpoint was made with another cell or another version")
+    for name, values in fields.items():
+        getattr(simulation.model, name)[:] = values
+    simulation.set_state(header["state"])
+    _set_engine(simulation, engine)
+
+
+def model_signature(model: mujoco.MjModel) -> str:
+    """A digest of what a model is made of: engine version, sizes, names and masses."""
+    digest = hashlib.sha256(mujoco.__version__.encode())
+    digest.update(np.array([model.nq, model.nv, model.nu, model.na, model.ngeom, model.neq], dtype=np.int64).tobytes())
+    digest.update(model.names)
+    digest.update(model.body_mass.tobytes())
+    return digest.hexdigest()
+
+
+def _set_engine(simulation: Simulation, engine: NDArray[np.float64]) -> None:
+    mujoco.mj_resetData(simulation.model, simulation.data)
+    mujoco.mj_setState(simulation.model, simulation.data, engine, _INTEGRATION)
+    simulation.touch()

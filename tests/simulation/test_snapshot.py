@@ -1,0 +1,101 @@
+import subprocess
+import sys
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+
+from cellwright.simulation.simulation import Simulation
+from cellwright.simulation.snapshot import (
+    CheckpointError,
+    read_checkpoint,
+    restore_snapshot,
+    take_snapshot,
+    write_checkpoint,
+)
+from tests.simulation.scene import Shaker, make_simulation
+
+
+def make_run(until: int, *, seed: int = 3) -> Simulation:
+    simulation = make_simulation(seed=seed)
+    simulation.add(Shaker())
+    simulation.reset()
+    simulation.step_until(until)
+    return simulation
+
+
+@pytest.mark.parametrize("moment", [20_000_000, 400_000_000, 1_500_000_000])
+def test_a_snapshot_disturbs_nothing_and_goes_on_alike(moment: int) -> None:
+    undisturbed = make_run(3 * 10**9)
+    simulation = make_run(moment)
+    snapshot = take_snapshot(simulation)
+    simulation.step_until(3 * 10**9)
+    assert simulation.state_hash() == undisturbed.state_hash()
+    for _ in range(2):
+        restore_snapshot(simulation, snapshot)
+        assert simulation.now == moment
+        simulation.step_until(3 * 10**9)
+        assert simulation.state_hash() == undisturbed.state_hash()
+
+
+def test_a_snapshot_fits_a_twin() -> None:
+    simulation = make_run(10**9)
+    twin = make_run(0)
+    restore_snapshot(twin, take_snapshot(simulation))
+    simulation.step_until(2 * 10**9)
+    twin.step_until(2 * 10**9)
+    assert twin.state_hash() == simulation.state_hash()
+
+
+def test_watches_take_up_again_after_a_restore() -> None:
+    simulation = make_run(10**9)
+    got: list[int] = []
+    simulation.watch("each", Fraction(1, 10), got.append)
+    snapshot = take_snapshot(simulation)
+    simulation.step_until(1_200_000_000)
+    restore_snapshot(simulation, snapshot)
+    simulation.step_until(1_200_000_000)
+    assert got == [11, 12, 11, 12]
+
+
+CONTINUE = """
+import sys
+from pathlib import Path
+from cellwright.simulation.snapshot import read_checkpoint
+from tests.simulation.test_snapshot import make_run
+simulation = make_run(0)
+read_checkpoint(simulation, Path(sys.argv[1]))
+simulation.step_until(3 * 10**9)
+print(simulation.state_hash())
+"""
+
+
+@pytest.mark.parametrize("moment", [20_000_000, 1_500_000_000])
+def test_a_checkpoint_goes_on_alike_in_another_process(tmp_path: Path, moment: int) -> None:
+    simulation = make_run(moment)
+    path = tmp_path / "run.npz"
+    write_checkpoint(simulation, path)
+    simulation.step_until(3 * 10**9)
+    other = subprocess.run(
+        [sys.executable, "-c", CONTINUE, str(path)],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=Path(__file__).parents[2],
+    )
+    assert other.stdout.strip() == simulation.state_hash()
+
+
+def test_what_is_no_checkpoint_of_this_cell_is_refused(tmp_path: Path) -> None:
+    simulation = make_run(0)
+    garbage = tmp_path / "garbage.npz"
+    garbage.write_bytes(b"PK\x03\x04 and nothing more")
+    with pytest.raises(CheckpointError, match=r"garbage\.npz: not a checkpoint"):
+        read_checkpoint(simulation, garbage)
+    with pytest.raises(CheckpointError, match="not a checkpoint"):
+        read_checkpoint(simulation, tmp_path / "missing.npz")
+    path = tmp_path / "run.npz"
+    write_checkpoint(simulation, path)
+    simulation.model.body_mass[1] *= 2
+    with pytest.raises(CheckpointError, match="another cell"):
+        read_checkpoint(simulation, path)
