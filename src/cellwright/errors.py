@@ -44,6 +44,10 @@ class RejectedCommandError(CellwrightError):
     """A command from outside that was refused as a whole; the cell goes on as if it had not come."""
 
 
+class RunEndedError(CellwrightError):
+    """The run is over: no more time will pass for a client."""
+
+
 def did_you_mean(name: str, valid: Iterable[str]) -> str:
     """The tail "; did you mean X" when one of the valid names is close, else an empty string."""
     close = get_close_matches(name, list(valid), n=1, cutoff=0.6)

@@ -1,0 +1,37 @@
+"""The environment is the one that was declared: every dependency capped, explained, and one engine only."""
+
+import re
+import tomllib
+from importlib.metadata import distributions, version
+from pathlib import Path
+
+import mujoco
+import pytest
+from packaging.requirements import Requirement
+
+ROOT = Path(__file__).parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
+REQUIREMENTS = [
+    Requirement(line) for line in [*PROJECT["project"]["dependencies"], *PROJECT["dependency-groups"]["dev"]]
+]
+
+
+@pytest.mark.parametrize("requirement", REQUIREMENTS, ids=lambda each: each.name)
+def test_every_dependency_is_capped_installed_and_explained(requirement: Requirement) -> None:
+    operators = {each.operator for each in requirement.specifier}
+    assert {">=", "<"} <= operators
+    assert version(requirement.name) in requirement.specifier
+    assert f"`{requirement.name}`" in (ROOT / "docs" / "dependencies.md").read_text()
+
+
+def test_there_is_one_engine() -> None:
+    names = {re.sub(r"[-_.]+", "-", each.metadata["Name"]).lower() for each in distributions()}
+    assert "mujoco" not in names, "the package mujoco writes over mujoco-core"
+    assert "mujoco-core" in names
+    assert mujoco.__version__ == version("mujoco-core")
+
+
+def test_the_version_is_said_once() -> None:
+    import cellwright
+
+    assert version("cellwright") == cellwright.__version__ == PROJECT["project"]["version"]
