@@ -82,6 +82,8 @@ def contents_to_json(contents: TrayContents) -> list[dict[str, Any]]:
 def contents_from_json(values: Iterable[Mapping[str, Any]]) -> TrayContents:
     """A tray's contents from what `contents_to_json` returned."""
     return tuple(
-        TrayObject(each["name"], each["type"], each["is_faulty"], Pose(tuple(each["position"]), tuple(each["quaternion"])))
+        TrayObject(
+            each["name"], each["type"], each["is_faulty"], Pose(tuple(each["position"]), tuple(each["quaternion"]))
+        )
         for each in values
     )
