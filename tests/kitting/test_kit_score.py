@@ -31,14 +31,12 @@ def test_a_kit_that_was_not_judged_has_no_points_and_no_bonus_verdict() -> None:
     ("refusal", "sentence"),
     [
         (
-            Refusal(RefusalReason.UNKNOWN_KIT_TYPE, "order_0_kit0", None, ("order_0_kit_0",)),
-            "scored 0: kit type 'order_0_kit0' belongs to no order; did you mean order_0_kit_0 "
-            "(asked for now: order_0_kit_0)",
+            Refusal(RefusalReason.UNKNOWN_KIT_TYPE, "kit_O", None, ("kit_0",)),
+            "scored 0: kit type 'kit_O' belongs to no order; did you mean kit_0 (asked for now: kit_0)",
         ),
         (
-            Refusal(RefusalReason.NOT_ANNOUNCED, "order_1_kit_0", "order_1", ("order_0_kit_0", "order_0_kit_1")),
-            "scored 0: kit type 'order_1_kit_0' belongs to order_1, which has not been announced yet "
-            "(asked for now: order_0_kit_0, order_0_kit_1)",
+            Refusal(RefusalReason.NOT_ANNOUNCED, "kit_1", "order_1", ("x", "y")),
+            "scored 0: kit type 'kit_1' belongs to order_1, which has not been announced yet (asked for now: x, y)",
         ),
         (
             Refusal(RefusalReason.ORDER_CLOSED, "order_1_kit_0", "order_1"),

@@ -121,7 +121,8 @@ def test_objects_take_the_first_place_that_fits_in_the_order_of_the_report() -> 
     assert [part.verdict for part in taken.parts] == [Verdict.PLACED, Verdict.TOO_FAR]
     fit = taken.parts[1].fit
     assert fit is not None
-    assert (fit.object_name, fit.distance) == ("b", pytest.approx(0.05))
+    assert fit.object_name == "b"
+    assert fit.distance == pytest.approx(0.05)
     assert score_kit(asked, (near_first, near_both)).part_pose == 2.0
 
 

@@ -114,8 +114,8 @@ def test_a_part_travels_while_the_gripper_is_enabled_and_attached_during_the_gam
 
 
 def test_what_cannot_be_announced(scorer: Scorer) -> None:
-    with pytest.raises(UnknownNameError, match="did you mean order_0"):
-        scorer.announce("order_O", 100)
+    with pytest.raises(UnknownNameError, match="known: order_0, order_1, order_2"):
+        scorer.announce("order_9", 100)
     scorer.announce("order_0", 100)
     with pytest.raises(UsageError, match="already"):
         scorer.announce("order_0", 100)
