@@ -175,6 +175,13 @@ def test_the_time_limit_is_passed_when_time_is_beyond_it() -> None:
     assert judge.process_time(99 * SECOND) == 10 * SECOND + TICK
 
 
+def test_what_is_due_exactly_at_the_time_limit_still_happens() -> None:
+    judge = going(order(0, start_time=10.0), limit=10.0)
+    assert judge.next_deadline() == 10 * SECOND
+    assert short(judge.update(10 * SECOND)) == [("order_0", AnnouncementReason.TIME, None)]
+    assert short(judge.update(10 * SECOND + 1)) == [END_GAME]
+
+
 def test_a_limit_of_zero_ends_a_trial_before_anything_is_announced() -> None:
     judge = going(FIRST, limit=0.0)
     assert short(judge.update(TICK)) == [END_GAME]

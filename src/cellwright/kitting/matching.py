@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Sequence
 
 from cellwright.description.trial import Kit, KitObject
 from cellwright.kitting.kit_score import ExtraObject, ExtraReason, Fit, KitScore, PartFinding, Verdict
@@ -32,17 +32,8 @@ def score_kit(kit: Kit, contents: TrayContents) -> KitScore:
     surplus = matching.pair_up(unused, contents)
     matching.pair_up(faulty, contents)  # a faulty part fills no place, but is worth naming where one is open
     ordered_types = {goal.type for goal in kit.objects}
-
-    def extras() -> Iterator[ExtraObject]:
-        for index in sorted(surplus + faulty):
-            each = contents[index]
-            if each.is_faulty:
-                reason = ExtraReason.FAULTY
-            else:
-                reason = ExtraReason.SURPLUS if each.type in ordered_types else ExtraReason.WRONG_TYPE
-            yield ExtraObject(each.name, each.type, reason)
-
-    return KitScore(kit.kit_type, is_submitted=True, parts=matching.findings(), extras=tuple(extras()))
+    extras = tuple(_extra(contents[index], ordered_types) for index in sorted(surplus + faulty))
+    return KitScore(kit.kit_type, is_submitted=True, parts=matching.findings(), extras=extras)
 
 
 def compare(goal: KitObject, found: TrayObject) -> Fit:
@@ -62,6 +53,13 @@ def judge(fit: Fit) -> Verdict:
     if not fit.quaternion_dot >= MIN_QUATERNION_DOT:
         return Verdict.TILTED
     return Verdict.PLACED if fit.yaw_difference <= MAX_YAW_DIFFERENCE else Verdict.TURNED
+
+
+def _extra(found: TrayObject, ordered_types: Collection[str]) -> ExtraObject:
+    if found.is_faulty:
+        return ExtraObject(found.name, found.type, ExtraReason.FAULTY)
+    reason = ExtraReason.SURPLUS if found.type in ordered_types else ExtraReason.WRONG_TYPE
+    return ExtraObject(found.name, found.type, reason)
 
 
 class _Matching:
