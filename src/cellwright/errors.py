@@ -48,6 +48,14 @@ class RunEndedError(CellwrightError):
     """The run is over: no more time will pass for a client."""
 
 
+class MessageError(RejectedCommandError):
+    """Bytes or values that are not a message of the type that they should be."""
+
+
+class ServiceFailedError(CellwrightError):
+    """A service took a request and gave no answer: the call itself failed, as its contract says it may."""
+
+
 def did_you_mean(name: str, valid: Iterable[str]) -> str:
     """The tail "; did you mean X" when one of the valid names is close, else an empty string."""
     close = get_close_matches(name, list(valid), n=1, cutoff=0.6)
