@@ -5,6 +5,11 @@ import os
 from pathlib import Path
 from typing import Any
 
+from hypothesis import settings
+
+settings.register_profile("cellwright", deadline=None)  # a slow machine is no failure
+settings.load_profile("cellwright")
+
 DATA = Path(__file__).parent / "data"
 
 

@@ -116,7 +116,7 @@ def test_bytes_of_another_type_are_refused() -> None:
 def test_a_message_that_cannot_be_written_names_its_field() -> None:
     with pytest.raises(MessageError, match=r"sensor_msgs/JointState\.position must be a sequence of float64"):
         to_cdr(JointState(header(), ["a"], "1.0", np.array([]), np.array([])))  # type: ignore[arg-type]
-    with pytest.raises(MessageError, match=r"std_msgs/Header\.stamp must be a builtin_interfaces/Time, not None"):
+    with pytest.raises(MessageError, match=r"std_msgs/Header\.stamp must be of type builtin_interfaces/Time, not None"):
         to_ros1(Header(None, ""))  # type: ignore[arg-type]
 
 

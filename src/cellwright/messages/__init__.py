@@ -5,7 +5,7 @@ The types that the ROS world shares come from the library (`standard`), what it 
 published; the ROS 1 form exists as bytes only.
 """
 
-from cellwright.messages.check import checked
+from cellwright.messages.check import checked, said
 from cellwright.messages.md5 import definition, md5, type_hash
 from cellwright.messages.names import Message, full_name, short_name, type_of
 from cellwright.messages.sources import source
@@ -22,6 +22,7 @@ __all__ = [
     "full_name",
     "md5",
     "message_type",
+    "said",
     "service_type",
     "short_name",
     "source",

@@ -53,7 +53,7 @@ def type_check(name: str) -> Check:
 
     def check(value: object, where: str) -> object:
         if not isinstance(value, message_class):
-            raise MessageError(f"{where} must be a {short}, not {_said(value)}")
+            raise MessageError(f"{where} must be of type {short}, not {said(value)}")
         changes = {}
         for member, check_member in members:
             given = getattr(value, member)
@@ -92,7 +92,7 @@ def _base_check(name: str, limit: int) -> Check:
 
         def check_string(value: object, where: str) -> object:
             if not isinstance(value, str):
-                raise MessageError(f"{where} must be a string, not {_said(value)}")
+                raise MessageError(f"{where} must be a string, not {said(value)}")
             try:
                 value.encode()
             except UnicodeEncodeError:
@@ -108,7 +108,7 @@ def _base_check(name: str, limit: int) -> Check:
             if isinstance(value, np.bool_):
                 return bool(value)
             if not isinstance(value, bool):
-                raise MessageError(f"{where} must be true or false, not {_said(value)}")
+                raise MessageError(f"{where} must be true or false, not {said(value)}")
             return value
 
         return check_bool
@@ -117,7 +117,7 @@ def _base_check(name: str, limit: int) -> Check:
 
         def check_integer(value: object, where: str) -> object:
             if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
-                raise MessageError(f"{where} must be a whole number, not {_said(value)}")
+                raise MessageError(f"{where} must be a whole number, not {said(value)}")
             if not low <= value <= high:
                 raise MessageError(f"{where} must be from {low} to {high}, not {value}")
             return value if type(value) is int else int(value)
@@ -126,11 +126,11 @@ def _base_check(name: str, limit: int) -> Check:
 
     def check_float(value: object, where: str) -> object:
         if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
-            raise MessageError(f"{where} must be a number, not {_said(value)}")
+            raise MessageError(f"{where} must be a number, not {said(value)}")
         try:
             number = single(float(value)) if name == "float32" else float(value)
         except (OverflowError, MessageError):
-            raise MessageError(f"{where} must fit into {name}, not {_said(value)}") from None
+            raise MessageError(f"{where} must fit into {name}, not {said(value)}") from None
         return value if isinstance(value, float) and (number == value or number != number) else number
 
     return check_float
@@ -150,7 +150,7 @@ def _numbers_check(name: str, length: int, *, fixed: bool) -> Check:
         elif isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim == 1):
             value = np.array([check_one(item, f"{where}[{i}]") for i, item in enumerate(value)], dtype=dtype)
         else:
-            raise MessageError(f"{where} must be a sequence of {name}, not {_said(value)}")
+            raise MessageError(f"{where} must be a sequence of {name}, not {said(value)}")
         _check_length(len(value), length, where, fixed=fixed)
         value.flags.writeable = False
         return value
@@ -163,7 +163,7 @@ def _list_check(check_one: Check, length: int, *, fixed: bool) -> Check:
 
     def check(value: object, where: str) -> object:
         if not isinstance(value, (list, tuple)):
-            raise MessageError(f"{where} must be a list, not {_said(value)}")
+            raise MessageError(f"{where} must be a list, not {said(value)}")
         _check_length(len(value), length, where, fixed=fixed)
         taken = [check_one(item, f"{where}[{i}]") for i, item in enumerate(value)]
         same = isinstance(value, list) and all(a is b for a, b in zip(taken, value, strict=True))
@@ -179,7 +179,10 @@ def _check_length(count: int, length: int, where: str, *, fixed: bool) -> None:
         raise MessageError(f"{where} may have {length} entries, not {count}")
 
 
-def _said(value: object) -> str:
+def said(value: object) -> str:
     """A value as it is named in an error: short, whatever it is."""
-    text = repr(value) if isinstance(value, (str, int, float, bool, type(None))) else type(value).__name__
+    if isinstance(value, (str, int, float, bool, type(None))):
+        text = repr(value)
+    else:
+        text = short_name(getattr(value, "__msgtype__", "")) or type(value).__name__
     return text if len(text) <= 60 else f"{text[:57]}..."

@@ -35,8 +35,8 @@ def full_name(name: str, namespace: str = MESSAGE) -> str:
 
 def short_name(name: str) -> str:
     """The short name of a type: "osrf_gear/Order"."""
-    parts = name.split("/")
-    return f"{parts[0]}/{parts[-1]}"
+    package, _, rest = name.partition("/")
+    return f"{package}/{rest.rpartition('/')[2]}" if rest else package
 
 
 def type_of(message: Message | type[Message]) -> str:

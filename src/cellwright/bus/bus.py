@@ -1,0 +1,258 @@
+"""The bus: topics and services by name.
+
+The cell advertises what it says (`advertise`), names what it hears (`listen`) and what it does on request (`serve`).
+Clients of every kind `subscribe`, `publish` and `call`; each is an equal guest, and none changes what the cell does by
+listening. Delivery is a plain loop in the order of subscription, within the publishing call; nothing here is for more
+than one thread (commands of other threads go through the simulation's inbox).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from cellwright.bus.refusals import Refusals
+from cellwright.bus.topics import Callback, Direction, Handler, Publisher, Subscription, Topic
+from cellwright.errors import CellwrightError, MessageError, RejectedCommandError, UnknownNameError, UsageError
+from cellwright.messages import Message, ServiceType, checked, said, service_type, type_of
+
+M = TypeVar("M", bound=Message)
+E = TypeVar("E", bound=CellwrightError)
+
+
+@dataclass(frozen=True, slots=True)
+class TopicInfo:
+    """A topic as it stands: `rate` in words, publishers and subscribers by node."""
+
+    name: str
+    type: str
+    direction: Direction
+    rate: str
+    latch: bool
+    publishers: tuple[str, ...]
+    subscribers: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ServiceInfo:
+    """A service as it stands, and the node that serves it."""
+
+    name: str
+    type: str
+    node: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Service:
+    type: ServiceType
+    handler: Handler
+    node: str
+
+
+class Bus:
+    """Topics and services inside the process.
+
+    Args:
+        now: simulation time [ns].
+        report: takes a line about refused input (see `Refusals`).
+    """
+
+    def __init__(self, now: Callable[[], int], report: Callable[[str], None] = lambda _line: None) -> None:
+        self._topics: dict[str, Topic] = {}
+        self._services: dict[str, _Service] = {}
+        self.refusals = Refusals(now, report)
+
+    # ---------------------------------------------------------------- for the cell
+
+    def advertise(
+        self,
+        topic: str,
+        type_name: str,
+        *,
+        latch: bool = False,
+        rate: str = "",
+        node: str = "",
+        on_listeners: Callable[[int], None] | None = None,
+    ) -> Publisher:
+        """Make a publisher for a topic; a topic may have several. See `Publisher` for latch and on_listeners.
+
+        Raises:
+            UnknownNameError: there is no message type of this name.
+            UsageError: the name is not absolute, or the topic has another type or direction already.
+        """
+        entry = self._topic(topic)
+        entry.declare(type_name, Direction.OUT, rate)
+        publisher = Publisher(entry, node, on_listeners, latch=latch)
+        entry.add_publisher(publisher)
+        return publisher
+
+    def listen(self, topic: str, type_name: str, handler: Handler, *, node: str = "") -> None:
+        """Hear what clients publish on a topic: `handler(message, node)`; it refuses with a RejectedCommandError.
+
+        Raises:
+            UnknownNameError: there is no message type of this name.
+            UsageError: the name is not absolute, or the topic is taken.
+        """
+        entry = self._topic(topic)
+        if entry.direction is not None:
+            raise UsageError(f"{topic} is taken: it carries {entry.type} {entry.direction.value}")
+        entry.declare(type_name, Direction.IN, "")
+        entry.handler, entry.handling_node = handler, node
+
+    def serve(self, service: str, type_name: str, handler: Handler, *, node: str = "") -> None:
+        """Answer calls of a service: `handler(request, node) -> response`.
+
+        It may raise a ServiceFailedError: then the call has no answer.
+
+        Raises:
+            UnknownNameError: there is no service type of this name.
+            UsageError: the name is not absolute, or the service is served already.
+        """
+        if _absolute(service) in self._services:
+            raise UsageError(f"the service {service} is served already")
+        self._services[service] = _Service(service_type(type_name), handler, node)
+
+    def forget_latched(self) -> None:
+        """Forget all latched messages, as when a run begins anew."""
+        for topic in self._topics.values():
+            for publisher in topic.publishers:
+                publisher.newest = None
+
+    # ---------------------------------------------------------------- for clients
+
+    def subscribe(self, topic: str, callback: Callback, *, node: str = "") -> Subscription:
+        """Have `callback(message)` called for each message of a topic, in either direction.
+
+        A topic that is not there yet is waited for. On a latched one the newest message comes at once.
+
+        Raises:
+            UsageError: the name is not absolute.
+        """
+        entry = self._topic(topic)
+        subscription = Subscription(entry, callback, node)
+        entry.add(subscription)
+        return subscription
+
+    def publish(self, topic: str, message: Message, *, node: str = "") -> None:
+        """Give the cell a message: first it is handled, then those who listen in get it, refused or not.
+
+        Raises:
+            UnknownNameError: the cell does not listen to such a topic.
+            RejectedCommandError: the message is not what the topic carries, or was refused; nothing was done then.
+        """
+        entry = self._topics.get(topic)
+        if entry is None or entry.handler is None or entry.message_class is None:
+            listened = sorted(each.name for each in self._topics.values() if each.handler is not None)
+            raise self._refused(topic, node, UnknownNameError("topic to publish on", topic, listened))
+        try:
+            taken = _fitting(message, entry.message_class, topic)
+        except RejectedCommandError as error:
+            raise self._refused(topic, node, error) from None
+        refusal: RejectedCommandError | None = None
+        try:
+            entry.handler(taken, node)
+        except RejectedCommandError as error:
+            refusal = error
+        for callback in entry.callbacks:
+            callback(taken)
+        if refusal is not None:
+            raise self._refused(topic, node, refusal)
+
+    def call(self, service: str, request: Message, *, node: str = "") -> Any:
+        """Call a service; its response.
+
+        Raises:
+            UnknownNameError: there is no such service.
+            RejectedCommandError: the request is not what the service takes, or was refused; nothing was done then.
+            ServiceFailedError: the service gave no answer.
+        """
+        entry = self._services.get(service)
+        if entry is None:
+            raise self._refused(service, node, UnknownNameError("service", service, sorted(self._services)))
+        try:
+            response = entry.handler(_fitting(request, entry.type.request, service), node)
+        except RejectedCommandError as error:
+            raise self._refused(service, node, error) from None
+        if type(response) is not entry.type.response:
+            raise UsageError(f"{service} must answer with {type_of(entry.type.response)}, not {said(response)}")
+        return response
+
+    # ---------------------------------------------------------------- who is there
+
+    def topics(self) -> tuple[TopicInfo, ...]:
+        """All topics that the cell speaks or hears, by name."""
+        return tuple(self.topic(name) for name in sorted(self._declared()))
+
+    def topic(self, name: str) -> TopicInfo:
+        """One topic as it stands.
+
+        Raises:
+            UnknownNameError: there is no such topic.
+        """
+        entry = self._topics.get(name)
+        if entry is None or entry.direction is None:
+            raise UnknownNameError("topic", name, sorted(self._declared()))
+        subscribers = [each.node for each in entry.subscriptions]
+        if entry.handler is not None:
+            subscribers.insert(0, entry.handling_node)
+        return TopicInfo(
+            name,
+            entry.type,
+            entry.direction,
+            entry.rate,
+            any(publisher.latch for publisher in entry.publishers),
+            tuple(publisher.node for publisher in entry.publishers),
+            tuple(subscribers),
+        )
+
+    def services(self) -> tuple[ServiceInfo, ...]:
+        """All services, by name."""
+        return tuple(self.service(name) for name in sorted(self._services))
+
+    def service(self, name: str) -> ServiceInfo:
+        """One service as it stands.
+
+        Raises:
+            UnknownNameError: there is no such service.
+        """
+        entry = self._services.get(name)
+        if entry is None:
+            raise UnknownNameError("service", name, sorted(self._services))
+        return ServiceInfo(name, entry.type.name, entry.node)
+
+    def _declared(self) -> list[str]:
+        return [topic.name for topic in self._topics.values() if topic.direction is not None]
+
+    def _topic(self, name: str) -> Topic:
+        entry = self._topics.get(name)
+        if entry is None:
+            entry = self._topics[_absolute(name)] = Topic(name)
+        return entry
+
+    def _refused(self, name: str, node: str, error: E) -> E:
+        """Count and report what was refused; the error, to be raised."""
+        self.refusals.refuse(f"{name} from {node}" if node else name, str(error))
+        return error
+
+
+def _fitting(message: M, message_class: type[Message], name: str) -> M:
+    """The message as the cell may take it.
+
+    Raises:
+        MessageError: it is of another class, or a field holds what it should not.
+    """
+    if type(message) is not message_class:
+        raise MessageError(f"{name} takes {type_of(message_class)}, not {said(message)}")
+    return checked(message)
+
+
+def _absolute(name: str) -> str:
+    """The name itself, if it is absolute.
+
+    Raises:
+        UsageError: it is not.
+    """
+    if not name.startswith("/") or name.endswith("/") or "//" in name or any(letter.isspace() for letter in name):
+        raise UsageError(f"{name!r} is no absolute name: it must look like '/ariac/orders'")
+    return name

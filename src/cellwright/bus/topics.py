@@ -1,0 +1,160 @@
+"""One topic: who publishes on it, who listens, and who hears of that."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import Enum
+from typing import Any, TypeAlias
+
+from cellwright.errors import UsageError
+from cellwright.messages import Message, message_type, said, short_name
+
+Callback: TypeAlias = Callable[[Any], None]
+"""Takes a message of the topic's class."""
+
+Handler: TypeAlias = Callable[[Any, str], Any]
+"""Takes a message or request, and the name of the node that it came from."""
+
+
+class Direction(Enum):
+    """Which way the messages of a topic go, as seen from the cell."""
+
+    OUT = "out"
+    IN = "in"
+
+
+class Subscription:
+    """A callback that gets every message of a topic until it is cancelled."""
+
+    def __init__(self, topic: Topic, callback: Callback, node: str) -> None:
+        self._topic = topic
+        self.callback = callback
+        self.node = node
+
+    @property
+    def topic(self) -> str:
+        """Name of the topic."""
+        return self._topic.name
+
+    def cancel(self) -> None:
+        """Stop listening; again is no error. A message that is just being delivered may still come."""
+        self._topic.remove(self)
+
+
+class Publisher:
+    """What publishes on a topic.
+
+    Args:
+        topic: the topic.
+        node: whose it is.
+        latch: a listener that comes late is given the newest message.
+        on_listeners: is told the number of listeners whenever it changes: for what is sampled only while somebody
+            listens. The newest message is then forgotten when the last listener goes, since it grows old.
+    """
+
+    def __init__(self, topic: Topic, node: str, on_listeners: Callable[[int], None] | None, *, latch: bool) -> None:
+        self._topic = topic
+        self._class = topic.message_class
+        self.node = node
+        self.latch = latch
+        self.on_listeners = on_listeners
+        self.newest: Message | None = None
+
+    @property
+    def topic(self) -> str:
+        """Name of the topic."""
+        return self._topic.name
+
+    @property
+    def listeners(self) -> int:
+        """How many listen."""
+        return len(self._topic.callbacks)
+
+    @property
+    def listening_nodes(self) -> tuple[str, ...]:
+        """The nodes that listen, in the order in which they came."""
+        return tuple(subscription.node for subscription in self._topic.subscriptions)
+
+    def publish(self, message: Message) -> None:
+        """Give a message to every listener, in the order in which they came. Nobody changes it from here on.
+
+        What a listener raises comes out here: listeners are transports, which keep their clients' errors to themselves.
+
+        Raises:
+            UsageError: the message is not of the topic's class.
+        """
+        if type(message) is not self._class:
+            raise UsageError(f"{self.topic} carries {self._topic.type}, not {said(message)}")
+        callbacks = self._topic.callbacks
+        if self.latch and (callbacks or self.on_listeners is None):
+            self.newest = message
+        for callback in callbacks:
+            callback(message)
+
+
+class Topic:
+    """A name that messages of one type go by. Without a type it is only waited for."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.type = ""
+        self.message_class: type[Message] | None = None
+        self.direction: Direction | None = None
+        self.rate = ""
+        self.publishers: list[Publisher] = []
+        self.handler: Handler | None = None
+        self.handling_node = ""
+        self.subscriptions: list[Subscription] = []
+        self.callbacks: tuple[Callback, ...] = ()
+
+    def declare(self, type_name: str, direction: Direction, rate: str) -> None:
+        """Settle the type and the direction; further publishers must agree.
+
+        Raises:
+            UsageError: it was settled otherwise before.
+            UnknownNameError: there is no message type of this name.
+        """
+        message_class = message_type(type_name)
+        if self.direction is not None and (self.message_class, self.direction) != (message_class, direction):
+            raise UsageError(
+                f"{self.name} carries {self.type} {self.direction.value}, not {type_name} {direction.value} as well"
+            )
+        self.type = short_name(message_class.__msgtype__)
+        self.message_class = message_class
+        self.direction = direction
+        self.rate = self.rate or rate
+
+    def add_publisher(self, publisher: Publisher) -> None:
+        """Let something publish; it is told at once if somebody has been waiting."""
+        self.publishers.append(publisher)
+        if publisher.on_listeners is not None and self.callbacks:
+            publisher.on_listeners(len(self.callbacks))
+
+    def add(self, subscription: Subscription) -> None:
+        """Let somebody listen: what is latched comes first."""
+        self.subscriptions.append(subscription)
+        self._listeners_changed(lambda: self._serve_latched(subscription))
+
+    def remove(self, subscription: Subscription) -> None:
+        """Let somebody go."""
+        if subscription in self.subscriptions:
+            self.subscriptions.remove(subscription)
+            self._listeners_changed(self._forget_samples)
+
+    def _serve_latched(self, subscription: Subscription) -> None:
+        for publisher in self.publishers:
+            if publisher.newest is not None:
+                subscription.callback(publisher.newest)
+
+    def _forget_samples(self) -> None:
+        for publisher in self.publishers:
+            if publisher.on_listeners is not None and not self.callbacks:
+                publisher.newest = None
+
+    def _listeners_changed(self, first: Callable[[], None]) -> None:
+        self.callbacks = tuple(each.callback for each in self.subscriptions)
+        first()
+        count = len(self.callbacks)
+        for publisher in self.publishers:
+            if publisher.on_listeners is not None:
+                publisher.on_listeners(count)

@@ -1,0 +1,88 @@
+from itertools import pairwise
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.bus import Refusals
+from cellwright.bus.refusals import MOST_SOURCES, OTHERS
+
+SECOND = 10**9
+
+
+class Desk:
+    """Refusals with a clock that one turns by hand."""
+
+    def __init__(self) -> None:
+        self.now = 0
+        self.lines: list[str] = []
+        self.refusals = Refusals(lambda: self.now, self.lines.append)
+
+    def refuse(self, source: str = "/arm", reason: str = "no", at: int = 0) -> None:
+        self.now = at
+        self.refusals.refuse(source, reason)
+
+
+def test_the_first_is_said_at_once_and_a_flood_once_a_second() -> None:
+    desk = Desk()
+    for tick in range(0, 3 * SECOND, 2_000_000):
+        desk.refuse(at=tick)
+    assert desk.lines == [
+        "refused /arm: no",
+        "refused /arm: no (and 499 more since the last report)",
+        "refused /arm: no (and 499 more since the last report)",
+    ]
+    assert desk.refusals.total == 1500
+    desk.refusals.flush()
+    desk.refusals.flush()
+    assert desk.lines[3:] == ["refused /arm: 499 more since the last report"]
+
+
+def test_sources_are_told_apart() -> None:
+    desk = Desk()
+    desk.refuse("/arm", "one")
+    desk.refuse("/agv", "two")
+    desk.refuse("/arm", "three", at=SECOND - 1)
+    desk.refuse("/arm", "four", at=SECOND)
+    assert desk.lines == [
+        "refused /arm: one",
+        "refused /agv: two",
+        "refused /arm: four (and 1 more since the last report)",
+    ]
+    assert desk.refusals.counts == {"/arm": 3, "/agv": 1}
+
+
+def test_a_run_that_begins_anew_is_told_again() -> None:
+    desk = Desk()
+    desk.refuse(at=100 * SECOND)
+    desk.refuse(at=0)
+    assert len(desk.lines) == 2
+
+
+def test_countless_names_share_one_place() -> None:
+    desk = Desk()
+    for number in range(3 * MOST_SOURCES):
+        desk.refuse(f"/node_{number}")
+    assert len(desk.refusals.counts) == MOST_SOURCES + 1
+    assert desk.refusals.counts[OTHERS] == 2 * MOST_SOURCES
+    assert len(desk.lines) == MOST_SOURCES + 1
+
+
+@given(st.lists(st.tuples(st.sampled_from(["/a", "/b"]), st.integers(0, 2 * SECOND)), max_size=40))
+def test_nothing_goes_uncounted(events: list[tuple[str, int]]) -> None:
+    desk = Desk()
+    now = 0
+    told: dict[str, list[int]] = {"/a": [], "/b": []}
+    for source, pause in events:
+        now += pause
+        before = len(desk.lines)
+        desk.refuse(source, at=now)
+        if len(desk.lines) > before:
+            told[source].append(now)
+    desk.refusals.flush()
+    assert desk.refusals.total == len(events)
+    lines = [line for line in desk.lines if "more" in line]
+    more = sum(int(line.split(" more")[0].split()[-1]) for line in lines)
+    said = sum(line.startswith("refused") and ": no" in line for line in desk.lines)
+    assert said + more == len(events)
+    for times in told.values():
+        assert all(b - a >= SECOND for a, b in pairwise(times))

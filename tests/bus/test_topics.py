@@ -1,0 +1,256 @@
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.bus import Bus, Direction
+from cellwright.errors import UnknownNameError, UsageError
+from cellwright.messages.osrf_gear import Order, VacuumGripperState
+from cellwright.messages.standard import String
+
+
+@pytest.fixture
+def bus() -> Bus:
+    return Bus(lambda: 0)
+
+
+def recorder(into: list[Any], name: str) -> Callable[[Any], None]:
+    return lambda message: into.append((name, message.data))
+
+
+def test_delivery_is_in_order_of_subscription(bus: Bus) -> None:
+    publisher = bus.advertise("/state", "std_msgs/String")
+    heard: list[Any] = []
+    for name in "abc":
+        bus.subscribe("/state", recorder(heard, name))
+    publisher.publish(String("1"))
+    publisher.publish(String("2"))
+    assert heard == [("a", "1"), ("b", "1"), ("c", "1"), ("a", "2"), ("b", "2"), ("c", "2")]
+
+
+def test_a_message_is_the_same_object_for_all(bus: Bus) -> None:
+    publisher = bus.advertise("/state", "std_msgs/String")
+    heard: list[String] = []
+    bus.subscribe("/state", heard.append)
+    bus.subscribe("/state", heard.append)
+    message = String("once")
+    publisher.publish(message)
+    assert heard[0] is heard[1] is message
+
+
+def test_cancelling(bus: Bus) -> None:
+    publisher = bus.advertise("/state", "std_msgs/String")
+    heard: list[Any] = []
+    first = bus.subscribe("/state", recorder(heard, "first"), node="/one")
+    bus.subscribe("/state", recorder(heard, "second"), node="/two")
+    assert publisher.listeners == 2
+    nodes = publisher.listening_nodes
+    assert nodes == ("/one", "/two")
+    first.cancel()
+    first.cancel()
+    publisher.publish(String("x"))
+    assert heard == [("second", "x")]
+    nodes = publisher.listening_nodes
+    assert nodes == ("/two",)
+    assert first.topic == "/state"
+
+
+def test_one_callback_may_listen_twice(bus: Bus) -> None:
+    publisher = bus.advertise("/state", "std_msgs/String")
+    heard: list[String] = []
+    one = bus.subscribe("/state", heard.append)
+    bus.subscribe("/state", heard.append)
+    one.cancel()
+    publisher.publish(String("x"))
+    assert len(heard) == 1
+
+
+def test_cancelling_while_a_message_is_delivered(bus: Bus) -> None:
+    publisher = bus.advertise("/state", "std_msgs/String")
+    heard: list[Any] = []
+    bus.subscribe("/state", lambda _message: last.cancel())
+    last = bus.subscribe("/state", recorder(heard, "last"))
+    publisher.publish(String("1"))
+    publisher.publish(String("2"))
+    assert heard == [("last", "1")]
+
+
+def test_who_waits_for_a_topic_is_served_once_it_is_there(bus: Bus) -> None:
+    heard: list[Any] = []
+    counts: list[int] = []
+    bus.subscribe("/state", recorder(heard, "early"))
+    assert bus.topics() == ()
+    publisher = bus.advertise("/state", "std_msgs/String", on_listeners=counts.append)
+    assert counts == [1]
+    publisher.publish(String("x"))
+    assert heard == [("early", "x")]
+
+
+def test_a_latched_topic_gives_a_late_listener_the_newest(bus: Bus) -> None:
+    publisher = bus.advertise("/orders", "osrf_gear/Order", latch=True)
+    publisher.publish(Order("order_0"))
+    publisher.publish(Order("order_1"))
+    heard: list[Order] = []
+    bus.subscribe("/orders", heard.append)
+    assert heard == [Order("order_1")]
+    publisher.publish(Order("order_2"))
+    assert heard == [Order("order_1"), Order("order_2")]
+    bus.forget_latched()
+    later: list[Order] = []
+    bus.subscribe("/orders", later.append)
+    assert later == []
+
+
+def test_without_latch_a_late_listener_gets_nothing(bus: Bus) -> None:
+    bus.advertise("/orders", "osrf_gear/Order").publish(Order("order_0"))
+    heard: list[Order] = []
+    bus.subscribe("/orders", heard.append)
+    assert heard == []
+
+
+def test_each_publisher_of_a_topic_latches_its_own(bus: Bus) -> None:
+    one = bus.advertise("/tf", "std_msgs/String", latch=True, node="/one")
+    two = bus.advertise("/tf", "std_msgs/String", node="/two")
+    three = bus.advertise("/tf", "std_msgs/String", latch=True, node="/three")
+    for publisher in (three, two, one):
+        publisher.publish(String(publisher.node))
+    heard: list[Any] = []
+    bus.subscribe("/tf", recorder(heard, ""))
+    assert [text for _, text in heard] == ["/one", "/three"]
+    assert bus.topic("/tf").publishers == ("/one", "/two", "/three")
+
+
+def test_publishers_hear_of_every_change(bus: Bus) -> None:
+    counts: list[int] = []
+    bus.advertise("/scan", "std_msgs/String", on_listeners=counts.append)
+    one = bus.subscribe("/scan", lambda _message: None)
+    two = bus.subscribe("/scan", lambda _message: None)
+    one.cancel()
+    one.cancel()
+    two.cancel()
+    assert counts == [1, 2, 1, 0]
+
+
+def test_what_was_sampled_for_earlier_listeners_is_not_served_to_later_ones(bus: Bus) -> None:
+    publisher = bus.advertise("/camera", "std_msgs/String", latch=True, on_listeners=lambda _count: None)
+    publisher.publish(String("for nobody"))
+    heard: list[Any] = []
+    first = bus.subscribe("/camera", recorder(heard, "first"))
+    assert heard == []
+    publisher.publish(String("old"))
+    second = bus.subscribe("/camera", recorder(heard, "second"))
+    assert heard == [("first", "old"), ("second", "old")]
+    first.cancel()
+    third = bus.subscribe("/camera", recorder(heard, "third"))
+    assert heard[-1] == ("third", "old")
+    second.cancel()
+    third.cancel()
+    heard.clear()
+    bus.subscribe("/camera", recorder(heard, "late"))
+    assert heard == []
+
+
+def test_a_publisher_may_answer_its_first_listener_at_once(bus: Bus) -> None:
+    heard: list[Any] = []
+    publisher = bus.advertise(
+        "/state", "std_msgs/String", latch=True, on_listeners=lambda count: publisher.publish(String(str(count)))
+    )
+    bus.subscribe("/state", recorder(heard, "a"))
+    assert heard == [("a", "1")]
+
+
+def test_an_error_of_a_listener_comes_out(bus: Bus) -> None:
+    publisher = bus.advertise("/state", "std_msgs/String")
+
+    def fail(_message: String) -> None:
+        raise ZeroDivisionError
+
+    bus.subscribe("/state", fail)
+    with pytest.raises(ZeroDivisionError):
+        publisher.publish(String("x"))
+
+
+def test_only_the_topics_class_is_published(bus: Bus) -> None:
+    publisher = bus.advertise("/state", "std_msgs/String")
+    with pytest.raises(UsageError, match="/state carries std_msgs/String, not osrf_gear/VacuumGripperState"):
+        publisher.publish(VacuumGripperState())
+    assert publisher.topic == "/state"
+
+
+def test_a_topic_has_one_type_and_one_direction(bus: Bus) -> None:
+    bus.advertise("/state", "std_msgs/String")
+    bus.advertise("/state", "std_msgs/msg/String")
+    with pytest.raises(UsageError, match="/state carries std_msgs/String out, not osrf_gear/Order out as well"):
+        bus.advertise("/state", "osrf_gear/Order")
+    with pytest.raises(UsageError, match="/state is taken"):
+        bus.listen("/state", "std_msgs/String", lambda _message, _node: None)
+    bus.listen("/command", "std_msgs/String", lambda _message, _node: None)
+    with pytest.raises(UsageError, match="/command carries std_msgs/String in, not std_msgs/String out as well"):
+        bus.advertise("/command", "std_msgs/String")
+    with pytest.raises(UsageError, match="/command is taken"):
+        bus.listen("/command", "std_msgs/String", lambda _message, _node: None)
+    with pytest.raises(UnknownNameError, match="unknown message"):
+        bus.advertise("/other", "osrf_gear/Shipment")
+
+
+@pytest.mark.parametrize("name", ["", "/", "orders", "ariac/orders", "/ariac/", "//orders", "/my orders", "/a\n"])
+def test_names_are_absolute(bus: Bus, name: str) -> None:
+    with pytest.raises(UsageError, match="no absolute name"):
+        bus.subscribe(name, lambda _message: None)
+    with pytest.raises(UsageError, match="no absolute name"):
+        bus.advertise(name, "std_msgs/String")
+    with pytest.raises(UsageError, match="no absolute name"):
+        bus.serve(name, "std_srvs/Trigger", lambda _request, _node: None)
+
+
+def test_listing(bus: Bus) -> None:
+    bus.advertise("/b", "std_msgs/String", latch=True, rate="10 Hz", node="/cell")
+    bus.advertise("/b", "std_msgs/String", node="/other")
+    bus.listen("/a", "osrf_gear/Order", lambda _message, _node: None, node="/cell")
+    bus.subscribe("/b", lambda _message: None, node="/me")
+    bus.subscribe("/a", lambda _message: None, node="/me")
+    bus.subscribe("/not/there/yet", lambda _message: None)
+    a, b = bus.topics()
+    assert (a.name, a.type, a.direction, a.latch, a.rate) == ("/a", "osrf_gear/Order", Direction.IN, False, "")
+    assert (a.publishers, a.subscribers) == ((), ("/cell", "/me"))
+    assert (b.name, b.type, b.direction, b.latch, b.rate) == ("/b", "std_msgs/String", Direction.OUT, True, "10 Hz")
+    assert (b.publishers, b.subscribers) == (("/cell", "/other"), ("/me",))
+    assert bus.topic("/b") == b
+    for unknown in ("/c", "/not/there/yet"):
+        with pytest.raises(UnknownNameError, match=r"unknown topic .* \(known: /a, /b\)"):
+            bus.topic(unknown)
+
+
+@given(st.lists(st.one_of(st.just("subscribe"), st.integers(0, 9)), max_size=30))
+def test_the_number_of_listeners_is_right_whatever_happens(actions: list[Any]) -> None:
+    """Against a model: subscriptions come and go, some cancelled twice; counts, order and delivery stay right."""
+    bus = Bus(lambda: 0)
+    counts: list[int] = []
+    publisher = bus.advertise("/state", "std_msgs/String", on_listeners=counts.append)
+    heard: list[Any] = []
+    subscriptions: list[Any] = []
+
+    def hear(number: int, _message: String) -> None:
+        heard.append(number)
+
+    alive: list[int] = []
+    expected_counts: list[int] = []
+    for action in actions:
+        if action == "subscribe":
+            number = len(subscriptions)
+            subscriptions.append(bus.subscribe("/state", partial(hear, number)))
+            alive.append(number)
+            expected_counts.append(len(alive))
+        elif action < len(subscriptions):
+            subscriptions[action].cancel()
+            if action in alive:
+                alive.remove(action)
+                expected_counts.append(len(alive))
+        heard.clear()
+        publisher.publish(String(""))
+        assert heard == alive
+        assert publisher.listeners == len(alive)
+    assert counts == expected_counts
