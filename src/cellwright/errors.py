@@ -49,10 +49,12 @@ class DescriptionError(CellwrightError):
 
     Args:
         problems: what is wrong, each of which reads `path:line: key: what is wrong` as text.
+        warnings: what was found besides, in the same form.
     """
 
-    def __init__(self, problems: Iterable[object]) -> None:
+    def __init__(self, problems: Iterable[object], warnings: Iterable[object] = ()) -> None:
         self.problems = tuple(problems)
+        self.warnings = tuple(warnings)
         super().__init__("\n".join(map(str, self.problems)))
 
 

@@ -80,8 +80,8 @@ class _Evaluator:
 
     def _node(self, node: ast.expr) -> Number:
         match node:
-            case ast.Constant(value=value) if type(value) in (int, float):
-                return self._bounded(value)
+            case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
+                return self._bounded(number)
             case ast.UnaryOp(op=ast.USub(), operand=operand):
                 return -self._node(operand)
             case ast.UnaryOp(op=ast.UAdd(), operand=operand):
@@ -89,10 +89,10 @@ class _Evaluator:
             case ast.BinOp(left=left, op=op, right=right):
                 return self._bounded(self._operation(op, self._node(left), self._node(right)))
             case ast.Name(id=name):
-                value = self._look_up(name)
-                if not isinstance(value, float):
+                constant = self._look_up(name)
+                if not isinstance(constant, float):
                     raise self._refuse(f"names the function {name} without calling it")
-                return value
+                return constant
             case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
                 return self._bounded(self._call(name, [self._node(argument) for argument in arguments]))
             case _:

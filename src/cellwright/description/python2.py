@@ -15,10 +15,8 @@ _SMALLEST_TABLE = 8
 def dictionary_order(keys: Iterable[object]) -> list[object]:
     """The order in which CPython 2.7 walked a dictionary into which the keys were put one after the other."""
     slots: list[tuple[int, object] | None] = [None] * _SMALLEST_TABLE
-    used = 0
-    for key in dict.fromkeys(keys):
+    for used, key in enumerate(dict.fromkeys(keys), start=1):
         _put(slots, _hash(key), key)
-        used += 1
         if used * 3 >= len(slots) * 2:
             slots = _resized(slots, used * (2 if used > 50000 else 4))
     return [slot[1] for slot in slots if slot is not None]
