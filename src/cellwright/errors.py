@@ -40,6 +40,24 @@ class UnknownNameError(CellwrightError, KeyError):
         return self.sentence()
 
 
+class ExpressionError(CellwrightError, ValueError):
+    """A text that should have been arithmetic with a finite value and is not."""
+
+
+class DescriptionError(CellwrightError):
+    """Files that describe no cell; `problems` lists everything that was found wrong.
+
+    Args:
+        problems: what is wrong, each of which reads `path:line: key: what is wrong` as text.
+        warnings: what was found besides, in the same form.
+    """
+
+    def __init__(self, problems: Iterable[object], warnings: Iterable[object] = ()) -> None:
+        self.problems = tuple(problems)
+        self.warnings = tuple(warnings)
+        super().__init__("\n".join(map(str, self.problems)))
+
+
 class RejectedCommandError(CellwrightError):
     """A command from outside that was refused as a whole; the cell goes on as if it had not come."""
 

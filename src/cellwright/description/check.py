@@ -1,0 +1,54 @@
+"""The answer to "is this file all right?", for people and for programs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from cellwright.description.gear2017 import load_trial
+from cellwright.description.resolved import resolved
+from cellwright.errors import DescriptionError
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What was found; errors and warnings read `path:line: key: what is wrong`."""
+
+    errors: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    resolved: dict[str, Any] | None = None
+
+    @property
+    def ok(self) -> bool:
+        """Whether the files can be used."""
+        return not self.errors
+
+    def lines(self) -> list[str]:
+        """The report for people: errors, warnings, and the verdict last."""
+        count = len(self.errors)
+        verdict = "ok" if self.ok else f"{count} error{'' if count == 1 else 's'}"
+        return [
+            *(f"error: {text}" for text in self.errors),
+            *(f"warning: {text}" for text in self.warnings),
+            verdict,
+        ]
+
+    def as_dict(self) -> dict[str, Any]:
+        """The report for programs, as JSON-able data."""
+        return {
+            "ok": self.ok,
+            "errors": list(self.errors),
+            "warnings": list(self.warnings),
+            "resolved": self.resolved,
+        }
+
+
+def check(paths: Sequence[Path]) -> Report:
+    """Load the files as one trial and report."""
+    try:
+        loaded = load_trial(paths)
+    except DescriptionError as error:
+        return Report(errors=tuple(map(str, error.problems)), warnings=tuple(map(str, error.warnings)))
+    return Report(warnings=tuple(map(str, loaded.warnings)), resolved=resolved(loaded.figures))
