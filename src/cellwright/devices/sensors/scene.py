@@ -74,10 +74,7 @@ class Scene:
             if each.nested_in is not None and each.nested_in not in places:
                 raise UnknownNameError("model", each.nested_in, places)
         self.nested_in = np.array(
-            [
-                index if each.nested_in is None else names.index(each.nested_in)
-                for index, each in enumerate(self.models)
-            ],
+            [places[each.name if each.nested_in is None else each.nested_in] for each in self.models],
             dtype=np.intp,
         )
         """Index of the model that each is nested in; its own index for those that are not. Shape (n,)."""
