@@ -1,0 +1,122 @@
+"""The models that a logical camera can tell apart, and the boxes around them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from cellwright.errors import UnknownNameError, UsageError
+from cellwright.pose import Pose
+
+
+@dataclass(frozen=True, slots=True)
+class SceneModel:
+    """A model in the scene.
+
+    Attributes:
+        name: full model name (`bin7|piston_rod_part_3`, `agv1`, `kit_tray_1`).
+        type: its type (`piston_rod_part`, `agv1`, `kit_tray`).
+        body: id of the body whose frame is the model's.
+        geoms: ids of its collision geoms.
+        nested_in: name of the model that it is nested in, if it is.
+    """
+
+    name: str
+    type: str
+    body: int
+    geoms: tuple[int, ...]
+    nested_in: str | None = None
+
+    @property
+    def short_name(self) -> str:
+        """The name without what comes before its last `|`: `piston_rod_part_3`."""
+        return self.name.rpartition("|")[2]
+
+
+def collision_geoms(model: mujoco.MjModel, body: int) -> tuple[int, ...]:
+    """Ids of the geoms of a body, and of all bodies that hang on it, that can touch anything."""
+    bodies = {body}
+    for child in range(body + 1, model.nbody):  # the engine numbers parents before children
+        if int(model.body_parentid[child]) in bodies:
+            bodies.add(child)
+    touching = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+    return tuple(int(geom) for geom in np.flatnonzero(touching) if int(model.geom_bodyid[geom]) in bodies)
+
+
+class Scene:
+    """All models and, while nothing moves, their boxes: cameras that look in one tick share the work.
+
+    Args:
+        model: the engine's model.
+        data: the engine's data.
+        models: every model that a camera may see.
+
+    Raises:
+        UsageError: two models of one name, or a model without a collision geom.
+        UnknownNameError: a model nested in none of these.
+    """
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, models: Sequence[SceneModel]) -> None:
+        self.models = tuple(models)
+        self._data = data
+        places: dict[str, int] = {}
+        for index, each in enumerate(self.models):
+            if each.name in places:
+                raise UsageError(f"there are two models named {each.name!r} in the scene")
+            if not each.geoms:
+                raise UsageError(f"the model {each.name!r} has no collision geom to see")
+            places[each.name] = index
+        for each in self.models:
+            if each.nested_in is not None and each.nested_in not in places:
+                raise UnknownNameError("model", each.nested_in, places)
+        self.nested_in = np.array(
+            [places[each.name if each.nested_in is None else each.nested_in] for each in self.models],
+            dtype=np.intp,
+        )
+        """Index of the model that each is nested in; its own index for those that are not. Shape (n,)."""
+        self._geoms = np.array([geom for each in self.models for geom in each.geoms], dtype=np.intp)
+        self._firsts = np.cumsum([0, *(len(each.geoms) for each in self.models[:-1])])
+        self._local_centres = model.geom_aabb[self._geoms, :3]
+        self._local_halves = model.geom_aabb[self._geoms, 3:]
+        types = model.geom_type[self._geoms]
+        self._is_cylinder = (types == mujoco.mjtGeom.mjGEOM_CYLINDER)[:, None]
+        self._is_ball = np.isin(types, (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_ELLIPSOID))[:, None]
+        self._seen: tuple[bytes, bytes] | None = None
+        self._boxes = (np.empty((0, 3)), np.empty((0, 3)))
+
+    def pose(self, index: int) -> Pose:
+        """`world_T_model` of a model. Positions must be up to date (`Simulation.refresh`)."""
+        body = self.models[index].body
+        x, y, z = self._data.xpos[body].tolist()
+        qw, qx, qy, qz = self._data.xquat[body].tolist()
+        return Pose((x, y, z), (qw, qx, qy, qz))
+
+    def boxes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Middle and half size of the box along the world's axes around each model [m], both of shape (n, 3).
+
+        Boxes are exact for boxes, cylinders, balls and meshes' own boxes. Positions must be up to date.
+        """
+        if not self.models:
+            return self._boxes
+        # compared as bytes, not by tick: poses may be written by hand within a tick, and most ticks move little
+        seen = (self._data.geom_xpos.tobytes(), self._data.geom_xmat.tobytes())
+        if seen != self._seen:
+            self._seen = seen
+            self._boxes = self._compute()
+        return self._boxes
+
+    def _compute(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        rotations = self._data.geom_xmat[self._geoms].reshape(-1, 3, 3)
+        centres = self._data.geom_xpos[self._geoms] + np.einsum("gij,gj->gi", rotations, self._local_centres)
+        spans = np.abs(rotations) * self._local_halves[:, None, :]
+        x, y, z = spans[..., 0], spans[..., 1], spans[..., 2]
+        # along a world axis a box reaches |x|+|y|+|z|; a disc, where it is round, only the root of the squares
+        across = np.where(self._is_cylinder, np.hypot(x, y), x + y)
+        halves = np.where(self._is_ball, np.hypot(np.hypot(x, y), z), across + z)
+        lower = np.minimum.reduceat(centres - halves, self._firsts)
+        upper = np.maximum.reduceat(centres + halves, self._firsts)
+        return (lower + upper) / 2, (upper - lower) / 2
