@@ -42,7 +42,7 @@ class LampGroup:
 
 def disc_lamp(centre: Vector3, towards: Vector3, radius: float, side: int = _SIDE) -> LampGroup:
     """A round lamp of `radius` [m] at `centre` [m], facing the point `towards` [m]."""
-    axis = np.subtract(towards, centre)
+    axis = np.subtract(towards, centre, dtype=np.float64)
     axis /= np.linalg.norm(axis)
     across = np.cross(axis, (1.0, 0.0, 0.0) if abs(axis[0]) < 0.9 else (0.0, 1.0, 0.0))
     across /= np.linalg.norm(across)

@@ -67,7 +67,8 @@ def light_layer(shader: Shader, hits: Hits, directions: NDArray[np.float64], wid
 
 def hits_behind(shader: Shader, hits: Hits, directions: NDArray[np.float64]) -> tuple[NDArray[np.int64], Hits]:
     """Which rays (k,) met something translucent, and what opaque (k) they meet behind it."""
-    at = np.flatnonzero((hits.geom >= 0) & (shader.surfaces.opacity[hits.geom] < 1))
+    met = np.flatnonzero(hits.geom >= 0)
+    at = met[shader.surfaces.opacity[hits.geom[met]] < 1]
     return at, shader.caster.cast(shader.eye, directions[at], through_translucent=True)
 
 
