@@ -1,0 +1,131 @@
+"""What the surfaces of a cell look like by themselves, before any light falls on them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+_UNSET = (0.5, 0.5, 0.5, 1.0)
+"""The engine's default colour of a geom; a geom with a material that has this colour shows the material's."""
+
+_TILE = 1.0  # [m], spacing of the lines on a floor without texture
+_LINE = 0.012  # [m], width of these lines
+_LINE_SHADE = 0.8  # factor on the colour
+
+_PLASTIC_SPECULAR = 0.3
+_PLASTIC_SHININESS = 0.4
+_FLOOR_REFLECTANCE = 0.2
+
+
+def geom_colours(model: mujoco.MjModel) -> NDArray[np.float64]:
+    """The colour and opacity (ngeom, 4) of every geom, sRGB 0..1: its own, or else its material's."""
+    colours = np.array(model.geom_rgba, np.float64)
+    from_material = (model.geom_matid >= 0) & np.all(model.geom_rgba == np.array(_UNSET, np.float32), axis=1)
+    colours[from_material] = model.mat_rgba[model.geom_matid[from_material]]
+    return colours
+
+
+def linear(colour: NDArray[np.floating]) -> NDArray[np.float32]:
+    """Amounts of light for sRGB values 0..1 (IEC 61966-2-1)."""
+    c = np.asarray(colour, np.float32)
+    return np.where(c <= 0.04045, c / 12.92, ((np.maximum(c, 0.04045) + 0.055) / 1.055) ** 2.4).astype(np.float32)
+
+
+@dataclass(frozen=True, slots=True)
+class _Decal:
+    """A picture laid over a plane, `repeat` times per metre (uniform) or per plane (else)."""
+
+    texels: NDArray[np.float32]
+    repeat: NDArray[np.float64]
+
+
+class Surfaces:
+    """Colours and gloss by geom id, as arrays that are indexed with many hits at once.
+
+    Args:
+        model: the cell.
+        data: its state, for the places of its planes.
+        colours: colour and opacity (ngeom, 4), sRGB.
+    """
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, colours: NDArray[np.float64]) -> None:
+        material = model.geom_matid
+        has_material = material >= 0
+        self.plane = np.array(model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE)
+        """(ngeom,) whether a geom is a plane."""
+        self.opacity = colours[:, 3].astype(np.float32)
+        """(ngeom,) 0..1."""
+        self.specular = np.full(model.ngeom, _PLASTIC_SPECULAR, np.float32)
+        """(ngeom,) how strong highlights are, 0..1."""
+        self.shininess = np.full(model.ngeom, _PLASTIC_SHININESS, np.float32)
+        """(ngeom,) how small highlights are, 0..1."""
+        self.reflectance = np.where(self.plane, _FLOOR_REFLECTANCE, 0.0).astype(np.float32)
+        """(ngeom,) share of light that a plane mirrors, 0..1; zero for all other shapes."""
+        self.specular[has_material] = model.mat_specular[material[has_material]]
+        self.shininess[has_material] = model.mat_shininess[material[has_material]]
+        of_material = has_material & self.plane
+        self.reflectance[of_material] = model.mat_reflectance[material[of_material]]
+        self.place = np.array(data.geom_xpos)
+        """(ngeom, 3) geom frame in the world [m]."""
+        self.turn = np.array(data.geom_xmat).reshape(-1, 3, 3)
+        """(ngeom, 3, 3) geom frame to world."""
+        self._base = linear(colours[:, :3])
+        self._decals = {int(g): d for g in np.flatnonzero(of_material) if (d := _decal(model, int(g))) is not None}
+
+    def albedo(
+        self, geom: NDArray[np.int32], points: NDArray[np.float64], footprint: NDArray[np.float64]
+    ) -> NDArray[np.float32]:
+        """The share of light that comes back (n, 3), linear, at surface `points` (n, 3) [m] of geoms (n,).
+
+        `footprint` (n,) is how much of the surface [m] one pixel covers; patterns finer than that are blurred away.
+        """
+        colour = self._base[geom]
+        for plane in np.flatnonzero(self.plane):
+            at = np.flatnonzero(geom == plane)
+            if not len(at):
+                continue
+            local = (points[at] - self.place[plane]) @ self.turn[plane][:, :2]
+            decal = self._decals.get(int(plane))
+            colour[at] *= _lines(local, footprint[at])[:, None] if decal is None else _texels(decal, local)
+        return colour
+
+
+def _lines(local: NDArray[np.float64], footprint: NDArray[np.float64]) -> NDArray[np.float32]:
+    """The factor (n,) that the joints between floor tiles put on the floor's colour at `local` (n, 2) [m]."""
+    # The share of a pixel that a line covers: the overlap of two intervals, along either axis.
+    offset = np.abs(local - np.round(local / _TILE) * _TILE)
+    pixel = np.maximum(footprint, 1e-6)[:, None]
+    covered = np.clip((_LINE + pixel) / 2 - offset, 0, np.minimum(_LINE, pixel)) / pixel
+    share = 1 - (1 - covered[:, 0]) * (1 - covered[:, 1])
+    return (1 - (1 - _LINE_SHADE) * share).astype(np.float32)
+
+
+def _decal(model: mujoco.MjModel, geom: int) -> _Decal | None:
+    """The two-dimensional colour texture of a plane's material, if it has one."""
+    material = model.geom_matid[geom]
+    texture = model.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB]
+    if texture < 0 or model.tex_type[texture] != mujoco.mjtTexture.mjTEXTURE_2D:
+        return None
+    height, width, channels = (int(t[texture]) for t in (model.tex_height, model.tex_width, model.tex_nchannel))
+    start = model.tex_adr[texture]
+    texels = np.array(model.tex_data[start : start + height * width * channels]).reshape(height, width, channels)
+    rgb = np.repeat(texels, 3, axis=2) if channels == 1 else texels[:, :, :3]
+    repeat = np.array(model.mat_texrepeat[material], np.float64)
+    half = model.geom_size[geom, :2]
+    if not model.mat_texuniform[material]:
+        # An endless plane has no size of its own; the engine's own drawing counts it as one metre here.
+        repeat = repeat / np.where(half > 0, 2 * half, 1.0)
+    return _Decal(linear(rgb / 255), repeat)
+
+
+def _texels(decal: _Decal, local: NDArray[np.float64]) -> NDArray[np.float32]:
+    """The texture's colour (n, 3), linear, at `local` (n, 2) [m] of its plane."""
+    height, width, _ = decal.texels.shape
+    share = np.mod(local * decal.repeat + 0.5, 1.0)
+    column = np.minimum((share[:, 0] * width).astype(int), width - 1)
+    row = np.minimum(((1 - share[:, 1]) * height).astype(int), height - 1)
+    colours: NDArray[np.float32] = decal.texels[row, column]
+    return colours

@@ -1,0 +1,107 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from cellwright.errors import UnknownNameError, UsageError
+from cellwright.pose import Vector3
+from cellwright.viewer.camera import Camera
+from cellwright.viewer.views import VIEWS, view
+
+coordinates = st.floats(-10, 10)
+points = st.tuples(coordinates, coordinates, coordinates)
+
+
+@st.composite
+def cameras(draw: st.DrawFn) -> Camera:
+    eye, target = np.array(draw(points)), np.array(draw(points))
+    forward = target - eye
+    assume(np.linalg.norm(forward) > 1e-3)
+    assume(np.linalg.norm(forward[:2]) > 1e-3 * np.linalg.norm(forward))
+    return Camera(tuple(eye), tuple(target), fov=draw(st.floats(0.1, 2.5)))
+
+
+@given(cameras())
+def test_the_optical_frame_is_a_rotation(camera: Camera) -> None:
+    world_R_optical = camera.world_R_optical
+    assert np.allclose(world_R_optical.T @ world_R_optical, np.eye(3), atol=1e-9)
+    assert np.linalg.det(world_R_optical) == pytest.approx(1)
+    assert world_R_optical[2, 1] <= 0, "down in the picture is down in the world"
+    assert world_R_optical[2, 0] == pytest.approx(0, abs=1e-9), "the horizon is level"
+
+
+@given(cameras(), st.integers(1, 2000), st.integers(1, 2000), st.data())
+def test_a_point_on_a_pixels_ray_is_projected_to_that_pixel(
+    camera: Camera, width: int, height: int, data: st.DataObject
+) -> None:
+    pixel = np.array([[data.draw(st.floats(0, width)), data.draw(st.floats(0, height))]])
+    direction = camera.directions(pixel, width, height)
+    assert np.linalg.norm(direction) == pytest.approx(1)
+    assume((direction @ camera.world_R_optical)[0, 2] > 1e-3)
+    far = data.draw(st.floats(0.1, 100))
+    projected = camera.project(np.array(camera.eye) + far * direction, width, height)
+    assert np.allclose(projected[0, :2], pixel[0], atol=1e-4)
+    assert 0 < projected[0, 2] <= far * (1 + 1e-9)
+
+
+@given(cameras(), st.integers(1, 500), st.integers(1, 500))
+def test_the_target_is_in_the_middle(camera: Camera, width: int, height: int) -> None:
+    projected = camera.project(np.array([camera.target]), width, height)[0]
+    assert projected[:2] == pytest.approx((width / 2, height / 2), abs=1e-4)
+    assert projected[2] == pytest.approx(math.dist(camera.eye, camera.target))
+
+
+@given(cameras())
+def test_the_opening_angle_spans_the_height(camera: Camera) -> None:
+    top, bottom = camera.directions(np.array([[8.0, 0.0], [8.0, 9.0]]), 16, 9)
+    assert math.acos(np.clip(top @ bottom, -1, 1)) == pytest.approx(camera.fov, abs=1e-6)
+
+
+def test_right_is_right_and_up_is_up() -> None:
+    camera = Camera((0, -5, 1), (0, 0, 1))
+    right, up, behind = camera.project(np.array([(1.0, 0, 1), (0, 0, 2.0), (0, -6.0, 1)]), 100, 100)
+    assert right[0] > 50
+    assert right[1] == pytest.approx(50)
+    assert up[1] < 50
+    assert behind[2] == pytest.approx(-1)
+    assert np.isnan(behind[:2]).all()
+
+
+@pytest.mark.parametrize(
+    ("eye", "target", "up", "fov"),
+    [
+        ((0.0, 0.0, 1.0), (0.0, 0.0, 1.0), (0.0, 0.0, 1.0), 1.0),
+        ((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0),
+        ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 0.0, 0.0), 1.0),
+        ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.0),
+        ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), math.pi),
+        ((0.0, 0.0, math.nan), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0),
+        ((0.0, 0.0, 1.0), (math.inf, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0),
+    ],
+)
+def test_a_camera_that_sees_nothing_is_refused(eye: Vector3, target: Vector3, up: Vector3, fov: float) -> None:
+    with pytest.raises(UsageError):
+        Camera(eye, target, up, fov)
+
+
+WORTH_SEEING = {
+    "overview": [(0.3, 3.15, 0.755), (0.3, -3.15, 0.755), (-0.3, 0.23, 0.75), (0.3, 2.1, 1.0), (1.21, 3.5, 0.91)],
+    "bins": [(x, y, 0.75) for x in (-1.0, -0.3) for y in (-1.33, 0.995)],
+    "agv1": [(0.3 + x, 3.15 + y, 0.755) for x in (-0.25, 0.25) for y in (-0.35, 0.35)],
+    "agv2": [(0.3 + x, -3.15 + y, 0.755) for x in (-0.25, 0.25) for y in (-0.35, 0.35)],
+    "belt": [(1.21, y, 0.91) for y in (-0.5, 0, 1, 2, 3)],
+}
+
+
+@pytest.mark.parametrize("name", VIEWS)
+def test_a_view_shows_what_it_is_named_after(name: str) -> None:
+    column, row, depth = view(name).project(np.array(WORTH_SEEING[name]), 1280, 720).T
+    assert (depth > 0).all()
+    assert ((column > 0) & (column < 1280) & (row > 0) & (row < 720)).all()
+
+
+def test_an_unknown_view_is_refused_with_the_known_ones() -> None:
+    with pytest.raises(UnknownNameError, match=r"did you mean overview.*agv1"):
+        view("overveiw")

@@ -1,0 +1,99 @@
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from cellwright.viewer.lamps import LampGroup, disc_lamp, openness, sky
+from cellwright.viewer.raycast import Hits, RayCaster
+from tests.viewer.scenes import FLOOR, scene
+
+SIDE = 20
+KEY = disc_lamp((0, 0, 5), (0, 0, 0), 0.2)
+SKY = sky((0, 0, 0), 8.0)
+
+
+def patch(lamps: LampGroup, world: str, middle: tuple[float, float], size: float = 0.02) -> NDArray[np.float32]:
+    """How open the floor is to lamps in a small square about `middle`, as SIDE x SIDE pixels see it from above."""
+    caster = RayCaster(*scene(FLOOR + world))
+    offset = (np.arange(SIDE) + 0.5) / SIDE * size - size / 2
+    rows, columns = np.divmod(np.arange(SIDE * SIDE), SIDE)
+    points = np.column_stack([middle[0] + offset[columns], middle[1] + offset[rows], np.zeros(SIDE * SIDE)])
+    up = np.tile((0.0, 0.0, 1.0), (SIDE * SIDE, 1))
+    hits = Hits(np.zeros(SIDE * SIDE, np.int32), np.full(SIDE * SIDE, 5.0), up)
+    return openness(caster, lamps, hits, points, SIDE, SIDE)
+
+
+def test_the_lamps_of_a_disc_fill_it_and_face_the_target() -> None:
+    lamp = disc_lamp((1, 2, 3), (4, 2, 3), 0.5)
+    offsets = lamp.positions - (1, 2, 3)
+    distance = np.linalg.norm(offsets, axis=1)
+    assert np.allclose(offsets[:, 0], 0, atol=1e-12)
+    assert 0.4 < distance.max() <= 0.5
+    assert np.median(distance) == pytest.approx(0.5 * 0.5**0.5, abs=0.02)
+    assert lamp.centre == pytest.approx((1, 2, 3), abs=0.05)
+    assert len(np.unique(lamp.positions.round(9), axis=0)) == lamp.side**2
+
+
+def test_the_sky_is_half_a_sphere() -> None:
+    directions = (sky((1, 0, 0), 4.0).positions - (1, 0, 0)) / 4
+    assert np.allclose(np.linalg.norm(directions, axis=1), 1)
+    assert (directions[:, 2] > 0).all()
+    assert directions[:, 2].mean() == pytest.approx(0.5)
+    assert directions[:, :2].mean(axis=0) == pytest.approx((0, 0), abs=0.05)
+    assert len(np.unique(directions.round(9), axis=0)) == 25
+
+
+@pytest.mark.parametrize("lamps", [KEY, SKY])
+def test_an_empty_floor_is_open(lamps: LampGroup) -> None:
+    assert (patch(lamps, "", (0, 0)) == 1).all()
+
+
+def test_beneath_a_slab_there_is_no_lamp_and_little_sky() -> None:
+    slab = '<geom type="box" size="2 2 .1" pos="0 0 .5" group="1"/>'
+    assert (patch(KEY, slab, (0, 0)) == 0).all()
+    assert patch(SKY, slab, (0, 0)).max() < 0.12
+
+
+def test_a_wall_takes_half_the_sky() -> None:
+    # light on a level floor from the half of the sky before a long high wall: exactly half, by symmetry
+    wall = '<geom type="box" size=".1 50 50" pos=".11 0 50" group="1"/>'
+    assert patch(SKY, wall, (0, 0)).mean() == pytest.approx(0.5, abs=0.08)
+
+
+def test_the_edge_of_a_shadow_is_soft() -> None:
+    # seen from a lamp 5 m up, an edge 2.5 m up and 0 aside falls on x = 0; the lamp's 0.2 m make 0.4 m of half shade
+    slab = '<geom type="box" size="2 2 .001" pos="-2 0 2.5" group="1"/>'
+    across = [patch(KEY, slab, (x, 0)).mean() for x in (-0.25, -0.1, 0, 0.1, 0.25)]
+    assert across[0] == 0
+    assert across[-1] == 1
+    assert across[2] == pytest.approx(0.5, abs=0.1)
+    assert across == sorted(across)
+    assert 0.1 < across[1] < 0.4
+
+
+def test_things_only_touched_cast_no_shadow() -> None:
+    assert (patch(KEY, '<geom type="box" size="2 2 .1" pos="0 0 .5" group="3"/>', (0, 0)) == 1).all()
+
+
+def test_neighbours_on_another_surface_do_not_share() -> None:
+    # left half of the pixels on a floor in the dark, right half on a table top in the light
+    world = (
+        '<geom name="table" type="box" size="1 2 .1" pos="1 0 .9" group="1"/>'
+        '<geom type="box" size="1 2 .1" pos="-1 0 .5" group="1"/>'
+    )
+    caster = RayCaster(*scene(FLOOR + world))
+    rows, columns = np.divmod(np.arange(SIDE * SIDE), SIDE)
+    right = columns >= SIDE // 2
+    points = np.column_stack([np.where(right, 0.5, -0.5), rows * 0.01, np.where(right, 1.0, 0.0)])
+    up = np.tile((0.0, 0.0, 1.0), (SIDE * SIDE, 1))
+    seen = openness(caster, KEY, Hits(right.astype(np.int32), np.ones(len(points)), up), points, SIDE, SIDE)
+    assert (seen[right] == 1).all()
+    assert (seen[~right] == 0).all()
+
+
+def test_what_faces_away_and_what_is_not_there_sees_no_lamp() -> None:
+    caster = RayCaster(*scene(FLOOR))
+    points = np.zeros((4, 3))
+    away = np.tile((0.0, 0.0, -1.0), (4, 1))
+    assert (openness(caster, KEY, Hits(np.zeros(4, np.int32), np.ones(4), away), points, 2, 2) == 0).all()
+    missed = Hits(np.full(4, -1, np.int32), np.full(4, np.inf), np.zeros((4, 3)))
+    assert (openness(caster, KEY, missed, points, 2, 2) == 0).all()

@@ -1,0 +1,178 @@
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from cellwright.errors import UsageError
+from cellwright.viewer.camera import Camera
+from cellwright.viewer.picture import render, save_picture
+from tests.viewer.scenes import FLOOR, clutter, scene
+from tests.viewer.test_png import decode
+
+WIDTH, HEIGHT = 120, 90
+BALL = '<geom type="sphere" size=".5" pos="{}" rgba="1 0 0 1" group="1"/>'
+CAMERA = Camera((0, -4, 0), (0, 0, 0), fov=math.radians(40))
+ABOVE = Camera((0.01, 0, 8), (0, 0, 0), fov=math.radians(50))
+
+
+def is_red(picture: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    red: NDArray[np.bool_] = picture[:, :, 0] > picture[:, :, 2] + 20.0
+    return red
+
+
+def radius_of_ball(distance: float, height: int) -> float:
+    """How far [pixels] the rim of a ball of 0.5 m appears from its middle: where the tangent from the eye touches."""
+    return 0.5 / math.sqrt(distance**2 - 0.5**2) * height / (2 * math.tan(CAMERA.fov / 2))
+
+
+def test_a_ball_covers_the_disc_that_geometry_gives() -> None:
+    picture = render(*scene(BALL.format("0 0 0")), CAMERA, WIDTH, HEIGHT, samples=1)
+    rows, columns = np.mgrid[0:HEIGHT, 0:WIDTH] + 0.5
+    from_middle = np.hypot(rows - HEIGHT / 2, columns - WIDTH / 2)
+    assert np.array_equal(is_red(picture), from_middle < radius_of_ball(4, HEIGHT))
+
+
+def test_the_picture_is_not_mirrored() -> None:
+    picture = render(*scene(BALL.format(".8 0 .5")), CAMERA, WIDTH, HEIGHT, samples=1)
+    rows, columns = np.nonzero(is_red(picture))
+    expected = CAMERA.project(np.array([[0.8, 0, 0.5]]), WIDTH, HEIGHT)[0]
+    assert columns.mean() == pytest.approx(expected[0], abs=1)
+    assert rows.mean() == pytest.approx(expected[1], abs=1)
+    assert columns.mean() > WIDTH / 2
+    assert rows.mean() < HEIGHT / 2
+
+
+def test_more_samples_smooth_edges_and_nothing_else() -> None:
+    model, data = scene(BALL.format("0 0 0"))
+    jagged, smooth = (render(model, data, CAMERA, WIDTH, HEIGHT, samples=n).astype(float) for n in (1, 4))
+    rows, columns = np.mgrid[0:HEIGHT, 0:WIDTH] + 0.5
+    from_rim = np.hypot(rows - HEIGHT / 2, columns - WIDTH / 2) - radius_of_ball(4, HEIGHT)
+    outside = from_rim > 2
+    assert np.array_equal(jagged[outside], smooth[outside])
+    inside = from_rim < -6
+    assert np.abs(jagged[inside] - smooth[inside]).max() <= 2
+    rim = np.abs(from_rim) < 0.5
+    assert len(np.unique(smooth[rim][:, 2])) > len(np.unique(jagged[rim][:, 2]))
+    between = (smooth[rim][:, 2] > smooth[inside][:, 2].max() + 20) & (
+        smooth[rim][:, 2] < smooth[outside][:, 2].min() - 20
+    )
+    assert between.mean() > 0.4
+
+
+def test_things_cast_shadows() -> None:
+    # the lamp stands at (-3.2, -4.6, 7) from the camera's target: a slab 1 m up throws its shadow beyond itself
+    slab = '<geom type="box" size=".3 .3 .02" pos="0 0 1" rgba="1 1 1 1" group="1"/>'
+    lamp, centre = np.array([-3.2, -4.6, 7.0]), np.array([0, 0, 1.0])
+    shadow = lamp + (centre - lamp) * lamp[2] / (lamp[2] - centre[2])
+    open_, shaded = (render(*scene(FLOOR + world), ABOVE, WIDTH, HEIGHT).astype(float) for world in ("", slab))
+    column, row = (int(v) for v in ABOVE.project(shadow[None], WIDTH, HEIGHT)[0, :2])
+    assert shaded[row, column].mean() < open_[row, column].mean() - 30
+    column, row = (int(v) for v in ABOVE.project(shadow[None] * (-3, -3, 1), WIDTH, HEIGHT)[0, :2])
+    assert shaded[row, column].mean() == pytest.approx(open_[row, column].mean(), abs=2)
+
+
+def test_one_sees_through_translucent_things() -> None:
+    pane = '<geom type="box" size="1 .01 .7" pos="0 -1 0" rgba="0 0 1 {}" group="2"/>'
+    colours = {
+        opacity: render(*scene(BALL.format("0 0 0") + pane.format(opacity)), CAMERA, WIDTH, HEIGHT)[45, 60].astype(int)
+        for opacity in (0, 0.3, 0.7, 1)
+    }
+    reds = [colours[o][0] for o in (0, 0.3, 0.7, 1)]
+    blues = [colours[o][2] for o in (0, 0.3, 0.7, 1)]
+    assert reds == sorted(reds, reverse=True)
+    assert blues == sorted(blues)
+    assert len({*reds}) == len({*blues}) == 4
+
+
+def test_what_is_only_touched_is_not_drawn() -> None:
+    empty = render(*scene(""), CAMERA, 40, 30)
+    assert np.array_equal(render(*scene(BALL.format("0 0 0").replace('"1"', '"3"')), CAMERA, 40, 30), empty)
+    assert not np.array_equal(render(*scene(BALL.format("0 0 0")), CAMERA, 40, 30), empty)
+
+
+def test_the_same_state_gives_the_same_picture_on_any_number_of_threads() -> None:
+    model, data = clutter(3)
+    camera = Camera((4, -5, 2), (0, 0, 0))
+    first = render(model, data, camera, 160, 120, threads=1)
+    for threads in (1, 2, 3, None):
+        assert np.array_equal(render(model, data, camera, 160, 120, threads=threads), first)
+
+
+FALLING = (
+    '<body pos="0 0 .6"><freejoint/><geom type="box" size=".1 .1 .1" group="1"/></body>'
+    '<body pos=".05 0 1"><freejoint/><geom type="cylinder" size=".1 .05" group="1"/></body>'
+)
+
+
+def state_after(steps: int, *, watched: bool) -> NDArray[np.float64]:
+    model, data = scene(FLOOR + FALLING)
+    model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
+    states = []
+    everything = mujoco.mjtState.mjSTATE_INTEGRATION
+    for step in range(steps):
+        mujoco.mj_step(model, data)
+        if watched and step % 100 == 0:
+            render(model, data, ABOVE, 16, 12, samples=2)
+        state = np.empty(mujoco.mj_stateSize(model, everything))
+        mujoco.mj_getState(model, data, state, everything)
+        states.append(np.concatenate([state, data.xpos.ravel(), data.tree_asleep]))
+    return np.array(states)
+
+
+def test_watching_changes_nothing() -> None:
+    assert state_after(800, watched=True).tobytes() == state_after(800, watched=False).tobytes()
+
+
+def test_progress_runs_from_nothing_to_everything() -> None:
+    told: list[float] = []
+    render(*clutter(1), Camera((4, -5, 2), (0, 0, 0)), 200, 150, samples=4, progress=told.append)
+    assert told[0] == 0
+    assert told[-1] == 1
+    assert told == sorted(told)
+    assert len(told) > 4
+
+
+@pytest.mark.parametrize("size", [(1, 1), (1, 7), (7, 1), (3, 2)])
+def test_the_smallest_pictures(size: tuple[int, int]) -> None:
+    assert render(*scene(BALL.format("0 0 0")), CAMERA, *size).shape == (size[1], size[0], 3)
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "samples", "threads"),
+    [(0, 10, 1, 1), (10, -1, 1, 1), (5000, 10, 1, 1), (10, 10, 0, 1), (10, 10, 9, 1), (10, 10, 1, 0)],
+)
+def test_impossible_pictures_are_refused(width: int, height: int, samples: int, threads: int) -> None:
+    with pytest.raises(UsageError, match="picture"):
+        render(*scene(FLOOR), CAMERA, width, height, samples=samples, threads=threads)
+
+
+def test_a_picture_is_saved_as_png(tmp_path: Path) -> None:
+    model, data = scene(FLOOR + BALL.format("0 0 .5"))
+    path = tmp_path / "cell.png"
+    save_picture(path, model, data, CAMERA, 40, 30)
+    assert np.array_equal(decode(path.read_bytes()), render(model, data, CAMERA, 40, 30))
+    first = path.read_bytes()
+    save_picture(str(path), model, data, CAMERA, 40, 30)
+    assert path.read_bytes() == first
+
+
+def test_a_picture_that_cannot_be_written_says_where(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=r"nowhere.*cell\.png.*No such file"):
+        save_picture(tmp_path / "nowhere" / "cell.png", *scene(FLOOR), CAMERA, 8, 6)
+
+
+def test_no_graphics_library_is_loaded() -> None:
+    script = (
+        "import sys, mujoco; from cellwright.viewer import picture, camera;"
+        "m = mujoco.MjModel.from_xml_string('<mujoco/>');"
+        "picture.render(m, mujoco.MjData(m), camera.Camera((1, 0, 0), (0, 0, 0)), 8, 6);"
+        "print([n for n in sys.modules if n.split('.')[0] in ('OpenGL', 'glfw', 'PIL', 'matplotlib')"
+        " or n.startswith(('mujoco.egl', 'mujoco.osmesa', 'mujoco.gl_context'))])"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

@@ -1,0 +1,109 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from cellwright.pose import Vector3
+from cellwright.viewer.lamps import disc_lamp, sky
+from cellwright.viewer.raycast import RayCaster
+from cellwright.viewer.shading import Light, Shader, background, to_screen
+from cellwright.viewer.surfaces import Surfaces, linear
+from tests.viewer.scenes import scene
+
+EYE = (0.0, -4.0, 2.0)
+MATTE = '<material name="matte" specular="0" reflectance="0"/><material name="glossy" specular="0" reflectance=".5"/>'
+GREY = 'type="plane" size="60 60 1" rgba=".5 .5 .5 1" group="1"'
+
+
+def light_from(
+    world: str, target: Vector3, *, key: float = 1.0, open_sky: float = 1.0, eye: Vector3 = EYE
+) -> NDArray[np.float32]:
+    """The light that the eye receives from where it looks at `target`."""
+    model, data = scene(world, MATTE)
+    caster = RayCaster(model, data)
+    light = Light(disc_lamp((0, 0, 7), (0, 0, 0), 0.2), sky((0, 0, 0), 9))
+    shader = Shader(caster, Surfaces(model, data, caster.colours), light, np.array(eye), 1e-3)
+    direction = np.subtract(target, eye)[None] / np.linalg.norm(np.subtract(target, eye))
+    hits = caster.cast(shader.eye, direction)
+    albedo = shader.albedo(hits, direction)
+    received = shader.colour(hits, direction, albedo, np.full(1, key, np.float32), np.full(1, open_sky, np.float32))
+    first: NDArray[np.float32] = received[0]
+    return first
+
+
+def test_lamp_and_sky_add_up() -> None:
+    floor = f'<geom {GREY} material="matte"/>'
+    dark, lamp, open_sky, both = (
+        light_from(floor, (0.5, 0.5, 0), key=k, open_sky=s) for k, s in ((0, 0), (1, 0), (0, 1), (1, 1))
+    )
+    assert (dark > 0).all(), "the deepest corner is not black"
+    assert lamp - dark == pytest.approx(both - open_sky, rel=1e-3)
+    assert (lamp - dark > open_sky - dark).all(), "the lamp is the brighter light"
+
+
+def test_light_falls_off_with_the_cosine() -> None:
+    floor = f'<geom {GREY} material="matte"/>'
+    below, aside = (
+        light_from(floor, p, open_sky=0) - light_from(floor, p, key=0, open_sky=0)
+        for p in ((0.4, 0.4, 0), (4.4, 0.4, 0))
+    )
+    cosines = [7 / np.linalg.norm((x, 0.4, 7)) for x in (0.4, 4.4)]
+    assert aside[1] / below[1] == pytest.approx(cosines[1] / cosines[0], rel=0.01)
+
+
+def test_a_bright_colour_sends_back_more_light() -> None:
+    ball = '<geom type="sphere" size="1" rgba="{} {} .1 1" group="1" material="matte"/>'
+    light = light_from(ball.format(0.9, 0.3), (0, 0, 0.5))
+    assert light[0] > light[1] > light[2]
+
+
+def test_a_shiny_ball_has_a_highlight_where_it_mirrors_the_lamp() -> None:
+    # the normal half way between lamp and eye; the centre lies on the origin, eye and lamp equally far
+    ball = '<geom type="sphere" size="1" rgba=".2 .2 .2 1" group="1"{}/>'
+    eye = (0.0, -7.0, 0.0)
+    halfway = (0.0, -(0.5**0.5), 0.5**0.5)
+    shiny, matte = (light_from(ball.format(m), halfway, eye=eye) for m in ("", ' material="matte"'))
+    assert (shiny > matte + 0.05).all()
+    shaded = light_from(ball.format(""), halfway, eye=eye, key=0)
+    assert shaded == pytest.approx(light_from(ball.format(' material="matte"'), halfway, eye=eye, key=0))
+
+
+def test_a_glossy_floor_mirrors_what_stands_on_it() -> None:
+    # mirrored in z = 0 the eye stands at (0, -4, -2): it sees the ball at (0, 0, .5) through (0, -.8, 0)
+    ball = '<geom type="sphere" size=".3" pos="0 0 .5" rgba="1 0 0 1" group="1"/>'
+    seen = {m: light_from(f'<geom {GREY} material="{m}"/>{ball}', (0, -0.8, 0)) for m in ("matte", "glossy")}
+    aside = {m: light_from(f'<geom {GREY} material="{m}"/>{ball}', (1.3, -0.8, 0)) for m in ("matte", "glossy")}
+    assert seen["glossy"][0] > seen["matte"][0] + 0.02
+    assert seen["glossy"][2] == pytest.approx(seen["matte"][2], abs=0.01)
+    assert aside["glossy"] == pytest.approx(aside["matte"])
+
+
+def test_far_things_fade_into_the_background() -> None:
+    floor = f'<geom {GREY} material="matte"/>'
+    far = light_from(floor, (0, 40, 0))
+    direction = np.subtract((0, 40, 0), EYE)[None] / np.linalg.norm(np.subtract((0, 40, 0), EYE))
+    assert far == pytest.approx(background(direction)[0], abs=1e-6)
+    assert light_from(floor, (0.5, 0.5, 0)) != pytest.approx(background(direction)[0], abs=0.05)
+
+
+def test_the_sky_darkens_upwards_without_a_step() -> None:
+    angles = np.linspace(-np.pi / 2, np.pi / 2, 200)
+    light = background(np.column_stack([np.cos(angles), np.zeros(200), np.sin(angles)]))
+    assert (np.diff(light, axis=0) <= 1e-6).all()
+    assert np.abs(np.diff(light, axis=0)).max() < 0.02
+
+
+@given(st.floats(0, 50), st.floats(0, 50))
+def test_more_light_is_never_darker_on_the_screen(a: float, b: float) -> None:
+    low, high = to_screen(np.array(sorted((a, b)), np.float32))
+    assert low <= high
+
+
+@given(st.integers(0, 200))
+def test_screen_values_below_the_knee_come_back(value: int) -> None:
+    assert to_screen(linear(np.array([value / 255]))) == value
+
+
+def test_the_brightest_light_is_still_a_colour() -> None:
+    assert to_screen(np.array([0.0, 1e9, np.float32(1e30)], np.float32)).tolist() == [0, 255, 255]
