@@ -41,11 +41,8 @@ def part(time: float, type_: str) -> BeltPart:
 
 
 def appearances(schedule: PopulationSchedule, steps: Iterable[int]) -> list[tuple[int, str, int]]:
-    got = []
-    for now in (step * STEP for step in steps):
-        if (one := schedule.pop(now)) is not None:
-            got.append((now // STEP, one.type, one.clone))
-    return got
+    got = [(step, schedule.pop(step * STEP)) for step in steps]
+    return [(step, one.type, one.clone) for step, one in got if one is not None]
 
 
 @given(parts, commands)
