@@ -68,7 +68,7 @@ def test_arriving_within_the_goal_time_is_enough_and_once_is_enough_for_a_joint(
     arm.accept(REQUEST, 0)
     assert judge(arm, SECOND, 0.11) is GoalStatus.ACTIVE
     # all the others have arrived by now: what they do later makes no difference
-    time = SECOND + 599_999_999
+    time = SECOND + 600_000_000
     others = [value + 1.0 for value in arm.positions(time)]
     others[ELBOW] -= 1.0
     arm.update(time, others, STILL)
