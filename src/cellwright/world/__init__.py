@@ -1,1 +1,1 @@
-"""What stands where: descriptions turned into a MuJoCo model. Knows no time."""
+"""What stands where: turns a description into an engine model. Knows no time."""

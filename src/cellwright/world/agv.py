@@ -1,0 +1,85 @@
+"""The AGVs and the trays that they carry."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from cellwright.pose import Pose, Vector3
+from cellwright.world import colours
+from cellwright.world.frames import AGV_HOMES, AGV_T_TRAY, TRAY_IDS, TRAY_SURFACE
+from cellwright.world.shapes import Role, Touch, add_shape, at, box, cylinder
+
+AGV_MASS = 50.0
+"""Mass [kg] of an AGV without its tray."""
+
+TRAY_MASS = 1.0
+"""Mass [kg] of a tray."""
+
+STIFFNESS, DAMPING = 1e6, 1e5
+"""Gains of an AGV's drives [N/m], [N s/m]: stiff, so that a kit rides along as on a rail."""
+
+_COLOURS = {"agv1": colours.AGV1, "agv2": colours.AGV2}
+
+
+def plate_name(agv: str) -> str:
+    """Name of the geom that parts lie on on an AGV's tray."""
+    return f"kit_tray_{agv[-1]}_plate"
+
+
+def add_agv(spec: Any, agv: str) -> None:
+    """An AGV at home, on two slides along world x and y whose positions [m] count from there.
+
+    The drives are `pid` actuators `<agv>_x` and `<agv>_y` with position and velocity inputs. A tree with actuators
+    would never sleep, nor would anything on it: this one is allowed to.
+    """
+    home = AGV_HOMES[agv]
+    body = spec.worldbody.add_body(name=agv, pos=home.position, quat=home.quaternion)
+    body.sleep = mujoco.mjtSleepPolicy.mjSLEEP_ALLOWED
+    axes: tuple[tuple[str, Vector3], ...] = (("x", (1.0, 0.0, 0.0)), ("y", (0.0, 1.0, 0.0)))
+    for name, axis in axes:
+        local = np.round(home.inverse().rotate(axis), 12) + 0.0
+        body.add_joint(name=f"{agv}_{name}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=local)
+        drive = spec.add_actuator(name=f"{agv}_{name}", trntype=mujoco.mjtTrn.mjTRN_JOINT, target=f"{agv}_{name}")
+        drive.set_to_pid(kp=STIFFNESS, kv=DAMPING)
+    _fill_agv(body, agv)
+    tray = body.add_body(name=TRAY_IDS[agv], pos=AGV_T_TRAY.position)
+    _fill_tray(tray, plate_name(agv))
+
+
+def _fill_agv(body: Any, agv: str) -> None:
+    """Chassis, bumper, mast and column; the tray is in front of the column, at local +y."""
+    colour = _COLOURS[agv]
+    add_shape(body, box(0.555, 1.023, 0.409, at(z=0.3045), colour, 1.0), Role.BOTH, mass=AGV_MASS)
+    add_shape(body, box(0.673, 1.171, 0.124, at(z=0.162), colours.BLACK), Role.BOTH)
+    add_shape(body, cylinder(0.087, 0.875, at(0.0, -0.275, 0.4375), colours.STEEL_LIGHT), Role.BOTH)
+    add_shape(body, cylinder(0.043, 1.408, at(0.0, -0.275, 0.704), colours.STEEL_DARK), Role.BOTH)
+    add_shape(body, cylinder(0.05, 0.04, at(0.0, -0.275, 1.42), colour), Role.SEEN)
+    add_shape(body, box(0.22, 0.34, 0.24, at(0.0, 0.15, 0.62), colours.STEEL_DARK), Role.SEEN)
+    add_shape(body, box(0.56, 0.62, 0.006, at(0.0, 0.15, 0.511), colours.RUBBER), Role.SEEN)
+    for side in (1.0, -1.0):
+        add_shape(body, box(0.557, 0.03, 0.06, at(0.0, 0.4975 * side, 0.42), colours.WHITE), Role.SEEN)
+        for y in (-0.36, 0.0, 0.36):
+            radius = 0.1 if y == 0.0 else 0.07
+            wheel = Pose.from_rpy((0.29 * side, y, radius), (0.0, 1.5708, 0.0))
+            add_shape(body, cylinder(radius, 0.05, wheel, colours.RUBBER), Role.SEEN)
+            add_shape(body, cylinder(radius * 0.5, 0.054, wheel, colours.STEEL_LIGHT), Role.SEEN)
+
+
+def _fill_tray(tray: Any, plate_geom: str) -> None:
+    """The plate, thicker below than it looks so that nothing falls through, and its four rims."""
+    top = TRAY_SURFACE - AGV_T_TRAY.position[2]
+    thick = 0.04
+    plate = box(0.5, 0.7, thick, at(z=top - thick / 2), colours.TRAY, 1.0)
+    add_shape(tray, plate, Role.SOLID, Touch.FIXED, name=plate_geom, mass=TRAY_MASS)
+    add_shape(tray, box(0.5, 0.7, 0.01, at(z=top - 0.005), colours.TRAY), Role.SEEN)
+    rim, height = 0.002, 0.0254
+    for side in (1.0, -1.0):
+        add_shape(
+            tray, box(rim, 0.701, height, at((0.2495 + rim / 2) * side, 0.0, height / 2), colours.STEEL), Role.BOTH
+        )
+        add_shape(
+            tray, box(0.501, rim, height, at(0.0, (0.3495 + rim / 2) * side, height / 2), colours.STEEL), Role.BOTH
+        )

@@ -1,0 +1,158 @@
+"""Where the named places of the cell are: bins, belt, AGVs, trays, the shelf; all in the world frame [m, rad].
+
+Figures: the world template and models of the 2017 competition.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cellwright.errors import UnknownNameError
+from cellwright.pose import Pose
+
+BIN_CENTRES: dict[str, tuple[float, float]] = {
+    "bin1": (-1.0, -1.33),
+    "bin2": (-1.0, -0.535),
+    "bin3": (-1.0, 0.23),
+    "bin4": (-1.0, 0.995),
+    "bin5": (-0.3, -1.33),
+    "bin6": (-0.3, -0.535),
+    "bin7": (-0.3, 0.23),
+    "bin8": (-0.3, 0.995),
+}
+"""Centres x, y [m] of the bins."""
+
+BIN_YAW = 1.5708
+"""How the bins are turned [rad], with the original's rounding."""
+
+BIN_SURFACE = 0.725
+"""Height [m] of the surface that parts lie on in a bin."""
+
+TRAY_IDS: dict[str, str] = {
+    "agv1": "agv1::kit_tray_1::kit_tray_1::tray",
+    "agv2": "agv2::kit_tray_2::kit_tray_2::tray",
+}
+"""Tray id (name of the tray's link) by AGV."""
+
+AGV_HOMES: dict[str, Pose] = {
+    "agv1": Pose.from_rpy((0.3, 3.3, 0.0), (0.0, 0.0, math.pi)),
+    "agv2": Pose.from_rpy((0.3, -3.3, 0.0)),
+}
+"""Where the AGVs wait to be loaded."""
+
+AGV_T_TRAY = Pose((0.0, 0.15, 0.75))
+"""The tray in the frame of its AGV."""
+
+TRAY_SURFACE = 0.755
+"""Height [m] of the surface that parts lie on on a tray."""
+
+CONVEYOR_CENTRE = Pose.from_rpy((1.21, 3.0, 0.8126), (0.0, 0.0, -math.pi / 2))
+"""Centre of the belt's box; x points the way the belt moves."""
+
+CONVEYOR_SIZE = (14.62206, 0.65461, 0.18862)
+"""Length, width and thickness [m] of the belt's box."""
+
+BELT_SURFACE = CONVEYOR_CENTRE.position[2] + CONVEYOR_SIZE[2] / 2
+"""Height [m] of the surface that parts ride on."""
+
+SPAWN_FRAME = Pose.from_rpy((1.21, 5.0, 0.8126), (0.0, 0.0, -1.57079))
+"""The frame that poses of belt parts are given in; its x axis points along world -y."""
+
+BELT_FRAME = Pose((1.24, 0.15, 0.91))
+"""The frame called `belt_frame` in the transform tree."""
+
+RAIL = Pose((0.3, 0.0, 0.9))
+"""The frame of the robot's rail, `linear_arm_actuator`."""
+
+SHELF_CENTRE = (30.0, 30.0)
+"""Middle x, y [m] of the shelf for parts that are not in play."""
+
+SHELF_SURFACE = 0.5
+"""Height [m] of that shelf."""
+
+SHELF_PITCH = 0.45
+"""Distance [m] between the slots of the shelf: no part, however turned, reaches its neighbour."""
+
+
+def bin_frame(name: str) -> Pose:
+    """The frame of a bin's model, at its centre on the floor.
+
+    Raises:
+        UnknownNameError: there is no such bin.
+    """
+    try:
+        x, y = BIN_CENTRES[name]
+    except KeyError:
+        raise UnknownNameError("bin", name, BIN_CENTRES) from None
+    return Pose.from_rpy((x, y, 0.0), (0.0, 0.0, BIN_YAW))
+
+
+def load_point(agv: str) -> Pose:
+    """The frame of an AGV's load point, at the height of its tray.
+
+    Raises:
+        UnknownNameError: there is no such AGV.
+    """
+    try:
+        home = AGV_HOMES[agv]
+    except KeyError:
+        raise UnknownNameError("AGV", agv, AGV_HOMES) from None
+    return home @ Pose((0.0, 0.0, AGV_T_TRAY.position[2]))
+
+
+def named_frames(*, agvs: bool = True) -> dict[str, Pose]:
+    """Every frame that a part may be placed in, by the names that the original's links and models have.
+
+    Args:
+        agvs: whether the cell has its AGVs; without them their frames do not exist.
+    """
+    frames = {"world": Pose()}
+    for name in BIN_CENTRES:
+        frames[name] = frames[f"{name}::link"] = bin_frame(name)
+    frames["conveyor_belt"] = frames["conveyor_belt::belt"] = CONVEYOR_CENTRE
+    frames["conveyor_belt_fixed"] = SPAWN_FRAME
+    if agvs:
+        for agv, tray in TRAY_IDS.items():
+            frames[agv] = frames[f"{agv}::agv"] = AGV_HOMES[agv]
+            world_T_tray = AGV_HOMES[agv] @ AGV_T_TRAY
+            while "::" in tray:  # a link, the models it is nested in, up to but without the AGV
+                frames[tray] = world_T_tray
+                tray = tray.rpartition("::")[0]
+    return frames
+
+
+def resolve(frame: str, frames: dict[str, Pose]) -> Pose:
+    """The pose of a frame by name, in the world frame.
+
+    Raises:
+        UnknownNameError: no such frame; it lists those that exist.
+    """
+    try:
+        return frames[frame]
+    except KeyError:
+        raise UnknownNameError("frame", frame, frames) from None
+
+
+def shelf_slot(index: int, count: int, lower: float) -> Pose:
+    """Where on the shelf part number `index` of `count` waits.
+
+    Args:
+        index: from 0.
+        count: how many slots there are; they form a square grid.
+        lower: lowest point [m] of the part below its origin, usually 0 or negative.
+    """
+    columns = shelf_columns(count)
+    row, column = divmod(index, columns)
+    shift = (columns - 1) / 2
+    return Pose(
+        (
+            SHELF_CENTRE[0] + SHELF_PITCH * (column - shift),
+            SHELF_CENTRE[1] + SHELF_PITCH * (row - shift),
+            SHELF_SURFACE - lower,
+        )
+    )
+
+
+def shelf_columns(count: int) -> int:
+    """How many slots there are along each side of the shelf."""
+    return max(1, math.ceil(math.sqrt(count)))

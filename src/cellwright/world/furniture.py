@@ -1,0 +1,121 @@
+"""What stands still: floor, bins, conveyor, frames, the shelf for parts out of play.
+
+What parts lie on is a thick solid: a part that falls from a metre moves 9 mm in a step of 2 ms.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+
+from cellwright.pose import Pose
+from cellwright.world import colours
+from cellwright.world.frames import (
+    BELT_SURFACE,
+    BIN_CENTRES,
+    BIN_SURFACE,
+    CONVEYOR_CENTRE,
+    CONVEYOR_SIZE,
+    SHELF_CENTRE,
+    SHELF_PITCH,
+    SHELF_SURFACE,
+    bin_frame,
+    shelf_columns,
+)
+from cellwright.world.shapes import Role, add_shape, at, box, cylinder
+
+BELT_GEOM = "conveyor_belt"
+"""The geom whose surface moves."""
+
+
+def add_floor(spec: Any) -> None:
+    """The floor at height 0, endless, with lines where people and AGVs go."""
+    world = spec.worldbody
+    world.add_geom(
+        name="floor",
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=(0.0, 0.0, 1.0),  # a plane of size 0 has no end
+        rgba=colours.FLOOR,
+        group=int(Role.BOTH),
+        contype=1,
+        conaffinity=0,
+    )
+    line, height = 0.08, 0.002
+    for side in (1.0, -1.0):
+        add_shape(world, box(2.3, line, height, at(0.3, 2.45 * side, height / 2), colours.LINE_YELLOW), Role.SEEN)
+        add_shape(world, box(2.3, line, height, at(0.3, 4.15 * side, height / 2), colours.LINE_YELLOW), Role.SEEN)
+        add_shape(world, box(line, 1.78, height, at(1.41, 3.3 * side, height / 2), colours.LINE_YELLOW), Role.SEEN)
+    add_shape(world, box(line, 8.6, height, at(-1.75, 0.0, height / 2), colours.LINE_YELLOW), Role.SEEN)
+    add_shape(world, box(line, 16.0, height, at(2.35, 3.0, height / 2), colours.LINE_YELLOW), Role.SEEN)
+
+
+def add_bins(spec: Any) -> None:
+    """The eight bins; the open sides of each face world +x and -x."""
+    for name in BIN_CENTRES:
+        frame = bin_frame(name)
+        body = spec.worldbody.add_body(name=name, pos=frame.position, quat=frame.quaternion)
+        _fill_bin(body)
+
+
+def _fill_bin(body: Any) -> None:
+    """One bin in the frame of its model, in which the closed sides are at +-x, the open ones at +-y."""
+    inner, wall, top = 0.3175, 0.008, 0.79089  # inner half width, thickness (grown outward), height of the rim
+    corner, middle, sill, base = 0.134, 0.372, 0.50569, 0.2005
+    floor = 0.225  # solid from half height on: nothing passes a floor as thick as that
+    add_shape(body, box(2 * inner, 2 * inner, floor, at(z=BIN_SURFACE - floor / 2), colours.BIN_FLOOR), Role.BOTH)
+    add_shape(body, box(0.668, 0.668, base - 0.08, at(z=0.08 + (base - 0.08) / 2), colours.STEEL_DARK), Role.BOTH)
+    outer, height, centre = inner + wall / 2, top - base, (top + base) / 2
+    for side in (1.0, -1.0):
+        add_shape(body, box(wall, 2 * inner, height, at(outer * side, 0.0, centre), colours.BIN), Role.BOTH)
+        for end in (1.0, -1.0):
+            x = (inner + wall - corner / 2) * end
+            add_shape(body, box(corner, wall, height, at(x, outer * side, centre), colours.BIN), Role.BOTH)
+            wheel = Pose.from_rpy((0.26 * side, 0.26 * end, 0.05), (1.5708, 0.0, 0.0))
+            add_shape(body, cylinder(0.05, 0.03, wheel, colours.RUBBER), Role.SEEN)
+        sill_box = box(middle, wall, sill - base, at(0.0, outer * side, (sill + base) / 2), colours.BIN)
+        add_shape(body, sill_box, Role.BOTH)
+
+
+def add_conveyor(spec: Any, friction: float = 1.0) -> None:
+    """The conveyor. Its belt stands still; the surface of the geom `conveyor_belt` moves along its local +x."""
+    length, width, thickness = CONVEYOR_SIZE
+    body = spec.worldbody.add_body(name=BELT_GEOM, pos=CONVEYOR_CENTRE.position, quat=CONVEYOR_CENTRE.quaternion)
+    belt = add_shape(body, box(length, width, thickness, Pose(), colours.BELT), Role.BOTH, name=BELT_GEOM)
+    belt.friction[0] = friction
+    surface = BELT_SURFACE - CONVEYOR_CENTRE.position[2]
+    for side in (1.0, -1.0):
+        rail = box(length, 0.02, 0.15, at(0.0, (width / 2 + 0.011) * side, surface - 0.08), colours.BELT_EDGE)
+        add_shape(body, rail, Role.SEEN)
+        stripe = box(length, 0.012, 0.0006, at(0.0, (width / 2 - 0.02) * side, surface), colours.STEEL_LIGHT)
+        add_shape(body, stripe, Role.SEEN)
+        for k in range(-3, 4):
+            leg = box(0.06, 0.06, 0.72, at(2.1 * k, 0.27 * side, -0.4526), colours.STEEL_DARK)
+            add_shape(body, leg, Role.SEEN)
+    for end in (1.0, -1.0):
+        drum = Pose.from_rpy((length / 2 * end, 0.0, 0.0), (1.5708, 0.0, 0.0))
+        add_shape(body, cylinder(thickness / 2, width, drum, colours.RUBBER), Role.SEEN)
+
+
+def add_frames(spec: Any) -> None:
+    """Posts and bars that sensors hang from and an arm can hit: over the bins and along the conveyor."""
+    thick = 0.05
+    cameras = spec.worldbody.add_body(name="camera_frame")
+    for x in (-1.08, -0.31):
+        add_shape(cameras, box(thick, 3.5, thick, at(x, -0.25, 2.0), colours.FRAME), Role.BOTH)
+        for y in (-2.0, 1.5):
+            add_shape(cameras, box(thick, thick, 1.975, at(x, y, 0.9875), colours.FRAME), Role.BOTH)
+    conveyor = spec.worldbody.add_body(name="conveyor_frame")
+    for x, z in ((1.21, 3.0), (1.7, 0.95)):
+        add_shape(conveyor, box(thick, 10.0, thick, at(x, 0.0, z), colours.FRAME), Role.BOTH)
+    for y in range(-5, 6):
+        add_shape(conveyor, box(thick, thick, 3.0, at(1.7, float(y), 1.5), colours.FRAME), Role.BOTH)
+    for y in (-5.0, 0.0, 5.0):
+        add_shape(conveyor, box(0.54, thick, thick, at(1.455, y, 3.0), colours.FRAME), Role.SEEN)
+
+
+def add_shelf(spec: Any, slots: int) -> None:
+    """The shelf, far from the cell, with room for `slots` parts that wait or are out of play."""
+    side = SHELF_PITCH * (shelf_columns(slots) + 1)
+    body = spec.worldbody.add_body(name="shelf", pos=(*SHELF_CENTRE, 0.0))
+    add_shape(body, box(side, side, SHELF_SURFACE, at(z=SHELF_SURFACE / 2), colours.STEEL), Role.BOTH)
