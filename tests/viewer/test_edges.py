@@ -15,7 +15,7 @@ def flat_layer() -> Layer:
     up = np.tile((0.0, 0.0, 1.0), (COUNT, 1))
     zeros = np.zeros(COUNT, np.float32)
     albedo = np.full((COUNT, 3), 0.5, np.float32)
-    return Layer(Hits(np.zeros(COUNT, np.int32), np.ones(COUNT), up), albedo, zeros, zeros, WIDTH, HEIGHT)
+    return Layer(Hits(np.zeros(COUNT, np.int32), np.ones(COUNT), up), albedo, zeros, zeros, WIDTH)
 
 
 def around(row: int, column: int) -> set[int]:

@@ -19,7 +19,7 @@ def patch(lamps: LampGroup, world: str, middle: tuple[float, float], size: float
     points = np.column_stack([middle[0] + offset[columns], middle[1] + offset[rows], np.zeros(SIDE * SIDE)])
     up = np.tile((0.0, 0.0, 1.0), (SIDE * SIDE, 1))
     hits = Hits(np.zeros(SIDE * SIDE, np.int32), np.full(SIDE * SIDE, 5.0), up)
-    return openness(caster, lamps, hits, points, SIDE, SIDE)
+    return openness(caster, lamps, hits, points, range(SIDE), SIDE)
 
 
 def test_the_lamps_of_a_disc_fill_it_and_face_the_target() -> None:
@@ -85,7 +85,7 @@ def test_neighbours_on_another_surface_do_not_share() -> None:
     right = columns >= SIDE // 2
     points = np.column_stack([np.where(right, 0.5, -0.5), rows * 0.01, np.where(right, 1.0, 0.0)])
     up = np.tile((0.0, 0.0, 1.0), (SIDE * SIDE, 1))
-    seen = openness(caster, KEY, Hits(right.astype(np.int32), np.ones(len(points)), up), points, SIDE, SIDE)
+    seen = openness(caster, KEY, Hits(right.astype(np.int32), np.ones(len(points)), up), points, range(SIDE), SIDE)
     assert (seen[right] == 1).all()
     assert (seen[~right] == 0).all()
 
@@ -94,6 +94,6 @@ def test_what_faces_away_and_what_is_not_there_sees_no_lamp() -> None:
     caster = RayCaster(*scene(FLOOR))
     points = np.zeros((4, 3))
     away = np.tile((0.0, 0.0, -1.0), (4, 1))
-    assert (openness(caster, KEY, Hits(np.zeros(4, np.int32), np.ones(4), away), points, 2, 2) == 0).all()
+    assert (openness(caster, KEY, Hits(np.zeros(4, np.int32), np.ones(4), away), points, range(2), 2) == 0).all()
     missed = Hits(np.full(4, -1, np.int32), np.full(4, np.inf), np.zeros((4, 3)))
-    assert (openness(caster, KEY, missed, points, 2, 2) == 0).all()
+    assert (openness(caster, KEY, missed, points, range(2), 2) == 0).all()

@@ -14,7 +14,7 @@ def numbered_layer() -> Layer:
     up = np.tile((0.0, 0.0, 1.0), (COUNT, 1))
     hits = Hits(number.astype(np.int32), np.ones(COUNT), up)
     key, sky = (number / 100).astype(np.float32), (number / 50).astype(np.float32)
-    return Layer(hits, np.zeros((COUNT, 3), np.float32), key, sky, WIDTH, HEIGHT)
+    return Layer(hits, np.zeros((COUNT, 3), np.float32), key, sky, WIDTH)
 
 
 def one_hit(geom: int, normal: tuple[float, float, float] = (0, 0, 1)) -> Hits:

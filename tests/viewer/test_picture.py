@@ -130,11 +130,20 @@ def test_watching_changes_nothing() -> None:
 
 def test_progress_runs_from_nothing_to_everything() -> None:
     told: list[float] = []
-    render(*clutter(1), Camera((4, -5, 2), (0, 0, 0)), 200, 150, samples=4, progress=told.append)
+    render(*clutter(1), Camera((4, -5, 2), (0, 0, 0)), 20, 500, progress=told.append)
     assert told[0] == 0
     assert told[-1] == 1
     assert told == sorted(told)
     assert len(told) > 4
+
+
+def test_what_goes_wrong_while_it_draws_reaches_the_caller() -> None:
+    def give_up(share: float) -> None:
+        if share > 0:
+            raise UsageError("enough")
+
+    with pytest.raises(UsageError, match="enough"):
+        render(*clutter(1), Camera((4, -5, 2), (0, 0, 0)), 20, 500, progress=give_up)
 
 
 @pytest.mark.parametrize("size", [(1, 1), (1, 7), (7, 1), (3, 2)])

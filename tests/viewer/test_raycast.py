@@ -53,17 +53,6 @@ def test_light_reaches_points_with_nothing_between(seed: int) -> None:
         assert lit == (distance < 0 or distance > way - 1e-4)
 
 
-def test_the_number_of_threads_changes_nothing() -> None:
-    model, data = clutter(7)
-    directions = unit_vectors(np.random.default_rng(1), 20_000)
-    one = RayCaster(model, data, threads=1).cast(ORIGIN, directions)
-    for threads in (2, 3, None):
-        many = RayCaster(model, data, threads=threads).cast(ORIGIN, directions)
-        assert np.array_equal(one.geom, many.geom)
-        assert np.array_equal(one.distance, many.distance)
-        assert np.array_equal(one.normal, many.normal)
-
-
 def test_no_rays_meet_nothing() -> None:
     caster = RayCaster(*scene(FLOOR))
     assert len(caster.cast(ORIGIN, np.zeros((0, 3))).geom) == 0

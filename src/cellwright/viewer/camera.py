@@ -66,7 +66,9 @@ class Camera:
         optical[:, 1] = (pixels[:, 1] - height / 2) * slope
         optical[:, 2] = 1.0
         optical /= np.sqrt(np.einsum("ij,ij->i", optical, optical))[:, None]
-        return optical @ self.world_R_optical.T
+        # einsum, not @: for so thin a matrix the linear algebra library only wakes its threads
+        world: NDArray[np.float64] = np.einsum("ij,kj->ik", optical, self.world_R_optical)
+        return world
 
     def project(self, points: NDArray[np.float64], width: int, height: int) -> NDArray[np.float64]:
         """Where `points` (n, 3) of the world [m] appear: (n, 3) of column, row and depth [m] along the line of sight.

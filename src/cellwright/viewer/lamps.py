@@ -74,26 +74,26 @@ def _scattered(lamps: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def openness(
-    caster: RayCaster, lamps: LampGroup, hits: Hits, points: NDArray[np.float64], width: int, height: int
+    caster: RayCaster, lamps: LampGroup, hits: Hits, points: NDArray[np.float64], rows: range, width: int
 ) -> NDArray[np.float32]:
     """How much of a group of lamps each pixel's surface sees, of what it would see if nothing stood in the way.
 
     Args:
         caster: the cell.
         lamps: the group.
-        hits: what the pixels show, row by row (height * width).
-        points: where (height * width, 3) [m].
+        hits: what the pixels show, row by row (len(rows) * width).
+        points: where (len(rows) * width, 3) [m].
+        rows: which rows of the picture these are; which pixel asks which lamp depends on its place in the picture.
         width: of the picture, in pixels.
-        height: of the picture, in pixels.
 
     Returns:
-        (height * width,) in 0..1; 0 where the surface faces away from the lamps, and where there is none.
+        (len(rows) * width,) in 0..1; 0 where the surface faces away from the lamps, and where there is none.
     """
     side = lamps.side
-    rows, columns = np.divmod(np.arange(height * width), width)
-    chosen = (rows % side) * side + columns % side
-    facing = np.zeros(height * width, np.float32)
-    seen = np.zeros(height * width, np.float32)
+    shape = (len(rows), width)
+    chosen = np.add.outer(np.array(rows) % side * side, np.arange(width) % side).reshape(-1)
+    facing = np.zeros(len(chosen), np.float32)
+    seen = np.zeros(len(chosen), np.float32)
     for number, lamp in enumerate(lamps.positions):
         at = np.flatnonzero((chosen == number) & (hits.geom >= 0))
         towards = lamp - points[at]
@@ -101,7 +101,6 @@ def openness(
         at, cosine = at[cosine > 0], cosine[cosine > 0]
         facing[at] = cosine
         seen[at] = cosine * caster.reaches(lamp, points[at])
-    shape = (height, width)
     facing, seen = _shared(facing.reshape(shape), seen.reshape(shape), hits, side // 2)
     facing, seen = _shared(facing, seen, hits, 1)  # rounds off what is left of the squares
     return np.divide(seen, facing, out=np.zeros_like(seen), where=facing > 0).reshape(-1)

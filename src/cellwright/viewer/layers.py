@@ -18,15 +18,14 @@ _NEIGHBOURS = ((0, 0), (0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1
 
 @dataclass(frozen=True, slots=True)
 class Layer:
-    """One surface per pixel of a picture, row by row, and how much light reaches it.
+    """One surface per pixel of some rows of a picture, and how much light reaches it.
 
     Attributes:
-        hits: the surfaces (height * width).
-        albedo: their colours (height * width, 3), linear.
+        hits: the surfaces (n,), row by row.
+        albedo: their colours (n, 3), linear.
         key: how much of the lamp each sees, 0..1.
         sky: how much of the sky each sees, 0..1.
         width: of the picture, in pixels.
-        height: of the picture, in pixels.
     """
 
     hits: Hits
@@ -34,7 +33,11 @@ class Layer:
     key: NDArray[np.float32]
     sky: NDArray[np.float32]
     width: int
-    height: int
+
+    @property
+    def height(self) -> int:
+        """The number of rows."""
+        return len(self.key) // self.width
 
     def borrow(self, pixels: NDArray[np.int64], hits: Hits) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """How much of lamp and sky the surfaces `hits` see, which lie anywhere within the `pixels` (n,).
@@ -57,12 +60,12 @@ class Layer:
         return key, sky
 
 
-def light_layer(shader: Shader, hits: Hits, directions: NDArray[np.float64], width: int, height: int) -> Layer:
-    """The layer of surfaces that the rays in `directions` (height * width, 3) met."""
+def light_layer(shader: Shader, hits: Hits, directions: NDArray[np.float64], rows: range, width: int) -> Layer:
+    """The layer of surfaces that the rays in `directions` (len(rows) * width, 3) met, for those rows of a picture."""
     points = shader.eye + directions * np.where(np.isfinite(hits.distance), hits.distance, 0.0)[:, None]
-    key = openness(shader.caster, shader.light.key, hits, points, width, height)
-    sky = openness(shader.caster, shader.light.sky, hits, points, width, height)
-    return Layer(hits, shader.albedo(hits, directions), key, sky, width, height)
+    key = openness(shader.caster, shader.light.key, hits, points, rows, width)
+    sky = openness(shader.caster, shader.light.sky, hits, points, rows, width)
+    return Layer(hits, shader.albedo(hits, directions), key, sky, width)
 
 
 def hits_behind(shader: Shader, hits: Hits, directions: NDArray[np.float64]) -> tuple[NDArray[np.int64], Hits]:

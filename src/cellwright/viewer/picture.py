@@ -6,8 +6,11 @@ which surfaces or colours meet, so that edges are smooth.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Collection
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
+from queue import SimpleQueue
 from typing import TypeAlias
 
 import mujoco
@@ -16,10 +19,9 @@ from numpy.typing import NDArray
 
 from cellwright.errors import UsageError
 from cellwright.pose import Vector3
+from cellwright.viewer.band import bands, draw_band
 from cellwright.viewer.camera import Camera
-from cellwright.viewer.edges import edge_pixels, pixel_points
 from cellwright.viewer.lamps import disc_lamp, sky
-from cellwright.viewer.layers import hits_behind, light_layer, light_seen, spread
 from cellwright.viewer.png import encode
 from cellwright.viewer.raycast import PICTURE_GROUPS, RayCaster
 from cellwright.viewer.shading import Light, Shader, to_screen
@@ -34,7 +36,6 @@ LARGEST_SIDE = 4096
 _LAMP_OFFSET = (-3.2, -4.6, 7.0)  # [m] from the point the camera looks at
 _LAMP_RADIUS = 0.22  # [m]
 _SKY_DISTANCE = 9.0  # [m]
-_PIXELS_AT_ONCE = 16384
 
 
 def render(
@@ -62,7 +63,7 @@ def render(
         samples: rays along each side of a pixel in which surfaces meet, 1 to 8; 1 leaves edges jagged.
         groups: the geom groups that are drawn.
         threads: how many threads share the work; by default one per core, four at most.
-        progress: told how far it is.
+        progress: told how far it is, by the thread that called.
 
     Raises:
         UsageError: if `width`, `height`, `samples` or `threads` is out of range.
@@ -76,39 +77,35 @@ def render(
     tell = progress or (lambda _: None)
     tell(0.0)
 
-    caster = RayCaster(model, data, groups=groups, threads=threads)
-    shader = Shader(
-        caster,
-        Surfaces(model, caster.still, caster.colours),
-        Light(
-            disc_lamp(_shifted(camera.target, _LAMP_OFFSET), camera.target, _LAMP_RADIUS),
-            sky(camera.target, _SKY_DISTANCE),
-        ),
-        np.array(camera.eye, np.float64),
-        camera.fov / height,
+    # Every thread has a caster of its own; all are made here, so that the state is not read after this.
+    casters = [RayCaster(model, data, groups=groups) for _ in range(threads or min(4, os.cpu_count() or 1))]
+    surfaces = Surfaces(model, casters[0].still, casters[0].colours)
+    light = Light(
+        disc_lamp(_shifted(camera.target, _LAMP_OFFSET), camera.target, _LAMP_RADIUS),
+        sky(camera.target, _SKY_DISTANCE),
     )
-    everywhere = np.arange(width * height)
-    directions = camera.directions(pixel_points(everywhere, width, samples=1), width, height)
-    tell(0.05)
-    hits = caster.cast(shader.eye, directions)
-    layers = [light_layer(shader, hits, directions, width, height)]
-    tell(0.5)
-    behind, hits_through = hits_behind(shader, hits, directions)
-    if len(behind):
-        layers.append(light_layer(shader, spread(hits_through, behind, len(directions)), directions, width, height))
-    light = light_seen(shader, layers, everywhere, hits, directions)
-    tell(0.6)
+    eye = np.array(camera.eye, np.float64)
+    idle: SimpleQueue[Shader] = SimpleQueue()
+    for caster in casters:
+        idle.put(Shader(caster, surfaces, light, eye, camera.fov / height))
+    picture = np.empty((height, width, 3), np.uint8)
 
-    edges = edge_pixels(layers[0]) if samples > 1 else everywhere[:0]
-    for first in range(0, len(edges), _PIXELS_AT_ONCE):
-        pixels = edges[first : first + _PIXELS_AT_ONCE]
-        directions = camera.directions(pixel_points(pixels, width, samples=samples), width, height)
-        hits = caster.cast(shader.eye, directions)
-        seen = light_seen(shader, layers, np.repeat(pixels, samples * samples), hits, directions)
-        light[pixels] = seen.reshape(len(pixels), samples * samples, 3).mean(axis=1)
-        tell(0.6 + 0.4 * first / len(edges))
-    picture = to_screen(light).reshape(height, width, 3)
-    tell(1.0)
+    def draw(rows: range) -> None:
+        shader = idle.get()
+        try:
+            picture[rows.start : rows.stop] = to_screen(draw_band(shader, camera, width, height, rows, samples))
+        finally:
+            idle.put(shader)
+
+    with ThreadPoolExecutor(len(casters)) as pool:
+        jobs = [pool.submit(draw, rows) for rows in bands(height)]
+        try:
+            for done, job in enumerate(as_completed(jobs), 1):
+                job.result()
+                tell(done / len(jobs))
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
     return picture
 
 

@@ -4,16 +4,13 @@ The engine casts bundles of rays that share an origin (`mj_multiRay`). A primary
 is one bundle. A shadow is one too: seen from the lamp, a point is lit when nothing stands before it.
 
 The engine casts into its own tables of shapes, so this needs no graphics library, no display and no GPU. It releases
-the interpreter's lock, so bundles are shared out among threads; a ray does not depend on its neighbours, so neither
-does the result on how they were shared out.
+the interpreter's lock while it casts.
 """
 
 from __future__ import annotations
 
 import copy
-import os
 from collections.abc import Collection
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import mujoco
@@ -28,7 +25,6 @@ PICTURE_GROUPS = frozenset({1, 2})
 _OPAQUE, _TRANSLUCENT, _HIDDEN = 0, 1, 5
 _SHADOW_TOLERANCE = 1e-4  # [m]; far above rounding, far below the thinnest sheet in a cell (1 mm)
 _FAR = 1e4  # [m]
-_SMALLEST_SHARE = 4096  # rays; below this a thread costs more than it brings
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,17 +41,21 @@ class Hits:
     distance: NDArray[np.float64]
     normal: NDArray[np.float64]
 
+    def __getitem__(self, which: slice) -> Hits:
+        """What some of the rays met."""
+        return Hits(self.geom[which], self.distance[which], self.normal[which])
+
 
 class RayCaster:
     """Casts rays into a cell as it stands at the moment of construction.
 
-    It works on copies of its own: neither `model` nor `data` is written to, nor kept.
+    It works on copies of its own: neither `model` nor `data` is written to, nor kept. The engine's scratch memory is
+    among them, so two threads need two casters.
 
     Args:
         model: the cell.
         data: its state; only positions are read.
         groups: the geom groups that rays meet.
-        threads: how many threads share the work; by default one per core, four at most.
     """
 
     def __init__(
@@ -64,7 +64,6 @@ class RayCaster:
         data: mujoco.MjData,
         *,
         groups: Collection[int] = PICTURE_GROUPS,
-        threads: int | None = None,
     ) -> None:
         self.colours = geom_colours(model)
         """Colour and opacity (ngeom, 4) of every geom, as in the scene, sRGB 0..1."""
@@ -75,24 +74,13 @@ class RayCaster:
         self._model.geom_matid[:] = -1
         self._model.geom_rgba[:] = 1.0
         self._model.geom_group[:] = np.select([translucent, drawn], [_TRANSLUCENT, _OPAQUE], _HIDDEN)
-        self._workers = [self._still(data) for _ in range(threads or min(4, os.cpu_count() or 1))]
-
-    @property
-    def still(self) -> mujoco.MjData:
+        # A fresh state, in which nothing sleeps, so that the kinematics touch every body.
+        self.still = mujoco.MjData(self._model)
         """The cell as the rays find it, to be read only."""
-        return self._workers[0]
-
-    def _still(self, data: mujoco.MjData) -> mujoco.MjData:
-        """A state of its own (the engine's scratch memory is part of it) with every body in its present place.
-
-        Freshly made, so that nothing sleeps in it and the kinematics touch every body.
-        """
-        still = mujoco.MjData(self._model)
-        still.qpos[:] = data.qpos
-        still.mocap_pos[:] = data.mocap_pos
-        still.mocap_quat[:] = data.mocap_quat
-        mujoco.mj_kinematics(self._model, still)
-        return still
+        self.still.qpos[:] = data.qpos
+        self.still.mocap_pos[:] = data.mocap_pos
+        self.still.mocap_quat[:] = data.mocap_quat
+        mujoco.mj_kinematics(self._model, self.still)
 
     def cast(
         self, origin: NDArray[np.float64], directions: NDArray[np.float64], *, through_translucent: bool = False
@@ -131,33 +119,22 @@ class RayCaster:
         geom = np.full(count, -1, np.int32)
         distance = np.full(count, -1.0)
         normal = np.zeros(3 * count if normals else 0)
-        flat = np.ascontiguousarray(rays, np.float64).reshape(-1)
         groups = np.zeros(mujoco.mjNGROUP, np.uint8)
         groups[_OPAQUE] = 1
         groups[_TRANSLUCENT] = not through_translucent
-
-        def share(worker: int, first: int, last: int) -> None:
+        if count:
             mujoco.mj_multiRay(
                 self._model,
-                self._workers[worker],
+                self.still,
                 origin,
-                flat[3 * first : 3 * last],
+                np.ascontiguousarray(rays, np.float64).reshape(-1),
                 groups,
                 True,  # static geoms too
                 -1,  # no body left out
-                geom[first:last],
-                distance[first:last],
-                normal[3 * first : 3 * last] if normals else None,
-                last - first,
+                geom,
+                distance,
+                normal if normals else None,
+                count,
                 _FAR,
             )
-
-        shares = max(1, min(len(self._workers), count // _SMALLEST_SHARE))
-        borders = [count * i // shares for i in range(shares + 1)]
-        if shares == 1:
-            if count:
-                share(0, 0, count)
-        else:
-            with ThreadPoolExecutor(shares) as pool:
-                list(pool.map(share, range(shares), borders[:-1], borders[1:]))
         return geom, distance, normal

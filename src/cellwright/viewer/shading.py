@@ -137,9 +137,9 @@ class Shader:
         half = np.full(len(at), 0.6, np.float32)
         albedo = self.surfaces.albedo(hits.geom[at], seen, np.full(len(at), 1.0))
         image = self._lit(seen, hits.normal[at], hits.geom[at], albedo, half, half, -rays[at])
-        grazing = (1 - np.clip(to_eye[at] @ normal, 0, 1)) ** 3
+        grazing = (1 - np.clip(np.einsum("ij,j->i", to_eye[at], normal), 0, 1)) ** 3
         strength = self.surfaces.reflectance[plane] * (_F0 + (1 - _F0) * grazing)
-        strength *= np.exp(-((seen - self.surfaces.place[plane]) @ normal) / _MIRROR_DEPTH)
+        strength *= np.exp(-np.einsum("ij,j->i", seen - self.surfaces.place[plane], normal) / _MIRROR_DEPTH)
         result[at] = image * strength.astype(np.float32)[:, None]
         return result
 

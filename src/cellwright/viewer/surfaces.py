@@ -87,7 +87,7 @@ class Surfaces:
             at = np.flatnonzero(geom == plane)
             if not len(at):
                 continue
-            local = (points[at] - self.place[plane]) @ self.turn[plane][:, :2]
+            local = np.einsum("ij,jk->ik", points[at] - self.place[plane], self.turn[plane][:, :2])
             decal = self._decals.get(int(plane))
             colour[at] *= _lines(local, footprint[at])[:, None] if decal is None else _texels(decal, local)
         return colour

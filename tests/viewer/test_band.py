@@ -1,0 +1,26 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.viewer import band
+from cellwright.viewer.camera import Camera
+from cellwright.viewer.picture import render
+from tests.viewer.scenes import clutter
+
+
+@given(st.integers(1, 5000))
+def test_bands_hold_every_row_once(height: int) -> None:
+    rows = [row for rows in band.bands(height) for row in rows]
+    assert rows == list(range(height))
+    assert all(band.bands(height))
+
+
+def test_bands_do_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
+    model, data = clutter(5)
+    model.geom_rgba[::3, 3] = 0.5
+    camera = Camera((4, -5, 2), (0, 0, 0))
+    whole = render(model, data, camera, 90, 60)
+    for height in (1, 7, 25):
+        monkeypatch.setattr(band, "BAND_HEIGHT", height)
+        assert np.array_equal(render(model, data, camera, 90, 60), whole)
