@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.errors import MessageError, RejectedCommandError
+from cellwright.errors import MessageError, RejectedCommandError, UnknownNameError
 from cellwright.messages import checked, message_type, osrf_gear
 from cellwright.messages.build import header, joint_trajectory, pose_message, trajectory_point
 from cellwright.messages.osrf_gear import (
@@ -125,3 +125,12 @@ def test_longest_strings_and_sequences() -> None:
 @given(st.lists(st.floats(allow_nan=False)))
 def test_every_number_survives(values: list[float]) -> None:
     assert checked(point(values)).positions.tolist() == values
+
+
+@pytest.mark.parametrize("thing", [None, 5, "order", Pose()])
+def test_what_is_no_message_at_all(thing: Any) -> None:
+    with pytest.raises(MessageError, match="is no message"):
+        checked(thing)
+    stranger: Any = SimpleNamespace(__msgtype__="my_msgs/msg/Mine")
+    with pytest.raises(UnknownNameError, match="my_msgs"):
+        checked(stranger)

@@ -15,7 +15,7 @@ from rosbags.typesys.base import normalize_fieldname
 from cellwright.errors import MessageError
 from cellwright.messages.build import single
 from cellwright.messages.names import Message, short_name
-from cellwright.messages.types import ros2_store
+from cellwright.messages.types import message_type, ros2_store
 
 M = TypeVar("M", bound=Message)
 
@@ -37,18 +37,24 @@ def checked(message: M) -> M:
     single precision is rounded to it; then it is a copy with these fields replaced.
 
     Raises:
-        MessageError: a field holds something else; it is named (`points[2].positions`).
+        MessageError: a field holds something else; it is named (`points[2].positions`). Or it is no message at all.
     """
-    name = message.__msgtype__
+    name = getattr(message, "__msgtype__", None)
+    if not isinstance(name, str):
+        raise MessageError(f"{said(message)} is no message")
     return type_check(name)(message, short_name(name))  # type: ignore[return-value]
 
 
 @cache
 def type_check(name: str) -> Check:
-    """The check for a message type, by full name."""
-    store = ros2_store()
-    message_class = store.types[name]
-    members = [(normalize_fieldname(field), _field_check(desc)) for field, desc in store.fielddefs[name][1]]
+    """The check for a message type, by full name.
+
+    Raises:
+        UnknownNameError: there is no such type.
+    """
+    message_class = message_type(name)
+    fields = ros2_store().fielddefs[name][1]
+    members = [(normalize_fieldname(field), _field_check(desc)) for field, desc in fields]
     short = short_name(name)
 
     def check(value: object, where: str) -> object:
