@@ -79,6 +79,12 @@ def test_a_glossy_floor_mirrors_what_stands_on_it() -> None:
     assert aside["glossy"] == pytest.approx(aside["matte"])
 
 
+def test_what_lies_beneath_a_floor_is_not_mirrored_in_it() -> None:
+    ball = '<geom type="sphere" size=".3" pos="0 -1.6 -.8" rgba="1 0 0 1" group="1"/>'
+    floor = f'<geom {GREY} material="glossy"/>'
+    assert light_from(floor + ball, (0, -0.8, 0)) == pytest.approx(light_from(floor, (0, -0.8, 0)))
+
+
 def test_far_things_fade_into_the_background() -> None:
     floor = f'<geom {GREY} material="matte"/>'
     far = light_from(floor, (0, 40, 0))

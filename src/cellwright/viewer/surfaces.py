@@ -36,9 +36,16 @@ def linear(colour: NDArray[np.floating]) -> NDArray[np.float32]:
 
 @dataclass(frozen=True, slots=True)
 class _Decal:
-    """A picture laid over a plane, `repeat` times per metre (uniform) or per plane (else)."""
+    """A picture laid over a plane again and again, starting at a corner.
+
+    Attributes:
+        texels: the picture (rows, columns, 3), linear.
+        half: half the sides (2,) of the plane [m].
+        repeat: how often the picture fits on the plane, along x and y (2,).
+    """
 
     texels: NDArray[np.float32]
+    half: NDArray[np.float64]
     repeat: NDArray[np.float64]
 
 
@@ -104,7 +111,11 @@ def _lines(local: NDArray[np.float64], footprint: NDArray[np.float64]) -> NDArra
 
 
 def _decal(model: mujoco.MjModel, geom: int) -> _Decal | None:
-    """The two-dimensional colour texture of a plane's material, if it has one."""
+    """The two-dimensional colour texture of a plane's material, if it has one.
+
+    It lies as the engine's own drawing lays it: `texrepeat` counts repetitions on the whole plane, and with
+    `texuniform` on every two metres; an endless plane counts as two metres wide.
+    """
     material = model.geom_matid[geom]
     texture = model.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB]
     if texture < 0 or model.tex_type[texture] != mujoco.mjtTexture.mjTEXTURE_2D:
@@ -112,19 +123,17 @@ def _decal(model: mujoco.MjModel, geom: int) -> _Decal | None:
     height, width, channels = (int(t[texture]) for t in (model.tex_height, model.tex_width, model.tex_nchannel))
     start = model.tex_adr[texture]
     texels = np.array(model.tex_data[start : start + height * width * channels]).reshape(height, width, channels)
-    rgb = np.repeat(texels, 3, axis=2) if channels == 1 else texels[:, :, :3]
-    repeat = np.array(model.mat_texrepeat[material], np.float64)
-    half = model.geom_size[geom, :2]
-    if not model.mat_texuniform[material]:
-        # An endless plane has no size of its own; the engine's own drawing counts it as one metre here.
-        repeat = repeat / np.where(half > 0, 2 * half, 1.0)
-    return _Decal(linear(rgb / 255), repeat)
+    rgb = texels[:, :, [0, 1, 2] if channels >= 3 else [0, 0, 0]]
+    size = model.geom_size[geom, :2]
+    half = np.where(size > 0, size, 1.0)
+    repeat = model.mat_texrepeat[material] * (half if model.mat_texuniform[material] else 1.0)
+    return _Decal(linear(rgb / 255), half, repeat)
 
 
 def _texels(decal: _Decal, local: NDArray[np.float64]) -> NDArray[np.float32]:
     """The texture's colour (n, 3), linear, at `local` (n, 2) [m] of its plane."""
     height, width, _ = decal.texels.shape
-    share = np.mod(local * decal.repeat + 0.5, 1.0)
+    share = np.mod((local / decal.half + 1) / 2 * decal.repeat, 1.0)
     column = np.minimum((share[:, 0] * width).astype(int), width - 1)
     row = np.minimum(((1 - share[:, 1]) * height).astype(int), height - 1)
     colours: NDArray[np.float32] = decal.texels[row, column]
