@@ -9,7 +9,7 @@ from cellwright.viewer.surfaces import Surfaces, geom_colours, linear
 from tests.viewer.scenes import scene
 
 MATERIALS = """
-<material name="red" rgba="1 0 0 .5" specular=".9" shininess=".8" reflectance=".7"/>
+<material name="red" rgba="1 0 0 .5" specular=".9" shininess=".8"/>
 <texture name="halves" type="2d" builtin="checker" width="64" height="64" rgb1="1 1 1" rgb2="0 0 0"/>
 <material name="once" texture="halves" texrepeat="1 1"/>
 <material name="stretched" texture="halves" texrepeat="2 2"/>
@@ -45,15 +45,15 @@ def test_a_geom_shows_its_own_colour_or_else_its_materials(attributes: str, colo
     assert geom_colours(model)[0] == pytest.approx(colour)
 
 
-def test_gloss_comes_from_the_material_and_only_planes_are_mirrors() -> None:
+def test_gloss_comes_from_the_material() -> None:
     surfaces = surfaces_of(
         '<geom type="plane" size="1 1 1" material="red"/><geom type="box" size="1 1 1" material="red"/>'
         '<geom type="plane" size="1 1 1"/>'
     )
     assert surfaces.specular[:2] == pytest.approx((0.9, 0.9))
     assert surfaces.shininess[:2] == pytest.approx((0.8, 0.8))
-    assert surfaces.reflectance[:2] == pytest.approx((0.7, 0))
-    assert 0 < surfaces.reflectance[2] < 0.7
+    assert 0 < surfaces.specular[2] < 0.9
+    assert 0 < surfaces.shininess[2] < 0.8
     assert surfaces.opacity == pytest.approx((0.5, 0.5, 1))
 
 

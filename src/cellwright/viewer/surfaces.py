@@ -17,7 +17,6 @@ _LINE_SHADE = 0.8  # factor on the colour
 
 _PLASTIC_SPECULAR = 0.3
 _PLASTIC_SHININESS = 0.4
-_FLOOR_REFLECTANCE = 0.2
 
 
 def geom_colours(model: mujoco.MjModel) -> NDArray[np.float64]:
@@ -61,26 +60,21 @@ class Surfaces:
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, colours: NDArray[np.float64]) -> None:
         material = model.geom_matid
         has_material = material >= 0
-        self.plane = np.array(model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE)
-        """(ngeom,) whether a geom is a plane."""
         self.opacity = colours[:, 3].astype(np.float32)
         """(ngeom,) 0..1."""
         self.specular = np.full(model.ngeom, _PLASTIC_SPECULAR, np.float32)
         """(ngeom,) how strong highlights are, 0..1."""
         self.shininess = np.full(model.ngeom, _PLASTIC_SHININESS, np.float32)
         """(ngeom,) how small highlights are, 0..1."""
-        self.reflectance = np.where(self.plane, _FLOOR_REFLECTANCE, 0.0).astype(np.float32)
-        """(ngeom,) share of light that a plane mirrors, 0..1; zero for all other shapes."""
         self.specular[has_material] = model.mat_specular[material[has_material]]
         self.shininess[has_material] = model.mat_shininess[material[has_material]]
-        of_material = has_material & self.plane
-        self.reflectance[of_material] = model.mat_reflectance[material[of_material]]
-        self.place = np.array(data.geom_xpos)
-        """(ngeom, 3) geom frame in the world [m]."""
-        self.turn = np.array(data.geom_xmat).reshape(-1, 3, 3)
-        """(ngeom, 3, 3) geom frame to world."""
+        self._plane = np.array(model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE)
+        self._place = np.array(data.geom_xpos)
+        self._turn = np.array(data.geom_xmat).reshape(-1, 3, 3)
         self._base = linear(colours[:, :3])
-        self._decals = {int(g): d for g in np.flatnonzero(of_material) if (d := _decal(model, int(g))) is not None}
+        self._decals = {
+            int(g): d for g in np.flatnonzero(has_material & self._plane) if (d := _decal(model, int(g))) is not None
+        }
 
     def albedo(
         self, geom: NDArray[np.int32], points: NDArray[np.float64], footprint: NDArray[np.float64]
@@ -90,11 +84,11 @@ class Surfaces:
         `footprint` (n,) is how much of the surface [m] one pixel covers; patterns finer than that are blurred away.
         """
         colour = self._base[geom]
-        for plane in np.flatnonzero(self.plane):
+        for plane in np.flatnonzero(self._plane):
             at = np.flatnonzero(geom == plane)
             if not len(at):
                 continue
-            local = np.einsum("ij,jk->ik", points[at] - self.place[plane], self.turn[plane][:, :2])
+            local = np.einsum("ij,jk->ik", points[at] - self._place[plane], self._turn[plane][:, :2])
             decal = self._decals.get(int(plane))
             colour[at] *= _lines(local, footprint[at])[:, None] if decal is None else _texels(decal, local)
         return colour
