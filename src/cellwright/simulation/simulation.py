@@ -37,9 +37,17 @@ class Simulation:
         model: a compiled model. `opt.timestep` is set from `timestep`.
         timestep: length of a tick [s], rational.
         seed: the root of all chance.
+        first_pose: writes the positions and setpoints that a run begins with, where they differ from the model's own.
     """
 
-    def __init__(self, model: mujoco.MjModel, *, timestep: Fraction = Fraction(1, 500), seed: int = 0) -> None:
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        *,
+        timestep: Fraction = Fraction(1, 500),
+        seed: int = 0,
+        first_pose: Callable[[mujoco.MjData], None] = lambda _data: None,
+    ) -> None:
         model.opt.timestep = float(timestep)
         self.model = model
         self.data = mujoco.MjData(model)
@@ -49,6 +57,7 @@ class Simulation:
         self.watches = Watches()
         self.inbox = Inbox()
         self.devices: dict[str, Device] = {}
+        self._first_pose = first_pose
         self.on_tick: Callable[[], None] | None = None
         self._before: list[Callable[[], None]] = []
         self._after: list[Callable[[], None]] = []
@@ -100,6 +109,7 @@ class Simulation:
         mujoco.mj_resetData(self.model, self.data)
         for name, values in self._pristine.items():
             getattr(self.model, name)[:] = values
+        self._first_pose(self.data)
         self.clock.set_tick(0)
         self.events.clear()
         self._refreshed_at = -1

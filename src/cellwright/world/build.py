@@ -134,6 +134,7 @@ def build_world(trial: Trial) -> World:
     furniture.add_floor(spec)
     furniture.add_bins(spec)
     furniture.add_conveyor(spec)
+    furniture.add_deletion_wall(spec)
     furniture.add_frames(spec)
     furniture.add_shelf(spec, len(planned))
     for sensor in trial.sensors:

@@ -28,6 +28,12 @@ from cellwright.world.shapes import Role, add_shape, at, box, cylinder
 BELT_GEOM = "conveyor_belt"
 """The geom whose surface moves."""
 
+DELETION_WALL_GEOM = "deletion_wall"
+"""The geom whose touch takes a part out of the cell."""
+
+UNSEEN_GROUP = 4
+"""The geom group that neither pictures nor rays look at."""
+
 
 def add_floor(spec: Any) -> None:
     """The floor at height 0, endless, with lines where people and AGVs go."""
@@ -119,3 +125,16 @@ def add_shelf(spec: Any, slots: int) -> None:
     side = SHELF_PITCH * (shelf_columns(slots) + 1)
     body = spec.worldbody.add_body(name="shelf", pos=(*SHELF_CENTRE, 0.0))
     add_shape(body, box(side, side, SHELF_SURFACE, at(z=SHELF_SURFACE / 2), colours.STEEL), Role.BOTH)
+
+
+def add_deletion_wall(spec: Any) -> None:
+    """The space at the end of the belt in which parts leave the cell. Nothing touches it and nobody sees it."""
+    spec.worldbody.add_geom(
+        name=DELETION_WALL_GEOM,
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=(0.5, 0.05, 0.5),
+        pos=(1.2, -4.1, 1.41),
+        group=UNSEEN_GROUP,
+        contype=0,
+        conaffinity=0,
+    )

@@ -1,0 +1,76 @@
+"""What an agent is, and where one is found."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Protocol, runtime_checkable
+
+from cellwright.client.client import Client
+from cellwright.errors import CellwrightError, UnknownNameError
+
+
+@runtime_checkable
+class Agent(Protocol):
+    """A program that works a cell: made without arguments, run once."""
+
+    def run(self, client: Client) -> None:
+        """Work the cell. Returning means having done what it came for."""
+
+
+BUNDLED = {"lesson": "cellwright.agents.lesson:LessonAgent"}
+"""Agents that come with Cellwright, by name."""
+
+
+class AgentError(CellwrightError):
+    """An agent that cannot be found or made."""
+
+
+def find_agent(name: str) -> Callable[[], Agent]:
+    """The class of an agent: a bundled name, `path/to/file.py:Class`, or `package.module:Class`.
+
+    Raises:
+        AgentError: there is no such file, module or class, or it fails when it is imported.
+    """
+    target = BUNDLED.get(name, name)
+    place, colon, class_name = target.rpartition(":")
+    if not colon or not place or not class_name:
+        reason = UnknownNameError("agent", name, BUNDLED).sentence()
+        raise AgentError(f"{reason}; your own is given as path.py:Class or module:Class")
+    module = _import_file(Path(place)) if place.endswith(".py") else _import_module(place)
+    try:
+        found = getattr(module, class_name)
+    except AttributeError:
+        classes = [key for key, value in vars(module).items() if isinstance(value, type) and hasattr(value, "run")]
+        raise AgentError(f"{place}: {UnknownNameError('class', class_name, classes).sentence()}") from None
+    if not callable(found) or not hasattr(found, "run"):
+        raise AgentError(f"{target}: an agent is a class with a method run(client)")
+    agent: Callable[[], Agent] = found
+    return agent
+
+
+def _import_module(name: str) -> object:
+    try:
+        return importlib.import_module(name)
+    except Exception as error:
+        raise AgentError(f"{name}: cannot be imported: {type(error).__name__}: {error}") from error
+
+
+def _import_file(path: Path) -> object:
+    if not path.is_file():
+        raise AgentError(f"{path}: there is no such file")
+    name = f"cellwright_agent_{path.stem}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise AgentError(f"{path}: not a Python file")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # dataclasses and pickling look modules up by name
+    sys.path.insert(0, str(path.parent.resolve()))  # so that it can import its neighbours
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        raise AgentError(f"{path}: cannot be imported: {type(error).__name__}: {error}") from error
+    return module

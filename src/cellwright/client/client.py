@@ -1,0 +1,204 @@
+"""A client of the kit-building cell: its orders, arm, gripper, AGVs and sensors by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from cellwright.client.session import Latest, Session
+from cellwright.client.transports.transport import Transport
+from cellwright.errors import UsageError
+from cellwright.messages.build import NANOSECONDS, joint_trajectory, trajectory_point
+from cellwright.messages.osrf_gear import (
+    AGVControlRequest,
+    GetMaterialLocationsRequest,
+    Order,
+    VacuumGripperControlRequest,
+)
+from cellwright.messages.standard import JointTrajectory
+from cellwright.messages.std_srvs import TriggerRequest
+
+ARM_JOINTS = (
+    "elbow_joint",
+    "linear_arm_actuator_joint",
+    "shoulder_lift_joint",
+    "shoulder_pan_joint",
+    "wrist_1_joint",
+    "wrist_2_joint",
+    "wrist_3_joint",
+)
+"""The arm's joints in the order in which joint states name them (alphabetical)."""
+
+_ARRIVED = 0.02
+_STOPPED = 0.02
+
+
+class Client(Session):
+    """What a program of the kit-building cell holds in its hand.
+
+    It listens from the start to the competition's state, orders, score, joint states and the gripper; sensors are
+    listened to when they are asked for.
+    """
+
+    def __init__(self, transport: Transport) -> None:
+        super().__init__(transport)
+        self.orders: list[Order] = []
+        """Every order announced so far (osrf_gear/Order), in order of announcement."""
+        self._state = self.latest("/ariac/competition_state")
+        self._score = self.latest("/ariac/current_score")
+        self._joints = self.latest("/ariac/joint_states")
+        self._gripper = self.latest("/ariac/gripper/state")
+        self._sensors: dict[str, Latest] = {}
+        self.subscribe("/ariac/orders", self.orders.append)
+
+    # ---------------------------------------------------------------- the competition
+
+    @property
+    def competition_state(self) -> str:
+        """`init`, `ready`, `go`, `end_game` or `done`, as last heard; empty before the first message."""
+        return "" if self._state.message is None else str(self._state.message.data)
+
+    @property
+    def score(self) -> float:
+        """The score as last heard; 0 before the first message."""
+        return 0.0 if self._score.message is None else float(self._score.message.data)
+
+    def start_competition(self) -> bool:
+        """Start the competition; False when it had been started before."""
+        return self._trigger("/ariac/start_competition")
+
+    def end_competition(self) -> bool:
+        """End the competition now, with the score as it stands."""
+        return self._trigger("/ariac/end_competition")
+
+    def wait_for_order(self, timeout: float | None = None) -> Order | None:
+        """The next order to be announced (osrf_gear/Order); None if none comes in time [s]."""
+        known = len(self.orders)
+        return self.orders[known] if self.wait_until(lambda: len(self.orders) > known, timeout) else None
+
+    def material_locations(self, material: str) -> tuple[str, ...]:
+        """Where parts of a type are to be found: `bin7`, `belt`; nowhere for an unknown type."""
+        request = GetMaterialLocationsRequest(material_type=material)
+        return tuple(unit.unit_id for unit in self.call("/ariac/material_locations", request).storage_units)
+
+    # ---------------------------------------------------------------- the arm
+
+    @property
+    def joint_positions(self) -> Mapping[str, float]:
+        """Joint positions as last heard [rad; m for the rail]; empty before the first message."""
+        message = self._joints.message
+        return {} if message is None else dict(zip(message.name, map(float, message.position), strict=True))
+
+    @property
+    def joint_velocities(self) -> Mapping[str, float]:
+        """Joint velocities as last heard [rad/s; m/s for the rail]; empty before the first message."""
+        message = self._joints.message
+        return {} if message is None else dict(zip(message.name, map(float, message.velocity), strict=True))
+
+    def send_arm(
+        self,
+        waypoints: Sequence[Sequence[float]],
+        times: Sequence[float] | None = None,
+        *,
+        velocities: Sequence[Sequence[float]] | None = None,
+        joints: Sequence[str] = ARM_JOINTS,
+    ) -> None:
+        """Send the arm along joint waypoints, without waiting.
+
+        Args:
+            waypoints: positions [rad; m for the rail] in the order of `joints`.
+            times: when each is to be reached [s] from now; 1, 2, 3, … when left out.
+            velocities: velocities at the waypoints [rad/s; m/s]; without them the way between is straight.
+            joints: which joints the numbers belong to.
+        """
+        times = [float(number + 1) for number in range(len(waypoints))] if times is None else times
+        if len(times) != len(waypoints) or (velocities is not None and len(velocities) != len(waypoints)):
+            raise UsageError("as many times, and velocities if any, are needed as there are waypoints")
+        self.publish("/ariac/arm/command", trajectory_message(joints, waypoints, times, velocities))
+
+    def move_arm(
+        self,
+        waypoints: Sequence[Sequence[float]],
+        times: Sequence[float] | None = None,
+        *,
+        joints: Sequence[str] = ARM_JOINTS,
+        timeout: float = 5.0,
+    ) -> bool:
+        """Send the arm along joint waypoints and wait until it stands at the last one.
+
+        Arguments as for `send_arm`; `timeout` [s] counts from when it should have arrived. Whether it arrived within
+        0.02 rad (m for the rail) of the last waypoint.
+        """
+        self.send_arm(waypoints, times, joints=joints)
+        self.sleep(float(len(waypoints)) if times is None else times[-1])
+        goal = dict(zip(joints, waypoints[-1], strict=False))
+        return self.wait_until(lambda: self._stands_at(goal), timeout)
+
+    def _stands_at(self, goal: Mapping[str, float]) -> bool:
+        positions, velocities = self.joint_positions, self.joint_velocities
+        return bool(positions) and all(
+            abs(positions[joint] - value) < _ARRIVED and abs(velocities[joint]) < _STOPPED
+            for joint, value in goal.items()
+        )
+
+    # ---------------------------------------------------------------- gripper and AGVs
+
+    @property
+    def gripper_enabled(self) -> bool:
+        """Whether the vacuum is on, as last heard."""
+        return self._gripper.message is not None and bool(self._gripper.message.enabled)
+
+    @property
+    def gripper_attached(self) -> bool:
+        """Whether something hangs on the cup, as last heard."""
+        return self._gripper.message is not None and bool(self._gripper.message.attached)
+
+    def control_gripper(self, enable: bool) -> bool:  # noqa: FBT001
+        """Switch the vacuum on or off."""
+        request = VacuumGripperControlRequest(enable=enable)
+        return bool(self.call("/ariac/gripper/control", request).success)
+
+    def control_agv(self, number: int, kit_type: str) -> bool:
+        """Send AGV 1 or 2 away with its tray as a kit of this type; False unless it is ready."""
+        request = AGVControlRequest(kit_type=kit_type)
+        return bool(self.call(f"/ariac/agv{number}", request).success)
+
+    # ---------------------------------------------------------------- sensors
+
+    def sensor(self, name: str) -> Latest:
+        """The newest reading of a sensor that the trial's file names; listened to from the first call on."""
+        if name not in self._sensors:
+            self._sensors[name] = self.latest(f"/ariac/{name}")
+        return self._sensors[name]
+
+    def on_sensor(self, name: str, callback: Callable[[Any], None]) -> Callable[[], None]:
+        """Have `callback(message)` called for each reading of a sensor; the returned function ends that."""
+        return self.subscribe(f"/ariac/{name}", callback)
+
+    def _trigger(self, service: str) -> bool:
+        return bool(self.call(service, TriggerRequest()).success)
+
+
+def trajectory_message(
+    joints: Sequence[str],
+    waypoints: Sequence[Sequence[float]],
+    times: Sequence[float],
+    velocities: Sequence[Sequence[float]] | None = None,
+) -> JointTrajectory:
+    """A trajectory_msgs/JointTrajectory that begins when it arrives.
+
+    Args:
+        joints: joint names.
+        waypoints: positions [rad; m] for each time, in the order of `joints`.
+        times: when each is to be reached [s] from the start, rising.
+        velocities: velocities at the waypoints [rad/s; m/s].
+    """
+    points = [
+        trajectory_point(
+            positions,
+            () if velocities is None else velocities[index],
+            time_from_start=round(times[index] * NANOSECONDS),
+        )
+        for index, positions in enumerate(waypoints)
+    ]
+    return joint_trajectory(joints, points)

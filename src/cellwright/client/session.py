@@ -1,0 +1,151 @@
+"""A robot program's hold on a cell: time, topics and services, blocking and in order.
+
+The same program runs over every transport. In the same process the client owns the clock: `sleep` steps the
+simulation, so a program gets the same result on any host.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from cellwright.client.transports.transport import Callback, Transport
+from cellwright.errors import UsageError
+
+
+class Session:
+    """Time, topics and services of a cell.
+
+    Callbacks are delivered only inside `sleep` and `wait_until`; calling either from a callback is an error.
+    """
+
+    def __init__(self, transport: Transport) -> None:
+        self.transport = transport
+        self._waiting = False
+
+    # ---------------------------------------------------------------- time
+
+    @property
+    def time(self) -> float:
+        """Simulation time [s]."""
+        return self.transport.now() / 1e9
+
+    def sleep(self, duration: float) -> None:
+        """Let `duration` seconds of simulation time pass.
+
+        Raises:
+            UsageError: called from a callback, or with a negative or non-finite duration.
+            RunEndedError: the run is over.
+        """
+        if not 0.0 <= duration < float("inf"):
+            raise UsageError(f"cannot sleep for {duration} s")
+        self._advance(self.transport.now() + round(duration * 1e9), _never)
+
+    def wait_until(self, condition: Callable[[], bool], timeout: float | None = None) -> bool:
+        """Let time pass until `condition()` is true, looked at after each tick; what it was in the end.
+
+        Args:
+            condition: what is waited for; a look at the client's state.
+            timeout: seconds of simulation time to wait at most; None for no limit.
+
+        Raises:
+            UsageError: called from a callback.
+            RunEndedError: the run is over.
+        """
+        if condition():
+            return True
+        until = None if timeout is None else self.transport.now() + round(timeout * 1e9)
+        self._advance(until, condition)
+        return condition()
+
+    def rate(self, frequency: float) -> Rate:
+        """A rhythm of `frequency` [Hz]: `rate.sleep()` waits for the next beat."""
+        return Rate(self, frequency)
+
+    def _advance(self, until: int | None, finished: Callable[[], bool]) -> None:
+        if self._waiting:
+            raise UsageError("sleep and wait_until cannot be called from a callback: time is already passing")
+        self._waiting = True
+        try:
+            self.transport.advance(until, finished)
+        finally:
+            self._waiting = False
+
+    # ---------------------------------------------------------------- topics and services
+
+    def subscribe(self, topic: str, callback: Callback) -> Callable[[], None]:
+        """Have `callback(message)` called for each message on a topic; the returned function ends that."""
+        return self.transport.subscribe(topic, callback)
+
+    def publish(self, topic: str, message: Any) -> None:
+        """Send a message to the cell; it takes effect before the next step.
+
+        Raises:
+            RejectedCommandError: no such topic, or not this type of message.
+        """
+        self.transport.publish(topic, message)
+
+    def call(self, service: str, request: Any) -> Any:
+        """Call a service and wait for its response.
+
+        Raises:
+            UnknownNameError: there is no such service.
+            ServiceFailedError: the service gave no answer.
+        """
+        return self.transport.call(service, request)
+
+    def latest(self, topic: str) -> Latest:
+        """Keep the newest message of a topic at hand."""
+        return Latest(self, topic)
+
+    def close(self) -> None:
+        """Let go of the cell."""
+        self.transport.close()
+
+
+class Rate:
+    """A rhythm, kept as ROS keeps it: a beat that was missed is made up for, unless two have gone by."""
+
+    def __init__(self, session: Session, frequency: float) -> None:
+        if not 0.0 < frequency < float("inf"):
+            raise UsageError(f"a rate must be above 0 Hz, not {frequency}")
+        self._session = session
+        self._period = 1.0 / frequency
+        self._last = session.time
+
+    def sleep(self) -> None:
+        """Wait for the next beat; at once if it has gone by."""
+        now = self._session.time
+        self._session.sleep(max(0.0, self._last + self._period - now))
+        self._last += self._period
+        if now - self._last > 2 * self._period:
+            self._last = now
+
+
+class Latest:
+    """The newest message of a topic: `message` is None until the first has come."""
+
+    def __init__(self, session: Session, topic: str) -> None:
+        self._session = session
+        self.topic = topic
+        self.message: Any = None
+        self.count = 0
+        self.cancel = session.subscribe(topic, self._take)
+
+    def _take(self, message: Any) -> None:
+        self.message = message
+        self.count += 1
+
+    def wait(self, timeout: float | None = None) -> Any:
+        """The newest message; waits for the first one, None if it has not come in time [s]."""
+        self._session.wait_until(lambda: self.message is not None, timeout)
+        return self.message
+
+    def wait_for_next(self, timeout: float | None = None) -> Any:
+        """The next message to come; None if none has come in time [s]."""
+        seen = self.count
+        return self.message if self._session.wait_until(lambda: self.count > seen, timeout) else None
+
+
+def _never() -> bool:
+    return False

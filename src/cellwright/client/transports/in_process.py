@@ -1,0 +1,78 @@
+"""The shortest way to a cell: in the same process, where the client owns the clock."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+from cellwright.cell import Cell
+from cellwright.client.transports.transport import Callback
+from cellwright.errors import RunEndedError
+from cellwright.simulation.events import NEVER
+
+
+class InProcess:
+    """A client's way to a cell in this process: `advance` steps the simulation.
+
+    Args:
+        cell: a cell that has been reset.
+        node: the client's node name, as the cell sees it.
+    """
+
+    def __init__(self, cell: Cell, *, node: str = "/client") -> None:
+        self.cell = cell
+        self.node = node
+        self.step = cell.simulation.step
+        """What lets a tick pass: the simulation's own step, or a paced one."""
+        self.deadline = NEVER
+        """Simulation time [ns] past which `advance` raises: the run is over."""
+        self.reason = "the run is over"
+        """What the error then says."""
+        self._mail: deque[tuple[Callback, Any]] = deque()
+        self._leave: list[Callable[[], None]] = []
+
+    def now(self) -> int:
+        """Simulation time [ns]."""
+        return self.cell.simulation.now
+
+    def advance(self, until: int | None, finished: Callable[[], bool]) -> None:
+        """Step to `until` [ns], or until `finished()`; deliver what comes after each step."""
+        clock, step, mail = self.cell.simulation.clock, self.step, self._mail
+        while until is None or clock.now < until:
+            if clock.now >= self.deadline:
+                raise RunEndedError(self.reason)
+            step()
+            if mail:
+                self._deliver()
+            if finished():
+                return
+
+    def subscribe(self, topic: str, callback: Callback) -> Callable[[], None]:
+        """Have a topic's messages delivered while time passes."""
+        mail = self._mail
+        subscription = self.cell.bus.subscribe(topic, lambda message: mail.append((callback, message)), node=self.node)
+        self._leave.append(subscription.cancel)
+        return subscription.cancel
+
+    def publish(self, topic: str, message: Any) -> None:
+        """Send a message; the cell acts on it before the next step."""
+        self.cell.bus.publish(topic, message, node=self.node)
+
+    def call(self, service: str, request: Any) -> Any:
+        """Call a service; it is carried out at the border where time stands."""
+        self.cell.simulation.settle_inbox()
+        return self.cell.bus.call(service, request, node=self.node)
+
+    def close(self) -> None:
+        """Leave every topic."""
+        for leave in self._leave:
+            leave()
+        self._leave.clear()
+        self._mail.clear()
+
+    def _deliver(self) -> None:
+        # What callbacks cause comes with the next step, so that a conversation cannot stop time.
+        for _ in range(len(self._mail)):
+            callback, message = self._mail.popleft()
+            callback(message)

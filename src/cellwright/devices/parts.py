@@ -1,0 +1,87 @@
+"""The parts on the floor: where each one is, and how one appears, is dropped elsewhere or goes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cellwright.errors import UnknownNameError
+from cellwright.pose import Pose
+from cellwright.simulation.device import Device, State
+from cellwright.simulation.simulation import Simulation
+from cellwright.world.build import WorldPart
+
+
+class Parts(Device):
+    """Every part of the cell, also those that wait in a pool or have gone.
+
+    A part is `in_play` from the moment it appears until it is put away; the others stand on their shelf slots.
+    """
+
+    def __init__(self, parts: Sequence[WorldPart]) -> None:
+        super().__init__("parts")
+        self.all = tuple(parts)
+        self.by_name: Mapping[str, WorldPart] = {part.name: part for part in parts}
+        self.by_body: Mapping[int, WorldPart] = {part.body: part for part in parts}
+        self.in_play: set[str] = set()
+        rows = np.array([part.qpos for part in parts], dtype=np.int64).reshape(-1, 1)
+        self._position_rows = rows + np.arange(3)
+
+    def reset(self) -> None:
+        self.in_play = {part.name for part in self.all if not part.pooled}
+
+    def get_state(self) -> dict[str, Any]:
+        return {"in_play": sorted(self.in_play)}
+
+    def set_state(self, state: State) -> None:
+        self.in_play = set(state["in_play"])
+
+    def part(self, name: str) -> WorldPart:
+        """A part by its full model name."""
+        try:
+            return self.by_name[name]
+        except KeyError:
+            raise UnknownNameError("part", name, self.by_name) from None
+
+    def positions(self) -> NDArray[np.float64]:
+        """Positions of all parts [m], shape (parts, 3), world frame, as of this tick."""
+        positions: NDArray[np.float64] = self.simulation.data.qpos[self._position_rows]
+        return positions
+
+    def inside(self, lower: Sequence[float], upper: Sequence[float]) -> list[WorldPart]:
+        """The parts in play whose origin is in a box of the world frame [m], in the order of the parts."""
+        if not self.all:
+            return []
+        positions = self.positions()
+        hit = np.all((positions >= np.asarray(lower)) & (positions <= np.asarray(upper)), axis=1)
+        return [self.all[index] for index in np.flatnonzero(hit) if self.all[index].name in self.in_play]
+
+    def pose(self, part: WorldPart) -> Pose:
+        """world_T_part as of this tick."""
+        values = [float(value) for value in self.simulation.data.qpos[part.qpos : part.qpos + 7]]
+        return Pose((values[0], values[1], values[2]), (values[3], values[4], values[5], values[6]))
+
+    def place(self, part: WorldPart, world_T_part: Pose) -> None:
+        """Have a part stand at a pose, at rest and held by nothing: it appears there, or was dropped there."""
+        self._teleport(part, world_T_part)
+        self.in_play.add(part.name)
+
+    def put_away(self, part: WorldPart) -> None:
+        """Take a part out of play, onto its shelf slot."""
+        self._teleport(part, part.shelf)
+        self.in_play.discard(part.name)
+
+    def _teleport(self, part: WorldPart, world_T_part: Pose) -> None:
+        simulation: Simulation = self.simulation
+        data = simulation.data
+        for weld in (part.grip, *part.locks):
+            if weld is not None:
+                data.eq_active[weld] = 0
+        data.qpos[part.qpos : part.qpos + 3] = world_T_part.position
+        data.qpos[part.qpos + 3 : part.qpos + 7] = world_T_part.quaternion
+        data.qvel[part.dof : part.dof + 6] = 0.0
+        simulation.keep_awake(part.body)
+        simulation.touch()

@@ -1,0 +1,204 @@
+"""One run: a trial, an agent that works it, and what came of it."""
+
+from __future__ import annotations
+
+import platform
+import time
+import traceback
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from fractions import Fraction
+from functools import partial
+
+import mujoco
+import numpy as np
+
+import cellwright
+from cellwright.agents.agent import Agent
+from cellwright.cell import Cell
+from cellwright.client.client import Client
+from cellwright.client.transports.in_process import InProcess
+from cellwright.competition import is_done
+from cellwright.errors import RunEndedError, UsageError
+from cellwright.kitting.scorer import GameScore
+from cellwright.simulation.clock import nanoseconds
+from cellwright.simulation.pacing import Pacer
+
+GRACE = 2.0
+"""Simulation time [s] that an agent may go on after the competition is done, to see that it is."""
+
+DRIVE = 30.0
+"""Simulation time [s] for which a kit that is on its way is waited for after the agent has returned."""
+
+
+class Outcome(StrEnum):
+    """How a run ended."""
+
+    DONE = "done"
+    TIME_LIMIT = "time limit"
+    GAVE_UP = "the agent ended before the orders were complete"
+    CRASHED = "the agent crashed"
+    UNTIL = "stopped before the competition was done"
+    INTERRUPTED = "interrupted"
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """What a run may be told besides its cell and its agent.
+
+    Attributes:
+        speed: simulated seconds a wall second; None: as fast as it goes.
+        until: stop at this simulation time [s]; None: when the run is over.
+        listen: topics to listen to besides; "all" stands for every topic.
+        at: actions at given simulation times [s], such as taking a picture.
+        on_progress: called ten times a simulated second.
+    """
+
+    speed: float | None = None
+    until: float | None = None
+    listen: Sequence[str] = ()
+    at: Sequence[tuple[Fraction, Callable[[Cell], None]]] = ()
+    on_progress: Callable[[Cell], None] | None = None
+
+
+@dataclass
+class RunResult:
+    """What came of a run. Times in seconds."""
+
+    outcome: Outcome
+    competition_state: str
+    score: GameScore
+    state_hash: str
+    simulated: float
+    wall: float
+    steps: int
+    error: str = ""
+    heard: dict[str, int] = field(default_factory=dict)
+
+    @property
+    def real_time_factor(self) -> float:
+        """Simulated seconds a wall second."""
+        return self.simulated / self.wall if self.wall > 0 else 0.0
+
+
+def run_cell(cell: Cell, agent: Agent | None, options: RunOptions | None = None) -> RunResult:
+    """Run a cell from the start until it is over; without an agent, until the time asked for.
+
+    Raises:
+        UsageError: neither an agent nor a time to stop at.
+        UnknownNameError: a topic to listen to that does not exist.
+    """
+    options = options or RunOptions()
+    if agent is None and options.until is None:
+        raise UsageError("without an agent a run has no end: say until when")
+    cell.reset()
+    transport = InProcess(cell, node="/agent")
+    if options.speed is not None:
+        transport.step = Pacer(cell.simulation, options.speed).step
+    if options.until is not None:
+        transport.deadline = nanoseconds(options.until)
+    heard = _listen(cell, options.listen)
+    _plan(cell, options)
+    cell.competition.on_effect.append(lambda effect: _end_soon(transport) if is_done(effect) else None)
+
+    begin = time.perf_counter()
+    outcome, error = _work(cell, agent, transport)
+    return RunResult(
+        outcome=outcome,
+        competition_state=cell.competition.state,
+        score=cell.competition.score(),
+        state_hash=cell.state_hash(),
+        simulated=cell.simulation.time,
+        wall=time.perf_counter() - begin,
+        steps=cell.simulation.clock.tick,
+        error=error,
+        heard=dict(heard),
+    )
+
+
+def _work(cell: Cell, agent: Agent | None, transport: InProcess) -> tuple[Outcome, str]:
+    client = Client(transport)
+    error = ""
+    crashed = False
+    try:
+        if agent is not None:
+            agent.run(client)
+            _wait_for_kits(cell, client)
+        else:
+            client.wait_until(lambda: False)
+    except RunEndedError:
+        pass  # the ordinary end of a program that works until it is stopped
+    except KeyboardInterrupt:
+        return Outcome.INTERRUPTED, ""
+    except Exception:  # whatever somebody's program raises is reported, and the run still has its score
+        crashed = True
+        error = traceback.format_exc()
+    finally:
+        client.close()
+    if crashed:
+        return Outcome.CRASHED, error
+    if cell.competition.state == "done":
+        return (Outcome.TIME_LIMIT if cell.competition.is_timed_out else Outcome.DONE), ""
+    stopped = cell.simulation.now >= transport.deadline
+    return (Outcome.UNTIL if stopped else Outcome.GAVE_UP), ""
+
+
+def _wait_for_kits(cell: Cell, client: Client) -> None:
+    """The agent has returned; kits that it sent off still arrive, and the competition may still end."""
+    competition, agvs = cell.competition, tuple(cell.agvs.values())
+
+    def nothing_to_come() -> bool:
+        return competition.state == "done" or all(agv.state != "preparing_to_deliver" for agv in agvs)
+
+    client.wait_until(nothing_to_come, DRIVE)
+    client.wait_until(lambda: competition.state == "done", 0.1)
+
+
+def _end_soon(transport: InProcess) -> None:
+    transport.deadline = min(transport.deadline, transport.now() + nanoseconds(GRACE))
+    transport.reason = "the competition is done"
+
+
+def _listen(cell: Cell, topics: Sequence[str]) -> Counter[str]:
+    heard: Counter[str] = Counter()
+    names = [name for topic in topics for name in (cell.topics() if topic == "all" else [topic])]
+    for name in names:
+        cell.bus.topic(name)
+        cell.bus.subscribe(name, partial(_count, heard, name), node="/listener")
+    return heard
+
+
+def _count(heard: Counter[str], name: str, _message: object) -> None:
+    heard[name] += 1
+
+
+def _plan(cell: Cell, options: RunOptions) -> None:
+    for when, action in options.at:
+        if when <= 0:
+            action(cell)
+        else:
+            _once(cell, when, action)
+    if options.on_progress is not None:
+        report = options.on_progress
+        cell.simulation.watch("progress", Fraction(1, 10), lambda _: report(cell))
+
+
+def _once(cell: Cell, when: Fraction, action: Callable[[Cell], None]) -> None:
+    def look(_: int) -> None:
+        watch.cancel()
+        action(cell)
+
+    watch = cell.simulation.watch("once", when, look)
+
+
+def versions() -> dict[str, str]:
+    """What a result depends on besides trial, agent and seed."""
+    return {
+        "cellwright": cellwright.__version__,
+        "mujoco": mujoco.__version__,
+        "numpy": np.__version__,
+        "python": platform.python_version(),
+        "platform": f"{platform.system()} {platform.machine()}",
+    }
