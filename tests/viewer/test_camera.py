@@ -5,10 +5,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from cellwright.errors import UnknownNameError, UsageError
+from cellwright.errors import UsageError
 from cellwright.pose import Vector3
 from cellwright.viewer.camera import Camera
-from cellwright.viewer.views import VIEWS, view
 
 coordinates = st.floats(-10, 10)
 points = st.tuples(coordinates, coordinates, coordinates)
@@ -84,24 +83,3 @@ def test_right_is_right_and_up_is_up() -> None:
 def test_a_camera_that_sees_nothing_is_refused(eye: Vector3, target: Vector3, up: Vector3, fov: float) -> None:
     with pytest.raises(UsageError):
         Camera(eye, target, up, fov)
-
-
-WORTH_SEEING = {
-    "overview": [(0.3, 3.15, 0.755), (0.3, -3.15, 0.755), (-0.3, 0.23, 0.75), (0.3, 2.1, 1.0), (1.21, 3.5, 0.91)],
-    "bins": [(x, y, 0.75) for x in (-1.0, -0.3) for y in (-1.33, 0.995)],
-    "agv1": [(0.3 + x, 3.15 + y, 0.755) for x in (-0.25, 0.25) for y in (-0.35, 0.35)],
-    "agv2": [(0.3 + x, -3.15 + y, 0.755) for x in (-0.25, 0.25) for y in (-0.35, 0.35)],
-    "belt": [(1.21, y, 0.91) for y in (-0.5, 0, 1, 2, 3)],
-}
-
-
-@pytest.mark.parametrize("name", VIEWS)
-def test_a_view_shows_what_it_is_named_after(name: str) -> None:
-    column, row, depth = view(name).project(np.array(WORTH_SEEING[name]), 1280, 720).T
-    assert (depth > 0).all()
-    assert ((column > 0) & (column < 1280) & (row > 0) & (row < 720)).all()
-
-
-def test_an_unknown_view_is_refused_with_the_known_ones() -> None:
-    with pytest.raises(UnknownNameError, match=r"did you mean overview.*agv1"):
-        view("overveiw")

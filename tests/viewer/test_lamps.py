@@ -90,6 +90,30 @@ def test_neighbours_on_another_surface_do_not_share() -> None:
     assert (seen[~right] == 0).all()
 
 
+def test_sides_of_one_thing_do_not_share() -> None:
+    # left half of the pixels on a wall's side that looks at an awning from close by, right half on its free top
+    caster = RayCaster(
+        *scene('<geom type="box" size="1 1 1" group="1"/><geom type="box" size=".5 1 .1" pos="1.6 0 1.2" group="1"/>')
+    )
+    columns = np.tile(np.arange(SIDE), SIDE)
+    top = columns >= SIDE // 2
+    points = np.where(top[:, None], (0.0, 0.0, 1.0), (1.0, 0.0, 0.5))
+    normals = np.where(top[:, None], (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
+    hits = Hits(np.zeros(len(points), np.int32), np.ones(len(points)), normals)
+    light = disc_lamp((2.2, 0, 5), (1, 0, 0), 0.2)
+    seen = openness(caster, light, hits, points, range(SIDE), SIDE)
+    assert (seen[top] == 1).all()
+    assert (seen[~top] == 0).all()
+
+
+def test_a_wall_that_half_the_lamps_stand_behind_is_open_to_the_others() -> None:
+    caster = RayCaster(*scene(FLOOR))
+    along = np.tile((1.0, 0.0, 0.0), (SIDE * SIDE, 1))
+    hits = Hits(np.zeros(SIDE * SIDE, np.int32), np.ones(SIDE * SIDE), along)
+    points = np.tile((0.0, 0.0, 1.0), (SIDE * SIDE, 1))
+    assert np.allclose(openness(caster, KEY, hits, points, range(SIDE), SIDE), 1)
+
+
 def test_what_faces_away_and_what_is_not_there_sees_no_lamp() -> None:
     caster = RayCaster(*scene(FLOOR))
     points = np.zeros((4, 3))

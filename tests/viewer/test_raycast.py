@@ -79,6 +79,13 @@ def test_what_rays_see_and_what_they_see_through(front: int, opacity: float, fir
     assert shaded == (opaque == "back")
 
 
+def test_a_sheet_of_a_millimetre_gives_shade() -> None:
+    sheet = '<geom type="box" size="1 1 .0005" pos="0 0 -1" group="1"/>'
+    below, on_top = RayCaster(*scene(sheet)).reaches(ORIGIN, np.array([[0.1, 0.1, -1.0005], [0.1, 0.1, -0.9995]]))
+    assert on_top
+    assert not below
+
+
 def test_groups_can_be_chosen() -> None:
     model, data = scene(BOXES.format(front=3, opacity=1))
     caster = RayCaster(model, data, groups={3})

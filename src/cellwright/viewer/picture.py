@@ -34,7 +34,7 @@ LARGEST_SIDE = 4096
 """The widest and highest picture, in pixels."""
 
 _LAMP_OFFSET = (-3.2, -4.6, 7.0)  # [m] from the point the camera looks at
-_LAMP_RADIUS = 0.22  # [m]
+_LAMP_RADIUS = 0.14  # [m]
 _SKY_DISTANCE = 9.0  # [m]
 
 
@@ -45,7 +45,7 @@ def render(
     width: int = 1280,
     height: int = 720,
     *,
-    samples: int = 3,
+    samples: int = 2,
     groups: Collection[int] = PICTURE_GROUPS,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -117,7 +117,7 @@ def save_picture(
     width: int = 1280,
     height: int = 720,
     *,
-    samples: int = 3,
+    samples: int = 2,
     groups: Collection[int] = PICTURE_GROUPS,
     threads: int | None = None,
     progress: Progress | None = None,

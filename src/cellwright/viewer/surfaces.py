@@ -17,7 +17,6 @@ _LINE_SHADE = 0.8  # factor on the colour
 
 _PLASTIC_SPECULAR = 0.3
 _PLASTIC_SHININESS = 0.4
-_FLOOR_REFLECTANCE = 0.2
 
 
 def geom_colours(model: mujoco.MjModel) -> NDArray[np.float64]:
@@ -36,9 +35,16 @@ def linear(colour: NDArray[np.floating]) -> NDArray[np.float32]:
 
 @dataclass(frozen=True, slots=True)
 class _Decal:
-    """A picture laid over a plane, `repeat` times per metre (uniform) or per plane (else)."""
+    """A picture laid over a plane again and again, starting at a corner.
+
+    Attributes:
+        texels: the picture (rows, columns, 3), linear.
+        half: half the sides (2,) of the plane [m].
+        repeat: how often the picture fits on the plane, along x and y (2,).
+    """
 
     texels: NDArray[np.float32]
+    half: NDArray[np.float64]
     repeat: NDArray[np.float64]
 
 
@@ -54,26 +60,21 @@ class Surfaces:
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, colours: NDArray[np.float64]) -> None:
         material = model.geom_matid
         has_material = material >= 0
-        self.plane = np.array(model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE)
-        """(ngeom,) whether a geom is a plane."""
         self.opacity = colours[:, 3].astype(np.float32)
         """(ngeom,) 0..1."""
         self.specular = np.full(model.ngeom, _PLASTIC_SPECULAR, np.float32)
         """(ngeom,) how strong highlights are, 0..1."""
         self.shininess = np.full(model.ngeom, _PLASTIC_SHININESS, np.float32)
         """(ngeom,) how small highlights are, 0..1."""
-        self.reflectance = np.where(self.plane, _FLOOR_REFLECTANCE, 0.0).astype(np.float32)
-        """(ngeom,) share of light that a plane mirrors, 0..1; zero for all other shapes."""
         self.specular[has_material] = model.mat_specular[material[has_material]]
         self.shininess[has_material] = model.mat_shininess[material[has_material]]
-        of_material = has_material & self.plane
-        self.reflectance[of_material] = model.mat_reflectance[material[of_material]]
-        self.place = np.array(data.geom_xpos)
-        """(ngeom, 3) geom frame in the world [m]."""
-        self.turn = np.array(data.geom_xmat).reshape(-1, 3, 3)
-        """(ngeom, 3, 3) geom frame to world."""
+        self._plane = np.array(model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE)
+        self._place = np.array(data.geom_xpos)
+        self._turn = np.array(data.geom_xmat).reshape(-1, 3, 3)
         self._base = linear(colours[:, :3])
-        self._decals = {int(g): d for g in np.flatnonzero(of_material) if (d := _decal(model, int(g))) is not None}
+        self._decals = {
+            int(g): d for g in np.flatnonzero(has_material & self._plane) if (d := _decal(model, int(g))) is not None
+        }
 
     def albedo(
         self, geom: NDArray[np.int32], points: NDArray[np.float64], footprint: NDArray[np.float64]
@@ -83,11 +84,11 @@ class Surfaces:
         `footprint` (n,) is how much of the surface [m] one pixel covers; patterns finer than that are blurred away.
         """
         colour = self._base[geom]
-        for plane in np.flatnonzero(self.plane):
+        for plane in np.flatnonzero(self._plane):
             at = np.flatnonzero(geom == plane)
             if not len(at):
                 continue
-            local = np.einsum("ij,jk->ik", points[at] - self.place[plane], self.turn[plane][:, :2])
+            local = np.einsum("ij,jk->ik", points[at] - self._place[plane], self._turn[plane][:, :2])
             decal = self._decals.get(int(plane))
             colour[at] *= _lines(local, footprint[at])[:, None] if decal is None else _texels(decal, local)
         return colour
@@ -104,7 +105,11 @@ def _lines(local: NDArray[np.float64], footprint: NDArray[np.float64]) -> NDArra
 
 
 def _decal(model: mujoco.MjModel, geom: int) -> _Decal | None:
-    """The two-dimensional colour texture of a plane's material, if it has one."""
+    """The two-dimensional colour texture of a plane's material, if it has one.
+
+    It lies as the engine's own drawing lays it: `texrepeat` counts repetitions on the whole plane, and with
+    `texuniform` on every two metres; an endless plane counts as two metres wide.
+    """
     material = model.geom_matid[geom]
     texture = model.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB]
     if texture < 0 or model.tex_type[texture] != mujoco.mjtTexture.mjTEXTURE_2D:
@@ -112,19 +117,17 @@ def _decal(model: mujoco.MjModel, geom: int) -> _Decal | None:
     height, width, channels = (int(t[texture]) for t in (model.tex_height, model.tex_width, model.tex_nchannel))
     start = model.tex_adr[texture]
     texels = np.array(model.tex_data[start : start + height * width * channels]).reshape(height, width, channels)
-    rgb = np.repeat(texels, 3, axis=2) if channels == 1 else texels[:, :, :3]
-    repeat = np.array(model.mat_texrepeat[material], np.float64)
-    half = model.geom_size[geom, :2]
-    if not model.mat_texuniform[material]:
-        # An endless plane has no size of its own; the engine's own drawing counts it as one metre here.
-        repeat = repeat / np.where(half > 0, 2 * half, 1.0)
-    return _Decal(linear(rgb / 255), repeat)
+    rgb = texels[:, :, [0, 1, 2] if channels >= 3 else [0, 0, 0]]
+    size = model.geom_size[geom, :2]
+    half = np.where(size > 0, size, 1.0)
+    repeat = model.mat_texrepeat[material] * (half if model.mat_texuniform[material] else 1.0)
+    return _Decal(linear(rgb / 255), half, repeat)
 
 
 def _texels(decal: _Decal, local: NDArray[np.float64]) -> NDArray[np.float32]:
     """The texture's colour (n, 3), linear, at `local` (n, 2) [m] of its plane."""
     height, width, _ = decal.texels.shape
-    share = np.mod(local * decal.repeat + 0.5, 1.0)
+    share = np.mod((local / decal.half + 1) / 2 * decal.repeat, 1.0)
     column = np.minimum((share[:, 0] * width).astype(int), width - 1)
     row = np.minimum(((1 - share[:, 1]) * height).astype(int), height - 1)
     colours: NDArray[np.float32] = decal.texels[row, column]

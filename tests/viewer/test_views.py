@@ -1,0 +1,61 @@
+"""The named views, looked through in the cell itself."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from cellwright.description.trial import Trial
+from cellwright.errors import UnknownNameError
+from cellwright.viewer.edges import pixel_points
+from cellwright.viewer.raycast import RayCaster
+from cellwright.viewer.views import VIEWS, view
+from cellwright.world.build import build_world
+
+WIDTH, HEIGHT = 64, 36
+
+WORTH_SEEING = {
+    "overview": [(0.3, 3.15, 0.755), (0.3, -3.15, 0.755), (-0.3, 0.23, 0.75), (0.3, 2.1, 1.0), (1.21, 3.5, 0.91)],
+    "bins": [(x, y, 0.75) for x in (-1.0, -0.3) for y in (-1.33, 0.995)],
+    "agv1": [(0.3 + x, 3.15 + y, 0.755) for x in (-0.25, 0.25) for y in (-0.35, 0.35)],
+    "agv2": [(0.3 + x, -3.15 + y, 0.755) for x in (-0.25, 0.25) for y in (-0.35, 0.35)],
+    "belt": [(1.21, y, 0.91) for y in (-0.5, 0, 1, 2, 3)],
+}
+
+BODIES_IN_VIEW = {
+    "overview": {"agv1", "agv2", "conveyor_belt", "upper_arm_link", *(f"bin{n}" for n in range(1, 9))},
+    "bins": {f"bin{n}" for n in range(1, 9)},
+    "agv1": {"agv1", "agv1::kit_tray_1::kit_tray_1::tray"},
+    "agv2": {"agv2", "agv2::kit_tray_2::kit_tray_2::tray"},
+    "belt": {"conveyor_belt"},
+}
+
+
+@pytest.fixture(scope="module")
+def cell() -> tuple[mujoco.MjModel, RayCaster]:
+    world = build_world(Trial("views", has_arm=True))
+    data = mujoco.MjData(world.model)
+    world.put_in_first_pose(data)
+    return world.model, RayCaster(world.model, data)
+
+
+@pytest.mark.parametrize("name", VIEWS)
+def test_what_a_view_is_named_after_lies_within_the_picture(name: str) -> None:
+    column, row, depth = view(name).project(np.array(WORTH_SEEING[name]), 1280, 720).T
+    assert (depth > 0).all()
+    assert ((column > 0) & (column < 1280) & (row > 0) & (row < 720)).all()
+
+
+@pytest.mark.parametrize("name", VIEWS)
+def test_nothing_stands_before_it(name: str, cell: tuple[mujoco.MjModel, RayCaster]) -> None:
+    model, caster = cell
+    camera = view(name)
+    directions = camera.directions(pixel_points(np.arange(WIDTH * HEIGHT), WIDTH, samples=1), WIDTH, HEIGHT)
+    hits = caster.cast(np.array(camera.eye), directions)
+    seen = {model.body(int(model.geom_bodyid[geom])).name for geom in hits.geom if geom >= 0}
+    assert BODIES_IN_VIEW[name] <= seen
+    assert hits.distance.min() > 0.4, "the camera stands in the open"
+
+
+def test_an_unknown_view_is_refused_with_the_known_ones() -> None:
+    with pytest.raises(UnknownNameError, match=r"did you mean overview.*agv1"):
+        view("overveiw")
