@@ -2,7 +2,8 @@
 
 Waypoints, pauses and decisions are those of ROS Developers Live Class 20, "Simulate an industrial environment"; what
 the printed text had lost (where the arm is sent in between) is restored from its comments and its prose. It does not
-turn to the orders: it fetches two piston rods from bin 7, puts both at one place of AGV 1's tray, and sends the kit.
+look at the orders: it fetches two piston rods from bin 7 and puts both at one place of AGV 1's tray, then waits by the
+belt for two gears, and sends the kit.
 """
 
 from __future__ import annotations
@@ -45,15 +46,22 @@ class LessonAgent:
         from_bin: whether to fetch parts from the bin, all of them in the first turn.
         from_belt: whether to fetch parts from the belt, one a turn when the beam is broken at that moment.
         parts: how many to fetch from either.
+        patience: seconds after which it sends the kit as it is, when it has not seen the beam broken for so long. The
+            script itself has no end there: it looks once a second, gears come every six, so that once it looks at the
+            wrong moment it always does.
     """
 
-    def __init__(self, *, from_bin: bool = True, from_belt: bool = True, parts: int = 2) -> None:
+    def __init__(
+        self, *, from_bin: bool = True, from_belt: bool = True, parts: int = 2, patience: float = 60.0
+    ) -> None:
         self.from_bin = from_bin
         self.from_belt = from_belt
         self.parts = parts
+        self.patience = patience
         self.count = 0
         self.by_belt = False
         self.beam_broken = False
+        self.last_seen = 0.0
 
     def run(self, client: Client) -> None:
         """Start the competition, then look once a second whether there is something to do, until the kit is sent."""
@@ -62,9 +70,10 @@ class LessonAgent:
         self._send(client, READY)
         client.sleep(1.5)
         rate = client.rate(1.0)
-        while not self._work(client):
+        self.last_seen = client.time
+        while not self._work(client) and client.time - self.last_seen < self.patience:
             rate.sleep()
-        log.info("work completed")
+        log.info("work completed, with %d of %d parts from the belt", self.count, self.parts)
         self._send(client, READY)
         client.sleep(1.0)
         client.control_agv(1, "order_0_kit_0")
@@ -104,8 +113,10 @@ class LessonAgent:
             self._send(client, BY_BELT)
             client.sleep(1.5)
             self.by_belt = True
+            self.last_seen = client.time
         if not self.beam_broken:
             return
+        self.last_seen = client.time
         log.info("the beam is broken: lowering")
         client.sleep(0.3)
         client.control_gripper(True)

@@ -36,12 +36,14 @@ class Agv(Device):
         self._ctrl = (0, 0)
 
     def attach(self, simulation: Simulation) -> None:
+        """Look up the servos of its two slides."""
         super().attach(simulation)
         model = simulation.model
         first, second = (model.actuator_ctrladr[model.actuator(f"{self.name}_{axis}").id] for axis in "xy")
         self._ctrl = (int(first), int(second))
 
     def reset(self) -> None:
+        """Stand at the station, ready."""
         self.state = "ready_to_deliver"
         self.kit_type = ""
         self._departed = 0
@@ -58,6 +60,7 @@ class Agv(Device):
         return True
 
     def handle(self, kind: str, arguments: tuple[Any, ...]) -> None:
+        """Carry on to the next state."""
         if kind == "depart":
             self.tray.lock()
             self._set_off("delivering")
@@ -77,6 +80,7 @@ class Agv(Device):
             super().handle(kind, arguments)
 
     def before_step(self) -> None:
+        """Drive along the way."""
         path = self._paths.get(self.state)
         if path is not None:
             since = self.simulation.now - self._departed
@@ -85,9 +89,11 @@ class Agv(Device):
             self._drive(x, y, *path.velocity_at(clock.time_of(clock.tick + 1) - self._departed))
 
     def get_state(self) -> dict[str, Any]:
+        """State, kit type and time of departure."""
         return {"state": self.state, "kit_type": self.kit_type, "departed": self._departed}
 
     def set_state(self, state: State) -> None:
+        """Remember what `get_state` returned."""
         self.state = state["state"]
         self.kit_type = state["kit_type"]
         self._departed = state["departed"]

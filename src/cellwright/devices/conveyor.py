@@ -28,12 +28,14 @@ class Conveyor(Device):
         self._geom = -1
 
     def attach(self, simulation: Simulation) -> None:
+        """Look up the belt."""
         super().attach(simulation)
         self._geom = simulation.model.geom(BELT_GEOM).id
         # Without the flag the engine takes no notice of surface velocities that were all zero when it compiled.
         simulation.model.flg_surfacevel = 1
 
     def reset(self) -> None:
+        """Stand still."""
         self.power = 0.0
 
     @property
@@ -53,9 +55,11 @@ class Conveyor(Device):
         return True
 
     def get_state(self) -> dict[str, Any]:
+        """The power."""
         return {"power": self.power}
 
     def set_state(self, state: State) -> None:
+        """Remember what `get_state` returned; the surface's velocity is restored with the model."""
         self.power = state["power"]
 
     def _drive(self) -> None:

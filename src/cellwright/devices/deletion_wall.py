@@ -30,13 +30,16 @@ class DeletionWall(Device):
         self._geom = -1
 
     def attach(self, simulation: Simulation) -> None:
+        """Look up the wall."""
         super().attach(simulation)
         self._geom = simulation.model.geom(DELETION_WALL_GEOM).id
 
     def reset(self) -> None:
+        """Look five times a second from now on."""
         self._schedule(1)
 
     def handle(self, kind: str, arguments: tuple[Any, ...]) -> None:
+        """Look for parts that touch the wall."""
         if kind != "look":
             super().handle(kind, arguments)
         self._schedule(arguments[0] + 1)

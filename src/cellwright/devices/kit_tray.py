@@ -52,15 +52,18 @@ class KitTray(Device):
         self._plate = -1
 
     def attach(self, simulation: Simulation) -> None:
+        """Look up link and plate."""
         super().attach(simulation)
         self._body = simulation.model.body(self.link).id
         self._plate = simulation.model.geom(f"kit_tray_{self.number}_plate").id
 
     def reset(self) -> None:
+        """Empty, and reporting each second from now on."""
         self.contents = ()
         self._schedule(1)
 
     def handle(self, kind: str, arguments: tuple[Any, ...]) -> None:
+        """Report."""
         if kind != "report":
             super().handle(kind, arguments)
         self._schedule(arguments[0] + 1)
@@ -79,11 +82,11 @@ class KitTray(Device):
         """What stands on the plate or is locked to it now, in the order of the parts."""
         world_T_tray = self.world_T_tray
         tray_T_world = world_T_tray.inverse()
-        found = []
-        for part in self.parts.inside(*_box_around(world_T_tray)):
-            if self._is_locked(part) or self._touches(part):
-                found.append(TrayPart(part.name, tray_T_world @ self.parts.pose(part)))
-        return tuple(found)
+        return tuple(
+            TrayPart(part.name, tray_T_world @ self.parts.pose(part))
+            for part in self.parts.inside(*_box_around(world_T_tray))
+            if self._is_locked(part) or self._touches(part)
+        )
 
     def lock(self) -> None:
         """Fix the reported parts to the tray, each where it is, so that none is lost on the way."""
@@ -113,11 +116,13 @@ class KitTray(Device):
             listener(self)
 
     def get_state(self) -> dict[str, Any]:
+        """The last report."""
         return {
             "contents": [[each.name, *each.pose.position, *each.pose.quaternion] for each in self.contents],
         }
 
     def set_state(self, state: State) -> None:
+        """Remember what `get_state` returned; what is locked is restored with the engine."""
         self.contents = tuple(
             TrayPart(name, Pose((x, y, z), (qw, qx, qy, qz))) for name, x, y, z, qw, qx, qy, qz in state["contents"]
         )

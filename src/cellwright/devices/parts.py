@@ -31,12 +31,15 @@ class Parts(Device):
         self._position_rows = rows + np.arange(3)
 
     def reset(self) -> None:
+        """Every part that does not wait in a pool is in play."""
         self.in_play = {part.name for part in self.all if not part.pooled}
 
     def get_state(self) -> dict[str, Any]:
+        """The parts in play."""
         return {"in_play": sorted(self.in_play)}
 
     def set_state(self, state: State) -> None:
+        """Remember what `get_state` returned."""
         self.in_play = set(state["in_play"])
 
     def part(self, name: str) -> WorldPart:
