@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import mujoco
@@ -10,7 +11,7 @@ import numpy as np
 from cellwright.pose import Pose, Vector3
 from cellwright.world import colours
 from cellwright.world.frames import AGV_HOMES, AGV_T_TRAY, TRAY_IDS, TRAY_SURFACE
-from cellwright.world.shapes import Role, Touch, add_shape, at, box, cylinder
+from cellwright.world.shapes import Role, Touch, add_shape, at, box, capsule, cylinder
 
 AGV_MASS = 50.0
 """Mass [kg] of an AGV without its tray."""
@@ -69,17 +70,24 @@ def _fill_agv(body: Any, agv: str) -> None:
 
 
 def _fill_tray(tray: Any, plate_geom: str) -> None:
-    """The plate, thicker below than it looks so that nothing falls through, and its four rims."""
+    """The plate, thicker below than it looks so that nothing falls through, and its four rims.
+
+    A rim is a stack of thin capsules: a flat part that lands on the narrow top of a box gets, once in some thousand
+    times, a contact pointing sideways and is flung off.
+    """
     top = TRAY_SURFACE - AGV_T_TRAY.position[2]
-    thick = 0.04
+    thick = 0.08
     plate = box(0.5, 0.7, thick, at(z=top - thick / 2), colours.TRAY, 1.0)
     add_shape(tray, plate, Role.SOLID, Touch.FIXED, name=plate_geom, mass=TRAY_MASS)
     add_shape(tray, box(0.5, 0.7, 0.01, at(z=top - 0.005), colours.TRAY), Role.SEEN)
-    rim, height = 0.002, 0.0254
-    for side in (1.0, -1.0):
-        add_shape(
-            tray, box(rim, 0.701, height, at((0.2495 + rim / 2) * side, 0.0, height / 2), colours.STEEL), Role.BOTH
-        )
-        add_shape(
-            tray, box(0.501, rim, height, at(0.0, (0.3495 + rim / 2) * side, height / 2), colours.STEEL), Role.BOTH
-        )
+    rim, layers = 0.0254, 5
+    radius = (rim - top) / layers / 2
+    for yaw, reach, length in ((0.0, 0.2495, 0.699), (math.pi / 2, 0.3495, 0.499)):
+        for side in (1.0, -1.0):
+            wall = Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, yaw)) @ at(x=(reach + radius) * side)
+            look = box(2 * radius, length + 4 * radius, rim, wall @ at(z=rim / 2), colours.STEEL)
+            add_shape(tray, look, Role.SEEN)
+            for layer in range(layers):
+                height = top + radius * (2 * layer + 1)
+                lying = wall @ Pose.from_rpy((0.0, 0.0, height), (math.pi / 2, 0.0, 0.0))
+                add_shape(tray, capsule(radius, length, lying, colours.STEEL), Role.SOLID)

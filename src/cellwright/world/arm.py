@@ -1,7 +1,8 @@
 """The UR10 on its rail: chain, masses, what it touches with, its servos and its suction cup.
 
-Kinematics: Denavit-Hartenberg constants of the UR10 (CB3), d1 .1273, a2 .612, a3 .5723, d4 .163941, d5 .1157, d6 .0922 m,
-in the frames of its public robot description, on a rail along world y. Inertia of a link: a solid cylinder along the link.
+Kinematics: Denavit-Hartenberg constants of the UR10 (CB3), d1 .1273, a2 .612, a3 .5723, d4 .163941, d5 .1157,
+d6 .0922 m, in the frames of its public robot description, on a rail along world y. A link has the inertia of a solid
+cylinder, as in that description.
 """
 
 from __future__ import annotations
@@ -58,7 +59,14 @@ class ArmJoint:
 
 @dataclass(frozen=True, slots=True)
 class Cylinder:
-    """A link as a solid cylinder for its inertia: mass [kg], radius [m], length [m] along z, height of its middle [m]."""
+    """A link as a solid cylinder along z, for its inertia.
+
+    Attributes:
+        mass: [kg].
+        radius: [m].
+        length: [m].
+        middle: height [m] of its middle in the link's frame.
+    """
 
     mass: float
     radius: float
@@ -120,8 +128,8 @@ INITIAL_POSITIONS: Mapping[str, float] = dict(zip(JOINT_NAMES, (0.0, 3.14, -1.13
 _WRIST_3_T_GRIPPER = Pose.from_rpy((0.0, 0.1, 0.0), (90 * 0.0174533, 0.0, 0.0))
 
 _BODIES: Mapping[str, Cylinder] = {
-    "base_link": Cylinder(4.0, 0.06, 0.05),
-    "shoulder_link": Cylinder(7.778, 0.06, 0.15),
+    "base_link": Cylinder(4.0, 0.075, 0.038),
+    "shoulder_link": Cylinder(7.778, 0.075, 0.178),
     "upper_arm_link": Cylinder(12.93, 0.075, 0.612, 0.306),
     "forearm_link": Cylinder(3.87, 0.075, 0.5723, 0.28615),
     "wrist_1_link": Cylinder(1.96, 0.075, 0.12),

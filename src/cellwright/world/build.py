@@ -174,7 +174,7 @@ def _pool(trial: Trial) -> Iterator[_Planned]:
 
 
 def _add_holds(spec: Any, part: str, has_arm: bool, agvs: tuple[str, ...], time: float) -> None:  # noqa: FBT001
-    """The welds that can hold a part, all let go: `grip|PART` to the gripper, `lock1|PART`, `lock2|PART` to the trays."""
+    """The welds that can hold a part, all let go: `grip|PART` to the gripper, `lockN|PART` to the tray of AGV N."""
     holders = [(f"grip|{part}", GRIPPER)] if has_arm else []
     holders += [(f"lock{agv[-1]}|{part}", TRAY_IDS[agv]) for agv in agvs]
     for name, holder in holders:

@@ -23,7 +23,7 @@ BELT = _hex(0x2F3336)
 BELT_EDGE = _hex(0x4C7A3F)
 BIN = _hex(0x7E95A8)
 BIN_FLOOR = _hex(0x9DB0BF)
-FRAME = _hex(0xC9A227)
+FRAME = _hex(0xA7AFB5)
 
 AGV1 = _hex(0xE0762B)
 AGV2 = _hex(0x2F6FB4)

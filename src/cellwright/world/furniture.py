@@ -5,6 +5,7 @@ What parts lie on is a thick solid: a part that falls from a metre moves 9 mm in
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import mujoco
@@ -23,7 +24,7 @@ from cellwright.world.frames import (
     bin_frame,
     shelf_columns,
 )
-from cellwright.world.shapes import Role, add_shape, at, box, cylinder
+from cellwright.world.shapes import Role, add_shape, at, box, capsule, cylinder
 
 BELT_GEOM = "conveyor_belt"
 """The geom whose surface moves."""
@@ -66,21 +67,34 @@ def add_bins(spec: Any) -> None:
 
 def _fill_bin(body: Any) -> None:
     """One bin in the frame of its model, in which the closed sides are at +-x, the open ones at +-y."""
-    inner, wall, top = 0.3175, 0.008, 0.79089  # inner half width, thickness (grown outward), height of the rim
+    inner, thick, rim = 0.3175, 0.008, 0.79089  # inner half width, walls (grown outward), height of their upper edge
     corner, middle, sill, base = 0.134, 0.372, 0.50569, 0.2005
     floor = 0.225  # solid from half height on: nothing passes a floor as thick as that
     add_shape(body, box(2 * inner, 2 * inner, floor, at(z=BIN_SURFACE - floor / 2), colours.BIN_FLOOR), Role.BOTH)
-    add_shape(body, box(0.668, 0.668, base - 0.08, at(z=0.08 + (base - 0.08) / 2), colours.STEEL_DARK), Role.BOTH)
-    outer, height, centre = inner + wall / 2, top - base, (top + base) / 2
+    add_shape(body, box(0.668, 0.668, base - 0.08, at(z=(base + 0.08) / 2), colours.STEEL_DARK), Role.BOTH)
+    outer = inner + thick / 2
     for side in (1.0, -1.0):
-        add_shape(body, box(wall, 2 * inner, height, at(outer * side, 0.0, centre), colours.BIN), Role.BOTH)
+        _add_wall(body, Pose.from_rpy((outer * side, 0.0, 0.0), (0.0, 0.0, math.pi / 2)), 2 * inner, thick, base, rim)
         for end in (1.0, -1.0):
-            x = (inner + wall - corner / 2) * end
-            add_shape(body, box(corner, wall, height, at(x, outer * side, centre), colours.BIN), Role.BOTH)
-            wheel = Pose.from_rpy((0.26 * side, 0.26 * end, 0.05), (1.5708, 0.0, 0.0))
+            x = (inner + thick - corner / 2) * end
+            _add_wall(body, at(x, outer * side), corner, thick, base, rim)
+            wheel = Pose.from_rpy((0.26 * side, 0.26 * end, 0.05), (math.pi / 2, 0.0, 0.0))
             add_shape(body, cylinder(0.05, 0.03, wheel, colours.RUBBER), Role.SEEN)
-        sill_box = box(middle, wall, sill - base, at(0.0, outer * side, (sill + base) / 2), colours.BIN)
+        sill_box = box(middle, thick, sill - base, at(0.0, outer * side, (sill + base) / 2), colours.BIN)
         add_shape(body, sill_box, Role.BOTH)
+
+
+def _add_wall(body: Any, foot: Pose, length: float, thick: float, bottom: float, top: float) -> None:
+    """A wall along x of `foot` with a rounded upper edge.
+
+    Between a flat part and the narrow flat top of a box the engine now and then finds a contact that points sideways.
+    """
+    radius = thick / 2
+    shoulder = top - radius
+    plate = box(length, thick, shoulder - bottom, foot @ at(z=(shoulder + bottom) / 2), colours.BIN)
+    edge = foot @ Pose.from_rpy((0.0, 0.0, shoulder), (0.0, math.pi / 2, 0.0))
+    add_shape(body, plate, Role.BOTH)
+    add_shape(body, capsule(radius, length - thick, edge, colours.BIN), Role.BOTH)
 
 
 def add_conveyor(spec: Any, friction: float = 1.0) -> None:
@@ -99,7 +113,7 @@ def add_conveyor(spec: Any, friction: float = 1.0) -> None:
             leg = box(0.06, 0.06, 0.72, at(2.1 * k, 0.27 * side, -0.4526), colours.STEEL_DARK)
             add_shape(body, leg, Role.SEEN)
     for end in (1.0, -1.0):
-        drum = Pose.from_rpy((length / 2 * end, 0.0, 0.0), (1.5708, 0.0, 0.0))
+        drum = Pose.from_rpy((length / 2 * end, 0.0, 0.0), (math.pi / 2, 0.0, 0.0))
         add_shape(body, cylinder(thickness / 2, width, drum, colours.RUBBER), Role.SEEN)
 
 

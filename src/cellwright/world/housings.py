@@ -7,12 +7,12 @@ from typing import Any
 from cellwright.description.trial import Sensor, SensorType
 from cellwright.pose import Pose
 from cellwright.world import colours
-from cellwright.world.shapes import Role, Shape, add_shape, at, box, cylinder
+from cellwright.world.shapes import Colour, Role, Shape, add_shape, at, box, cylinder
 
 _FORWARD = (0.0, 1.5708, 0.0)  # turns a cylinder's axis from z to x, the way a sensor looks
 
 
-def _lens(radius: float, x: float, colour: colours.Colour) -> Shape:
+def _lens(radius: float, x: float, colour: Colour) -> Shape:
     return cylinder(radius, 0.012, Pose.from_rpy((x, 0.0, 0.0), _FORWARD), colour)
 
 

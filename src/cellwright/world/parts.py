@@ -1,7 +1,8 @@
 """The catalogue of part types: mass, what is touched, what is seen.
 
-Figures: the part models of the 2017 competition. A part's origin is at the middle of its underside unless said. Where the
-original writes a height into the wrong field (part1: yaw, part4: roll), so does this catalogue: the shapes lie as there.
+Figures: the part models of the 2017 competition. A part's origin is at the middle of its underside unless said. Where
+the original wrote a height into the wrong field (part1: yaw, part4: roll), so does this catalogue: the shapes lie as
+there.
 """
 
 from __future__ import annotations

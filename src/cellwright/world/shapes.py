@@ -15,6 +15,8 @@ import mujoco
 
 from cellwright.pose import Pose, Vector3
 
+HERE = Pose()
+
 ShapeKind: TypeAlias = Literal["box", "cylinder", "capsule", "mesh"]
 Colour: TypeAlias = tuple[float, float, float, float]
 
@@ -66,7 +68,7 @@ class Shape:
 
     kind: ShapeKind
     size: Vector3
-    pose: Pose = Pose()
+    pose: Pose = HERE
     colour: Colour = (0.5, 0.5, 0.5, 1.0)
     share: float = 0.0
     mesh: str = ""
@@ -95,7 +97,7 @@ def capsule(radius: float, length: float, pose: Pose, colour: Colour) -> Shape:
     return Shape("capsule", (radius, length / 2, 0.0), pose, colour)
 
 
-def mesh(name: str, colour: Colour, pose: Pose = Pose()) -> Shape:
+def mesh(name: str, colour: Colour, pose: Pose = HERE) -> Shape:
     """A mesh of the model's assets, drawn only."""
     return Shape("mesh", (0.0, 0.0, 0.0), pose, colour, mesh=name)
 
