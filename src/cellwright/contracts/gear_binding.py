@@ -8,6 +8,7 @@ from cellwright.contracts.gear_action import TrajectoryAction
 from cellwright.contracts.gear_commands import Commands
 from cellwright.contracts.gear_devices import GearDevices
 from cellwright.contracts.gear_publications import Publications
+from cellwright.simulation.device import Device
 
 
 def bind(bus: Bus, devices: GearDevices, *, competition: bool) -> None:
@@ -21,7 +22,11 @@ def bind(bus: Bus, devices: GearDevices, *, competition: bool) -> None:
     Raises:
         UsageError: a sensor's name makes it publish where something else does, in another type.
     """
-    Publications(bus, devices, rows(devices.trial, competition=competition), competition=competition)
+    table = rows(devices.trial, competition=competition)
     Commands(devices, competition=competition).serve(bus)
+    bound: list[Device] = [Publications(bus, devices, table, competition=competition)]
     if devices.arm is not None:
-        TrajectoryAction(bus, devices.simulation, devices.arm)
+        bound.append(TrajectoryAction(bus, table, devices.simulation, devices.arm))
+    for each in bound:
+        devices.simulation.add(each)
+        each.reset()
