@@ -32,6 +32,7 @@ from cellwright.devices.sensors.scene import Scene, SceneModel, collision_geoms
 from cellwright.devices.sensors.sensor import Sensor
 from cellwright.devices.vacuum_gripper import VacuumGripper
 from cellwright.kitting.effects import CompetitionState, Effect, StateChanged
+from cellwright.simulation.checkpoints import Checkpoints
 from cellwright.simulation.simulation import Simulation
 from cellwright.world.build import World, build_world
 
@@ -97,11 +98,12 @@ class Cell:
         scene = self._make_scene()
         self.sensors = {each.name: make_sensor(each, scene) for each in trial.sensors}
         self.quality = {number: QualityControlSensor(number, scene, trial.faulty_parts) for number in self.trays}
+        self.checkpoints = Checkpoints(report)
         for device in self._devices():
             self.simulation.add(device)
-        self.reset()
         self.bus = Bus(lambda: self.simulation.now, report)
-        bind(self.bus, self._contract_devices(), competition=competition)
+        self._publications = bind(self.bus, self._contract_devices(), competition=competition)
+        self.reset()
 
     @property
     def servo(self) -> ServoProfile:
@@ -116,6 +118,7 @@ class Cell:
     def reset(self) -> None:
         """Begin a run: time 0, everything in its first place."""
         self.simulation.reset()
+        self._publications.begin()
 
     def step(self) -> None:
         """Let one tick pass."""
@@ -145,6 +148,7 @@ class Cell:
             *self.sensors.values(),
             *self.quality.values(),
             self.competition,
+            self.checkpoints,
         ]
 
     def _contract_devices(self) -> GearDevices:

@@ -10,18 +10,22 @@ from cellwright.contracts.gear_devices import GearDevices
 from cellwright.contracts.gear_publications import Publications
 
 
-def bind(bus: Bus, devices: GearDevices, *, competition: bool) -> None:
+def bind(bus: Bus, devices: GearDevices, *, competition: bool) -> Publications:
     """Put every topic, service and action of the contract on the bus.
 
     Args:
         bus: an empty bus.
-        devices: what the names are bound to. The simulation has been reset once, so that fixed frames are known.
+        devices: what the names are bound to.
         competition: competition mode, in which cheats are refused.
+
+    Returns:
+        The publications; `begin` is to be called whenever a run has begun.
 
     Raises:
         UsageError: a sensor's name makes it publish where something else does, in another type.
     """
-    Publications(bus, devices, rows(devices.trial, competition=competition), competition=competition)
+    publications = Publications(bus, devices, rows(devices.trial, competition=competition), competition=competition)
     Commands(devices, competition=competition).serve(bus)
     if devices.arm is not None:
         TrajectoryAction(bus, devices.simulation, devices.arm)
+    return publications

@@ -54,9 +54,16 @@ class Publications:
         self._bus = bus
         self._devices = devices
         self._is_competition = competition
+        self._at_begin: list[Callable[[], None]] = []
         for row in rows:
             if row.kind is Kind.TOPIC and row.rate is not None:
                 self._bind(row)
+
+    def begin(self) -> None:
+        """Begin a run: what was latched in the last one is forgotten, and what is always latched is said again."""
+        self._bus.forget_latched()
+        for say in self._at_begin:
+            say()
 
     def _bind(self, row: Row) -> None:
         by_place: dict[Where, Callable[[Row], None]] = {
@@ -100,7 +107,9 @@ class Publications:
 
     def _static_frames(self, row: Row) -> None:
         publisher = advertise(self._bus, row)
-        publisher.publish(messages.frames_message(all_static_frames(self._devices), 0))
+        self._at_begin.append(
+            lambda: publisher.publish(messages.frames_message(all_static_frames(self._devices), 0))
+        )
 
     def _camera_frames(self, row: Row) -> None:
         cameras = [each for each in self._devices.sensors.values() if isinstance(each, LogicalCamera)]
