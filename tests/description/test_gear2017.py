@@ -374,6 +374,10 @@ def test_faulty_parts_that_exist_are_not_warned_of() -> None:
         ("belt_parts: {gear_part: {pose: {}}}", "a time [s] is expected here"),
         ("belt_parts: {gear_part: {soon: {pose: {}}}}", "must be a number, not the text 'soon'"),
         ("options: {belt_population_cycles: 3000}\nbelt_parts: {gear_part: {1: {pose: {}}}}", "more than 2000 parts"),
+        (
+            "options: {belt_population_cycles: 1000000000000}\nbelt_parts: {gear_part: {1: {pose: {}}}}",
+            "more than 2000 parts",
+        ),
         ("orders: [{id: A}]", "a list of orders belongs to the 2023 format"),
         ("orders: {o: {announcement_condition: time, parts: {}}}", "'announcement_condition_value' is missing"),
         (
@@ -418,6 +422,11 @@ def test_bad_grids(old: str, new: str, expected: str) -> None:
     )
 
 
+def test_no_parts_however_many_rows() -> None:
+    grid = GRID.replace("num_models_x: 2", "num_models_x: 1000000000").replace("num_models_y: 2", "num_models_y: 0")
+    assert trial(INSERT + f"models_over_bins: {{bin1: {{models: {{gear_part: {grid}}}}}}}").bin_parts == ()
+
+
 def test_files_of_other_years_are_told_so() -> None:
     early = "orders: {order_0: {announcement_time: 0, parts: {}}}"
     assert all("'announcement_time' belongs to the 2016 format" in message for message in errors(early))
@@ -430,6 +439,12 @@ def test_files_of_other_years_are_told_so() -> None:
 def test_all_errors_at_once_in_the_order_of_lines() -> None:
     text = "time_limit: x\nsensor: {}\narm: {type: ur3}\nfaulty_parts: 3\n"
     assert [message.split(":")[0] for message in errors(text)] == ["1", "2", "3", "4"]
+
+
+def test_messages_stay_on_one_line() -> None:
+    message = error('"a\\nb\\ud800": 1')
+    assert message.startswith(r"1: a\nb\ud800: unknown top-level entry")
+    message.encode()
 
 
 def test_files_or_text() -> None:
