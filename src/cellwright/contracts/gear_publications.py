@@ -107,9 +107,7 @@ class Publications:
 
     def _static_frames(self, row: Row) -> None:
         publisher = advertise(self._bus, row)
-        self._at_begin.append(
-            lambda: publisher.publish(messages.frames_message(all_static_frames(self._devices), 0))
-        )
+        self._at_begin.append(lambda: publisher.publish(messages.frames_message(all_static_frames(self._devices), 0)))
 
     def _camera_frames(self, row: Row) -> None:
         cameras = [each for each in self._devices.sensors.values() if isinstance(each, LogicalCamera)]
