@@ -17,7 +17,7 @@ from cellwright.pose import Pose
 from cellwright.world import furniture
 from cellwright.world.agv import add_agv
 from cellwright.world.arm import GRIPPER, JOINT_NAMES, add_arm, initial_positions
-from cellwright.world.frames import AGV_HOMES, TRAY_IDS, named_frames, resolve, shelf_slot
+from cellwright.world.frames import AGV_HOMES, TRAY_IDS, part_frames, shelf_slot
 from cellwright.world.housings import add_housing
 from cellwright.world.parts import add_part, add_part_meshes, part_type
 from cellwright.world.solver import contact_time, set_solver
@@ -153,10 +153,12 @@ def build_world(trial: Trial) -> World:
 
 def _parts_in_play(trial: Trial) -> Iterator[_Planned]:
     """Parts that stand in the cell when the trial begins."""
-    frames = named_frames(agvs=trial.options.insert_agvs)
+    frames = part_frames(agvs=trial.options.insert_agvs)
     part: Part
     for part in (*trial.bin_parts, *trial.extra_parts):
-        yield _Planned(part.name, part.type, resolve(part.frame, frames) @ part.pose)
+        if part.frame not in frames:
+            raise UnknownNameError("frame", part.frame, frames)
+        yield _Planned(part.name, part.type, frames[part.frame] @ part.pose)
 
 
 def _pool(trial: Trial) -> Iterator[_Planned]:
