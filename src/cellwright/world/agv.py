@@ -10,7 +10,7 @@ import mujoco
 from cellwright.pose import Pose, Vector3
 from cellwright.world import colours
 from cellwright.world.frames import AGV_HOMES, AGV_T_TRAY, TRAY_IDS, TRAY_SURFACE
-from cellwright.world.shapes import Role, Touch, add_shape, at, box, capsule, cylinder
+from cellwright.world.shapes import Colour, Role, Touch, add_looks, add_shape, at, box, capsule, cylinder
 
 AGV_MASS = 50.0
 """Mass [kg] of an AGV without its tray."""
@@ -54,31 +54,31 @@ def add_agv(spec: Any, agv: str) -> None:
         slide.armature = DRIVE_MASS
         drive = spec.add_actuator(name=f"{agv}_{name}", trntype=mujoco.mjtTrn.mjTRN_JOINT, target=f"{agv}_{name}")
         drive.set_to_pid(kp=STIFFNESS, kv=DAMPING)
-    _fill_agv(body, agv)
+    looks = add_looks(body)
+    _fill_agv(body, looks, _COLOURS[agv])
     tray = body.add_body(name=TRAY_IDS[agv], pos=AGV_T_TRAY.position)
-    _fill_tray(tray, plate_name(agv))
+    _fill_tray(tray, looks, plate_name(agv))
 
 
-def _fill_agv(body: Any, agv: str) -> None:
+def _fill_agv(body: Any, looks: Any, colour: Colour) -> None:
     """Chassis, bumper, mast and column; the tray is in front of the column, at local +y."""
-    colour = _COLOURS[agv]
     add_shape(body, box(0.555, 1.023, 0.409, at(z=0.3045), colour, 1.0), Role.BOTH, mass=AGV_MASS)
     add_shape(body, box(0.673, 1.171, 0.124, at(z=0.162), colours.BLACK), Role.BOTH)
     add_shape(body, cylinder(0.087, 0.875, at(0.0, -0.275, 0.4375), colours.STEEL_LIGHT), Role.BOTH)
     add_shape(body, cylinder(0.043, 1.408, at(0.0, -0.275, 0.704), colours.STEEL_DARK), Role.BOTH)
-    add_shape(body, cylinder(0.05, 0.04, at(0.0, -0.275, 1.42), colour), Role.SEEN)
-    add_shape(body, box(0.22, 0.34, 0.24, at(0.0, 0.15, 0.62), colours.STEEL_DARK), Role.SEEN)
-    add_shape(body, box(0.56, 0.62, 0.006, at(0.0, 0.15, 0.511), colours.RUBBER), Role.SEEN)
+    add_shape(looks, cylinder(0.05, 0.04, at(0.0, -0.275, 1.42), colour), Role.SEEN)
+    add_shape(looks, box(0.22, 0.34, 0.24, at(0.0, 0.15, 0.62), colours.STEEL_DARK), Role.SEEN)
+    add_shape(looks, box(0.56, 0.62, 0.006, at(0.0, 0.15, 0.511), colours.RUBBER), Role.SEEN)
     for side in (1.0, -1.0):
-        add_shape(body, box(0.557, 0.03, 0.06, at(0.0, 0.4975 * side, 0.42), colours.WHITE), Role.SEEN)
+        add_shape(looks, box(0.557, 0.03, 0.06, at(0.0, 0.4975 * side, 0.42), colours.WHITE), Role.SEEN)
         for y in (-0.36, 0.0, 0.36):
             radius = 0.1 if y == 0.0 else 0.07
             wheel = Pose.from_rpy((0.29 * side, y, radius), (0.0, 1.5708, 0.0))
-            add_shape(body, cylinder(radius, 0.05, wheel, colours.RUBBER), Role.SEEN)
-            add_shape(body, cylinder(radius * 0.5, 0.054, wheel, colours.STEEL_LIGHT), Role.SEEN)
+            add_shape(looks, cylinder(radius, 0.05, wheel, colours.RUBBER), Role.SEEN)
+            add_shape(looks, cylinder(radius * 0.5, 0.054, wheel, colours.STEEL_LIGHT), Role.SEEN)
 
 
-def _fill_tray(tray: Any, plate_geom: str) -> None:
+def _fill_tray(tray: Any, looks: Any, plate_geom: str) -> None:
     """The plate, thicker below than it looks so that nothing falls through, and its four rims.
 
     A rim is a stack of thin capsules: a flat part that lands on the narrow top of a box gets, once in some thousand
@@ -88,14 +88,14 @@ def _fill_tray(tray: Any, plate_geom: str) -> None:
     thick = 0.08
     plate = box(0.5, 0.7, thick, at(z=top - thick / 2), colours.TRAY, 1.0)
     add_shape(tray, plate, Role.SOLID, Touch.FIXED, name=plate_geom, mass=TRAY_MASS)
-    add_shape(tray, box(0.5, 0.7, 0.01, at(z=top - 0.005), colours.TRAY), Role.SEEN)
-    rim, layers = 0.0254, 5
+    add_shape(looks, box(0.5, 0.7, 0.01, at(z=top - 0.005), colours.TRAY).moved(AGV_T_TRAY), Role.SEEN)
+    rim, layers = 0.0254, 3
     radius = (rim - top) / layers / 2
     for yaw, reach, length in ((0.0, 0.2495, 0.699), (math.pi / 2, 0.3495, 0.499)):
         for side in (1.0, -1.0):
             wall = Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, yaw)) @ at(x=(reach + radius) * side)
-            look = box(2 * radius, length + 4 * radius, rim, wall @ at(z=rim / 2), colours.STEEL)
-            add_shape(tray, look, Role.SEEN)
+            look = box(0.002, length + 0.004, rim, wall @ at(z=rim / 2), colours.STEEL)
+            add_shape(looks, look.moved(AGV_T_TRAY), Role.SEEN)
             for layer in range(layers):
                 height = top + radius * (2 * layer + 1)
                 lying = wall @ Pose.from_rpy((0.0, 0.0, height), (math.pi / 2, 0.0, 0.0))
