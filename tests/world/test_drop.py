@@ -74,7 +74,7 @@ def drop(bench: Bench, seed: int) -> tuple[float, float]:
     return worst, depth
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(12))
 def test_nothing_falls_through(bench: Bench, seed: int) -> None:
     worst, at_the_end = drop(bench, seed)
     assert worst < TRANSIENT
@@ -88,7 +88,7 @@ def test_nothing_falls_through_in_the_fast_mode() -> None:
 
 
 def test_nothing_is_flung_away(bench: Bench) -> None:
-    """No impact gives a part more speed than it came with: 4.43 m/s from a metre."""
+    """An impact at 4.4 m/s sends a part across the cell at most: no contact pushes harder than it was hit."""
     drop(bench, 3)
     for part in bench.world.parts:
         assert np.linalg.norm(bench.position(part)[:2] - np.array(part.start.position[:2])) < 3.0
