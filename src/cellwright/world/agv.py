@@ -54,14 +54,14 @@ def add_agv(spec: Any, agv: str) -> None:
         slide.armature = DRIVE_MASS
         drive = spec.add_actuator(name=f"{agv}_{name}", trntype=mujoco.mjtTrn.mjTRN_JOINT, target=f"{agv}_{name}")
         drive.set_to_pid(kp=STIFFNESS, kv=DAMPING)
-    looks = add_looks(body)
-    _fill_agv(body, looks, _COLOURS[agv])
+    _fill_agv(body, _COLOURS[agv])
     tray = body.add_body(name=TRAY_IDS[agv], pos=AGV_T_TRAY.position)
-    _fill_tray(tray, looks, plate_name(agv))
+    _fill_tray(tray, plate_name(agv))
 
 
-def _fill_agv(body: Any, looks: Any, colour: Colour) -> None:
+def _fill_agv(body: Any, colour: Colour) -> None:
     """Chassis, bumper, mast and column; the tray is in front of the column, at local +y."""
+    looks = add_looks(body)
     add_shape(body, box(0.555, 1.023, 0.409, at(z=0.3045), colour, 1.0), Role.BOTH, mass=AGV_MASS)
     add_shape(body, box(0.673, 1.171, 0.124, at(z=0.162), colours.BLACK), Role.BOTH)
     add_shape(body, cylinder(0.087, 0.875, at(0.0, -0.275, 0.4375), colours.STEEL_LIGHT), Role.BOTH)
@@ -78,7 +78,7 @@ def _fill_agv(body: Any, looks: Any, colour: Colour) -> None:
             add_shape(looks, cylinder(radius * 0.5, 0.054, wheel, colours.STEEL_LIGHT), Role.SEEN)
 
 
-def _fill_tray(tray: Any, looks: Any, plate_geom: str) -> None:
+def _fill_tray(tray: Any, plate_geom: str) -> None:
     """The plate, thicker below than it looks so that nothing falls through, and its four rims.
 
     A rim is a stack of thin capsules: a flat part that lands on the narrow top of a box gets, once in some thousand
@@ -88,14 +88,14 @@ def _fill_tray(tray: Any, looks: Any, plate_geom: str) -> None:
     thick = 0.08
     plate = box(0.5, 0.7, thick, at(z=top - thick / 2), colours.TRAY, 1.0)
     add_shape(tray, plate, Role.SOLID, Touch.FIXED, name=plate_geom, mass=TRAY_MASS)
-    add_shape(looks, box(0.5, 0.7, 0.01, at(z=top - 0.005), colours.TRAY).moved(AGV_T_TRAY), Role.SEEN)
+    add_shape(tray, box(0.5, 0.7, 0.01, at(z=top - 0.005), colours.TRAY), Role.SEEN)
     rim, layers = 0.0254, 3
     radius = (rim - top) / layers / 2
     for yaw, reach, length in ((0.0, 0.2495, 0.699), (math.pi / 2, 0.3495, 0.499)):
         for side in (1.0, -1.0):
             wall = Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, yaw)) @ at(x=(reach + radius) * side)
             look = box(0.002, length + 0.004, rim, wall @ at(z=rim / 2), colours.STEEL)
-            add_shape(looks, look.moved(AGV_T_TRAY), Role.SEEN)
+            add_shape(tray, look, Role.SEEN)
             for layer in range(layers):
                 height = top + radius * (2 * layer + 1)
                 lying = wall @ Pose.from_rpy((0.0, 0.0, height), (math.pi / 2, 0.0, 0.0))
