@@ -101,12 +101,11 @@ def _add_wall(body: Any, foot: Pose, length: float, thick: float, bottom: float,
     add_shape(body, capsule(radius, length - thick, edge, colours.BIN), Role.BOTH)
 
 
-def add_conveyor(spec: Any, friction: float = 1.0) -> None:
+def add_conveyor(spec: Any) -> None:
     """The conveyor. Its belt stands still; the surface of the geom `conveyor_belt` moves along its local +x."""
     length, width, thickness = CONVEYOR_SIZE
     body = spec.worldbody.add_body(name=BELT_GEOM, pos=CONVEYOR_CENTRE.position, quat=CONVEYOR_CENTRE.quaternion)
-    belt = add_shape(body, box(length, width, thickness, Pose(), colours.BELT), Role.BOTH, name=BELT_GEOM)
-    belt.friction[0] = friction
+    add_shape(body, box(length, width, thickness, HERE, colours.BELT), Role.BOTH, name=BELT_GEOM)
     world, frame = spec.worldbody, CONVEYOR_CENTRE
     surface = BELT_SURFACE - CONVEYOR_CENTRE.position[2]
     for side in (1.0, -1.0):
