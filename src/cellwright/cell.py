@@ -34,7 +34,7 @@ from cellwright.devices.vacuum_gripper import VacuumGripper
 from cellwright.kitting.effects import CompetitionState, Effect, StateChanged
 from cellwright.simulation.checkpoints import Checkpoints
 from cellwright.simulation.simulation import Simulation
-from cellwright.world.build import World, build_world
+from cellwright.world.build import World, build_world, demo_objects
 
 
 class Cell:
@@ -170,7 +170,7 @@ class Cell:
         pool = [part for part in self.world.parts if part.name.startswith("populate_kit_tray_1|")]
         if not pool:
             return None
-        demo = DemoTray(self.trays[1], self.parts, pool, self.trial.orders[0].kits[0].objects)
+        demo = DemoTray(self.trays[1], self.parts, pool, demo_objects(self.trial))
 
         def begin(effect: Effect) -> None:
             if isinstance(effect, StateChanged) and effect.state is CompetitionState.GO:
