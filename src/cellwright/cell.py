@@ -102,7 +102,7 @@ class Cell:
         for device in self._devices():
             self.simulation.add(device)
         self.bus = Bus(lambda: self.simulation.now, report)
-        self._publications = bind(self.bus, self._contract_devices(), competition=competition)
+        bind(self.bus, self._contract_devices(), competition=competition)
         self.reset()
 
     @property
@@ -118,7 +118,6 @@ class Cell:
     def reset(self) -> None:
         """Begin a run: time 0, everything in its first place."""
         self.simulation.reset()
-        self._publications.begin()
 
     def step(self) -> None:
         """Let one tick pass."""
