@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,8 @@ class Parts(Device):
         self.by_name: Mapping[str, WorldPart] = {part.name: part for part in parts}
         self.by_body: Mapping[int, WorldPart] = {part.body: part for part in parts}
         self.in_play: set[str] = set()
+        self.on_moved: list[Callable[[WorldPart], None]] = []
+        """Those who are told when a part was put elsewhere by hand."""
         rows = np.array([part.qpos for part in parts], dtype=np.int64).reshape(-1, 1)
         self._position_rows = rows + np.arange(3)
 
@@ -71,11 +73,17 @@ class Parts(Device):
         """Have a part stand at a pose, at rest and held by nothing: it appears there, or was dropped there."""
         self._teleport(part, world_T_part)
         self.in_play.add(part.name)
+        self._tell_moved(part)
 
     def put_away(self, part: WorldPart) -> None:
         """Take a part out of play, onto its shelf slot."""
         self._teleport(part, part.shelf)
         self.in_play.discard(part.name)
+        self._tell_moved(part)
+
+    def _tell_moved(self, part: WorldPart) -> None:
+        for listener in self.on_moved:
+            listener(part)
 
     def _teleport(self, part: WorldPart, world_T_part: Pose) -> None:
         simulation: Simulation = self.simulation
