@@ -18,10 +18,13 @@ from cellwright.devices.vacuum_gripper import VacuumGripper
 from cellwright.pose import Pose, Vector3
 from cellwright.simulation.clock import nanoseconds
 from cellwright.world.build import WorldPart
+from cellwright.world.frames import BIN_SURFACE
 from cellwright.world.parts import PART_TYPES, part_type
 
 MM = 1e-3
 MILLISECOND = 1_000_000
+OVER_BINS = (0.25, 3.2, -0.47, 2.09, 3.1, -1.51, 0.0)
+"""An arm posture with the cup over bin 7."""
 CUP_FACE = 0.005
 """Distance from the gripper link to the face of the cup [m]."""
 
@@ -161,6 +164,27 @@ class Floor:
         self.arm.command(JointTrajectory(ARM_JOINTS, points))
 
 
+    def swing(self, waypoint: Sequence[float], seconds: float) -> None:
+        """Command the arm to a place, at rest, with no jump in acceleration."""
+        still = [0.0] * len(ARM_JOINTS)
+        point = TrajectoryPoint(list(waypoint), still, still, nanoseconds(seconds))
+        self.arm.command(JointTrajectory(ARM_JOINTS, [point]))
+
+    def set_cup(self, world_T_gripper: Pose) -> None:
+        """The cup there at once, with the arm over the bins."""
+        self.put_arm(OVER_BINS)
+        self.put_arm(self.reach(world_T_gripper))
+
+    def grasp(self, kind: str, x: float = -0.3, y: float = 0.23, surface: float = BIN_SURFACE) -> str:
+        """Have the cup hold the middle of the part of a type, which lies on a bin; the part's name."""
+        name = named(kind)
+        self.lay(name, x, y, surface)
+        self.set_cup(down(x, y, surface + part_type(kind).top - part_type(kind).bottom - 0.5 * MM))
+        self.gripper.set_enabled(True)
+        self.run_until(lambda: self.gripper.attached, 0.25)
+        return name
+
+
 def down(x: float, y: float, z: float, tilt: float = 0.0) -> Pose:
     """world_T_gripper with the face of the cup at a height [m], looking down, tilted about x [rad]."""
     turned = Pose.from_rpy((0.0, 0.0, 0.0), (tilt, 0.0, 0.0))
@@ -168,15 +192,13 @@ def down(x: float, y: float, z: float, tilt: float = 0.0) -> Pose:
     return Pose((x + lifted[0], y + lifted[1], z + lifted[2]), turned.quaternion)
 
 
-def one_of_each(**more: Any) -> Trial:
-    """A cell with one part of each type, named `floor|TYPE_1`, side by side on bins where the arm does not stand."""
-    places = [(-1.0 + 0.0 * k, -1.33) for k in range(len(PART_TYPES))]
-    del places
+def one_of_each(*, has_arm: bool = True, **more: Any) -> Trial:
+    """A cell with one part of each type, named as `named` says, side by side on the floor out of the arm's reach."""
     parts = tuple(
-        Part(f"floor|{kind}_1", kind, Pose((-4.0 + 0.5 * k, -3.0, 0.001 - part_type(kind).bottom)))
+        Part(named(kind), kind, Pose((-4.0 + 0.5 * k, -3.0, 0.0001 - part_type(kind).bottom)))
         for k, kind in enumerate(PART_TYPES)
     )
-    return Trial("floor", bin_parts=parts, time_limit=-1.0, **more)
+    return Trial("floor", has_arm=has_arm, bin_parts=parts, time_limit=-1.0, **more)
 
 
 def named(kind: str) -> str:
