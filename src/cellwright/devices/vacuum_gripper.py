@@ -43,7 +43,7 @@ class VacuumGripper(Device):
         self.on_change: list[Callable[[VacuumGripper], None]] = []
         self.drop_target: Callable[[str, Pose], Pose | None] = lambda _name, _pose: None
         self._check = VacuumCheck()
-        parts.on_moved.append(self._take_moved)
+        parts.on_taken.append(self._notice_taken)
 
     def attach(self, simulation: Simulation) -> None:
         """Look up the cup and what moves."""
@@ -163,7 +163,7 @@ class VacuumGripper(Device):
                 distance = mujoco.mj_geomDistance(model, data, self._face, geom, _NEAR, ends)
                 if distance < _NEAR and distance != 0.0:
                     normal = (ends[:3] - ends[3:]) / distance  # from the part to the disc, also where they overlap
-                    found.append(CupContact(part.name, Touched.PART, float(normal @ axis)))
+                    found.append(self._touched(part, float(normal @ axis)))
         return found
 
     def _contact(self, geom: int, alignment: float) -> CupContact:
@@ -171,10 +171,14 @@ class VacuumGripper(Device):
         body = int(model.geom_bodyid[geom])
         part = self.parts.by_body.get(body)
         if part is not None:
-            return CupContact(part.name, Touched.PART, alignment)
+            return self._touched(part, alignment)
         name = model.geom(geom).name or model.body(body).name
         moves = geom == self._belt or int(model.body_treeid[body]) >= 0
         return CupContact(name, Touched.MOVABLE if moves else Touched.FIXED, alignment)
+
+    def _touched(self, part: WorldPart, alignment: float) -> CupContact:
+        """Contact with a part; one that is locked to a tray stays there."""
+        return CupContact(part.name, Touched.FIXED if self.parts.is_locked(part) else Touched.PART, alignment)
 
     def _hold(self, part: WorldPart) -> None:
         """Weld the part to the cup as it is now: no drawing in, no re-centring."""
@@ -194,8 +198,8 @@ class VacuumGripper(Device):
                 self.simulation.data.eq_active[part.grip] = 0
             self.simulation.keep_awake(part.body)
 
-    def _take_moved(self, part: WorldPart) -> None:
-        """A part was taken elsewhere by something else, out of the cup if it was held."""
+    def _notice_taken(self, part: WorldPart) -> None:
+        """Note that a part is in the cup no longer, if it was."""
         if part.name == self._check.part:
             self._check.lose("taken away")
             self._tell()
