@@ -25,6 +25,9 @@ GRIPPER = "vacuum_gripper_link"
 
 CUP_GEOM = "vacuum_gripper_cup"
 
+CUP_FACE_GEOM = "vacuum_gripper_face"
+"""The plain disc that the cup stands for: what comes near its face is sucked."""
+
 
 @dataclass(frozen=True, slots=True)
 class ArmJoint:
@@ -189,7 +192,7 @@ def add_arm(spec: Any, settings: ArmSettings, contact_time: float) -> None:
         link.add_site(name=name, pos=pose.position, quat=pose.quaternion)
     gripper = link.add_body(name=GRIPPER, pos=_WRIST_3_T_GRIPPER.position, quat=_WRIST_3_T_GRIPPER.quaternion)
     _give_mass(gripper, _BODIES[GRIPPER], settings.servo)
-    arm_looks.dress_cup(spec, gripper, CUP_GEOM, contact_time)
+    arm_looks.dress_cup(spec, gripper, CUP_GEOM, CUP_FACE_GEOM, contact_time)
 
 
 def _give_mass(link: Any, form: Cylinder, servo: ServoProfile) -> None:

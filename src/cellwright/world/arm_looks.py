@@ -124,12 +124,14 @@ def dress_link(body: Any, link: str) -> None:
         add_shape(body, shape, Role.SEEN)
 
 
-def dress_cup(spec: Any, gripper: Any, name: str, contact_time: float) -> None:
+def dress_cup(spec: Any, gripper: Any, name: str, face: str, contact_time: float) -> None:
     """The suction cup, the lower face of which grips.
 
     A plain disc that sticks by its rim turns the wrist over instead of laying itself flat on a part. This one has a
     flat face of radius 38 mm, a bevel 12 mm wide and 8 mm high, and next to no friction; contacts are detected from
     1 mm on, so that one on a part's small mark does not flicker.
+
+    The geom `face` is the plain disc. It touches nothing and is not seen: it tells what such a disc would touch.
     """
     meshes.add_mesh(spec, meshes.CUP, meshes.turned([(0.038, -0.005), (0.05, 0.003), (0.05, 0.005)], 24))
     cup = add_shape(gripper, mesh(meshes.CUP, colours.CUP), Role.BOTH, Touch.ROBOT, name=name)
@@ -137,6 +139,7 @@ def dress_cup(spec: Any, gripper: Any, name: str, contact_time: float) -> None:
     cup.priority = 1
     cup.gap = 0.001
     cup.solref = (contact_time, 1.0)
+    add_shape(gripper, cylinder(0.05, 0.01, HERE, colours.CUP), Role.UNSEEN, name=face)
     for shape in (
         cylinder(0.026, 0.004, at(z=0.0065), colours.ALUMINIUM),
         cylinder(0.0375, 0.0006, at(z=-0.0049), colours.LINE_YELLOW),

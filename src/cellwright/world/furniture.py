@@ -32,9 +32,6 @@ BELT_GEOM = "conveyor_belt"
 DELETION_WALL_GEOM = "deletion_wall"
 """The geom whose touch takes a part out of the cell."""
 
-UNSEEN_GROUP = 4
-"""The geom group that neither pictures nor rays look at."""
-
 
 def add_floor(spec: Any) -> None:
     """The floor at height 0, endless, with lines where people and AGVs go."""
@@ -156,7 +153,7 @@ def add_deletion_wall(spec: Any) -> None:
         type=mujoco.mjtGeom.mjGEOM_BOX,
         size=(0.5, 0.05, 0.5),
         pos=(1.2, -4.1, 1.41),
-        group=UNSEEN_GROUP,
+        group=int(Role.UNSEEN),
         contype=0,
         conaffinity=0,
     )

@@ -37,6 +37,8 @@ class Role(IntEnum):
     """Drawn only."""
     SOLID = 3
     """Touched only, and seen by ray sensors."""
+    UNSEEN = 4
+    """Neither touched nor seen: devices measure distances to it."""
 
 
 class Touch(Enum):
@@ -156,15 +158,15 @@ def add_shape(
     Args:
         body: an `MjsBody`.
         shape: what to put there.
-        role: touched, seen or both.
-        touch: what it may touch; nothing when it is only seen.
+        role: touched, seen, both or neither.
+        touch: what it may touch; nothing when it is only seen, or not even that.
         name: name of the geom; empty for none.
         mass: mass of the whole body [kg], of which the shape carries its share.
 
     Returns:
         The `MjsGeom`.
     """
-    contype, conaffinity = (Touch.NOTHING if role is Role.SEEN else touch).value
+    contype, conaffinity = (Touch.NOTHING if role in (Role.SEEN, Role.UNSEEN) else touch).value
     geom = body.add_geom(
         type=_GEOM_TYPE[shape.kind],
         pos=shape.pose.position,
