@@ -51,7 +51,9 @@ ON_THE_ROD = dict(zip(JOINTS, (0.25, 3.2, -0.47, 2.09, 3.1, -1.51, 0.0), strict=
 ABOVE_THE_ROD = (0.25, 3.2, -1.0, 2.5, 3.0, -1.51, 0.0)
 """The lesson's posture after picking, in the order of the controller: 0.27 m higher."""
 
-ROD_IN_REACH = Part("bin7|piston_rod_part_5", "piston_rod_part", Pose.from_rpy((-0.3, 0.03, 0.725), (0, 0, math.pi / 4)))
+ROD_IN_REACH = Part(
+    "bin7|piston_rod_part_5", "piston_rod_part", Pose.from_rpy((-0.3, 0.03, 0.725), (0, 0, math.pi / 4))
+)
 
 GEARS = (KitObject("gear_part", Pose((0.1, 0.1, 0.0))), KitObject("gear_part", Pose((-0.1, 0.1, 0.0))))
 """Two gears, side by side on the tray."""
@@ -78,7 +80,9 @@ def _raised(pose: Pose, height: float) -> Pose:
 SENSORS = (
     Sensor("break_beam_1", "break_beam", Pose.from_rpy((1.6, 2.25, 0.91), (0.0, 0.0, math.pi))),
     Sensor("proximity_sensor_1", "proximity_sensor", Pose((0.95, 2.6, 0.92))),
-    Sensor("laser_profiler_1", "laser_profiler", Pose.from_rpy((1.21, 4.0, 1.64), (-math.pi, math.pi / 2, math.pi / 2))),
+    Sensor(
+        "laser_profiler_1", "laser_profiler", Pose.from_rpy((1.21, 4.0, 1.64), (-math.pi, math.pi / 2, math.pi / 2))
+    ),
     Sensor("logical_camera_1", "logical_camera", Pose.from_rpy((-0.3, 0.23, 1.4), (0.0, math.pi / 2, 0.0))),
     Sensor("logical_camera_2", "logical_camera", Pose.from_rpy((0.3, 3.15, 1.5), (0.0, math.pi / 2, 0.0))),
 )

@@ -32,8 +32,9 @@ from cellwright.devices.sensors.scene import Scene, SceneModel, collision_geoms
 from cellwright.devices.sensors.sensor import Sensor
 from cellwright.devices.vacuum_gripper import VacuumGripper
 from cellwright.kitting.effects import CompetitionState, Effect, StateChanged
+from cellwright.simulation.checkpoints import Checkpoints
 from cellwright.simulation.simulation import Simulation
-from cellwright.world.build import World, build_world
+from cellwright.world.build import World, build_world, demo_objects
 
 
 class Cell:
@@ -97,11 +98,12 @@ class Cell:
         scene = self._make_scene()
         self.sensors = {each.name: make_sensor(each, scene) for each in trial.sensors}
         self.quality = {number: QualityControlSensor(number, scene, trial.faulty_parts) for number in self.trays}
+        self.checkpoints = Checkpoints(report)
         for device in self._devices():
             self.simulation.add(device)
-        self.reset()
         self.bus = Bus(lambda: self.simulation.now, report)
         bind(self.bus, self._contract_devices(), competition=competition)
+        self.reset()
 
     @property
     def servo(self) -> ServoProfile:
@@ -145,6 +147,7 @@ class Cell:
             *self.sensors.values(),
             *self.quality.values(),
             self.competition,
+            self.checkpoints,
         ]
 
     def _contract_devices(self) -> GearDevices:
@@ -166,7 +169,7 @@ class Cell:
         pool = [part for part in self.world.parts if part.name.startswith("populate_kit_tray_1|")]
         if not pool:
             return None
-        demo = DemoTray(self.trays[1], self.parts, pool, self.trial.orders[0].kits[0].objects)
+        demo = DemoTray(self.trays[1], self.parts, pool, demo_objects(self.trial))
 
         def begin(effect: Effect) -> None:
             if isinstance(effect, StateChanged) and effect.state is CompetitionState.GO:

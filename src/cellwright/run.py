@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from fractions import Fraction
 from functools import partial
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -27,6 +28,7 @@ from cellwright.kitting.effects import Effect
 from cellwright.kitting.scorer import GameScore
 from cellwright.simulation.clock import nanoseconds
 from cellwright.simulation.pacing import Pacer
+from cellwright.simulation.snapshot import read_checkpoint
 from cellwright.simulation.watches import Watch
 
 GRACE = 2.0
@@ -57,6 +59,8 @@ class RunOptions:
         listen: topics to listen to besides; "all" stands for every topic.
         at: actions at given simulation times [s], such as taking a picture.
         on_progress: called ten times a simulated second.
+        checkpoints: files to save the simulation to, at given simulation times [s]; the times are part of the run.
+        start: a checkpoint to begin from, instead of time 0. The agent begins anew all the same.
     """
 
     speed: float | None = None
@@ -64,6 +68,8 @@ class RunOptions:
     listen: Sequence[str] = ()
     at: Sequence[tuple[Fraction, Callable[[Cell], None]]] = ()
     on_progress: Callable[[Cell], None] | None = None
+    checkpoints: Sequence[tuple[Fraction, Path]] = ()
+    start: Path | None = None
 
 
 @dataclass
@@ -92,11 +98,17 @@ def run_cell(cell: Cell, agent: Agent | None, options: RunOptions | None = None)
     Raises:
         UsageError: neither an agent nor a time to stop at.
         UnknownNameError: a topic to listen to that does not exist.
+        CheckpointError: the checkpoint to begin from cannot be read, or is of another cell.
     """
     options = options or RunOptions()
     if agent is None and options.until is None:
         raise UsageError("without an agent a run has no end: say until when")
+    for when, path in options.checkpoints:
+        cell.checkpoints.declare(nanoseconds(when), path)
     cell.reset()
+    if options.start is not None:
+        read_checkpoint(cell.simulation, options.start)
+    begun = cell.simulation.clock.tick
     transport = InProcess(cell, node="/agent")
     if options.speed is not None:
         transport.step = Pacer(cell.simulation, options.speed).step
@@ -120,9 +132,9 @@ def run_cell(cell: Cell, agent: Agent | None, options: RunOptions | None = None)
         competition_state=cell.competition.state,
         score=cell.competition.score(),
         state_hash=cell.state_hash(),
-        simulated=cell.simulation.time,
+        simulated=cell.simulation.time - begun * float(cell.simulation.clock.timestep),
         wall=time.perf_counter() - begin,
-        steps=cell.simulation.clock.tick,
+        steps=cell.simulation.clock.tick - begun,
         error=error,
         heard=dict(heard),
     )

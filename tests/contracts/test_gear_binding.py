@@ -21,7 +21,13 @@ from tests.cells import ARM_ONLY, BARE, KITTING, TRAY_1, WHOLE, Ear, call, run, 
 from tests.contracts.goals import send
 
 SECONDS = 2
-TRIALS = (WHOLE, BARE, KITTING, ARM_ONLY, Trial("empty", options=Options(insert_agvs=False), belt_parts=WHOLE.belt_parts))
+TRIALS = (
+    WHOLE,
+    BARE,
+    KITTING,
+    ARM_ONLY,
+    Trial("empty", options=Options(insert_agvs=False), belt_parts=WHOLE.belt_parts),
+)
 
 
 def out_rows(trial: Trial, *, competition: bool) -> list[Row]:

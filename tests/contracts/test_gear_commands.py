@@ -142,9 +142,7 @@ REFUSED: dict[str, tuple[Spoil, str]] = {
     "not a number": (lambda _: points((math.nan, *AHEAD[1:])), "point 0 has nan as position"),
     "infinity": (lambda _: points((*AHEAD[:6], math.inf)), "point 0 has inf as position of wrist_3_joint"),
     "a velocity that is no number": (
-        lambda _: joint_trajectory(
-            JOINTS, [trajectory_point(AHEAD, (math.nan,) * 7, time_from_start=NANOSECONDS)]
-        ),
+        lambda _: joint_trajectory(JOINTS, [trajectory_point(AHEAD, (math.nan,) * 7, time_from_start=NANOSECONDS)]),
         "point 0 has nan as velocity",
     ),
     "numbers beyond computing": (
@@ -373,9 +371,7 @@ def test_a_message_of_the_wrong_make_is_refused_whole_and_counted(message: Any) 
 
 def test_a_long_trajectory_is_followed() -> None:
     cell = Cell(ARM_ONLY)
-    long = joint_trajectory(
-        JOINTS, [trajectory_point(INITIAL, time_from_start=n * 1_000_000) for n in range(1, 5001)]
-    )
+    long = joint_trajectory(JOINTS, [trajectory_point(INITIAL, time_from_start=n * 1_000_000) for n in range(1, 5001)])
     publish(cell, "arm/command", long)
     run(cell, 0.1)
     assert wanted(cell) == pytest.approx(INITIAL)

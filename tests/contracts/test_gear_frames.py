@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 from dataclasses import replace
@@ -126,7 +127,7 @@ def test_every_frame_hangs_in_the_world() -> None:
     tree = heard(cell)
     for frame in tree:
         assert in_world(tree, frame).is_finite()
-    for parent, child in zip(LINKS, LINKS[1:], strict=False):
+    for parent, child in itertools.pairwise(LINKS):
         assert tree[child][0] == parent
     cameras = ("logical_camera_1", "logical_camera_2", "quality_control_sensor_1", "quality_control_sensor_2")
     assert all(tree[f"{camera}_frame"][0] == "world" for camera in cameras)

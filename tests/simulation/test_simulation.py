@@ -27,11 +27,10 @@ def test_the_order_of_a_tick_is_fixed() -> None:
     simulation.add(clerk)
     simulation.reset()
     simulation.schedule(clerk, "event", at=2_000_000)
-    simulation.on_tick = lambda: got.append("referee")
     simulation.watch("watch", Fraction(1, 500), lambda _: got.append("watch"))
     simulation.inbox.put(lambda: got.append("inbox"))
     simulation.step()
-    assert got == ["inbox", "before", "after", "event", "referee", "watch"]
+    assert got == ["inbox", "before", "after", "event", "watch"]
 
 
 def test_devices_that_do_not_step_are_not_called() -> None:

@@ -16,7 +16,7 @@ def bind(bus: Bus, devices: GearDevices, *, competition: bool) -> None:
 
     Args:
         bus: an empty bus.
-        devices: what the names are bound to. The simulation has been reset once, so that fixed frames are known.
+        devices: what the names are bound to. The simulation is to be reset afterwards, which begins the first run.
         competition: competition mode, in which cheats are refused.
 
     Raises:
@@ -29,4 +29,3 @@ def bind(bus: Bus, devices: GearDevices, *, competition: bool) -> None:
         bound.append(TrajectoryAction(bus, table, devices.simulation, devices.arm))
     for each in bound:
         devices.simulation.add(each)
-        each.reset()

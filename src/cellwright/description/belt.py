@@ -26,7 +26,8 @@ def read_belt(node: Node, book: PartBook, other_year: OtherYear) -> tuple[BeltFi
             if (part_type, time.name) in found:
                 reader.problems.warn(time, f"{part_type} is on the belt at this time already; only this one is kept")
             found[part_type, time.name] = part
-    book.admit(node, len(found) * book.options.options.belt_population_cycles)
+    if not book.admit(node, len(found) * book.options.options.belt_population_cycles):
+        return ()
     return tuple(sorted(found.values(), key=lambda part: part.time))
 
 

@@ -66,6 +66,8 @@ class _Evaluator:
             raise self._refuse(f"is not an arithmetic expression{hint}") from None
         try:
             return self._node(tree.body)
+        except ExpressionError:
+            raise
         except ZeroDivisionError:
             raise self._refuse("divides by zero") from None
         except OverflowError:

@@ -69,6 +69,9 @@ def read_faulty(node: Node, reader: Reader) -> dict[str, Node]:
     match node:
         case Items():
             for item in node.items:
+                if isinstance(item, Leaf) and item.value is None:
+                    reader.problems.warn(item, "an empty entry, ignored")
+                    continue
                 name = reader.name(item)
                 if name is not None:
                     names[name] = item
@@ -87,7 +90,7 @@ def read_faulty(node: Node, reader: Reader) -> dict[str, Node]:
 
 
 def check_faulty(faulty: Mapping[str, Node], figures: Figures, options: Options, reader: Reader) -> None:
-    """Warn of every name that no part of the cell will bear."""
+    """Warn of every name that no part of the cell will bear (of single letters it has been said why)."""
     names = {model.name.rpartition("|")[2] for model in (*figures.models, *figures.extra_models)}
     for part_type in {part.type for part in figures.belt}:
         times = sum(part.type == part_type for part in figures.belt)
@@ -96,6 +99,6 @@ def check_faulty(faulty: Mapping[str, Node], figures: Figures, options: Options,
         first = figures.orders[0].parts
         names.update(f"{part_type}_clone_{k}" for part_type, _ in first for k in range(len(first)))
     known = sorted(names)
-    for count, name in enumerate(name for name in faulty if name not in names):
+    for count, name in enumerate(name for name in faulty if name not in names and len(name) > 1):
         suggestion = did_you_mean(name, known) if count < _MANY else ""
         reader.problems.warn(faulty[name], f"no part is called {shortened(name)!r}{suggestion}")

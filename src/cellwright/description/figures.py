@@ -66,6 +66,16 @@ class OrderFigure:
     parts: tuple[tuple[str, Placement], ...]
 
 
+def order_id(index: int) -> str:
+    """The id of an order, by its place among the orders."""
+    return f"order_{index}"
+
+
+def kit_type(order_name: str, index: int) -> str:
+    """The name of a kit: that of its order and its number from 0."""
+    return f"{order_name}_kit_{index}"
+
+
 @dataclass(frozen=True, slots=True)
 class Figures:
     """Everything that the original's launcher would have made of a configuration."""

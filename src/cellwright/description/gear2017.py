@@ -78,8 +78,6 @@ def load_trial(paths: Sequence[Path] = (), *, text: str | None = None) -> Loaded
     problems = Problems()
     root = _top(parse(joined, problems), joined)
     trial, figures = _read(root, paths[0].stem if paths else "text", Reader(problems))
-    if problems.errors:
-        raise DescriptionError(problems.errors, problems.warnings)
     return Loaded(trial, figures, problems.warnings)
 
 
@@ -94,7 +92,7 @@ def _top(root: Node | None, joined: JoinedText) -> Table:
 
 
 def _read(root: Table, name: str, reader: Reader) -> tuple[Trial, Figures]:
-    """Read all sections; the result is worth something only if no error was reported."""
+    """Read all sections, and go on to what they come to only if no error was found."""
     evaluated.check(root, reader.problems)
     other_year = OtherYear(root)
     for entry in root.entries.values():
@@ -115,16 +113,18 @@ def _read(root: Table, name: str, reader: Reader) -> tuple[Trial, Figures]:
     faulty = read_faulty(node, reader) if node else {}
     node = root.get("time_limit")
     time_limit = reader.number(node) if node else DEFAULT_TIME_LIMIT
-    figures = _figures(options, bins, extras, belt, tuple(faulty), drops, orders, time_limit)
-    check_faulty(faulty, figures, options.options, reader)
-    _warn_unused(root, options, orders, reader)
-
     node = root.get("arm")
     has_arm = read_arm(node, reader) if node else False
     node = root.get("sensors")
     sensors = read_sensors(node, reader) if node else ()
     node = root.get(OWN)
     own = read_settings(node, reader) if node else SettingFigures()
+    if reader.problems.errors:
+        raise DescriptionError(reader.problems.errors, reader.problems.warnings)
+
+    figures = _figures(options, bins, extras, belt, tuple(faulty), drops, orders, time_limit)
+    check_faulty(faulty, figures, options.options, reader)
+    _warn_unused(root, options, orders, reader)
     return trial_of(name, figures, options.options, sensors, own, has_arm=has_arm), figures
 
 

@@ -151,6 +151,8 @@ def _grid(bin_name: str, origin: Vector3 | None, entry: Entry, book: PartBook) -
     if nx is None or ny is None or not book.admit(entry, nx * ny):
         return []
     part_type = book.part_type(written_type, entry)
+    if nx * ny == 0:
+        return []
     step_x = quotient(end[0] - start[0], max(1, nx - 1))
     step_y = quotient(end[1] - start[1], max(1, ny - 1))
     parts: list[ModelFigure] = []

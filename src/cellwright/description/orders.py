@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from cellwright.description.figures import OrderFigure, Placement
+from cellwright.description.figures import OrderFigure, Placement, order_id
 from cellwright.description.models import MAX_PARTS, PartBook, read_part
 from cellwright.description.other_years import OtherYear
 from cellwright.description.python2 import dictionary_order
@@ -28,7 +28,13 @@ def read_orders(node: Node, book: PartBook, other_year: OtherYear) -> tuple[Orde
         if order:
             orders[entry.name] = order
     # The original put what it had read into a second dictionary and walked through that.
-    return tuple(orders[name] for name in dictionary_order(orders))
+    walked = tuple(orders[name] for name in dictionary_order(orders))
+    ids = [order_id(index) for index in range(len(walked))]
+    for own, order in zip(ids, walked, strict=True):
+        if table and order.name != own and order.name in ids:
+            message = f"its id is {own}: ids follow the walk of the original's unordered dictionary"
+            reader.problems.warn(table.entries[order.name], message)
+    return walked
 
 
 def _order(entry: Entry, book: PartBook, other_year: OtherYear) -> OrderFigure | None:

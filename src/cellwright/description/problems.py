@@ -40,7 +40,9 @@ class Problem:
         return self.place.line
 
     def __str__(self) -> str:
-        return ": ".join(part for part in (str(self.place), self.key, self.message) if part)
+        text = ": ".join(part for part in (str(self.place), self.key, self.message) if part)
+        # Whatever a file smuggles in, a problem stays one line that any terminal can show.
+        return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
 class Located(Protocol):

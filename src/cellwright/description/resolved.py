@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from cellwright.description.figures import ZERO, Figures, OrderFigure, Placement
+from cellwright.description.figures import ZERO, Figures, OrderFigure, Placement, kit_type, order_id
 from cellwright.description.python2 import number_text
-from cellwright.description.trial_of import kit_type, order_id
 from cellwright.pose import Vector3
 
 

@@ -79,9 +79,8 @@ def described(node: Node) -> str:
 
 
 def key_text(name: Scalar, length: int = 80) -> str:
-    """A key as it stands in messages: on one line, and not too long."""
-    text = str(name)
-    return shortened(text if text.isprintable() else repr(text), length)
+    """A key as it stands in messages, not too long."""
+    return shortened(str(name), length)
 
 
 def shortened(text: str, length: int = 60) -> str:

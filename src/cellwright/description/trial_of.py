@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cellwright.description.figures import ZERO, DropFigure, Figures, ModelFigure, OrderFigure
+from cellwright.description.figures import ZERO, DropFigure, Figures, ModelFigure, OrderFigure, kit_type, order_id
 from cellwright.description.settings import SettingFigures
 from cellwright.description.trial import BeltPart, DropRegion, Kit, KitObject, Options, Order, Part, Sensor, Trial
 from cellwright.pose import Vector3
@@ -34,16 +34,6 @@ def trial_of(
         settings=own.settings,
         initial_joint_states=own.initial_joint_states,
     )
-
-
-def kit_type(order_name: str, index: int) -> str:
-    """The name of a kit: that of its order and its number from 0."""
-    return f"{order_name}_kit_{index}"
-
-
-def order_id(index: int) -> str:
-    """The id of an order by its place in the file."""
-    return f"order_{index}"
 
 
 def _part(model: ModelFigure, frame: str) -> Part:

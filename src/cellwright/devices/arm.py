@@ -59,6 +59,7 @@ class Arm(Device):
     def reset(self) -> None:
         """Hold the posture that the model begins with."""
         self.controller.start(self.simulation.data.qpos[self._qpos].tolist(), self.simulation.now)
+        self.set_stepping(True)  # a run that follows another begins in the same state as the first
         self._drive()
 
     # ---------------------------------------------------------------- commands

@@ -62,14 +62,17 @@ class Cadence:
         if period <= 0:
             raise UsageError(f"a period must be above 0 s, not {period}")
         self.period = period
+        self._numerator = period.numerator * NANOSECONDS
+        self._denominator = period.denominator
+        self._half = self._denominator // 2
 
     def due(self, index: int) -> int:
         """When sample `index` is due [ns]."""
-        return round(index * NANOSECONDS * self.period)
+        return (index * self._numerator + self._half) // self._denominator
 
     def first_at(self, time: int) -> int:
         """Number of the first sample due at or after `time` [ns]."""
-        index = max(0, int(time / (NANOSECONDS * self.period)) - 1)
+        index = max(0, time * self._denominator // self._numerator - 1)
         while self.due(index) < time:
             index += 1
         return index

@@ -1,7 +1,7 @@
 """The simulation: it owns time.
 
 The order of a tick is fixed: inbox, `before_step` of the devices, the engine's step, `after_step` of the devices,
-events that are due, what the composition root hooks in (`on_tick`), watches. It knows no ROS, no score and no pace.
+events that are due (the referee's among them), watches. It knows no ROS, no score and no pace.
 """
 
 from __future__ import annotations
@@ -58,7 +58,6 @@ class Simulation:
         self.inbox = Inbox()
         self.devices: dict[str, Device] = {}
         self._first_pose = first_pose
-        self.on_tick: Callable[[], None] | None = None
         self._before: list[Callable[[], None]] = []
         self._after: list[Callable[[], None]] = []
         self._refreshed_at = -1
@@ -135,8 +134,6 @@ class Simulation:
             event = events.pop_due(now)
             if event is not None:
                 self.devices[event.device].handle(event.kind, event.arguments)
-        if self.on_tick is not None:
-            self.on_tick()
         if self.watches.next_due <= now:
             self.watches.run_due(now, self.clock.tick)
 

@@ -62,8 +62,7 @@ def write_checkpoint(simulation: Simulation, path: Path) -> None:
 
     Every sleeping part is awake afterwards, here as in the restored run, and falls asleep again within 0.1 s.
     """
-    engine = np.empty(mujoco.mj_stateSize(simulation.model, _INTEGRATION))
-    mujoco.mj_getState(simulation.model, simulation.data, engine, _INTEGRATION)
+    engine = _get_engine(simulation)
     fields = {name: getattr(simulation.model, name).copy() for name in CHANGING_FIELDS}
     header = {"format": _FORMAT, "model": model_signature(simulation.model), "state": simulation.get_state()}
     text = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
@@ -72,6 +71,11 @@ def write_checkpoint(simulation: Simulation, path: Path) -> None:
         np.savez_compressed(file, engine=engine, header=text, **fields)
     temporary.replace(path)  # a reader never sees half a file
     _set_engine(simulation, engine)
+
+
+def renew_engine(simulation: Simulation) -> None:
+    """Do to the run what saving it does, without writing anything."""
+    _set_engine(simulation, _get_engine(simulation))
 
 
 def read_checkpoint(simulation: Simulation, path: Path) -> None:
@@ -102,6 +106,12 @@ def model_signature(model: mujoco.MjModel) -> str:
     digest.update(model.names)
     digest.update(model.body_mass.tobytes())
     return digest.hexdigest()
+
+
+def _get_engine(simulation: Simulation) -> NDArray[np.float64]:
+    engine = np.empty(mujoco.mj_stateSize(simulation.model, _INTEGRATION))
+    mujoco.mj_getState(simulation.model, simulation.data, engine, _INTEGRATION)
+    return engine
 
 
 def _set_engine(simulation: Simulation, engine: NDArray[np.float64]) -> None:

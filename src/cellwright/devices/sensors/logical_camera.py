@@ -13,26 +13,12 @@ from cellwright.devices.sensors.frustum import Frustum
 from cellwright.devices.sensors.scene import Scene, SceneModel
 from cellwright.devices.sensors.sensor import Reading, Sensor
 from cellwright.pose import Pose, quaternion_from_rpy, quaternion_product
+from cellwright.world import parts
+from cellwright.world.frames import AGV_T_TRAY
 
 AGV_TYPES = frozenset({"agv1", "agv2"})
 TRAY_TYPE = "kit_tray"
-PART_TYPES = frozenset(
-    {
-        "part1",
-        "part2",
-        "part3",
-        "part4",
-        "arm_part",
-        "cross_joint_part",
-        "disk_part",
-        "gasket_part",
-        "gear_part",
-        "piston_rod_part",
-        "pulley_part",
-        "t_brace_part",
-        "u_joint_part",
-    }
-)
+PART_TYPES = frozenset(parts.KNOWN_TYPES)
 KNOWN_TYPES = AGV_TYPES | {TRAY_TYPE} | PART_TYPES
 
 POSITION_SD = 0.001
@@ -40,9 +26,6 @@ POSITION_SD = 0.001
 
 ANGLE_SD = 0.01
 """Standard deviation of each of roll, pitch and yaw [rad]."""
-
-AGV_T_TRAY = Pose((0.0, 0.15, 0.75))
-"""Where the camera takes a tray to be on its AGV."""
 
 _NOISE_A_MODEL = 6
 
@@ -164,6 +147,7 @@ class LogicalCamera(Sensor[CameraReading]):
         child = f"{self.name}_{model.short_name}_frame"
         if model.type in AGV_TYPES:
             tray = f"{self.name}_kit_tray_{model.type.removeprefix('agv')}_frame"
+            # the AGV is told exactly; the noise goes into the place of its tray, which is known, not measured
             frames = (Frame(self.frame, child, camera_T_model), Frame(child, tray, blurred(AGV_T_TRAY, noise)))
             return Detection(model.name, model.type, camera_T_model, frames)
         camera_T_model = blurred(camera_T_model, noise)

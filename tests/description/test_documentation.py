@@ -1,0 +1,21 @@
+"""The examples in the page on configuration are such as they say."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from cellwright.description.gear2017 import TOP_LEVEL, load_trial
+
+PAGE = (Path(__file__).parents[2] / "docs" / "configuration.md").read_text()
+EXAMPLES = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)
+
+
+@pytest.mark.parametrize("example", EXAMPLES)
+def test_examples_load_without_a_warning(example: str) -> None:
+    assert load_trial(text=example).warnings == ()
+
+
+def test_every_section_is_documented() -> None:
+    assert len(EXAMPLES) == 3
+    assert all(f"| `{section}` |" in PAGE for section in TOP_LEVEL)
