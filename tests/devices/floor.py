@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import mujoco
@@ -15,7 +15,7 @@ from cellwright.description.trial import Part, ServoProfile, Trial
 from cellwright.devices.arm import Arm
 from cellwright.devices.trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.devices.vacuum_gripper import VacuumGripper
-from cellwright.pose import Pose, Vector3
+from cellwright.pose import Pose
 from cellwright.simulation.clock import nanoseconds
 from cellwright.world.build import WorldPart
 from cellwright.world.frames import BIN_SURFACE
@@ -146,7 +146,9 @@ class Floor:
             x, y, z = data.xpos[body].tolist()
             qw, qx, qy, qz = data.xquat[body].tolist()
             error = np.array([*np.subtract(world_T_gripper.position, (x, y, z)), 0.0, 0.0, 0.0])
-            turn = (Pose((0, 0, 0), world_T_gripper.quaternion) @ Pose((0, 0, 0), (qw, qx, qy, qz)).inverse()).quaternion
+            turn = (
+                Pose((0, 0, 0), world_T_gripper.quaternion) @ Pose((0, 0, 0), (qw, qx, qy, qz)).inverse()
+            ).quaternion
             error[3:] = 2.0 * np.array(turn[1:]) * (1.0 if turn[0] >= 0.0 else -1.0)
             if np.abs(error).max() < 1e-9:
                 return [float(data.qpos[address]) for address in addresses]
@@ -162,7 +164,6 @@ class Floor:
             for k, waypoint in enumerate(waypoints)
         ]
         self.arm.command(JointTrajectory(ARM_JOINTS, points))
-
 
     def swing(self, waypoint: Sequence[float], seconds: float) -> None:
         """Command the arm to a place, at rest, with no jump in acceleration."""
