@@ -157,7 +157,7 @@ def test_the_precise_servo_tracks_below_a_milliradian(precise: Floor) -> None:
         worst = max(worst, *map(abs, precise.arm.following().error_positions))
         fastest = max(fastest, *map(abs, precise.arm.following().desired.accelerations))
     assert fastest == pytest.approx(2.0, rel=0.01)
-    assert worst < 1e-3
+    assert worst < 0.3e-3  # 0.11; a setpoint that is a step late or early costs 2
     assert furthest(positions(precise), goal) < 1e-4
 
 
@@ -399,9 +399,11 @@ def test_a_snapshot_in_the_middle_of_a_motion_goes_on_bit_for_bit(original: Floo
     assert hashes[0] == hashes[1]
 
 
-def test_a_new_run_begins_like_the_first(original: Floor) -> None:
+@pytest.mark.parametrize("seconds", [1.0, 6.0])
+def test_a_new_run_begins_like_the_first(original: Floor, seconds: float) -> None:
+    """Whether the arm was moving when the last one ended, or at rest."""
     original.arm.accept(GoalRequest("g", smooth(MOVED, 5.0)))
-    original.run(1.0)
+    original.run(seconds)
     original.reset()
     assert original.cell.state_hash() == Floor(one_of_each(), "original").cell.state_hash()
     original.run(1.0)
