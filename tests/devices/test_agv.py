@@ -91,7 +91,7 @@ def test_key_frames_are_reached_on_time(floor: Floor, number: int) -> None:
             there = floor.body_pose(agv.name).position
             assert math.dist(there[:2], (x, side * y)) < 5 * MM
     floor.run(0.5)
-    assert math.dist(floor.body_pose(agv.name).position, (0.3, side * 3.3, 0.0)) < 0.01 * MM
+    assert math.dist(floor.body_pose(agv.name).position, (0.3, side * 3.3, 0.0)) < 0.1 * MM
 
 
 @pytest.mark.parametrize("number", [1, 2])

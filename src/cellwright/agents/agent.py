@@ -30,10 +30,11 @@ class AgentError(CellwrightError):
 
 
 def find_agent(name: str) -> Callable[[], Agent]:
-    """The class of an agent: a bundled name, `path/to/file.py:Class`, or `package.module:Class`.
+    """What makes an agent: a bundled name, `path/to/file.py:Class`, or `package.module:Class`.
 
     Raises:
-        AgentError: there is no such file, module or class, or it fails when it is imported.
+        AgentError: there is no such file, module or class, or it fails when it is imported. Making the agent raises
+            it too, when that fails.
     """
     target = BUNDLED.get(name, name)
     place, colon, class_name = target.rpartition(":")
@@ -48,14 +49,24 @@ def find_agent(name: str) -> Callable[[], Agent]:
         raise AgentError(f"{place}: {UnknownNameError('class', class_name, classes).sentence()}") from None
     if not callable(found) or not hasattr(found, "run"):
         raise AgentError(f"{target}: an agent is a class with a method run(client)")
-    agent: Callable[[], Agent] = found
-    return agent
+
+    def make() -> Agent:
+        try:
+            agent: Agent = found()
+        except Exception as error:
+            raise AgentError(f"{target}: cannot be made: {type(error).__name__}: {error}") from error
+        return agent
+
+    return make
 
 
 def _import_module(name: str) -> object:
+    folder = str(Path.cwd())
+    if folder not in sys.path:
+        sys.path.insert(0, folder)  # an installed command does not look into the folder that it is called in
     try:
         return importlib.import_module(name)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise AgentError(f"{name}: cannot be imported: {type(error).__name__}: {error}") from error
 
 
@@ -71,6 +82,6 @@ def _import_file(path: Path) -> object:
     sys.path.insert(0, str(path.parent.resolve()))  # so that it can import its neighbours
     try:
         spec.loader.exec_module(module)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise AgentError(f"{path}: cannot be imported: {type(error).__name__}: {error}") from error
     return module

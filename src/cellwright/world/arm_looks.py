@@ -12,7 +12,20 @@ from typing import Any
 
 from cellwright.pose import Pose
 from cellwright.world import colours, meshes
-from cellwright.world.shapes import HERE, Colour, Role, Shape, Touch, add_shape, at, box, capsule, cylinder, mesh
+from cellwright.world.frames import RAIL
+from cellwright.world.shapes import (
+    HERE,
+    Colour,
+    Role,
+    Shape,
+    Touch,
+    add_shape,
+    at,
+    box,
+    capsule,
+    cylinder,
+    mesh,
+)
 
 
 def _along_y(radius: float, low: float, high: float, z: float, colour: Colour = colours.ARM_GREY) -> Shape:
@@ -92,15 +105,15 @@ _SEEN: Mapping[str, tuple[Shape, ...]] = {
 }
 
 
-def dress_rail(rail: Any) -> None:
+def dress_rail(rail: Any, world: Any) -> None:
     """The beam. It belongs to the robot, so the arm passes through it as it did in the original."""
     add_shape(rail, box(0.2, 4.6, 0.1, HERE, colours.RAIL), Role.BOTH, Touch.ROBOT)
     for side in (1.0, -1.0):
-        add_shape(rail, box(0.025, 4.6, 0.014, at(0.075 * side, 0.0, 0.055), colours.ALUMINIUM), Role.SEEN)
-        add_shape(rail, box(0.24, 0.03, 0.16, at(0.0, 2.315 * side, 0.02), colours.LINE_YELLOW), Role.SEEN)
+        add_shape(world, box(0.025, 4.6, 0.014, at(0.075 * side, 0.0, 0.055), colours.ALUMINIUM).moved(RAIL), Role.SEEN)
+        add_shape(world, box(0.24, 0.03, 0.16, at(0.0, 2.315 * side, 0.02), colours.LINE_YELLOW).moved(RAIL), Role.SEEN)
     for y in (-2.1, 0.0, 2.1):
-        add_shape(rail, box(0.12, 0.12, 0.84, at(0.0, y, -0.47), colours.STEEL_DARK), Role.SEEN)
-        add_shape(rail, box(0.3, 0.3, 0.012, at(0.0, y, -0.894), colours.STEEL_DARK), Role.SEEN)
+        add_shape(world, box(0.12, 0.12, 0.84, at(0.0, y, -0.47), colours.STEEL_DARK).moved(RAIL), Role.SEEN)
+        add_shape(world, box(0.3, 0.3, 0.012, at(0.0, y, -0.894), colours.STEEL_DARK).moved(RAIL), Role.SEEN)
 
 
 def dress_link(body: Any, link: str) -> None:

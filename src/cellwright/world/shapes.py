@@ -7,7 +7,7 @@ by group. Parts, the robot and everything else form three classes of contact.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum, IntEnum
 from typing import Any, Literal, TypeAlias
 
@@ -75,6 +75,10 @@ class Shape:
     share: float = 0.0
     mesh: str = ""
 
+    def moved(self, frame: Pose) -> Shape:
+        """The shape in the frame that `frame` is given in, when its own pose is given in `frame`."""
+        return replace(self, pose=frame @ self.pose)
+
     @property
     def half_extents(self) -> Vector3:
         """Half extents [m] of the shape's bounding box along its own axes. Not for meshes."""
@@ -134,6 +138,16 @@ def _reach(shape: Shape) -> Vector3:
     else:  # a disc of radius r with normal n reaches r * sqrt(1 - n_axis^2) along an axis
         x, y, z = (abs(along[axis]) * length + radius * max(0.0, 1 - along[axis] ** 2) ** 0.5 for axis in range(3))
     return (x, y, z)
+
+
+def add_looks(body: Any) -> Any:
+    """A body fixed to `body` for shapes that are only seen, `<name> looks`.
+
+    In each step the engine takes the measure of every shape of a body that can be touched, seen-only ones included; not
+    of those of other bodies, nor of the world's own. So a moving thing with many of them has them on a body apart, and
+    a fixed thing has them on the world.
+    """
+    return body.add_body(name=f"{body.name} looks")
 
 
 def add_shape(
