@@ -1,4 +1,5 @@
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -157,3 +158,15 @@ def test_refresh_brings_positions_up_to_date_once_a_tick() -> None:
     simulation.touch()
     simulation.refresh()
     assert np.array_equal(simulation.data.xpos[body], simulation.data.qpos[address : address + 3])
+
+
+def test_warnings_of_the_engine_are_logged_and_leave_no_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    simulation = make_simulation()
+    simulation.reset()
+    simulation.data.qvel[0] = np.nan
+    simulation.step()
+    assert "unstable" in caplog.text
+    assert list(tmp_path.iterdir()) == []

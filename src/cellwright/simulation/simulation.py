@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import logging
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
@@ -25,6 +26,8 @@ from cellwright.simulation.watches import Watch, Watches
 
 CHANGING_FIELDS = ("eq_data", "geom_surfacevel")
 """Fields of the model that devices write at run time: they are state, though the engine keeps them in the model."""
+
+mujoco.set_mju_user_warning(logging.getLogger("cellwright.engine").warning)  # else it writes MUJOCO_LOG.TXT
 
 ASLEEP_AFTER = -11
 """Value of `MjData.tree_asleep` for a tree that has just been woken: it counts up to sleep from there."""
