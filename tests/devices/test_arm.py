@@ -309,7 +309,7 @@ def followed(floor: Floor, request: GoalRequest, limit: float = 5.0) -> Trajecto
         goal = floor.arm.accept(request)
         floor.run_until(lambda: bool(ended), limit)
     finally:
-        floor.arm.on_goal_ended.clear()
+        floor.arm.on_goal_ended.pop()
     assert ended == [goal]
     return goal
 
@@ -366,7 +366,7 @@ def test_a_goal_ends_when_something_else_is_asked_for(original: Floor) -> None:
             assert goal.status is GoalStatus.PREEMPTED
             original.run(2.5)
         finally:
-            original.arm.on_goal_ended.clear()
+            original.arm.on_goal_ended.pop()
         assert furthest(positions(original), MOVED) > 0.05
     assert not original.arm.cancel()
 
