@@ -103,8 +103,14 @@ def run_cell(cell: Cell, agent: Agent | None, options: RunOptions | None = None)
     options = options or RunOptions()
     if agent is None and options.until is None:
         raise UsageError("without an agent a run has no end: say until when")
+    with ExitStack() as leaving:  # the cell is left as it was found, for other runs to come
+        return _run_cell(cell, agent, options, leaving)
+
+
+def _run_cell(cell: Cell, agent: Agent | None, options: RunOptions, leaving: ExitStack) -> RunResult:
     for when, path in options.checkpoints:
         cell.checkpoints.declare(nanoseconds(when), path)
+        leaving.callback(cell.checkpoints.withdraw, nanoseconds(when))
     cell.reset()
     if options.start is not None:
         read_checkpoint(cell.simulation, options.start)
@@ -119,13 +125,14 @@ def run_cell(cell: Cell, agent: Agent | None, options: RunOptions | None = None)
         if is_done(effect):
             _end_soon(transport)
 
-    with ExitStack() as leaving:
-        heard = _listen(cell, options.listen, leaving)
-        _plan(cell, options, leaving)
-        cell.competition.on_effect.append(watch_for_the_end)
-        leaving.callback(cell.competition.on_effect.remove, watch_for_the_end)
-        begin = time.perf_counter()
-        outcome, error = _work(cell, agent, transport)
+    heard = _listen(cell, options.listen, leaving)
+    _plan(cell, options, leaving)
+    cell.competition.on_effect.append(watch_for_the_end)
+    leaving.callback(cell.competition.on_effect.remove, watch_for_the_end)
+    if cell.competition.state == "done":  # it was so in the checkpoint
+        _end_soon(transport)
+    begin = time.perf_counter()
+    outcome, error = _work(cell, agent, transport)
     cell.bus.refusals.flush()
     return RunResult(
         outcome=outcome,
@@ -211,7 +218,7 @@ def _count(heard: Counter[str], name: str, _message: object) -> None:
 
 def _plan(cell: Cell, options: RunOptions, leaving: ExitStack) -> None:
     for when, action in options.at:
-        if when <= 0:
+        if nanoseconds(when) <= cell.simulation.now:
             action(cell)
         else:
             leaving.callback(_once(cell, when, action).cancel)
