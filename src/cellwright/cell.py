@@ -34,7 +34,7 @@ from cellwright.devices.vacuum_gripper import VacuumGripper
 from cellwright.kitting.effects import CompetitionState, Effect, StateChanged
 from cellwright.simulation.checkpoints import Checkpoints
 from cellwright.simulation.simulation import Simulation
-from cellwright.world.build import World, build_world
+from cellwright.world.build import World, build_world, demo_objects
 
 
 class Cell:
@@ -102,7 +102,7 @@ class Cell:
         for device in self._devices():
             self.simulation.add(device)
         self.bus = Bus(lambda: self.simulation.now, report)
-        self._publications = bind(self.bus, self._contract_devices(), competition=competition)
+        bind(self.bus, self._contract_devices(), competition=competition)
         self.reset()
 
     @property
@@ -118,7 +118,6 @@ class Cell:
     def reset(self) -> None:
         """Begin a run: time 0, everything in its first place."""
         self.simulation.reset()
-        self._publications.begin()
 
     def step(self) -> None:
         """Let one tick pass."""
@@ -170,7 +169,7 @@ class Cell:
         pool = [part for part in self.world.parts if part.name.startswith("populate_kit_tray_1|")]
         if not pool:
             return None
-        demo = DemoTray(self.trays[1], self.parts, pool, self.trial.orders[0].kits[0].objects)
+        demo = DemoTray(self.trays[1], self.parts, pool, demo_objects(self.trial))
 
         def begin(effect: Effect) -> None:
             if isinstance(effect, StateChanged) and effect.state is CompetitionState.GO:

@@ -62,8 +62,12 @@ class RejectedCommandError(CellwrightError):
     """A command from outside that was refused as a whole; the cell goes on as if it had not come."""
 
 
-class RunEndedError(CellwrightError):
-    """The run is over: no more time will pass for a client."""
+class RunEndedError(BaseException):
+    """The run is over: no more time will pass for a client.
+
+    It is no fault of the program that it ends, and like SystemExit it stands outside of `Exception`: robot programs
+    often catch every exception in their loop, and would never stop.
+    """
 
 
 class MessageError(RejectedCommandError):

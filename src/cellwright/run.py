@@ -7,6 +7,7 @@ import time
 import traceback
 from collections import Counter
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from enum import StrEnum
 from fractions import Fraction
@@ -23,10 +24,12 @@ from cellwright.client.client import Client
 from cellwright.client.transports.in_process import InProcess
 from cellwright.competition import is_done
 from cellwright.errors import RunEndedError, UsageError
+from cellwright.kitting.effects import Effect
 from cellwright.kitting.scorer import GameScore
 from cellwright.simulation.clock import nanoseconds
 from cellwright.simulation.pacing import Pacer
 from cellwright.simulation.snapshot import read_checkpoint
+from cellwright.simulation.watches import Watch
 
 GRACE = 2.0
 """Simulation time [s] that an agent may go on after the competition is done, to see that it is."""
@@ -111,12 +114,19 @@ def run_cell(cell: Cell, agent: Agent | None, options: RunOptions | None = None)
         transport.step = Pacer(cell.simulation, options.speed).step
     if options.until is not None:
         transport.deadline = nanoseconds(options.until)
-    heard = _listen(cell, options.listen)
-    _plan(cell, options)
-    cell.competition.on_effect.append(lambda effect: _end_soon(transport) if is_done(effect) else None)
 
-    begin = time.perf_counter()
-    outcome, error = _work(cell, agent, transport)
+    def watch_for_the_end(effect: Effect) -> None:
+        if is_done(effect):
+            _end_soon(transport)
+
+    with ExitStack() as leaving:
+        heard = _listen(cell, options.listen, leaving)
+        _plan(cell, options, leaving)
+        cell.competition.on_effect.append(watch_for_the_end)
+        leaving.callback(cell.competition.on_effect.remove, watch_for_the_end)
+        begin = time.perf_counter()
+        outcome, error = _work(cell, agent, transport)
+    cell.bus.refusals.flush()
     return RunResult(
         outcome=outcome,
         competition_state=cell.competition.state,
@@ -136,8 +146,10 @@ def _work(cell: Cell, agent: Agent | None, transport: InProcess) -> tuple[Outcom
     crashed = False
     try:
         if agent is not None:
-            agent.run(client)
-            _wait_for_kits(cell, client)
+            error = _run(agent, client)
+            crashed = bool(error)
+            if not crashed:
+                _wait_for_kits(cell, client)
         else:
             client.wait_until(lambda: False)
     except RunEndedError:
@@ -161,6 +173,16 @@ def _work(cell: Cell, agent: Agent | None, transport: InProcess) -> tuple[Outcom
     return (Outcome.UNTIL if stopped else Outcome.GAVE_UP), ""
 
 
+def _run(agent: Agent, client: Client) -> str:
+    """Let an agent work; what is to be said if it exits with a bad status."""
+    try:
+        agent.run(client)
+    except SystemExit as stop:  # the usual end of a script; a status of 0 or none says that all is well
+        if stop.code:
+            return f"the agent exited with {stop.code!r}\n"
+    return ""
+
+
 def _wait_for_kits(cell: Cell, client: Client) -> None:
     """The agent has returned; kits that it sent off still arrive, and the competition may still end."""
     competition, agvs = cell.competition, tuple(cell.agvs.values())
@@ -177,12 +199,13 @@ def _end_soon(transport: InProcess) -> None:
     transport.reason = "the competition is done"
 
 
-def _listen(cell: Cell, topics: Sequence[str]) -> Counter[str]:
+def _listen(cell: Cell, topics: Sequence[str], leaving: ExitStack) -> Counter[str]:
     heard: Counter[str] = Counter()
     names = [name for topic in topics for name in (cell.topics() if topic == "all" else [topic])]
     for name in names:
         cell.bus.topic(name)
-        cell.bus.subscribe(name, partial(_count, heard, name), node="/listener")
+        subscription = cell.bus.subscribe(name, partial(_count, heard, name), node="/listener")
+        leaving.callback(subscription.cancel)
     return heard
 
 
@@ -190,23 +213,25 @@ def _count(heard: Counter[str], name: str, _message: object) -> None:
     heard[name] += 1
 
 
-def _plan(cell: Cell, options: RunOptions) -> None:
+def _plan(cell: Cell, options: RunOptions, leaving: ExitStack) -> None:
     for when, action in options.at:
         if when <= 0:
             action(cell)
         else:
-            _once(cell, when, action)
+            leaving.callback(_once(cell, when, action).cancel)
     if options.on_progress is not None:
         report = options.on_progress
-        cell.simulation.watch("progress", Fraction(1, 10), lambda _: report(cell))
+        watch = cell.simulation.watch("progress", Fraction(1, 10), lambda _: report(cell))
+        leaving.callback(watch.cancel)
 
 
-def _once(cell: Cell, when: Fraction, action: Callable[[Cell], None]) -> None:
+def _once(cell: Cell, when: Fraction, action: Callable[[Cell], None]) -> Watch:
     def look(_: int) -> None:
         watch.cancel()
         action(cell)
 
     watch = cell.simulation.watch("once", when, look)
+    return watch
 
 
 def versions() -> dict[str, str]:

@@ -31,10 +31,11 @@ class AgentError(CellwrightError):
 
 
 def find_agent(name: str) -> Callable[[], Agent]:
-    """The class of an agent: a bundled name, `path/to/file.py:Class`, or `package.module:Class`.
+    """What makes an agent: a bundled name, `path/to/file.py:Class`, or `package.module:Class`.
 
     Raises:
-        AgentError: there is no such file, module or class, or it fails when it is imported.
+        AgentError: there is no such file, module or class, or it fails when it is imported. Making the agent raises
+            it too, when that fails.
     """
     target = BUNDLED.get(name, name)
     place, colon, class_name = target.rpartition(":")
@@ -49,24 +50,21 @@ def find_agent(name: str) -> Callable[[], Agent]:
         raise AgentError(f"{place}: {UnknownNameError('class', class_name, classes).sentence()}") from None
     if not callable(found) or not hasattr(found, "run"):
         raise AgentError(f"{target}: an agent is a class with a method run(client)")
-    agent: Callable[[], Agent] = found
-    return agent
 
+    def make() -> Agent:
+        try:
+            agent: Agent = found()
+        except (Exception, SystemExit) as error:
+            raise AgentError(f"{target}: cannot be made: {_reason(error)}") from error
+        return agent
 
-def make_agent(name: str) -> Agent:
-    """An agent of the class that `find_agent` finds.
-
-    Raises:
-        AgentError: there is no such class, or it cannot be made without arguments.
-    """
-    agent = find_agent(name)
-    try:
-        return agent()
-    except (Exception, SystemExit) as error:
-        raise AgentError(f"{name}: cannot be made: {_reason(error)}") from error
+    return make
 
 
 def _import_module(name: str) -> object:
+    folder = str(Path.cwd())
+    if folder not in sys.path:
+        sys.path.insert(0, folder)  # an installed command does not look into the folder that it is called in
     try:
         return importlib.import_module(name)
     except (Exception, SystemExit) as error:

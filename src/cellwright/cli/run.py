@@ -14,7 +14,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from cellwright.agents.agent import Agent, make_agent
+from cellwright.agents.agent import Agent, find_agent
 from cellwright.cell import Cell
 from cellwright.cli import document, exit_status, options, score_table
 from cellwright.cli.pictures import Pictures
@@ -44,7 +44,7 @@ def run(
     ] = None,
     seed: Annotated[
         int | None,
-        typer.Option(min=0, metavar="N", help="Root of all chance; the file's own, else 0.", rich_help_panel=_WORK),
+        typer.Option(min=0, max=2**63 - 1, metavar="N", help="Root of all chance; the file's own, else 0.", rich_help_panel=_WORK),
     ] = None,
     speed: Annotated[
         str,
@@ -193,7 +193,7 @@ def _build(files: Sequence[str], seed: int | None, servo: str | None, console: C
 
 def _worker(name: str, wanted: RunOptions) -> Agent | None:
     if name != "none":
-        return make_agent(name)
+        return find_agent(name)()
     if wanted.until is None:
         options.refuse("--agent none: without an agent a run has no end; say --until SECONDS")
     return None

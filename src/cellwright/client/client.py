@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -106,14 +107,20 @@ class Client(Session):
         """Send the arm along joint waypoints, without waiting.
 
         Args:
-            waypoints: positions [rad; m for the rail] in the order of `joints`.
+            waypoints: positions [rad; m for the rail] in the order of `joints`; none at all brings the arm to rest.
             times: when each is to be reached [s] from now; 1, 2, 3, … when left out.
             velocities: velocities at the waypoints [rad/s; m/s]; without them the way between is straight.
             joints: which joints the numbers belong to.
+
+        Raises:
+            UsageError: numbers that do not belong together.
+            RejectedCommandError: the arm refuses them, and goes on with what it was doing.
         """
         times = [float(number + 1) for number in range(len(waypoints))] if times is None else times
         if len(times) != len(waypoints) or (velocities is not None and len(velocities) != len(waypoints)):
             raise UsageError("as many times, and velocities if any, are needed as there are waypoints")
+        if not all(map(math.isfinite, times)):
+            raise UsageError(f"times must be finite, not {list(times)}")
         self.publish("/ariac/arm/command", trajectory_message(joints, waypoints, times, velocities))
 
     def move_arm(
@@ -129,6 +136,8 @@ class Client(Session):
         Arguments as for `send_arm`; `timeout` [s] counts from when it should have arrived. Whether it arrived within
         0.02 rad (m for the rail) of the last waypoint.
         """
+        if not len(waypoints):
+            raise UsageError("without a waypoint there is nowhere to go")
         self.send_arm(waypoints, times, joints=joints)
         self.sleep(float(len(waypoints)) if times is None else times[-1])
         goal = dict(zip(joints, waypoints[-1], strict=False))

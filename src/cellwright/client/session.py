@@ -6,6 +6,7 @@ simulation, so a program gets the same result on any host.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -46,15 +47,21 @@ class Session:
 
         Args:
             condition: what is waited for; a look at the client's state.
-            timeout: seconds of simulation time to wait at most; None for no limit.
+            timeout: seconds of simulation time to wait at most; None or infinity for no limit.
 
         Raises:
-            UsageError: called from a callback.
+            UsageError: called from a callback, or with a timeout that is not a number.
             RunEndedError: the run is over.
         """
+        self._refuse_nesting()
         if condition():
             return True
-        until = None if timeout is None else self.transport.now() + round(timeout * 1e9)
+        if timeout is None or timeout == float("inf"):
+            until = None
+        elif math.isfinite(timeout):
+            until = self.transport.now() + round(timeout * 1e9)
+        else:
+            raise UsageError(f"cannot wait for {timeout} s")
         self._advance(until, condition)
         return condition()
 
@@ -63,13 +70,16 @@ class Session:
         return Rate(self, frequency)
 
     def _advance(self, until: int | None, finished: Callable[[], bool]) -> None:
-        if self._waiting:
-            raise UsageError("sleep and wait_until cannot be called from a callback: time is already passing")
+        self._refuse_nesting()
         self._waiting = True
         try:
             self.transport.advance(until, finished)
         finally:
             self._waiting = False
+
+    def _refuse_nesting(self) -> None:
+        if self._waiting:
+            raise UsageError("sleep and wait_until cannot be called from a callback: time is already passing")
 
     # ---------------------------------------------------------------- topics and services
 
@@ -81,7 +91,8 @@ class Session:
         """Send a message to the cell; it takes effect before the next step.
 
         Raises:
-            RejectedCommandError: no such topic, or not this type of message.
+            UnknownNameError: the cell listens to no such topic.
+            RejectedCommandError: it is not this type of message, or the cell refuses what it asks for.
         """
         self.transport.publish(topic, message)
 
@@ -90,6 +101,7 @@ class Session:
 
         Raises:
             UnknownNameError: there is no such service.
+            RejectedCommandError: the request is not what the service takes, or was refused.
             ServiceFailedError: the service gave no answer.
         """
         return self.transport.call(service, request)

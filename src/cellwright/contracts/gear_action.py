@@ -6,15 +6,17 @@ times a second, and ends succeeded, aborted (outside its tolerances) or preempte
 
 from __future__ import annotations
 
-from fractions import Fraction
+from collections.abc import Sequence
 from typing import Any
 
-from cellwright.bus import Bus, Publisher
+from cellwright.bus import Bus
 from cellwright.contracts.gear_commands import SIMULATOR, trajectory_of
+from cellwright.contracts.sampling import Sampled, advertise
+from cellwright.contracts.table import Row
 from cellwright.devices.arm import Arm
 from cellwright.devices.joint_trajectory_controller import Following
 from cellwright.devices.trajectory_command import RejectedTrajectoryError
-from cellwright.devices.trajectory_goal import GoalRequest, TrajectoryGoal
+from cellwright.devices.trajectory_goal import GoalRequest, GoalResult, TrajectoryGoal
 from cellwright.devices.trajectory_tolerance import AskedTolerance
 from cellwright.messages.build import header, nanoseconds, stamp, trajectory_point
 from cellwright.messages.control_msgs import (
@@ -27,56 +29,84 @@ from cellwright.messages.control_msgs import (
 )
 from cellwright.messages.standard import GoalID, GoalStatus, GoalStatusArray
 from cellwright.simulation.clock import NANOSECONDS
+from cellwright.simulation.device import Device, State
 from cellwright.simulation.simulation import Simulation
-from cellwright.simulation.watches import Watch
 
 NAME = "/ariac/arm/follow_joint_trajectory"
-REJECTED = 5
-"""actionlib_msgs/GoalStatus.REJECTED"""
-
-STATUS_PERIOD = Fraction(1, 5)
-"""Time between two status messages [s] (the default of actionlib's server)."""
-
-FEEDBACK_PERIOD = Fraction(1, 10)
-"""Time between two looks at the goal [s] (the original's action_monitor_rate)."""
+ACTIVE, REJECTED = 1, 5
+"""Of actionlib_msgs/GoalStatus."""
 
 REMEMBERED = 5 * NANOSECONDS
 """How long the status of a goal that has ended is still told [ns] (the default of actionlib's server)."""
 
+MOST_REMEMBERED = 50
+"""So many goals that have ended are told at most, so that a flood of bad ones does not swell every message."""
 
-class TrajectoryAction:
-    """The action server of one arm."""
 
-    def __init__(self, bus: Bus, simulation: Simulation, arm: Arm) -> None:
-        self._simulation = simulation
+class TrajectoryAction(Device):
+    """The action server of one arm.
+
+    It remembers its goals as the original did, and what it remembers is part of the state: which goals a cancellation
+    is meant for depends on it.
+
+    Args:
+        bus: where the five topics go.
+        rows: the contract as it holds in this cell.
+        simulation: the time.
+        arm: what follows the goals.
+    """
+
+    def __init__(self, bus: Bus, rows: Sequence[Row], simulation: Simulation, arm: Arm) -> None:
+        super().__init__(NAME)
         self._arm = arm
         self._statuses: dict[str, tuple[GoalStatus, int | None]] = {}
-        self._count = 0
-        self._watches: dict[str, Watch] = {}
-        types = "control_msgs/FollowJointTrajectoryAction"
-        bus.listen(f"{NAME}/goal", f"{types}Goal", self._take_goal, node=SIMULATOR)
-        bus.listen(f"{NAME}/cancel", "actionlib_msgs/GoalID", self._take_cancel, node=SIMULATOR)
-        self._result = bus.advertise(f"{NAME}/result", f"{types}Result", rate="at the end of a goal", node=SIMULATOR)
-        self._status = self._sampled(
-            bus, "status", "actionlib_msgs/GoalStatusArray", STATUS_PERIOD, self._publish_status
-        )
-        self._feedback = self._sampled(bus, "feedback", f"{types}Feedback", FEEDBACK_PERIOD, self._publish_feedback)
+        row = {each.name.removeprefix(f"{NAME}/"): each for each in rows}
+        bus.listen(f"{NAME}/goal", row["goal"].type, self._take_goal, node=SIMULATOR)
+        bus.listen(f"{NAME}/cancel", row["cancel"].type, self._take_cancel, node=SIMULATOR)
+        self._result = advertise(bus, row["result"])
+        self._status = Sampled(bus, simulation, row["status"], row["status"].period, self._told)
+        Sampled(bus, simulation, row["feedback"], row["feedback"].period, self._progress)
         arm.on_goal_ended.append(self._tell_ended)
+
+    # ---------------------------------------------------------------- life
+
+    def reset(self) -> None:
+        """Forget all goals."""
+        self._statuses = {}
+
+    def get_state(self) -> dict[str, Any]:
+        """The goals that are remembered."""
+        return {
+            "goals": [
+                [name, nanoseconds(status.goal_id.stamp), status.status, status.text, ended]
+                for name, (status, ended) in self._recent().items()
+            ]
+        }
+
+    def set_state(self, state: State) -> None:
+        """Remember what `get_state` returned."""
+        self._statuses = {
+            name: (GoalStatus(GoalID(stamp(given), name), code, text), ended)
+            for name, given, code, text, ended in state["goals"]
+        }
 
     # ---------------------------------------------------------------- what comes in
 
     def _take_goal(self, message: FollowJointTrajectoryActionGoal, node: str) -> None:
-        goal_id = message.goal_id
-        if not goal_id.id:
-            self._count += 1
-            goal_id = GoalID(stamp(self._simulation.now), f"{node}-{self._count}-{self._simulation.time:.9f}")
+        now = self.simulation.now
+        # as in actionlib: what the sender left open is filled in, so that it can be cancelled all the same
+        name = message.goal_id.id or self._made_up(node)
+        goal_id = GoalID(stamp(nanoseconds(message.goal_id.stamp) or now), name)
+        current = self._arm.controller.goal
+        if current is not None and current.active and current.goal_id == name:
+            raise RejectedTrajectoryError(GoalResult.INVALID_GOAL, f"goal {name!r} is being followed already")
         try:
-            self._arm.accept(request_of(message, goal_id.id))
+            self._arm.accept(request_of(message, name))
         except RejectedTrajectoryError as error:
             self._note(GoalStatus(goal_id, REJECTED, str(error)), ended=True)
-            self._publish_result(goal_id.id, int(error.result), str(error))
+            self._publish_result(name, int(error.result), str(error))
             raise  # counted and reported with the other refusals
-        self._note(GoalStatus(goal_id, 1, ""), ended=False)
+        self._note(GoalStatus(goal_id, ACTIVE, ""), ended=False)
 
     def _take_cancel(self, message: GoalID, _node: str) -> None:
         """Cancel by identifier, by time (all goals up to it), or everything when both are empty."""
@@ -84,7 +114,7 @@ class TrajectoryAction:
         if goal is None or not goal.active:
             return
         until = nanoseconds(message.stamp)
-        given = nanoseconds(self._statuses[goal.goal_id][0].goal_id.stamp) if goal.goal_id in self._statuses else 0
+        given = nanoseconds(self._statuses[goal.goal_id][0].goal_id.stamp)
         everything = not message.id and until == 0
         if everything or message.id == goal.goal_id or (until and given <= until):
             self._arm.cancel()
@@ -92,51 +122,55 @@ class TrajectoryAction:
     # ---------------------------------------------------------------- what goes out
 
     def _tell_ended(self, goal: TrajectoryGoal) -> None:
-        known = self._statuses.get(goal.goal_id)
-        goal_id = known[0].goal_id if known else GoalID(stamp(0), goal.goal_id)
+        goal_id = self._statuses[goal.goal_id][0].goal_id
         self._note(GoalStatus(goal_id, int(goal.status), goal.reason), ended=True)
         self._publish_result(goal.goal_id, 0 if goal.result is None else int(goal.result), goal.reason)
 
-    def _publish_result(self, goal_id: str, code: int, reason: str) -> None:
-        now = self._simulation.now
-        status = self._statuses[goal_id][0]
+    def _publish_result(self, name: str, code: int, reason: str) -> None:
+        now = self.simulation.now
+        status = self._statuses[name][0]
         self._result.publish(
             FollowJointTrajectoryActionResult(header("", now), status, FollowJointTrajectoryResult(code, reason))
         )
 
-    def _publish_status(self, _index: int) -> None:
-        now = self._simulation.now
-        self._statuses = {
-            name: (status, ended)
-            for name, (status, ended) in self._statuses.items()
-            if ended is None or now - ended <= REMEMBERED
-        }
-        self._status.publish(GoalStatusArray(header("", now), [status for status, _ in self._statuses.values()]))
+    def _told(self) -> GoalStatusArray:
+        return GoalStatusArray(header("", self.simulation.now), [status for status, _ in self._recent().values()])
 
-    def _publish_feedback(self, _index: int) -> None:
+    def _progress(self) -> FollowJointTrajectoryActionFeedback | None:
         goal = self._arm.controller.goal
-        if goal is None or not goal.active or goal.goal_id not in self._statuses:
-            return
-        now = self._simulation.now
+        if goal is None or not goal.active:
+            return None
+        now = self.simulation.now
         content = feedback_of(self._arm.controller.joint_names, self._arm.following(), now)
-        status = self._statuses[goal.goal_id][0]
-        self._feedback.publish(FollowJointTrajectoryActionFeedback(header("", now), status, content))
+        return FollowJointTrajectoryActionFeedback(header("", now), self._statuses[goal.goal_id][0], content)
 
     # ---------------------------------------------------------------- inside
 
     def _note(self, status: GoalStatus, *, ended: bool) -> None:
-        self._statuses[status.goal_id.id] = (status, self._simulation.now if ended else None)
+        self._statuses.pop(status.goal_id.id, None)
+        self._statuses = self._recent()
+        self._statuses[status.goal_id.id] = (status, self.simulation.now if ended else None)
+        self._status.publish()
 
-    def _sampled(self, bus: Bus, name: str, type_name: str, period: Fraction, publish: Any) -> Publisher:
-        def take_listeners(count: int) -> None:
-            watch = self._watches.pop(name, None)
-            if watch is not None:
-                watch.cancel()
-            if count:
-                self._watches[name] = self._simulation.watch(f"{NAME}/{name}", period, publish)
+    def _recent(self) -> dict[str, tuple[GoalStatus, int | None]]:
+        """The goal that is being followed, and those that ended not long ago."""
+        now = self.simulation.now
+        kept = {
+            name: (status, ended)
+            for name, (status, ended) in self._statuses.items()
+            if ended is None or now - ended <= REMEMBERED
+        }
+        ended_ones = [name for name, (_, ended) in kept.items() if ended is not None]
+        for name in ended_ones[:-MOST_REMEMBERED]:
+            del kept[name]
+        return kept
 
-        rate = f"{1 / period} Hz"
-        return bus.advertise(f"{NAME}/{name}", type_name, rate=rate, node=SIMULATOR, on_listeners=take_listeners)
+    def _made_up(self, node: str) -> str:
+        """A name for a goal that came without one, in actionlib's form: node, number, time."""
+        number = 1
+        while (name := f"{node}-{number}-{self.simulation.time:.9f}") in self._statuses:
+            number += 1
+        return name
 
 
 def request_of(message: FollowJointTrajectoryActionGoal, goal_id: str) -> GoalRequest:

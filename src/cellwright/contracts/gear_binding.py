@@ -8,24 +8,24 @@ from cellwright.contracts.gear_action import TrajectoryAction
 from cellwright.contracts.gear_commands import Commands
 from cellwright.contracts.gear_devices import GearDevices
 from cellwright.contracts.gear_publications import Publications
+from cellwright.simulation.device import Device
 
 
-def bind(bus: Bus, devices: GearDevices, *, competition: bool) -> Publications:
+def bind(bus: Bus, devices: GearDevices, *, competition: bool) -> None:
     """Put every topic, service and action of the contract on the bus.
 
     Args:
         bus: an empty bus.
-        devices: what the names are bound to.
+        devices: what the names are bound to. The simulation is to be reset afterwards, which begins the first run.
         competition: competition mode, in which cheats are refused.
-
-    Returns:
-        The publications; `begin` is to be called whenever a run has begun.
 
     Raises:
         UsageError: a sensor's name makes it publish where something else does, in another type.
     """
-    publications = Publications(bus, devices, rows(devices.trial, competition=competition), competition=competition)
+    table = rows(devices.trial, competition=competition)
     Commands(devices, competition=competition).serve(bus)
+    bound: list[Device] = [Publications(bus, devices, table, competition=competition)]
     if devices.arm is not None:
-        TrajectoryAction(bus, devices.simulation, devices.arm)
-    return publications
+        bound.append(TrajectoryAction(bus, table, devices.simulation, devices.arm))
+    for each in bound:
+        devices.simulation.add(each)

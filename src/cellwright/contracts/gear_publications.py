@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
-from cellwright.bus import Bus
+from cellwright.bus import Bus, Publisher
 from cellwright.contracts import gear_messages as messages
 from cellwright.contracts.gear_devices import GearDevices
 from cellwright.contracts.gear_frames import all_static_frames, arm_frames
@@ -28,6 +28,7 @@ from cellwright.messages import Message
 from cellwright.messages.build import joint_state, single, stamp
 from cellwright.messages.osrf_gear import PopulationState, VacuumGripperState
 from cellwright.messages.standard import Clock, Float32, String
+from cellwright.simulation.device import Device, State
 
 GRIPPER_JOINT = "vacuum_gripper_joint"
 """A joint that does not move; the original's controller states it as an extra joint, always at 0."""
@@ -41,8 +42,11 @@ Publish = Callable[[Message], None]
 S = TypeVar("S", bound=Sensor[Any])
 
 
-class Publications:
+class Publications(Device):
     """Puts the topics of one cell on its bus.
+
+    What is latched belongs to a run: a new one begins with nothing but the fixed frames, and one that goes on from a
+    saved moment with the order that was the newest then.
 
     Args:
         bus: where to.
@@ -51,19 +55,33 @@ class Publications:
     """
 
     def __init__(self, bus: Bus, devices: GearDevices, rows: tuple[Row, ...], *, competition: bool) -> None:
+        super().__init__("/ariac")
         self._bus = bus
         self._devices = devices
+        self._static: Publisher | None = None
+        self._order: Publisher | None = None
         self._is_competition = competition
-        self._at_begin: list[Callable[[], None]] = []
         for row in rows:
             if row.kind is Kind.TOPIC and row.rate is not None:
                 self._bind(row)
 
-    def begin(self) -> None:
-        """Begin a run: what was latched in the last one is forgotten, and what is always latched is said again."""
+    # ---------------------------------------------------------------- life
+
+    def reset(self) -> None:
+        """A new run: no message of the last one is left."""
         self._bus.forget_latched()
-        for say in self._at_begin:
-            say()
+        if self._static is not None:
+            self._static.publish(messages.frames_message(all_static_frames(self._devices), 0))
+
+    def set_state(self, state: State) -> None:
+        """Go on from a saved moment; the competition, which knows the newest order, has been restored before."""
+        super().set_state(state)
+        self.reset()
+        announced = self._devices.competition.announced
+        if self._order is not None and announced:
+            self._order.newest = messages.order_message(announced[-1])  # those who listen have heard it
+
+    # ---------------------------------------------------------------- binding
 
     def _bind(self, row: Row) -> None:
         by_place: dict[Where, Callable[[Row], None]] = {
@@ -106,8 +124,7 @@ class Publications:
         self._sample(row, lambda: messages.frames_message(arm_frames(simulation), simulation.now))
 
     def _static_frames(self, row: Row) -> None:
-        publisher = advertise(self._bus, row)
-        self._at_begin.append(lambda: publisher.publish(messages.frames_message(all_static_frames(self._devices), 0)))
+        self._static = advertise(self._bus, row)
 
     def _camera_frames(self, row: Row) -> None:
         cameras = [each for each in self._devices.sensors.values() if isinstance(each, LogicalCamera)]
@@ -135,7 +152,7 @@ class Publications:
         self._sample(row, lambda: Float32(single(self._devices.competition.score().total)))
 
     def _orders(self, row: Row) -> None:
-        publisher = advertise(self._bus, row)
+        publisher = self._order = advertise(self._bus, row)
 
         def tell(effect: Effect) -> None:
             if isinstance(effect, OrderAnnounced):

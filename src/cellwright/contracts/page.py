@@ -23,7 +23,8 @@ latches are those of the 2017 competition. Made from the table in `src/cellwrigh
 - A latched topic gives a late listener its newest message.
 - `{sensor}` stands for the name of a sensor in the file, `{n}` for the number of an AGV, 1 or 2.
 - In messages a quaternion is (x, y, z, w).
-- In competition mode some names act otherwise, as their last column says.
+- In competition mode some names act otherwise, as their last column says. Listening never changes what the cell does,
+  not even to a topic that is silent then.
 - The original simulator's own services under `/gazebo` are no part of the contract.
 """
 

@@ -18,7 +18,7 @@ class Sampled:
     Args:
         row: the topic in the contract's table.
         period: time between two messages [s]; None: one in each step.
-        build: makes the message, from the state of this tick.
+        build: makes the message, from the state of this tick; None when there is nothing to say.
         rank: of topics that are due together, lower ones come first.
     """
 
@@ -28,7 +28,7 @@ class Sampled:
         simulation: Simulation,
         row: Row,
         period: Fraction | None,
-        build: Callable[[], Message],
+        build: Callable[[], Message | None],
         *,
         rank: int = 0,
     ) -> None:
@@ -47,8 +47,14 @@ class Sampled:
             self._watch.cancel()
             self._watch = None
 
+    def publish(self) -> None:
+        """A message now, if somebody listens."""
+        message = self._build() if self._publisher.listeners else None
+        if message is not None:
+            self._publisher.publish(message)
+
     def _publish(self, _index: int) -> None:
-        self._publisher.publish(self._build())
+        self.publish()
 
 
 class Streamed:

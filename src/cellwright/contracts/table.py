@@ -53,7 +53,8 @@ class Competition(Enum):
 
     SAME = "the same"
     REFUSES = "answers success = false"
-    SILENCED = "goes silent for good once somebody listens"
+    SILENCED = "silent"
+    """Nothing comes for anybody. Listening has no price, unlike in the original, where it spoilt the score."""
     ABSENT = "absent"
 
 

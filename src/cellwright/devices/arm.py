@@ -17,6 +17,10 @@ from cellwright.simulation.simulation import Simulation
 
 T = TypeVar("T")
 
+FARTHEST = 1e6
+"""Setpoints are cut off here [rad, m; per s]: far beyond where every servo gives all it has, and small enough for the
+engine, which takes larger ones for the end of all computing and lets go of everything."""
+
 
 class JointReadings(NamedTuple):
     """Joints as they are: positions [rad; m], velocities [rad/s; m/s], efforts [N m; N], in controller order."""
@@ -55,6 +59,7 @@ class Arm(Device):
     def reset(self) -> None:
         """Hold the posture that the model begins with."""
         self.controller.start(self.simulation.data.qpos[self._qpos].tolist(), self.simulation.now)
+        self.set_stepping(True)  # a run that follows another begins in the same state as the first
         self._drive()
 
     # ---------------------------------------------------------------- commands
@@ -126,8 +131,10 @@ class Arm(Device):
         simulation = self.simulation
         now = simulation.now
         ctrl = simulation.data.ctrl
-        ctrl[self._position_ctrl] = self.controller.positions(now)
-        ctrl[self._velocity_ctrl] = self.controller.velocities(simulation.clock.time_of(simulation.clock.tick + 1))
+        after = simulation.clock.time_of(simulation.clock.tick + 1)
+        # in this order of comparison, what is no number is cut off too
+        ctrl[self._position_ctrl] = [min(FARTHEST, max(-FARTHEST, each)) for each in self.controller.positions(now)]
+        ctrl[self._velocity_ctrl] = [min(FARTHEST, max(-FARTHEST, each)) for each in self.controller.velocities(after)]
 
     def _with_goal(self, act: Callable[[], T]) -> T:
         """Act on the controller; take up stepping, and tell of a goal that this has ended."""

@@ -9,11 +9,15 @@ from typing import Any
 from cellwright.devices.parts import Parts
 from cellwright.simulation.device import Device, State
 from cellwright.simulation.simulation import Simulation
+from cellwright.world.build import WorldPart
 
 FULL_SPEED = 0.2
 """Belt speed [m/s] at 100 % power, towards world -y (ARIAC 2017, kMaxBeltLinVel)."""
 
 BELT_GEOM = "conveyor_belt"
+
+_SLOW = 2.0
+"""Below this many times the engine's sleep tolerance [m/s] parts would fall asleep on the moving belt."""
 
 
 class Conveyor(Device):
@@ -37,6 +41,7 @@ class Conveyor(Device):
     def reset(self) -> None:
         """Stand still."""
         self.power = 0.0
+        self.set_stepping(False)
 
     @property
     def speed(self) -> float:
@@ -53,6 +58,11 @@ class Conveyor(Device):
         for listener in self.on_power:
             listener(self)
         return True
+
+    def before_step(self) -> None:
+        """Keep awake what rides so slowly that the engine takes it for being at rest."""
+        for part in self._on_belt():
+            self.simulation.keep_awake(part.body)
 
     def get_state(self) -> dict[str, Any]:
         """The power."""
@@ -71,9 +81,11 @@ class Conveyor(Device):
         model.geom_surfacevel[self._geom, :3] = world_R_geom.T @ (0.0, -self.speed, 0.0)
         for part in self._on_belt():
             simulation.wake(part.body)  # a changed surface velocity wakes nobody
+        self.set_stepping(0.0 < self.speed < _SLOW * model.opt.sleep_tolerance)
 
-    def _on_belt(self) -> list[Any]:
+    def _on_belt(self) -> list[WorldPart]:
         simulation = self.simulation
+        simulation.refresh()
         centre = simulation.data.geom_xpos[self._geom]
         size = simulation.model.geom_size[self._geom]
         return self.parts.inside(

@@ -89,12 +89,16 @@ class KitTray(Device):
         )
 
     def lock(self) -> None:
-        """Fix the reported parts to the tray, each where it is, so that none is lost on the way."""
+        """Fix the reported parts to the tray, each where it is, so that none is lost on the way.
+
+        A cup that holds one loses it: cup and AGV would tear it apart.
+        """
         tray_T_world = self.world_T_tray.inverse()
         for part in (self.parts.part(each.name) for each in self.contents):
             if self._is_locked(part) or part.name not in self.parts.in_play:
                 continue
             tray_T_part = tray_T_world @ self.parts.pose(part)
+            self.parts.take_from_cup(part)
             engage(self.simulation, part.locks[self.number - 1], self._body, tray_T_part)
 
     def clear(self) -> None:

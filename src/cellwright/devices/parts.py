@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,8 @@ class Parts(Device):
         self.by_name: Mapping[str, WorldPart] = {part.name: part for part in parts}
         self.by_body: Mapping[int, WorldPart] = {part.body: part for part in parts}
         self.in_play: set[str] = set()
+        self.on_taken: list[Callable[[WorldPart], None]] = []
+        """Those who are told when a part was taken out of the cup, if it was in it: put elsewhere, or locked."""
         rows = np.array([part.qpos for part in parts], dtype=np.int64).reshape(-1, 1)
         self._position_rows = rows + np.arange(3)
 
@@ -77,12 +79,23 @@ class Parts(Device):
         self._teleport(part, part.shelf)
         self.in_play.discard(part.name)
 
+    def take_from_cup(self, part: WorldPart) -> None:
+        """Have the cup hold a part no longer, if it does."""
+        if part.grip is not None:
+            self.simulation.data.eq_active[part.grip] = 0
+        for listener in self.on_taken:
+            listener(part)
+
+    def is_locked(self, part: WorldPart) -> bool:
+        """Whether a part is locked to a tray."""
+        return any(self.simulation.data.eq_active[lock] for lock in part.locks)
+
     def _teleport(self, part: WorldPart, world_T_part: Pose) -> None:
         simulation: Simulation = self.simulation
         data = simulation.data
-        for weld in (part.grip, *part.locks):
-            if weld is not None:
-                data.eq_active[weld] = 0
+        self.take_from_cup(part)
+        for lock in part.locks:
+            data.eq_active[lock] = 0
         data.qpos[part.qpos : part.qpos + 3] = world_T_part.position
         data.qpos[part.qpos + 3 : part.qpos + 7] = world_T_part.quaternion
         data.qvel[part.dof : part.dof + 6] = 0.0

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from cellwright.devices.parts import Parts
 from cellwright.devices.vacuum_check import CupContact, Touched, VacuumCheck
@@ -15,11 +17,16 @@ from cellwright.pose import Pose
 from cellwright.simulation.device import Device, State
 from cellwright.simulation.events import NEVER
 from cellwright.simulation.simulation import Simulation
+from cellwright.world.arm import CUP_FACE_GEOM, CUP_GEOM, GRIPPER
 from cellwright.world.build import WorldPart
 
-GRIPPER_BODY = "vacuum_gripper_link"
-CUP_GEOM = "vacuum_gripper_cup"
 BELT_GEOM = "conveyor_belt"
+
+_NEAR = 1e-3
+"""What is nearer to the cup than this [m] is in contact with it: the distance from which the engine tells of it."""
+
+_REACH = 0.4
+"""No part is larger [m]: an origin further from the cup than this cannot be near it."""
 
 
 class VacuumGripper(Device):
@@ -36,13 +43,15 @@ class VacuumGripper(Device):
         self.on_change: list[Callable[[VacuumGripper], None]] = []
         self.drop_target: Callable[[str, Pose], Pose | None] = lambda _name, _pose: None
         self._check = VacuumCheck()
+        parts.on_taken.append(self._notice_taken)
 
     def attach(self, simulation: Simulation) -> None:
         """Look up the cup and what moves."""
         super().attach(simulation)
         model = simulation.model
-        self._body = model.body(GRIPPER_BODY).id
+        self._body = model.body(GRIPPER).id
         self._cup = model.geom(CUP_GEOM).id
+        self._face = model.geom(CUP_FACE_GEOM).id
         self._belt = model.geom(BELT_GEOM).id
 
     def reset(self) -> None:
@@ -124,19 +133,37 @@ class VacuumGripper(Device):
     # ---------------------------------------------------------------- inside
 
     def contacts(self) -> list[CupContact]:
-        """The contacts of the cup in the last step; a contact counts from 1 mm on, where the engine detects it."""
+        """What the cup touches: by the engine's contacts in the last step, and by the plain disc that it stands for.
+
+        The cup's edge is bevelled where the original's gripper is a plain disc. A part that meets the bevel only, as
+        the mark of a disk does, would else seem to be tilted by the bevel's angle, or not to be touched yet.
+        """
         data = self.simulation.data
         pairs = data.contact.geom
-        rows = np.flatnonzero((pairs == self._cup).any(axis=1))
-        if not rows.size:
-            return []
-        axis = data.xmat[self._body].reshape(3, 3)[:, 2]
+        axis = np.array(data.xmat[self._body].reshape(3, 3)[:, 2])
         found = []
-        for row in rows.tolist():
+        for row in np.flatnonzero((pairs == self._cup).any(axis=1)).tolist():
             first, second = pairs[row].tolist()
             towards_cup = 1.0 if second == self._cup else -1.0
             alignment = towards_cup * float(data.contact.frame[row][:3] @ axis)
             found.append(self._contact(first if second == self._cup else second, alignment))
+        return found + self._before_face()
+
+    def _before_face(self) -> list[CupContact]:
+        """The parts that the plain disc touches."""
+        simulation = self.simulation
+        simulation.refresh()
+        model, data = simulation.model, simulation.data
+        axis = data.xmat[self._body].reshape(3, 3)[:, 2]
+        centre = data.xpos[self._body]
+        ends: NDArray[np.float64] = np.zeros(6)
+        found = []
+        for part in self.parts.inside(centre - _REACH, centre + _REACH):
+            for geom in part.geoms:
+                distance = mujoco.mj_geomDistance(model, data, self._face, geom, _NEAR, ends)
+                if distance < _NEAR and distance != 0.0:
+                    normal = (ends[:3] - ends[3:]) / distance  # from the part to the disc, also where they overlap
+                    found.append(self._touched(part, float(normal @ axis)))
         return found
 
     def _contact(self, geom: int, alignment: float) -> CupContact:
@@ -144,10 +171,14 @@ class VacuumGripper(Device):
         body = int(model.geom_bodyid[geom])
         part = self.parts.by_body.get(body)
         if part is not None:
-            return CupContact(part.name, Touched.PART, alignment)
+            return self._touched(part, alignment)
         name = model.geom(geom).name or model.body(body).name
         moves = geom == self._belt or int(model.body_treeid[body]) >= 0
         return CupContact(name, Touched.MOVABLE if moves else Touched.FIXED, alignment)
+
+    def _touched(self, part: WorldPart, alignment: float) -> CupContact:
+        """Contact with a part; one that is locked to a tray stays there."""
+        return CupContact(part.name, Touched.FIXED if self.parts.is_locked(part) else Touched.PART, alignment)
 
     def _hold(self, part: WorldPart) -> None:
         """Weld the part to the cup as it is now: no drawing in, no re-centring."""
@@ -166,6 +197,12 @@ class VacuumGripper(Device):
             if part.grip is not None:
                 self.simulation.data.eq_active[part.grip] = 0
             self.simulation.keep_awake(part.body)
+
+    def _notice_taken(self, part: WorldPart) -> None:
+        """Note that a part is in the cup no longer, if it was."""
+        if part.name == self._check.part:
+            self._check.lose("taken away")
+            self._tell()
 
     def _plan(self) -> None:
         self.simulation.cancel(self, "look")

@@ -30,7 +30,10 @@ class Watch:
 
 
 class Watches:
-    """All watches of a simulation, in the order of (due time, rank, order of creation)."""
+    """All watches of a simulation, in the order of (due time, rank, order of creation).
+
+    Those for each tick come after the periodic ones of that tick, or before them if their rank is below 0.
+    """
 
     def __init__(self) -> None:
         self._heap: list[tuple[int, int, int, int, Watch]] = []
@@ -50,7 +53,11 @@ class Watches:
         return watch
 
     def run_due(self, now: int, tick: int) -> None:
-        """Call every watch due at or before `now`; those for each tick come last."""
+        """Call every watch due at or before `now`."""
+        each_tick = self._each_tick
+        for watch in each_tick:
+            if watch.rank < 0 and watch.active:
+                watch.action(tick)
         heap = self._heap
         while heap and heap[0][0] <= now:
             _due, rank, serial, index, watch = heapq.heappop(heap)
@@ -62,10 +69,9 @@ class Watches:
                 following = watch.cadence.due(index + 1)
             heapq.heappush(heap, (following, rank, serial, index + 1, watch))
             watch.action(index)
-        each_tick = self._each_tick
         if each_tick:
             for watch in each_tick:
-                if watch.active:
+                if watch.rank >= 0 and watch.active:
                     watch.action(tick)
             if not all(watch.active for watch in each_tick):
                 self._each_tick = [watch for watch in self._each_tick if watch.active]

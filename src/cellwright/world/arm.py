@@ -25,6 +25,9 @@ GRIPPER = "vacuum_gripper_link"
 
 CUP_GEOM = "vacuum_gripper_cup"
 
+CUP_FACE_GEOM = "vacuum_gripper_face"
+"""The plain disc that the cup stands for: what comes near its face is sucked."""
+
 
 @dataclass(frozen=True, slots=True)
 class ArmJoint:
@@ -103,7 +106,7 @@ JOINTS: tuple[ArmJoint, ...] = (
     ),
     ArmJoint(
         "elbow_joint", "forearm_link", Pose((0.0, -0.1719, 0.612)), _Y,
-        JointGains(50000, 150, 1, 25), _TURN, 150, 20, 0, 6e4, 0.5,
+        JointGains(50000, 150, 1, 25), _TURN, 150, 20, 0, 1.2e5, 0.5,
     ),
     ArmJoint(
         "wrist_1_joint", "wrist_1_link", Pose.from_rpy((0.0, 0.0, 0.5723), _BENT), _Y,
@@ -172,7 +175,7 @@ def add_arm(spec: Any, settings: ArmSettings, contact_time: float) -> None:
         contact_time: time constant [s] of the cup's contacts.
     """
     rail = spec.worldbody.add_body(name="linear_arm_actuator", pos=RAIL.position)
-    arm_looks.dress_rail(rail)
+    arm_looks.dress_rail(rail, spec.worldbody)
     gains = gains_of(settings)
     link = rail
     for joint in JOINTS:
@@ -189,7 +192,7 @@ def add_arm(spec: Any, settings: ArmSettings, contact_time: float) -> None:
         link.add_site(name=name, pos=pose.position, quat=pose.quaternion)
     gripper = link.add_body(name=GRIPPER, pos=_WRIST_3_T_GRIPPER.position, quat=_WRIST_3_T_GRIPPER.quaternion)
     _give_mass(gripper, _BODIES[GRIPPER], settings.servo)
-    arm_looks.dress_cup(spec, gripper, CUP_GEOM, contact_time)
+    arm_looks.dress_cup(spec, gripper, CUP_GEOM, CUP_FACE_GEOM, contact_time)
 
 
 def _give_mass(link: Any, form: Cylinder, servo: ServoProfile) -> None:
@@ -230,4 +233,4 @@ def _add_joint(spec: Any, link: Any, joint: ArmJoint, settings: ArmSettings, gai
         dof.frictionloss = joint.friction
         # softer dry friction creeps under a steady load instead of holding it
         dof.solref_friction = (0.004, 1.0)
-        dof.solimp_friction = (0.99, 0.9999, 0.001, 0.5, 2.0)
+        dof.solimp_friction = (0.9999, 0.9999, 0.001, 0.5, 2.0)

@@ -12,7 +12,20 @@ from typing import Any
 
 from cellwright.pose import Pose
 from cellwright.world import colours, meshes
-from cellwright.world.shapes import HERE, Colour, Role, Shape, Touch, add_shape, at, box, capsule, cylinder, mesh
+from cellwright.world.frames import RAIL
+from cellwright.world.shapes import (
+    HERE,
+    Colour,
+    Role,
+    Shape,
+    Touch,
+    add_shape,
+    at,
+    box,
+    capsule,
+    cylinder,
+    mesh,
+)
 
 
 def _along_y(radius: float, low: float, high: float, z: float, colour: Colour = colours.ARM_GREY) -> Shape:
@@ -92,15 +105,15 @@ _SEEN: Mapping[str, tuple[Shape, ...]] = {
 }
 
 
-def dress_rail(rail: Any) -> None:
+def dress_rail(rail: Any, world: Any) -> None:
     """The beam. It belongs to the robot, so the arm passes through it as it did in the original."""
     add_shape(rail, box(0.2, 4.6, 0.1, HERE, colours.RAIL), Role.BOTH, Touch.ROBOT)
     for side in (1.0, -1.0):
-        add_shape(rail, box(0.025, 4.6, 0.014, at(0.075 * side, 0.0, 0.055), colours.ALUMINIUM), Role.SEEN)
-        add_shape(rail, box(0.24, 0.03, 0.16, at(0.0, 2.315 * side, 0.02), colours.LINE_YELLOW), Role.SEEN)
+        add_shape(world, box(0.025, 4.6, 0.014, at(0.075 * side, 0.0, 0.055), colours.ALUMINIUM).moved(RAIL), Role.SEEN)
+        add_shape(world, box(0.24, 0.03, 0.16, at(0.0, 2.315 * side, 0.02), colours.LINE_YELLOW).moved(RAIL), Role.SEEN)
     for y in (-2.1, 0.0, 2.1):
-        add_shape(rail, box(0.12, 0.12, 0.84, at(0.0, y, -0.47), colours.STEEL_DARK), Role.SEEN)
-        add_shape(rail, box(0.3, 0.3, 0.012, at(0.0, y, -0.894), colours.STEEL_DARK), Role.SEEN)
+        add_shape(world, box(0.12, 0.12, 0.84, at(0.0, y, -0.47), colours.STEEL_DARK).moved(RAIL), Role.SEEN)
+        add_shape(world, box(0.3, 0.3, 0.012, at(0.0, y, -0.894), colours.STEEL_DARK).moved(RAIL), Role.SEEN)
 
 
 def dress_link(body: Any, link: str) -> None:
@@ -111,12 +124,14 @@ def dress_link(body: Any, link: str) -> None:
         add_shape(body, shape, Role.SEEN)
 
 
-def dress_cup(spec: Any, gripper: Any, name: str, contact_time: float) -> None:
+def dress_cup(spec: Any, gripper: Any, name: str, face: str, contact_time: float) -> None:
     """The suction cup, the lower face of which grips.
 
     A plain disc that sticks by its rim turns the wrist over instead of laying itself flat on a part. This one has a
     flat face of radius 38 mm, a bevel 12 mm wide and 8 mm high, and next to no friction; contacts are detected from
     1 mm on, so that one on a part's small mark does not flicker.
+
+    The geom `face` is the plain disc. It touches nothing and is not seen: it tells what such a disc would touch.
     """
     meshes.add_mesh(spec, meshes.CUP, meshes.turned([(0.038, -0.005), (0.05, 0.003), (0.05, 0.005)], 24))
     cup = add_shape(gripper, mesh(meshes.CUP, colours.CUP), Role.BOTH, Touch.ROBOT, name=name)
@@ -124,6 +139,7 @@ def dress_cup(spec: Any, gripper: Any, name: str, contact_time: float) -> None:
     cup.priority = 1
     cup.gap = 0.001
     cup.solref = (contact_time, 1.0)
+    add_shape(gripper, cylinder(0.05, 0.01, HERE, colours.CUP), Role.UNSEEN, name=face)
     for shape in (
         cylinder(0.026, 0.004, at(z=0.0065), colours.ALUMINIUM),
         cylinder(0.0375, 0.0006, at(z=-0.0049), colours.LINE_YELLOW),

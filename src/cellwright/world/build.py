@@ -11,15 +11,15 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.description.trial import Part, Trial
+from cellwright.description.trial import KitObject, Part, Trial
 from cellwright.errors import UnknownNameError
 from cellwright.pose import Pose
 from cellwright.world import furniture
 from cellwright.world.agv import add_agv
 from cellwright.world.arm import GRIPPER, JOINT_NAMES, add_arm, initial_positions
-from cellwright.world.frames import AGV_HOMES, TRAY_IDS, named_frames, resolve, shelf_slot
+from cellwright.world.frames import AGV_HOMES, TRAY_IDS, part_frames, shelf_slot
 from cellwright.world.housings import add_housing
-from cellwright.world.parts import add_part, add_part_meshes, part_type
+from cellwright.world.parts import PART_TYPES, add_part, add_part_meshes, part_type
 from cellwright.world.solver import contact_time, set_solver
 
 _HOLD = (0.95, 0.99, 0.001, 0.5, 2.0)  # solimp of a weld that holds a part
@@ -153,10 +153,12 @@ def build_world(trial: Trial) -> World:
 
 def _parts_in_play(trial: Trial) -> Iterator[_Planned]:
     """Parts that stand in the cell when the trial begins."""
-    frames = named_frames(agvs=trial.options.insert_agvs)
+    frames = part_frames(agvs=trial.options.insert_agvs)
     part: Part
     for part in (*trial.bin_parts, *trial.extra_parts):
-        yield _Planned(part.name, part.type, resolve(part.frame, frames) @ part.pose)
+        if part.frame not in frames:
+            raise UnknownNameError("frame", part.frame, frames)
+        yield _Planned(part.name, part.type, frames[part.frame] @ part.pose)
 
 
 def _pool(trial: Trial) -> Iterator[_Planned]:
@@ -165,12 +167,17 @@ def _pool(trial: Trial) -> Iterator[_Planned]:
     for kind, count in times.items():
         for k in range(trial.options.belt_population_cycles * count):
             yield _Planned(f"populate_conveyor|{kind}_clone_{k}", kind, None)
-    if trial.options.fill_demo_tray and trial.options.insert_agvs and trial.orders:
+    if trial.options.fill_demo_tray and trial.options.insert_agvs:
         clones: Counter[str] = Counter()
-        kits = trial.orders[0].kits
-        for wanted in kits[0].objects if kits else ():
+        for wanted in demo_objects(trial):
             yield _Planned(f"populate_kit_tray_1|{wanted.type}_clone_{clones[wanted.type]}", wanted.type, None)
             clones[wanted.type] += 1
+
+
+def demo_objects(trial: Trial) -> tuple[KitObject, ...]:
+    """What the demo tray is filled with: the parts of the first order's first kit that there is a model for."""
+    kits = trial.orders[0].kits if trial.orders else ()
+    return tuple(each for each in kits[0].objects if each.type in PART_TYPES) if kits else ()
 
 
 def _add_holds(spec: Any, part: str, has_arm: bool, agvs: tuple[str, ...], time: float) -> None:  # noqa: FBT001

@@ -7,20 +7,10 @@ from __future__ import annotations
 
 import math
 
+from cellwright.description.layout import BIN_CENTRES as BIN_CENTRES  # of one family with those below
+from cellwright.description.layout import REFERENCE_FRAMES, TRAY_FRAMES
 from cellwright.errors import UnknownNameError
 from cellwright.pose import Pose
-
-BIN_CENTRES: dict[str, tuple[float, float]] = {
-    "bin1": (-1.0, -1.33),
-    "bin2": (-1.0, -0.535),
-    "bin3": (-1.0, 0.23),
-    "bin4": (-1.0, 0.995),
-    "bin5": (-0.3, -1.33),
-    "bin6": (-0.3, -0.535),
-    "bin7": (-0.3, 0.23),
-    "bin8": (-0.3, 0.995),
-}
-"""Centres x, y [m] of the bins."""
 
 BIN_YAW = 1.5708
 """How the bins are turned [rad], with the original's rounding."""
@@ -28,17 +18,14 @@ BIN_YAW = 1.5708
 BIN_SURFACE = 0.725
 """Height [m] of the surface that parts lie on in a bin."""
 
-TRAY_IDS: dict[str, str] = {
-    "agv1": "agv1::kit_tray_1::kit_tray_1::tray",
-    "agv2": "agv2::kit_tray_2::kit_tray_2::tray",
-}
+TRAY_IDS: dict[str, str] = dict(zip(("agv1", "agv2"), TRAY_FRAMES, strict=True))
 """Tray id (name of the tray's link) by AGV."""
 
 AGV_HOMES: dict[str, Pose] = {
-    "agv1": Pose.from_rpy((0.3, 3.3, 0.0), (0.0, 0.0, math.pi)),
+    "agv1": Pose.from_rpy((0.3, 3.3, 0.0), (0.0, 0.0, 3.14159)),
     "agv2": Pose.from_rpy((0.3, -3.3, 0.0)),
 }
-"""Where the AGVs wait to be loaded."""
+"""Where the AGVs wait to be loaded; turned with the original's rounding."""
 
 AGV_T_TRAY = Pose((0.0, 0.15, 0.75))
 """The tray in the frame of its AGV."""
@@ -100,37 +87,13 @@ def load_point(agv: str) -> Pose:
     return home @ Pose((0.0, 0.0, AGV_T_TRAY.position[2]))
 
 
-def named_frames(*, agvs: bool = True) -> dict[str, Pose]:
-    """Every frame that a part may be placed in, by the names that the original's links and models have.
+def part_frames(*, agvs: bool = True) -> dict[str, Pose]:
+    """Every frame that a part may be placed in, by name.
 
     Args:
-        agvs: whether the cell has its AGVs; without them their frames do not exist.
+        agvs: whether the cell has its AGVs; without them their trays do not exist.
     """
-    frames = {"world": Pose()}
-    for name in BIN_CENTRES:
-        frames[name] = frames[f"{name}::link"] = bin_frame(name)
-    frames["conveyor_belt"] = frames["conveyor_belt::belt"] = CONVEYOR_CENTRE
-    frames["conveyor_belt_fixed"] = SPAWN_FRAME
-    if agvs:
-        for agv, tray in TRAY_IDS.items():
-            frames[agv] = frames[f"{agv}::agv"] = AGV_HOMES[agv]
-            world_T_tray = AGV_HOMES[agv] @ AGV_T_TRAY
-            while "::" in tray:  # a link, the models it is nested in, up to but without the AGV
-                frames[tray] = world_T_tray
-                tray = tray.rpartition("::")[0]
-    return frames
-
-
-def resolve(frame: str, frames: dict[str, Pose]) -> Pose:
-    """The pose of a frame by name, in the world frame.
-
-    Raises:
-        UnknownNameError: no such frame; it lists those that exist.
-    """
-    try:
-        return frames[frame]
-    except KeyError:
-        raise UnknownNameError("frame", frame, frames) from None
+    return {name: pose for name, pose in REFERENCE_FRAMES.items() if agvs or name not in TRAY_FRAMES}
 
 
 def shelf_slot(index: int, count: int, lower: float) -> Pose:

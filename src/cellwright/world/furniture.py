@@ -24,16 +24,13 @@ from cellwright.world.frames import (
     bin_frame,
     shelf_columns,
 )
-from cellwright.world.shapes import Role, add_shape, at, box, capsule, cylinder
+from cellwright.world.shapes import HERE, Role, add_shape, at, box, capsule, cylinder
 
 BELT_GEOM = "conveyor_belt"
 """The geom whose surface moves."""
 
 DELETION_WALL_GEOM = "deletion_wall"
 """The geom whose touch takes a part out of the cell."""
-
-UNSEEN_GROUP = 4
-"""The geom group that neither pictures nor rays look at."""
 
 
 def add_floor(spec: Any) -> None:
@@ -62,16 +59,20 @@ def add_bins(spec: Any) -> None:
     for name in BIN_CENTRES:
         frame = bin_frame(name)
         body = spec.worldbody.add_body(name=name, pos=frame.position, quat=frame.quaternion)
-        _fill_bin(body)
+        _fill_bin(body, spec.worldbody, frame)
 
 
-def _fill_bin(body: Any) -> None:
-    """One bin in the frame of its model, in which the closed sides are at +-x, the open ones at +-y."""
+def _fill_bin(body: Any, world: Any, frame: Pose) -> None:
+    """One bin in the frame of its model, in which the closed sides are at +-x, the open ones at +-y.
+
+    Base and sills are only drawn: nothing gets there, and every shape that can be touched costs time in each step.
+    """
     inner, thick, rim = 0.3175, 0.008, 0.79089  # inner half width, walls (grown outward), height of their upper edge
     corner, middle, sill, base = 0.134, 0.372, 0.50569, 0.2005
     floor = 0.225  # solid from half height on: nothing passes a floor as thick as that
     add_shape(body, box(2 * inner, 2 * inner, floor, at(z=BIN_SURFACE - floor / 2), colours.BIN_FLOOR), Role.BOTH)
-    add_shape(body, box(0.668, 0.668, base - 0.08, at(z=(base + 0.08) / 2), colours.STEEL_DARK), Role.BOTH)
+    foot = box(0.668, 0.668, base - 0.08, at(z=(base + 0.08) / 2), colours.STEEL_DARK)
+    add_shape(world, foot.moved(frame), Role.SEEN)
     outer = inner + thick / 2
     for side in (1.0, -1.0):
         _add_wall(body, Pose.from_rpy((outer * side, 0.0, 0.0), (0.0, 0.0, math.pi / 2)), 2 * inner, thick, base, rim)
@@ -79,9 +80,9 @@ def _fill_bin(body: Any) -> None:
             x = (inner + thick - corner / 2) * end
             _add_wall(body, at(x, outer * side), corner, thick, base, rim)
             wheel = Pose.from_rpy((0.26 * side, 0.26 * end, 0.05), (math.pi / 2, 0.0, 0.0))
-            add_shape(body, cylinder(0.05, 0.03, wheel, colours.RUBBER), Role.SEEN)
+            add_shape(world, cylinder(0.05, 0.03, wheel, colours.RUBBER).moved(frame), Role.SEEN)
         sill_box = box(middle, thick, sill - base, at(0.0, outer * side, (sill + base) / 2), colours.BIN)
-        add_shape(body, sill_box, Role.BOTH)
+        add_shape(world, sill_box.moved(frame), Role.SEEN)
 
 
 def _add_wall(body: Any, foot: Pose, length: float, thick: float, bottom: float, top: float) -> None:
@@ -97,41 +98,45 @@ def _add_wall(body: Any, foot: Pose, length: float, thick: float, bottom: float,
     add_shape(body, capsule(radius, length - thick, edge, colours.BIN), Role.BOTH)
 
 
-def add_conveyor(spec: Any, friction: float = 1.0) -> None:
+def add_conveyor(spec: Any) -> None:
     """The conveyor. Its belt stands still; the surface of the geom `conveyor_belt` moves along its local +x."""
     length, width, thickness = CONVEYOR_SIZE
     body = spec.worldbody.add_body(name=BELT_GEOM, pos=CONVEYOR_CENTRE.position, quat=CONVEYOR_CENTRE.quaternion)
-    belt = add_shape(body, box(length, width, thickness, Pose(), colours.BELT), Role.BOTH, name=BELT_GEOM)
-    belt.friction[0] = friction
+    add_shape(body, box(length, width, thickness, HERE, colours.BELT), Role.BOTH, name=BELT_GEOM)
+    world, frame = spec.worldbody, CONVEYOR_CENTRE
     surface = BELT_SURFACE - CONVEYOR_CENTRE.position[2]
     for side in (1.0, -1.0):
         rail = box(length, 0.02, 0.15, at(0.0, (width / 2 + 0.011) * side, surface - 0.08), colours.BELT_EDGE)
-        add_shape(body, rail, Role.SEEN)
+        add_shape(world, rail.moved(frame), Role.SEEN)
         stripe = box(length, 0.012, 0.0006, at(0.0, (width / 2 - 0.02) * side, surface), colours.STEEL_LIGHT)
-        add_shape(body, stripe, Role.SEEN)
+        add_shape(world, stripe.moved(frame), Role.SEEN)
         for k in range(-3, 4):
             leg = box(0.06, 0.06, 0.72, at(2.1 * k, 0.27 * side, -0.4526), colours.STEEL_DARK)
-            add_shape(body, leg, Role.SEEN)
+            add_shape(world, leg.moved(frame), Role.SEEN)
     for end in (1.0, -1.0):
         drum = Pose.from_rpy((length / 2 * end, 0.0, 0.0), (math.pi / 2, 0.0, 0.0))
-        add_shape(body, cylinder(thickness / 2, width, drum, colours.RUBBER), Role.SEEN)
+        add_shape(world, cylinder(thickness / 2, width, drum, colours.RUBBER).moved(frame), Role.SEEN)
 
 
 def add_frames(spec: Any) -> None:
-    """Posts and bars that sensors hang from and an arm can hit: over the bins and along the conveyor."""
+    """Posts and bars that sensors hang from and an arm can hit: two portals over the bins, a fence along the conveyor.
+
+    Each is a body of its own and flat: the box around it is what the arm is tested against first.
+    """
     thick = 0.05
-    cameras = spec.worldbody.add_body(name="camera_frame")
-    for x in (-1.08, -0.31):
-        add_shape(cameras, box(thick, 3.5, thick, at(x, -0.25, 2.0), colours.FRAME), Role.BOTH)
+    for number, x in enumerate((-1.08, -0.31), 1):
+        portal = spec.worldbody.add_body(name=f"camera_frame_{number}", pos=(x, 0.0, 0.0))
+        add_shape(portal, box(thick, 3.5, thick, at(y=-0.25, z=2.0), colours.FRAME), Role.BOTH)
         for y in (-2.0, 1.5):
-            add_shape(cameras, box(thick, thick, 1.975, at(x, y, 0.9875), colours.FRAME), Role.BOTH)
-    conveyor = spec.worldbody.add_body(name="conveyor_frame")
-    for x, z in ((1.21, 3.0), (1.7, 0.95)):
-        add_shape(conveyor, box(thick, 10.0, thick, at(x, 0.0, z), colours.FRAME), Role.BOTH)
+            add_shape(portal, box(thick, thick, 1.975, at(y=y, z=0.9875), colours.FRAME), Role.BOTH)
+    fence = spec.worldbody.add_body(name="conveyor_frame", pos=(1.7, 0.0, 0.0))
+    add_shape(fence, box(thick, 10.0, thick, at(z=0.95), colours.FRAME), Role.BOTH)
     for y in range(-5, 6):
-        add_shape(conveyor, box(thick, thick, 3.0, at(1.7, float(y), 1.5), colours.FRAME), Role.BOTH)
+        add_shape(fence, box(thick, thick, 3.0, at(y=float(y), z=1.5), colours.FRAME), Role.BOTH)
+    beam = spec.worldbody.add_body(name="conveyor_beam", pos=(1.21, 0.0, 3.0))
+    add_shape(beam, box(thick, 10.0, thick, HERE, colours.FRAME), Role.BOTH)
     for y in (-5.0, 0.0, 5.0):
-        add_shape(conveyor, box(0.54, thick, thick, at(1.455, y, 3.0), colours.FRAME), Role.SEEN)
+        add_shape(spec.worldbody, box(0.54, thick, thick, at(1.455, y, 3.0), colours.FRAME), Role.SEEN)
 
 
 def add_shelf(spec: Any, slots: int) -> None:
@@ -148,7 +153,7 @@ def add_deletion_wall(spec: Any) -> None:
         type=mujoco.mjtGeom.mjGEOM_BOX,
         size=(0.5, 0.05, 0.5),
         pos=(1.2, -4.1, 1.41),
-        group=UNSEEN_GROUP,
+        group=int(Role.UNSEEN),
         contype=0,
         conaffinity=0,
     )

@@ -88,7 +88,7 @@ def gasket_outline(angle: float) -> float:
         if along > 0 and across < 0.027**2:
             ear = max(ear, along + math.sqrt(0.027**2 - across))
     skew = 0.12
-    wall = 0.0365 / max(abs(math.sin(angle - skew)), 1e-9)
+    wall = 0.0381 / max(abs(math.sin(angle - skew)), 1e-9)
     return max(ear, min(wall, 0.0565), 0.036)
 
 

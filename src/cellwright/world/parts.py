@@ -13,7 +13,7 @@ from typing import Any
 from cellwright.errors import UnknownNameError
 from cellwright.pose import Pose, Vector3
 from cellwright.world import colours, meshes
-from cellwright.world.shapes import Role, Shape, Touch, add_shape, at, bounds, box, cylinder, mesh
+from cellwright.world.shapes import Role, Shape, Touch, add_looks, add_shape, at, bounds, box, cylinder, mesh
 
 KNOWN_TYPES = (
     "part1",
@@ -229,6 +229,7 @@ def add_part(spec: Any, name: str, kind: PartType, pose: Pose) -> Any:
     for shape in kind.solid:
         role = Role.SOLID if kind.seen else Role.BOTH
         add_shape(body, shape, role, Touch.PART, mass=kind.mass)
+    looks = add_looks(body) if kind.seen else None
     for shape in kind.seen:
-        add_shape(body, shape, Role.SEEN)
+        add_shape(looks, shape, Role.SEEN)
     return body

@@ -7,7 +7,7 @@ by group. Parts, the robot and everything else form three classes of contact.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum, IntEnum
 from typing import Any, Literal, TypeAlias
 
@@ -37,6 +37,8 @@ class Role(IntEnum):
     """Drawn only."""
     SOLID = 3
     """Touched only, and seen by ray sensors."""
+    UNSEEN = 4
+    """Neither touched nor seen: devices measure distances to it."""
 
 
 class Touch(Enum):
@@ -72,6 +74,10 @@ class Shape:
     colour: Colour = (0.5, 0.5, 0.5, 1.0)
     share: float = 0.0
     mesh: str = ""
+
+    def moved(self, frame: Pose) -> Shape:
+        """The shape in the frame that `frame` is given in, when its own pose is given in `frame`."""
+        return replace(self, pose=frame @ self.pose)
 
     @property
     def half_extents(self) -> Vector3:
@@ -134,6 +140,16 @@ def _reach(shape: Shape) -> Vector3:
     return (x, y, z)
 
 
+def add_looks(body: Any) -> Any:
+    """A body fixed to `body` for shapes that are only seen, `<name> looks`.
+
+    In each step the engine takes the measure of every shape of a body that can be touched, seen-only ones included; not
+    of those of other bodies, nor of the world's own. So a moving thing with many of them has them on a body apart, and
+    a fixed thing has them on the world.
+    """
+    return body.add_body(name=f"{body.name} looks")
+
+
 def add_shape(
     body: Any, shape: Shape, role: Role, touch: Touch = Touch.FIXED, *, name: str = "", mass: float = 0.0
 ) -> Any:
@@ -142,15 +158,15 @@ def add_shape(
     Args:
         body: an `MjsBody`.
         shape: what to put there.
-        role: touched, seen or both.
-        touch: what it may touch; nothing when it is only seen.
+        role: touched, seen, both or neither.
+        touch: what it may touch; nothing when it is only seen, or not even that.
         name: name of the geom; empty for none.
         mass: mass of the whole body [kg], of which the shape carries its share.
 
     Returns:
         The `MjsGeom`.
     """
-    contype, conaffinity = (Touch.NOTHING if role is Role.SEEN else touch).value
+    contype, conaffinity = (Touch.NOTHING if role in (Role.SEEN, Role.UNSEEN) else touch).value
     geom = body.add_geom(
         type=_GEOM_TYPE[shape.kind],
         pos=shape.pose.position,

@@ -51,9 +51,20 @@ class InProcess:
     def subscribe(self, topic: str, callback: Callback) -> Callable[[], None]:
         """Have a topic's messages delivered while time passes."""
         mail = self._mail
-        subscription = self.cell.bus.subscribe(topic, lambda message: mail.append((callback, message)), node=self.node)
-        self._leave.append(subscription.cancel)
-        return subscription.cancel
+        subscription = self.cell.bus.subscribe(topic, lambda message: mail.append((deliver, message)), node=self.node)
+        wanted = True
+
+        def deliver(message: Any) -> None:
+            if wanted:
+                callback(message)
+
+        def leave() -> None:
+            nonlocal wanted
+            wanted = False  # also what lies in the mail already is not delivered any more
+            subscription.cancel()
+
+        self._leave.append(leave)
+        return leave
 
     def publish(self, topic: str, message: Any) -> None:
         """Send a message; the cell acts on it before the next step."""
