@@ -2,6 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 JOBS ?= 2
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 .PHONY: run test check format clean
 
@@ -21,15 +22,17 @@ format: .venv/.installed-dev
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
+# A .venv without pip is one whose making failed (Debian needs python3-venv for it): it is made again.
 .venv/.installed: pyproject.toml
-	test -x $(BIN)/python || $(PYTHON) -m venv .venv
+	test -x $(BIN)/pip || $(PYTHON) -m venv --clear .venv
 	$(BIN)/python -m pip install --quiet --editable .
-	touch $@
+	@touch $@
 
+# Debian's pip 23.0 knows no --group.
 .venv/.installed-dev: .venv/.installed
 	$(BIN)/python -m pip install --quiet --upgrade "pip>=25.1"
 	$(BIN)/python -m pip install --quiet --group dev
-	touch $@
+	@touch $@
 
 clean:
 	rm -rf .venv dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

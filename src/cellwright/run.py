@@ -163,9 +163,13 @@ def _work(cell: Cell, agent: Agent | None, transport: InProcess) -> tuple[Outcom
         pass  # the ordinary end of a program that works until it is stopped
     except KeyboardInterrupt:
         return Outcome.INTERRUPTED, ""
-    except Exception:  # whatever somebody's program raises is reported, and the run still has its score
+    except SystemExit as stop:  # a program may end itself, and says with its status whether it came to its end
+        crashed = stop.code not in (None, 0)
+        error = f"the agent called sys.exit({stop.code!r})\n" if crashed else ""
+    except Exception as raised:  # whatever somebody's program raises is reported, and the run still has its score
         crashed = True
-        error = traceback.format_exc()
+        first = raised.__traceback__.tb_next if raised.__traceback__ else None  # this frame is of no interest
+        error = "".join(traceback.format_exception(type(raised), raised, first or raised.__traceback__))
     finally:
         client.close()
     if crashed:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import sys
+import traceback
 from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol, runtime_checkable
@@ -53,8 +54,8 @@ def find_agent(name: str) -> Callable[[], Agent]:
     def make() -> Agent:
         try:
             agent: Agent = found()
-        except Exception as error:
-            raise AgentError(f"{target}: cannot be made: {type(error).__name__}: {error}") from error
+        except (Exception, SystemExit) as error:
+            raise AgentError(f"{target}: cannot be made: {_reason(error)}") from error
         return agent
 
     return make
@@ -67,7 +68,7 @@ def _import_module(name: str) -> object:
     try:
         return importlib.import_module(name)
     except (Exception, SystemExit) as error:
-        raise AgentError(f"{name}: cannot be imported: {type(error).__name__}: {error}") from error
+        raise AgentError(f"{name}: cannot be imported: {_reason(error)}") from error
 
 
 def _import_file(path: Path) -> object:
@@ -83,5 +84,20 @@ def _import_file(path: Path) -> object:
     try:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as error:
-        raise AgentError(f"{path}: cannot be imported: {type(error).__name__}: {error}") from error
+        raise AgentError(f"{path}{_line(path, error)}: cannot be imported: {_reason(error)}") from error
     return module
+
+
+def _reason(error: BaseException) -> str:
+    """The error in one line."""
+    text = error.msg if isinstance(error, SyntaxError) else str(error)
+    return f"{type(error).__name__}: {' '.join(text.split())}"
+
+
+def _line(path: Path, error: BaseException) -> str:
+    """`:` and the line of the file that led to the error; nothing when it is not known."""
+    frames = [(frame.filename, frame.lineno) for frame in traceback.extract_tb(error.__traceback__)]
+    if isinstance(error, SyntaxError):
+        frames.append((error.filename or "", error.lineno))
+    lines = [line for name, line in frames if Path(name).resolve() == path.resolve()]
+    return f":{lines[-1]}" if lines else ""

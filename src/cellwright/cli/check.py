@@ -3,29 +3,38 @@
 from __future__ import annotations
 
 import json
-import sys
 from typing import Annotated
 
 import typer
 
 from cellwright.cli import options
+from cellwright.cli.exit_status import BAD_INPUT, DONE
+from cellwright.description.check import Report
 from cellwright.description.check import check as check_files
+from cellwright.errors import CellwrightError
 
 
 def check(
     files: options.Files,
     as_json: Annotated[
-        bool, typer.Option("--json", help="Print the findings, and what the file means, as JSON.")
+        bool, typer.Option("--json", metavar="", help="Print the findings, and what the files come to, as JSON.")
     ] = False,
 ) -> None:
-    """Check a trial's files: every warning and error with its line, and what the file comes to.
+    """Say what is wrong with a trial's files, line by line, or ok. Nothing is run.
 
-    Exit status 0 when they can be run, 2 when they cannot.
+    Errors make a file unusable. Warnings name what the format of 2017 passed over in silence, such as an option that
+    does not exist. With `--json`: `ok`, `errors`, `warnings`, and under `resolved` every part, sensor and order with
+    its figures worked out.
+
+    Exit status: 0 when the files can be run, 2 when they cannot.
     """
-    report = check_files(options.paths(files))
+    try:
+        report = check_files(options.paths(files))
+    except CellwrightError as error:  # a file that is not there is a finding as well
+        report = Report(errors=(str(error),))
     if as_json:
-        sys.stdout.write(json.dumps(report.as_dict(), indent=2, sort_keys=True) + "\n")
+        typer.echo(json.dumps(report.as_dict(), indent=2, sort_keys=True))
     else:
         for line in report.lines():
             typer.echo(line)
-    raise typer.Exit(0 if report.ok else options.BAD_INPUT)
+    raise typer.Exit(DONE if report.ok else BAD_INPUT)

@@ -3,22 +3,30 @@
 from __future__ import annotations
 
 import sys
-from importlib.metadata import version as installed_version
+from collections.abc import Sequence
 from typing import Annotated
 
 import typer
 
+import cellwright
 from cellwright.cli.check import check
+from cellwright.cli.exit_status import BAD_INPUT, NOT_DONE
 from cellwright.cli.run import run
 from cellwright.errors import CellwrightError
+
+_INTERRUPTED = 130  # what Typer returns for Ctrl-C
 
 app = typer.Typer(
     name="cellwright",
     help="""Simulates industrial robot cells, and judges the programs that work them.
 
-    Begin with `cellwright run lesson`. A trial is a YAML file in the format of the 2017 ARIAC competition, or the name
-    of one that comes with Cellwright.""",
-    epilog="Exit status: 0 done; 1 not done (time limit, agent gave up or crashed, below --min-score); 2 bad input.",
+    A cell, its orders and its faults are written in a YAML file, in the format of the ARIAC competition of 2017. A
+    program works the cell; the referee says what it earned. Begin with:
+
+        cellwright run lesson        # a trial that comes along, and its score
+        cellwright run --help        # your own program, pictures, servos, JSON
+        cellwright check trial.yaml  # is this file sound?""",
+    epilog="Exit status: 0 done; 1 not done; 2 bad input, and nothing was started.",
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode="markdown",
@@ -31,21 +39,43 @@ app.command()(check)
 
 def _version(wanted: bool) -> None:  # noqa: FBT001
     if wanted:
-        typer.echo(f"cellwright {installed_version('cellwright')}")
+        typer.echo(f"cellwright {cellwright.__version__}")
         raise typer.Exit
 
 
 @app.callback()
 def _options(
-    _: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")] = False,
+    _: Annotated[
+        bool,
+        typer.Option("--version", callback=_version, is_eager=True, metavar="", help="Show the version and exit."),
+    ] = False,
 ) -> None:
     pass
 
 
-def main() -> None:
-    """Run the command line. Errors in the input are one line each on stderr, and exit status 2."""
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; errors in the input are one line each on stderr.
+
+    Args:
+        arguments: what follows the command's name; None takes those of the process.
+
+    Returns:
+        The exit status.
+    """
     try:
-        app()
+        status = app(arguments, prog_name="cellwright", standalone_mode=False)
     except CellwrightError as error:
-        sys.stderr.write(f"error: {error}\n")
-        sys.exit(2)
+        for line in str(error).splitlines():
+            sys.stderr.write(f"error: {line}\n")
+        return BAD_INPUT
+    except typer.TyperException as error:
+        message = error.format_message()
+        if message:
+            sys.stderr.write(f"error: {message} (cellwright --help tells what there is)\n")
+        return BAD_INPUT
+    except typer.Abort:
+        status = _INTERRUPTED
+    if status == _INTERRUPTED:
+        sys.stderr.write("interrupted\n")
+        return NOT_DONE
+    return int(status or 0)

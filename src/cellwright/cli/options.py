@@ -1,49 +1,80 @@
-"""What the commands have in common: files, and the refusal of what cannot be used."""
+"""What is given on the command line, read and refused before anything starts."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+import os
+import stat
+from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
-from typing import Annotated, NoReturn, TypeVar, get_args
+from typing import Annotated, NoReturn, get_args
 
 import typer
 
 from cellwright.cell import Cell
-from cellwright.description.catalogue import find_trial
+from cellwright.description.catalogue import bundled, find_trial
 from cellwright.description.gear2017 import load_trial
 from cellwright.description.trial import ServoProfile, Trial
 from cellwright.errors import UnknownNameError, UsageError
+from cellwright.viewer.camera import Camera
+from cellwright.viewer.views import view
 
-BAD_INPUT = 2
-"""Exit status for input that cannot be used; nothing has been started."""
+LATEST = 1e9
+"""Latest time that a run may be asked to reach [s]."""
 
 Files = Annotated[
     list[str],
     typer.Argument(
-        metavar="TRIAL...",
-        help="A trial that comes with Cellwright (`lesson`), or the files of one, joined as the original joins them.",
+        metavar="TRIAL",
+        help="A trial that comes with Cellwright, such as `lesson`, or a YAML file; "
+        "several files are joined, as by the original's launcher.",
+        show_default=False,
     ),
 ]
 
-T = TypeVar("T")
-
 
 def refuse(message: str) -> NoReturn:
-    """Say why the input cannot be used, and stop."""
+    """Say why the input cannot be used, and stop.
+
+    Raises:
+        UsageError: always.
+    """
     raise UsageError(message)
 
 
-def paths(files: list[str]) -> list[Path]:
-    """The paths of a trial's files; names of bundled trials are looked up."""
-    return [find_trial(file) for file in files]
+def paths(files: Sequence[str]) -> list[Path]:
+    """The paths of a trial's files; names of bundled trials are looked up.
+
+    Raises:
+        UsageError: there is no such file or trial.
+    """
+    return [_path(file) for file in files]
 
 
-def load(files: list[str]) -> Trial:
-    """The trial in these files; warnings are printed.
+def _path(file: str) -> Path:
+    path = Path(file)
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        if path.suffix or path.name != file:  # no name of a trial
+            refuse(f"{file}: there is no such file")
+        return find_trial(file)
+    except OSError as error:
+        refuse(f"{file}: cannot be read: {error.strerror}")
+    if not stat.S_ISDIR(mode):
+        return path
+    if file in bundled():
+        return find_trial(file)
+    refuse(f"{file}: is a folder; give the files of a trial")
+
+
+def load(files: Sequence[str]) -> Trial:
+    """The trial in these files; warnings are printed on stderr.
 
     Raises:
         DescriptionError: the files cannot be used.
+        UsageError: there is no such file or trial.
     """
     loaded = load_trial(paths(files))
     for warning in loaded.warnings:
@@ -51,26 +82,50 @@ def load(files: list[str]) -> Trial:
     return loaded.trial
 
 
-def snapshot(text: str) -> tuple[Fraction, Path]:
-    """What `T:FILE.png` says: a simulation time [s] and a file."""
-    time, colon, file = text.partition(":")
-    try:
-        when = Fraction(time)
-    except (ValueError, ZeroDivisionError):
-        when = Fraction(-1)
-    if not colon or when < 0 or not file.lower().endswith(".png"):
-        refuse(f"--snapshot {text}: give a time in seconds and a file, such as 12.5:picked.png")
-    if not Path(file).resolve().parent.is_dir():
-        refuse(f"--snapshot {text}: there is no folder {Path(file).parent}")
-    return when, Path(file)
+def timed_file(option: str, text: str, suffix: str) -> tuple[Fraction, Path]:
+    """What `T:FILE` says: a simulation time [s] and a file that can be written, its name ending as it should."""
+    time, _, file = text.partition(":")
+    when, path = _number(time), Path(file)
+    if not 0 <= when <= LATEST or path.suffix.lower() != suffix:
+        refuse(f"{option} {text}: give a time in seconds and a file, such as 12.5:cell{suffix}")
+    if not path.parent.is_dir():
+        refuse(f"{option} {text}: there is no folder {path.parent}")
+    if path.is_dir():
+        refuse(f"{option} {text}: {path} is a folder")
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        refuse(f"{option} {text}: {path} cannot be written")
+    return Fraction(str(when)), path
 
 
-def attempt(make: Callable[[], T], option: str) -> T:
-    """What `make` returns; an unknown name is said with the option that it was given to."""
+def _number(text: str) -> float:
     try:
-        return make()
-    except UnknownNameError as error:
-        refuse(f"{option}: {error.sentence()}")
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
+def speed(text: str) -> float | None:
+    """Simulated seconds a second; None for `max`."""
+    if text == "max":
+        return None
+    value = _number(text)
+    if not 0.0 < value < math.inf:
+        refuse(f"--speed {text}: give a factor above 0, such as 1 for real time, or max")
+    return value
+
+
+def until(value: float | None) -> float | None:
+    """A time to stop at [s]."""
+    if value is not None and not 0.0 < value <= LATEST:
+        refuse(f"--until {value:g}: give a time above 0 s and up to {LATEST:g} s")
+    return value
+
+
+def min_score(value: float | None) -> float | None:
+    """A score that is to be reached."""
+    if value is not None and not math.isfinite(value):
+        refuse(f"--min-score {value}: give a number")
+    return value
 
 
 def servo(name: str | None) -> ServoProfile | None:
@@ -84,8 +139,19 @@ def servo(name: str | None) -> ServoProfile | None:
     return None
 
 
+def camera(name: str) -> Camera:
+    """The camera of a named view."""
+    try:
+        return view(name)
+    except UnknownNameError as error:
+        refuse(f"--view: {error.sentence()}")
+
+
 def topics(names: Sequence[str], cell: Cell) -> None:
     """Refuse names of topics that the cell does not have; `all` stands for all of them."""
     for name in names:
-        if name != "all":
-            attempt(lambda name=name: cell.bus.topic(name), "--listen")  # type: ignore[misc]
+        try:
+            if name != "all":
+                cell.bus.topic(name)
+        except UnknownNameError as error:
+            refuse(f"--listen: {error.sentence()}")

@@ -1,12 +1,12 @@
-"""What somebody sees while a cell runs."""
+"""What somebody sees while a cell runs: on a terminal a line that moves, elsewhere a plain line now and then."""
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from types import TracebackType
-from typing import Self
+from typing import Protocol
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
@@ -21,58 +21,118 @@ from cellwright.kitting.effects import (
     TrialEnded,
 )
 
-_REDRAW = 0.1
+_REDRAW = 0.1  # [s] of wall time
+_PLAIN_LINE = 2.0  # [s] of wall time between plain lines, for logs that are read afterwards
 
 
 class RunProgress:
-    """A line that moves while a cell runs, and a line that stays for each thing that the referee does."""
+    """Tells on a console how a run goes.
 
-    def __init__(self, console: Console, cell: Cell, until: float | None) -> None:
+    Each thing that the referee does is a line that stays, with its simulation time, and so is each line that is logged.
+
+    Args:
+        console: where to.
+        cell: what runs.
+        until: the simulation time [s] at which the run is to stop, if any.
+        verbose: whether to tell what is logged at level INFO, as agents do.
+        clock: wall time [s]; to be replaced in tests.
+    """
+
+    def __init__(
+        self,
+        console: Console,
+        cell: Cell,
+        *,
+        until: float | None = None,
+        verbose: bool = False,
+        clock: Callable[[], float] = time.perf_counter,
+    ) -> None:
         limit = until if until is not None else cell.trial.time_limit
-        self._total = limit if limit >= 0 else None
+        self._total = limit if limit > 0 else None
         self._console = console
         self._cell = cell
-        self._progress = Progress(
-            SpinnerColumn(),
-            TextColumn("{task.description}"),
-            BarColumn(bar_width=24),
-            TextColumn("{task.fields[status]}"),
-            console=console,
-            transient=True,
-        )
-        self._task = self._progress.add_task("simulating", total=self._total, status="")
-        self._begin = time.perf_counter()
-        self._drawn = 0.0
+        self._level = logging.INFO if verbose else logging.WARNING
+        self._clock = clock
+        self._shown = clock()
+        self._since: tuple[float, float] | None = None  # wall time and simulation time at the first look
+        self._bar: Tell | None = None
         cell.competition.on_effect.append(self._tell)
 
-    def __enter__(self) -> Self:
-        self._progress.start()
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, tb: TracebackType | None) -> None:
-        self._progress.stop()
+    @contextmanager
+    def running(self) -> Iterator[None]:
+        """Tell of what happens inside."""
+        log, handler = logging.getLogger(), _LogLines(self.line)
+        level = log.level
+        log.addHandler(handler)
+        log.setLevel(self._level)
+        self._shown = self._clock()
+        try:
+            with bar(self._console, "simulating", self._total) as self._bar:
+                yield
+        finally:
+            self._bar = None
+            log.removeHandler(handler)
+            log.setLevel(level)
 
     def update(self, cell: Cell) -> None:
-        """Show how far the cell is, not more than ten times a second."""
-        now = time.perf_counter()
-        if now - self._drawn < _REDRAW:
+        """Show how far the cell is, unless that was shown a moment ago."""
+        now = self._clock()
+        if self._since is None:
+            self._since = now, cell.simulation.time
+        if now - self._shown < (_REDRAW if self._bar else _PLAIN_LINE):
             return
-        self._drawn = now
-        factor = cell.simulation.time / (now - self._begin)
-        status = f"{cell.simulation.time:7.1f} s  {factor:5.1f} x real time  {cell.competition.state}"
-        self._progress.update(self._task, completed=cell.simulation.time if self._total else None, status=status)
+        self._shown = now
+        simulated = cell.simulation.time
+        factor = f"{(simulated - self._since[1]) / (now - self._since[0]):.1f} x real time"
+        state = cell.competition.state
+        if self._bar is None:
+            self.line(f"{factor}, {state}")
+        else:
+            self._bar(simulated if self._total else None, f"{simulated:.1f} s  {factor}  {state}")
 
-    @contextmanager
-    def task(self, description: str) -> Iterator[Callable[[float], None]]:
-        """A second line for something that takes a while; yields what tells the share that is done."""
-        task = self._progress.add_task(description, total=1.0, status="")
-        yield lambda done: self._progress.update(task, completed=done)
-        self._progress.remove_task(task)
+    def line(self, text: str, style: str | None = None) -> None:
+        """A line that stays, with the simulation time."""
+        self._console.print(f"{self._cell.simulation.time:9.3f} s  {text}", markup=False, soft_wrap=True, style=style)
 
     def _tell(self, effect: Effect) -> None:
         text = sentence(effect)
         if text:
-            self._console.print(f"{self._cell.simulation.time:9.3f} s  {text}", markup=False, soft_wrap=True)
+            self.line(text)
+
+
+class Tell(Protocol):
+    """Takes how much is done, None where no end is known, and a few words."""
+
+    def __call__(self, done: float | None, status: str = "") -> None:
+        """Show it."""
+
+
+@contextmanager
+def bar(console: Console, description: str, total: float | None) -> Iterator[Tell | None]:
+    """A line that moves while something takes time and is gone afterwards; None where nobody would see it move."""
+    if not console.is_interactive:
+        yield None
+        return
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(24), TextColumn("{task.fields[status]}"))
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task(description, total=total, status="")
+
+        def tell(done: float | None, status: str = "") -> None:
+            progress.update(task, completed=done, status=status)
+
+        yield tell
+
+
+class _LogLines(logging.Handler):
+    """Passes on what is logged, a line at a time."""
+
+    def __init__(self, say: Callable[[str], None]) -> None:
+        super().__init__()
+        self._say = say
+
+    def emit(self, record: logging.LogRecord) -> None:
+        for line in self.format(record).splitlines():
+            self._say(line)
 
 
 def sentence(effect: Effect) -> str:

@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 import json
-import logging
 import sys
-from collections.abc import Callable
-from fractions import Fraction
+from collections.abc import Sequence
+from contextlib import nullcontext, redirect_stdout
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
 
-from cellwright.agents.agent import find_agent
+from cellwright.agents.agent import Agent, find_agent
 from cellwright.cell import Cell
-from cellwright.cli import options, score_table
-from cellwright.cli.progress import RunProgress
-from cellwright.run import Outcome, RunOptions, RunResult, run_cell, versions
-from cellwright.viewer.camera import Camera
-from cellwright.viewer.picture import save_picture
-from cellwright.viewer.views import view
+from cellwright.cli import document, exit_status, options, score_table
+from cellwright.cli.pictures import Pictures
+from cellwright.cli.progress import RunProgress, bar
+from cellwright.run import Outcome, RunOptions, run_cell
+
+_WORK, _END, _LOOK, _SAVE, _OUTPUT = "What runs", "When it ends", "Looking on", "Checkpoints", "Output"
 
 
 def run(
@@ -29,121 +29,175 @@ def run(
     agent: Annotated[
         str,
         typer.Option(
-            help="What works the cell: `lesson`, `path.py:Class`, `module:Class`, or `none`.", metavar="AGENT"
+            metavar="AGENT",
+            help="What works the cell: `lesson`, your `path.py:Class` or `module:Class`, or `none`.",
+            rich_help_panel=_WORK,
         ),
     ] = "lesson",
     servo: Annotated[
         str | None,
-        typer.Option(help="Servos of the arm: `original` (soft, as in 2017) or `precise`.", metavar="PROFILE"),
+        typer.Option(
+            metavar="PROFILE",
+            help="Servos of the arm: `original` (soft, as in 2017) or `precise`; as the file says when left out.",
+            rich_help_panel=_WORK,
+        ),
     ] = None,
-    seed: Annotated[int | None, typer.Option(help="Root of all chance; the file's own, else 0.", min=0)] = None,
+    seed: Annotated[
+        int | None,
+        typer.Option(min=0, max=2**63 - 1, metavar="N", help="Root of all chance; the file's own, else 0.", rich_help_panel=_WORK),
+    ] = None,
     speed: Annotated[
-        float | None, typer.Option(help="Simulated seconds a second, such as 1; as fast as it goes when left out.")
-    ] = None,
-    until: Annotated[float | None, typer.Option(help="Stop at this simulation time [s].", min=0.0)] = None,
+        str,
+        typer.Option(
+            metavar="FACTOR",
+            help="Simulated seconds a second: `1` is real time, `max` as fast as it goes.",
+            rich_help_panel=_WORK,
+        ),
+    ] = "max",
     development: Annotated[
         bool,
-        typer.Option("--development-mode", "-d", help="Allow what a competition refuses, such as setting the belt."),
+        typer.Option(
+            "--development-mode",
+            "-d",
+            metavar="",
+            help="Allow what a competition refuses, such as setting the belt's power.",
+            rich_help_panel=_WORK,
+        ),
     ] = False,
-    min_score: Annotated[float | None, typer.Option(help="Exit with status 1 when the score is below this.")] = None,
+    until: Annotated[
+        float | None, typer.Option(metavar="T", help="Stop at this simulation time [s].", rich_help_panel=_END)
+    ] = None,
+    min_score: Annotated[
+        float | None,
+        typer.Option(metavar="POINTS", help="Exit with status 1 when the score is below.", rich_help_panel=_END),
+    ] = None,
     snapshot: Annotated[
         list[str] | None,
-        typer.Option(help="Take a picture at a simulation time [s]; may be repeated.", metavar="T:FILE.png"),
+        typer.Option(
+            metavar="T:FILE.png", help="Take a picture at a simulation time [s]; repeatable.", rich_help_panel=_LOOK
+        ),
     ] = None,
-    view_name: Annotated[
-        str, typer.Option("--view", help="Where pictures are taken from: overview, bins, belt, agv1, agv2.")
+    picture: Annotated[
+        bool,
+        typer.Option("--picture/--no-picture", metavar="", help="Write TRIAL.png at the end.", rich_help_panel=_LOOK),
+    ] = True,
+    view: Annotated[
+        str,
+        typer.Option(
+            metavar="VIEW",
+            help="Where pictures are taken from: overview, bins, belt, agv1, agv2.",
+            rich_help_panel=_LOOK,
+        ),
     ] = "overview",
+    checkpoint: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="T:FILE.npz", help="Save the simulation at this time [s]; repeatable.", rich_help_panel=_SAVE
+        ),
+    ] = None,
+    resume: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.npz", help="Begin from what --checkpoint saved; the agent begins anew.", rich_help_panel=_SAVE
+        ),
+    ] = None,
     listen: Annotated[
         list[str] | None,
-        typer.Option(help="Listen to a topic besides and count its messages; `all` for every topic.", metavar="TOPIC"),
+        typer.Option(
+            metavar="TOPIC", help="Count a topic's messages, `all` for every topic; repeatable.", rich_help_panel=_LOOK
+        ),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON on stdout.")] = False,
-    picture: Annotated[
-        bool, typer.Option("--picture/--no-picture", help="Write a picture of the cell at the end to TRIAL.png.")
-    ] = True,
-    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Say what the agent logs.")] = False,
+    as_json: Annotated[
+        bool,
+        typer.Option(
+            "--json",
+            metavar="",
+            help="Print the result as JSON, and nothing else on stdout.",
+            rich_help_panel=_OUTPUT,
+        ),
+    ] = False,
+    verbose: Annotated[
+        bool, typer.Option("--verbose", "-v", metavar="", help="Say what the agent logs.", rich_help_panel=_OUTPUT)
+    ] = False,
 ) -> None:
-    """Run a trial headless and print its score.
+    """Run a trial headless, and print its score.
 
-    Begin with `cellwright run lesson`: the last cell of the ROS class that this project grew from, worked by the
-    class's own script. Your own program: `cellwright run lesson --agent my_robot.py:MyRobot`.
+    The referee judges the kits that the agent sends off; a picture of the cell at the end is written beside.
+
+        # the lesson's cell, worked by the lesson's own script
+        cellwright run lesson
+
+        # worked by your program: a class with a method run(client)
+        cellwright run lesson --agent my_robot.py:MyRobot
+
+        # in CI: status 1 below 8 points, and the result as JSON
+        cellwright run trial.yaml --agent my_robot.py:MyRobot --min-score 8 --json
+
+        # nobody at work: the cell itself, seen by the belt after ten seconds
+        cellwright run lesson --agent none --until 10 --view belt
+
+    Exit status: 0 done; 1 not done (time limit, agent gave up or crashed, stopped, below --min-score); 2 bad input,
+    and nothing was started.
     """
-    console = Console(stderr=as_json, highlight=False)
-    trial = options.load(files)
-    make_agent = None if agent == "none" else find_agent(agent)
-    if make_agent is None and until is None:
-        options.refuse("--agent none: without an agent a run has no end; say --until SECONDS")
-    camera = options.attempt(lambda: view(view_name), "--view")
-    pictures = [options.snapshot(text) for text in snapshot or ()]
-    cell = Cell(
-        trial, seed=seed, servo=options.servo(servo), competition=not development, report=partial(_report, console)
+    wanted = RunOptions(
+        speed=options.speed(speed),
+        until=options.until(until),
+        listen=listen or (),
+        checkpoints=[options.timed_file("--checkpoint", text, ".npz") for text in checkpoint or ()],
+        start=resume,
     )
-    options.topics(listen or (), cell)
-    logging.basicConfig(level=logging.INFO if verbose else logging.WARNING, format="%(message)s", stream=sys.stderr)
-    console.print(f"trial {trial.name}, agent {agent}, seed {cell.seed}, servo {cell.servo}", markup=False)
-
-    with RunProgress(console, cell, until) as progress:
-        result = run_cell(
-            cell,
-            None if make_agent is None else make_agent(),
-            RunOptions(
-                speed=speed,
-                until=until,
-                listen=listen or (),
-                at=[(when, _photographer(file, camera)) for when, file in pictures],
-                on_progress=progress.update,
-            ),
-        )
+    least = options.min_score(min_score)
+    pictures = Pictures(
+        options.camera(view), [options.timed_file("--snapshot", text, ".png") for text in snapshot or ()], _warn
+    )
+    console = Console(stderr=as_json, highlight=False)
+    with redirect_stdout(sys.stderr) if as_json else nullcontext():  # what an agent prints is no JSON
+        cell = _build(files, seed, servo, console, competition=not development)
+        options.topics(wanted.listen, cell)
+        worker = _worker(agent, wanted)
+        console.print(f"trial {cell.trial.name}, agent {agent}, seed {cell.seed}, servo {cell.servo}", markup=False)
+        progress = RunProgress(console, cell, until=wanted.until, verbose=verbose)
+        with progress.running():
+            result = run_cell(cell, worker, replace(wanted, at=pictures.actions(), on_progress=progress.update))
+    pictures.finish(cell.simulation.time)
     if result.error:
         sys.stderr.write(result.error)
-    status = exit_status(result, min_score)
-    written = [str(file) for _, file in pictures if file.exists()]
-    if picture:
-        with console.status("drawing the picture"):
-            file = Path(f"{trial.name}.png")
-            save_picture(file, *cell.seen, camera)
-        written.append(str(file))
+    status = exit_status.of_run(result, has_agent=worker is not None, min_score=least)
+    if pictures.missed:
+        status = status or exit_status.NOT_DONE
+    if not as_json:
+        score_table.show(console, cell.trial, result)
+        if least is not None and result.score.total < least:
+            score_table.note(console, "not enough", f"{least:g} points were asked for")
+    if picture and result.outcome is not Outcome.INTERRUPTED:
+        file = Path(f"{cell.trial.name}.png")
+        with bar(console, f"drawing {file}", 1.0) as tell:
+            pictures.take(file, cell, tell)
     if as_json:
-        sys.stdout.write(json.dumps(document(cell, agent, result, status, written), indent=2) + "\n")
+        typer.echo(json.dumps(document.of_run(cell, agent, result, status, pictures.written), indent=2))
     else:
-        score_table.show(console, cell.trial, result, min_score, written)
+        for written in pictures.written:
+            score_table.note(console, "picture", written)
     raise typer.Exit(status)
 
 
-def exit_status(result: RunResult, min_score: float | None) -> int:
-    """0 when the competition was done, with at least the score that was asked for; else 1."""
-    if result.outcome is not Outcome.DONE:
-        return 1
-    return 1 if min_score is not None and result.score.total < min_score else 0
+def _build(files: Sequence[str], seed: int | None, servo: str | None, console: Console, *, competition: bool) -> Cell:
+    return Cell(
+        options.load(files),
+        seed=seed,
+        servo=options.servo(servo),
+        competition=competition,
+        report=partial(console.print, markup=False, soft_wrap=True, style="yellow"),
+    )
 
 
-def document(cell: Cell, agent: str, result: RunResult, status: int, pictures: list[str]) -> dict[str, Any]:
-    """A run's result as JSON values; times in s."""
-    return {
-        "trial": cell.trial.name,
-        "agent": agent,
-        "seed": cell.seed,
-        "servo": cell.servo,
-        "timestep": float(Fraction(*cell.trial.settings.timestep)),
-        "outcome": result.outcome.name.lower(),
-        "exit_status": status,
-        "competition_state": result.competition_state,
-        "simulated": result.simulated,
-        "wall": result.wall,
-        "real_time_factor": result.real_time_factor,
-        "steps": result.steps,
-        "state_hash": result.state_hash,
-        "score": score_table.document(result.score, cell.trial),
-        "heard": result.heard,
-        "refused": dict(cell.bus.refusals.counts),
-        "pictures": pictures,
-        "versions": versions(),
-    }
+def _worker(name: str, wanted: RunOptions) -> Agent | None:
+    if name != "none":
+        return find_agent(name)()
+    if wanted.until is None:
+        options.refuse("--agent none: without an agent a run has no end; say --until SECONDS")
+    return None
 
 
-def _photographer(file: Path, camera: Camera) -> Callable[[Cell], None]:
-    return lambda cell: save_picture(file, *cell.seen, camera)
-
-
-def _report(console: Console, line: str) -> None:
-    console.print(line, markup=False, soft_wrap=True, style="yellow")
+def _warn(line: str) -> None:
+    typer.echo(f"warning: {line}", err=True)

@@ -1,130 +1,129 @@
-"""The score of a run as people and as programs read it."""
+"""The score of a run as people read it, in 80 columns: what each ordered part earned, and why a point was lost."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 
+from rich import box
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
+from cellwright.cli.document import best
 from cellwright.description.trial import Trial
-from cellwright.kitting.kit_score import BonusVerdict, KitScore, PartFinding
-from cellwright.kitting.scorer import GameScore
+from cellwright.kitting.kit_score import BonusVerdict, KitScore, PartFinding, Verdict
+from cellwright.kitting.matching import MAX_DISTANCE, MAX_YAW_DIFFERENCE, MIN_QUATERNION_DOT
+from cellwright.kitting.scorer import GameScore, OrderScore
 from cellwright.run import RunResult, versions
 
-_POINTS_A_PART = 3.0
+_NAME_WIDTH = 22  # leaves the table 80 columns wide with the longest type of part
+
+REASONS: Mapping[str, str] = MappingProxyType(
+    {
+        Verdict.TOO_FAR: f"there, but more than {MAX_DISTANCE * 1e3:g} mm from its place",
+        Verdict.TILTED: "in its place, but not the ordered side up "
+        f"(more than {math.degrees(2 * math.acos(MIN_QUATERNION_DOT)):.0f} deg off)",
+        Verdict.TURNED: "in its place, but turned by more than "
+        f"{MAX_YAW_DIFFERENCE:g} rad ({math.degrees(MAX_YAW_DIFFERENCE):.1f} deg)",
+        Verdict.FAULTY: "none but a faulty one, which does not count",
+        Verdict.MISSING: "none on the tray when it was submitted",
+        BonusVerdict.PARTS_SHORT: "an ordered part is not there, so there is no bonus",
+        BonusVerdict.EXTRA_OBJECTS: "the tray holds more than was ordered, so there is no bonus",
+    }
+)
+"""Why points were lost, in one sentence each."""
 
 
-def show(console: Console, trial: Trial, result: RunResult, min_score: float | None, pictures: Sequence[str]) -> None:
+def show(console: Console, trial: Trial, result: RunResult) -> None:
     """Print what came of a run: the score, how it ended, and what it takes to get the same again."""
-    if result.score.orders:
-        console.print()
-        console.print(table(result.score, trial))
-        console.print()
+    for order in result.score.orders:
+        for kit in order.kits:
+            _show_kit(console, order, kit)
+    console.print()
+    for order_id in not_announced(trial, result.score):
+        console.print(f"{order_id} was never announced", markup=False, soft_wrap=True)
+    known = list(versions().items())
     lines = [
         ("outcome", str(result.outcome)),
-        ("score", f"{result.score.total:g} of {best(trial):g}"),
+        ("score", f"{result.score.total:g} of {best(trial):g} points"),
         ("simulated", f"{result.simulated:.1f} s in {result.wall:.1f} s: {result.real_time_factor:.1f} x real time"),
         ("state hash", result.state_hash),
-        ("versions", ", ".join(f"{name} {version}" for name, version in versions().items())),
+        ("versions", ", ".join(f"{name} {version}" for name, version in known[:3])),
+        ("", ", ".join(f"{name} {version}" for name, version in known[3:])),
+        *((f"heard {count}", topic) for topic, count in sorted(result.heard.items())),
     ]
-    if min_score is not None and result.score.total < min_score:
-        lines.insert(2, ("", f"below the {min_score:g} that was asked for"))
-    lines += [("heard", f"{count} on {topic}") for topic, count in sorted(result.heard.items())]
-    lines += [("picture", path) for path in pictures]
     for name, text in lines:
-        console.print(f"{name:<10}  {text}", markup=False, soft_wrap=True)
+        note(console, name, text)
 
 
-def table(score: GameScore, trial: Trial) -> Table:
-    """A row for each ordered part: what was found and what it earned; kits and orders summed up."""
-    result = Table(title="Score", title_justify="left", show_edge=False, pad_edge=False)
-    for heading in ("kit", "part", "found"):
-        result.add_column(heading)
-    for heading in ("presence", "pose", "all parts", "points"):
+def note(console: Console, name: str, text: str) -> None:
+    """Print a line of the summary."""
+    console.print(f"{name:<10}  {text}", markup=False, soft_wrap=True)
+
+
+def not_announced(trial: Trial, score: GameScore) -> list[str]:
+    """Ids of the orders that never came up."""
+    announced = {order.order_id for order in score.orders}
+    return [order.order_id for order in trial.orders if order.order_id not in announced]
+
+
+def table(kit: KitScore) -> Table:
+    """A row for each ordered part, with what was found for it and its points."""
+    result = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, collapse_padding=True)
+    result.add_column("part", no_wrap=True)
+    result.add_column("found", no_wrap=True)
+    for heading in ("off mm", "turn deg", "there", "pose"):
         result.add_column(heading, justify="right")
-    for order in score.orders:
-        for kit in order.kits:
-            _add_kit(result, kit)
-    total = f"[bold]{score.total:g}[/] of {best(trial):g}"
-    result.add_row("[bold]total[/]", "", "", "", "", "", total)
+    result.add_column("lost", no_wrap=True)
+    for part in kit.parts:
+        result.add_row(*_part_cells(part))
     return result
 
 
-def best(trial: Trial) -> float:
-    """The points of a perfect game: three for each ordered part."""
-    return _POINTS_A_PART * sum(len(kit.objects) for order in trial.orders for kit in order.kits)
+def reasons(kit: KitScore) -> Iterator[str]:
+    """A sentence for each kind of loss in this kit."""
+    found = [part.verdict for part in kit.parts if part.verdict is not Verdict.PLACED]
+    for verdict in Verdict:
+        if verdict in found:
+            yield f"{verdict}: {REASONS[verdict]}"
+    if kit.bonus is not None and kit.bonus is not BonusVerdict.EARNED:
+        yield f"{kit.bonus}: {REASONS[kit.bonus]}"
 
 
-def document(score: GameScore, trial: Trial) -> dict[str, Any]:
-    """The score as JSON values; lengths in m, angles in rad, times in s."""
-    return {
-        "total": score.total,
-        "best": best(trial),
-        "part_travel_time": score.part_travel_time / 1e9,
-        "orders": [
-            {
-                "order_id": order.order_id,
-                "total": order.total,
-                "complete": order.is_complete,
-                "time_taken": order.time_taken / 1e9,
-                "kits": [_kit(kit) for kit in order.kits],
-            }
-            for order in score.orders
-        ],
-    }
-
-
-def _add_kit(result: Table, kit: KitScore) -> None:
+def _show_kit(console: Console, order: OrderScore, kit: KitScore) -> None:
+    title = Text(f"{order.order_id}, kit {kit.kit_type}: ")
     if not kit.is_submitted:
-        result.add_row(kit.kit_type, "", "not submitted", "", "", "", f"{kit.total:g}", end_section=True)
+        console.print("\n", title + Text("not submitted, no points", style="bold"), sep="")
         return
-    for number, part in enumerate(kit.parts):
-        name = kit.kit_type if number == 0 else ""
-        result.add_row(name, part.type, found(part), f"{part.presence:g}", f"{part.pose:g}", "", "")
+    title += Text(f"{kit.total:g} of {kit.maximum:g} points", style="bold")
+    console.print("\n", title, "\n", sep="")
+    console.print(table(kit))
+    for line in _sums(kit):
+        console.print(line, markup=False, soft_wrap=True)
+
+
+def _sums(kit: KitScore) -> Iterator[str]:
+    each = len(kit.parts)
+    yield ""
+    points = (("there", kit.part_presence), ("pose", kit.part_pose), ("bonus", kit.all_parts_bonus))
+    yield ", ".join(f"{name} {earned:g} of {each}" for name, earned in points)
     for extra in kit.extras:
-        result.add_row("", extra.type, f"extra: {extra.name} ({extra.reason})", "", "", "", "")
-    bonus = {None: "", BonusVerdict.EARNED: "complete"}.get(kit.bonus, f"no bonus: {kit.bonus}")
-    sums = [f"{points:g}" for points in (kit.part_presence, kit.part_pose, kit.all_parts_bonus, kit.total)]
-    result.add_row("", "", bonus, *sums, end_section=True)
+        yield f"  besides: {extra.name} ({extra.reason})"
+    for line in reasons(kit):
+        yield f"  {line}"
 
 
-def found(part: PartFinding) -> str:
-    """What was found for an ordered part, with its distance and turn from where it should lie."""
+def _part_cells(part: PartFinding) -> list[str | Text]:
+    lost = "" if part.verdict is Verdict.PLACED else str(part.verdict)
+    points = [f"{part.presence:g}", f"{part.pose:g}"]
     if part.fit is None:
-        return str(part.verdict)
-    fit = part.fit
-    return (
-        f"{part.verdict}: {fit.object_name}, off by {fit.distance * 1e3:.1f} mm, "
-        f"{math.degrees(fit.yaw_difference):.1f} deg"
-    )
+        return [part.type, "-", "", "", *points, lost]
+    distance, turn = part.fit.distance * 1e3, math.degrees(part.fit.yaw_difference)
+    return [part.type, _name(part.fit.object_name), f"{distance:.1f}", f"{turn:.1f}", *points, lost]
 
 
-def _kit(kit: KitScore) -> dict[str, Any]:
-    return {
-        "kit_type": kit.kit_type,
-        "submitted": kit.is_submitted,
-        "total": kit.total,
-        "part_presence": kit.part_presence,
-        "all_parts_bonus": kit.all_parts_bonus,
-        "part_pose": kit.part_pose,
-        "bonus": None if kit.bonus is None else str(kit.bonus),
-        "parts": [_part(part) for part in kit.parts],
-        "extras": [{"name": each.name, "type": each.type, "reason": str(each.reason)} for each in kit.extras],
-    }
-
-
-def _part(part: PartFinding) -> dict[str, Any]:
-    fit = part.fit
-    return {
-        "type": part.type,
-        "verdict": str(part.verdict),
-        "presence": part.presence,
-        "pose": part.pose,
-        "object": None if fit is None else fit.object_name,
-        "distance": None if fit is None else fit.distance,
-        "yaw_difference": None if fit is None else fit.yaw_difference,
-        "quaternion_dot": None if fit is None else fit.quaternion_dot,
-    }
+def _name(name: str) -> Text:
+    """A model's name; a long one is broken behind what it came from."""
+    return Text(name if len(name) <= _NAME_WIDTH else name.replace("|", "|\n"))

@@ -1,0 +1,66 @@
+"""What the documentation asks its readers to type does what it says."""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.docs.pages import Command, File, Program, missing, steps
+
+ROOT = Path(__file__).parents[2]
+PAGES = ["README.md", "docs/getting-started.md", "docs/agents.md"]
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_page_can_be_followed(name: str, tmp_path: Path) -> None:
+    taken = steps(ROOT / name)
+    assert any(isinstance(step, Command) for step in taken)
+    for step in taken:
+        match step:
+            case File(file, text):
+                (tmp_path / file).write_text(text, encoding="utf-8")
+            case Program(text):
+                ran = follow([sys.executable, "-c", text], tmp_path)
+                assert ran.returncode == 0, ran.stderr
+            case Command(line, output, status):
+                command, *arguments = shlex.split(line)
+                assert command == "cellwright"
+                ran = follow([sys.executable, "-m", command, *arguments], tmp_path)
+                assert ran.returncode == status, f"{line}\n{ran.stdout}{ran.stderr}"
+                assert missing(output, ran.stdout) is None, f"{line}\n{ran.stdout}"
+
+
+def follow(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "COLUMNS": "80", "PYTHONIOENCODING": "utf-8"}
+    return subprocess.run(
+        command, cwd=folder, env=environment, capture_output=True, text=True, encoding="utf-8", timeout=120, check=False
+    )
+
+
+def test_the_output_of_a_command_is_compared() -> None:
+    printed = "one\n\ntwo  3 s\nthree\n"
+    assert missing(("one", "two  … s", "three"), printed) is None
+    assert missing(("one", "…"), printed) is None
+    assert missing(("…", "three"), printed) is None
+    assert missing((), printed) is None
+    assert missing(("one", "three"), printed) == "three"
+    assert missing(("two",), printed) == "two"
+    assert missing(("…", "four"), printed) == "four"
+    assert missing(("one",), printed) == "no more lines, but there was 'two  3 s'"
+
+
+@pytest.mark.parametrize("page", [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md")], ids=lambda page: page.name)
+def test_links_lead_somewhere(page: Path) -> None:
+    for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", page.read_text(encoding="utf-8")):
+        if "://" not in target:
+            assert (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+def test_the_picture_is_small_enough_for_a_page() -> None:
+    data = (ROOT / "docs" / "images" / "cell.png").read_bytes()
+    assert data.startswith(b"\x89PNG")
+    assert len(data) <= 400_000
