@@ -56,7 +56,9 @@ def test_bundled() -> None:
     assert isinstance(agent, Agent)
 
 
-@pytest.mark.parametrize("name", ["my_robot.py:Robot", "./my_robot.py:Robot", "my_robot:Robot", "{folder}/my_robot.py:Robot"])
+@pytest.mark.parametrize(
+    "name", ["my_robot.py:Robot", "./my_robot.py:Robot", "my_robot:Robot", "{folder}/my_robot.py:Robot"]
+)
 def test_a_class_in_a_file_or_module_of_ones_own(folder: Path, name: str) -> None:
     make = find_agent(name.format(folder=folder))
     assert make() is not make()
@@ -95,5 +97,5 @@ def test_what_is_wrong_is_said(folder: Path, name: str, reason: str) -> None:
 
 def test_an_agent_that_cannot_be_made(folder: Path) -> None:
     make = find_agent("my_robot.py:Picky")
-    with pytest.raises(AgentError, match="my_robot.py:Picky: cannot be made: TypeError: .*tool"):
+    with pytest.raises(AgentError, match=r"my_robot.py:Picky: cannot be made: TypeError: .*tool"):
         make()

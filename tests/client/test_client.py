@@ -196,7 +196,7 @@ def test_picking_a_rod() -> None:
     assert client.gripper_attached
     assert client.control_gripper(False)
     client.sleep(0.1)
-    assert not (client.gripper_enabled or client.gripper_attached)
+    assert (client.gripper_enabled, client.gripper_attached) == (False, False)
 
 
 def test_sensors_are_listened_to_from_when_they_are_asked_for() -> None:
