@@ -84,10 +84,10 @@ def test_a_class_of_an_installed_package() -> None:
         ("my_robot.py:NoAgent", "an agent is a class with a method run"),
         ("my_robot.py:run_fast", "an agent is a class with a method run"),
         ("my_robot.py:NUMBER", "an agent is a class with a method run"),
-        ("broken.py:Robot", "broken.py: cannot be imported: ModuleNotFoundError: .*no_such_module_of_mine"),
-        ("quits.py:Robot", "quits.py: cannot be imported: SystemExit: no ROS here"),
+        ("broken.py:Robot", "broken.py:1: cannot be imported: ModuleNotFoundError: .*no_such_module_of_mine"),
+        ("quits.py:Robot", "quits.py:2: cannot be imported: SystemExit: no ROS here"),
         ("quits:Robot", "quits: cannot be imported: SystemExit: no ROS here"),
-        ("wrong.py:Robot", "wrong.py: cannot be imported: SyntaxError"),
+        ("wrong.py:Robot", "wrong.py:1: cannot be imported: SyntaxError"),
     ],
 )
 def test_what_is_wrong_is_said(folder: Path, name: str, reason: str) -> None:
