@@ -14,7 +14,7 @@ from cellwright.cell import Cell
 from cellwright.messages.osrf_gear import AGVControlRequest, VacuumGripperControlRequest
 from cellwright.simulation.clock import nanoseconds
 from cellwright.simulation.snapshot import read_checkpoint
-from tests.cells import ABOVE_THE_ROD, INITIAL, WHOLE, call, order, publish, with_seed, way
+from tests.cells import ABOVE_THE_ROD, INITIAL, WHOLE, call, order, publish, way, with_seed
 from tests.contracts.goals import send
 
 END = 4.0

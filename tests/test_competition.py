@@ -218,9 +218,7 @@ def test_trays_are_counted_once_a_second() -> None:
     ],
     ids=["perfect", "a faulty part", "a part short", "a part out of place", "a part too many", "empty"],
 )
-def test_the_score_is_the_scorers(
-    parts: tuple[KitObject, ...], faulty: tuple[str, ...], expected: float
-) -> None:
+def test_the_score_is_the_scorers(parts: tuple[KitObject, ...], faulty: tuple[str, ...], expected: float) -> None:
     trial = replace(KITTING, extra_parts=on_tray(*parts), faulty_parts=frozenset(faulty))
     cell = Cell(trial)
     start(cell)

@@ -184,7 +184,9 @@ def test_a_trial_without_orders_is_done_as_soon_as_it_is_started() -> None:
 
 
 def test_listeners_are_counted() -> None:
-    result = work(deliver, listen=["/ariac/orders", "/clock", "/ariac/arm/command"], cell=Cell(replace(KITTING, has_arm=True)))
+    result = work(
+        deliver, listen=["/ariac/orders", "/clock", "/ariac/arm/command"], cell=Cell(replace(KITTING, has_arm=True))
+    )
     assert result.heard == {"/ariac/orders": 1, "/clock": result.steps}
     everything = work(deliver, listen=["all"])
     assert everything.heard["/ariac/competition_state"] == 18
@@ -198,7 +200,10 @@ def test_listening_and_looking_leave_the_run_as_it_is() -> None:
     watched = work(
         deliver,
         listen=["all"],
-        at=[(Fraction(1, 3), lambda cell: looked.append(cell.simulation.time)), (Fraction(0), lambda cell: looked.append(cell.simulation.time))],
+        at=[
+            (Fraction(1, 3), lambda cell: looked.append(cell.simulation.time)),
+            (Fraction(0), lambda cell: looked.append(cell.simulation.time)),
+        ],
         on_progress=lambda cell: looked.append(cell.simulation.time),
     )
     assert watched.state_hash == plain.state_hash

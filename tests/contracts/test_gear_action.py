@@ -37,9 +37,7 @@ class Client:
 
     def results(self) -> list[tuple[str, int, int]]:
         """Goal, status and error code of each result."""
-        return [
-            (each.status.goal_id.id, each.status.status, each.result.error_code) for each in self.result.messages
-        ]
+        return [(each.status.goal_id.id, each.status.status, each.result.error_code) for each in self.result.messages]
 
 
 def arm_cell() -> tuple[Cell, Client]:
@@ -83,9 +81,7 @@ def test_a_status_is_told_five_times_a_second_and_a_goal_that_ended_for_five_sec
     run(cell, 6.0)
     ended = client.result.times[0]
     told = [
-        time
-        for time, message in zip(client.status.times, client.status.messages, strict=True)
-        if message.status_list
+        time for time, message in zip(client.status.times, client.status.messages, strict=True) if message.status_list
     ]
     assert max(told) == pytest.approx(ended + 5.0, abs=0.21)
     run(cell, 0.5)
