@@ -23,7 +23,7 @@ from cellwright.cell import Cell
 from cellwright.client.client import Client
 from cellwright.client.transports.in_process import InProcess
 from cellwright.competition import is_done
-from cellwright.errors import RunEndedError, UsageError
+from cellwright.errors import RunEndedError, SimulationError, UsageError
 from cellwright.kitting.effects import Effect
 from cellwright.kitting.scorer import GameScore
 from cellwright.simulation.clock import nanoseconds
@@ -45,6 +45,7 @@ class Outcome(StrEnum):
     TIME_LIMIT = "time limit"
     GAVE_UP = "the agent ended before the orders were complete"
     CRASHED = "the agent crashed"
+    UNSTABLE = "the simulation became unstable"
     UNTIL = "stopped before the competition was done"
     INTERRUPTED = "interrupted"
 
@@ -149,45 +150,38 @@ def _run_cell(cell: Cell, agent: Agent | None, options: RunOptions, leaving: Exi
 
 def _work(cell: Cell, agent: Agent | None, transport: InProcess) -> tuple[Outcome, str]:
     client = Client(transport)
-    error = ""
-    crashed = False
     try:
-        if agent is not None:
-            error = _run(agent, client)
-            crashed = bool(error)
-            if not crashed:
-                _wait_for_kits(cell, client)
-        else:
+        if agent is None:
             client.wait_until(lambda: False)
+        else:
+            _let_work(agent, client)
+            _wait_for_kits(cell, client)
     except RunEndedError:
         pass  # the ordinary end of a program that works until it is stopped
     except KeyboardInterrupt:
         return Outcome.INTERRUPTED, ""
-    except SystemExit as stop:  # a program may end itself, and says with its status whether it came to its end
-        crashed = stop.code not in (None, 0)
-        error = f"the agent called sys.exit({stop.code!r})\n" if crashed else ""
+    except SystemExit as stop:
+        return Outcome.CRASHED, f"the agent exited with {stop.code!r}\n"
+    except SimulationError as error:
+        return Outcome.UNSTABLE, f"{error}\n"
     except Exception as raised:  # whatever somebody's program raises is reported, and the run still has its score
-        crashed = True
         first = raised.__traceback__.tb_next if raised.__traceback__ else None  # this frame is of no interest
-        error = "".join(traceback.format_exception(type(raised), raised, first or raised.__traceback__))
+        return Outcome.CRASHED, "".join(traceback.format_exception(type(raised), raised, first))
     finally:
         client.close()
-    if crashed:
-        return Outcome.CRASHED, error
     if cell.competition.state == "done":
         return (Outcome.TIME_LIMIT if cell.competition.is_timed_out else Outcome.DONE), ""
     stopped = cell.simulation.now >= transport.deadline
     return (Outcome.UNTIL if stopped else Outcome.GAVE_UP), ""
 
 
-def _run(agent: Agent, client: Client) -> str:
-    """Let an agent work; what is to be said if it exits with a bad status."""
+def _let_work(agent: Agent, client: Client) -> None:
+    """Let an agent work. A program may end itself, and says with its status whether it came to its end."""
     try:
         agent.run(client)
-    except SystemExit as stop:  # the usual end of a script; a status of 0 or none says that all is well
-        if stop.code:
-            return f"the agent exited with {stop.code!r}\n"
-    return ""
+    except SystemExit as stop:
+        if stop.code not in (None, 0):
+            raise
 
 
 def _wait_for_kits(cell: Cell, client: Client) -> None:
