@@ -156,13 +156,9 @@ def _work(cell: Cell, agent: Agent | None, transport: InProcess) -> tuple[Outcom
         pass  # the ordinary end of a program that works until it is stopped
     except KeyboardInterrupt:
         return Outcome.INTERRUPTED, ""
-    except SystemExit as stop:  # a program may end itself, and says with its status whether it came to its end
-        crashed = stop.code not in (None, 0)
-        error = f"the agent called sys.exit({stop.code!r})\n" if crashed else ""
     except Exception as raised:  # whatever somebody's program raises is reported, and the run still has its score
         crashed = True
-        first = raised.__traceback__.tb_next if raised.__traceback__ else None  # this frame is of no interest
-        error = "".join(traceback.format_exception(type(raised), raised, first or raised.__traceback__))
+        error = _told(raised)
     finally:
         client.close()
     if crashed:
@@ -181,6 +177,14 @@ def _run(agent: Agent, client: Client) -> str:
         if stop.code:
             return f"the agent exited with {stop.code!r}\n"
     return ""
+
+
+def _told(error: Exception) -> str:
+    """The error and how the agent came to it; the frames of this file are of no interest to its author."""
+    inner = error.__traceback__
+    while inner is not None and inner.tb_frame.f_code.co_filename == __file__:
+        inner = inner.tb_next
+    return "".join(traceback.format_exception(type(error), error, inner or error.__traceback__))
 
 
 def _wait_for_kits(cell: Cell, client: Client) -> None:

@@ -44,7 +44,9 @@ def run(
     ] = None,
     seed: Annotated[
         int | None,
-        typer.Option(min=0, max=2**63 - 1, metavar="N", help="Root of all chance; the file's own, else 0.", rich_help_panel=_WORK),
+        typer.Option(
+            min=0, max=2**63 - 1, metavar="N", help="Root of all chance; the file's own, else 0.", rich_help_panel=_WORK
+        ),
     ] = None,
     speed: Annotated[
         str,
