@@ -62,6 +62,10 @@ class RejectedCommandError(CellwrightError):
     """A command from outside that was refused as a whole; the cell goes on as if it had not come."""
 
 
+class SimulationError(CellwrightError):
+    """The engine could not go on; nothing that it says from then on is worth anything."""
+
+
 class RunEndedError(BaseException):
     """The run is over: no more time will pass for a client.
 

@@ -23,7 +23,7 @@ from cellwright.cell import Cell
 from cellwright.client.client import Client
 from cellwright.client.transports.in_process import InProcess
 from cellwright.competition import is_done
-from cellwright.errors import RunEndedError, UsageError
+from cellwright.errors import RunEndedError, SimulationError, UsageError
 from cellwright.kitting.effects import Effect
 from cellwright.kitting.scorer import GameScore
 from cellwright.simulation.clock import nanoseconds
@@ -45,6 +45,7 @@ class Outcome(StrEnum):
     TIME_LIMIT = "time limit"
     GAVE_UP = "the agent ended before the orders were complete"
     CRASHED = "the agent crashed"
+    UNSTABLE = "the simulation became unstable"
     UNTIL = "stopped before the competition was done"
     INTERRUPTED = "interrupted"
 
@@ -103,8 +104,14 @@ def run_cell(cell: Cell, agent: Agent | None, options: RunOptions | None = None)
     options = options or RunOptions()
     if agent is None and options.until is None:
         raise UsageError("without an agent a run has no end: say until when")
+    with ExitStack() as leaving:  # the cell is left as it was found, for other runs to come
+        return _run_cell(cell, agent, options, leaving)
+
+
+def _run_cell(cell: Cell, agent: Agent | None, options: RunOptions, leaving: ExitStack) -> RunResult:
     for when, path in options.checkpoints:
         cell.checkpoints.declare(nanoseconds(when), path)
+        leaving.callback(cell.checkpoints.withdraw, nanoseconds(when))
     cell.reset()
     if options.start is not None:
         read_checkpoint(cell.simulation, options.start)
@@ -119,13 +126,14 @@ def run_cell(cell: Cell, agent: Agent | None, options: RunOptions | None = None)
         if is_done(effect):
             _end_soon(transport)
 
-    with ExitStack() as leaving:
-        heard = _listen(cell, options.listen, leaving)
-        _plan(cell, options, leaving)
-        cell.competition.on_effect.append(watch_for_the_end)
-        leaving.callback(cell.competition.on_effect.remove, watch_for_the_end)
-        begin = time.perf_counter()
-        outcome, error = _work(cell, agent, transport)
+    heard = _listen(cell, options.listen, leaving)
+    _plan(cell, options, leaving)
+    cell.competition.on_effect.append(watch_for_the_end)
+    leaving.callback(cell.competition.on_effect.remove, watch_for_the_end)
+    if cell.competition.state == "done":  # it was so in the checkpoint
+        _end_soon(transport)
+    begin = time.perf_counter()
+    outcome, error = _work(cell, agent, transport)
     cell.bus.refusals.flush()
     return RunResult(
         outcome=outcome,
@@ -142,41 +150,37 @@ def run_cell(cell: Cell, agent: Agent | None, options: RunOptions | None = None)
 
 def _work(cell: Cell, agent: Agent | None, transport: InProcess) -> tuple[Outcome, str]:
     client = Client(transport)
-    error = ""
-    crashed = False
     try:
-        if agent is not None:
-            error = _run(agent, client)
-            crashed = bool(error)
-            if not crashed:
-                _wait_for_kits(cell, client)
-        else:
+        if agent is None:
             client.wait_until(lambda: False)
+        else:
+            _let_work(agent, client)
+            _wait_for_kits(cell, client)
     except RunEndedError:
         pass  # the ordinary end of a program that works until it is stopped
     except KeyboardInterrupt:
         return Outcome.INTERRUPTED, ""
+    except SystemExit as stop:
+        return Outcome.CRASHED, f"the agent exited with {stop.code!r}\n"
+    except SimulationError as error:
+        return Outcome.UNSTABLE, f"{error}\n"
     except Exception as raised:  # whatever somebody's program raises is reported, and the run still has its score
-        crashed = True
-        error = _told(raised)
+        return Outcome.CRASHED, _told(raised)
     finally:
         client.close()
-    if crashed:
-        return Outcome.CRASHED, error
     if cell.competition.state == "done":
         return (Outcome.TIME_LIMIT if cell.competition.is_timed_out else Outcome.DONE), ""
     stopped = cell.simulation.now >= transport.deadline
     return (Outcome.UNTIL if stopped else Outcome.GAVE_UP), ""
 
 
-def _run(agent: Agent, client: Client) -> str:
-    """Let an agent work; what is to be said if it exits with a bad status."""
+def _let_work(agent: Agent, client: Client) -> None:
+    """Let an agent work. A program may end itself, and says with its status whether it came to its end."""
     try:
         agent.run(client)
-    except SystemExit as stop:  # the usual end of a script; a status of 0 or none says that all is well
-        if stop.code:
-            return f"the agent exited with {stop.code!r}\n"
-    return ""
+    except SystemExit as stop:
+        if stop.code not in (None, 0):
+            raise
 
 
 def _told(error: Exception) -> str:
@@ -219,7 +223,7 @@ def _count(heard: Counter[str], name: str, _message: object) -> None:
 
 def _plan(cell: Cell, options: RunOptions, leaving: ExitStack) -> None:
     for when, action in options.at:
-        if when <= 0:
+        if nanoseconds(when) <= cell.simulation.now:
             action(cell)
         else:
             leaving.callback(_once(cell, when, action).cancel)

@@ -1,11 +1,12 @@
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
 
-from cellwright.errors import UnknownNameError, UsageError
+from cellwright.errors import SimulationError, UnknownNameError, UsageError
 from cellwright.simulation.device import Device
 from tests.simulation.scene import Shaker, make_simulation
 
@@ -157,3 +158,18 @@ def test_refresh_brings_positions_up_to_date_once_a_tick() -> None:
     simulation.touch()
     simulation.refresh()
     assert np.array_equal(simulation.data.xpos[body], simulation.data.qpos[address : address + 3])
+
+
+def test_an_unstable_state_ends_the_run_and_leaves_no_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    simulation = make_simulation()
+    simulation.reset()
+    simulation.data.qvel[0] = np.nan
+    with pytest.raises(SimulationError, match="unstable"):
+        simulation.step()
+    assert "unstable" in caplog.text
+    assert list(tmp_path.iterdir()) == []
+    simulation.reset()
+    simulation.step_until(10**8)

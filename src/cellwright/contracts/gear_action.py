@@ -110,8 +110,8 @@ class TrajectoryAction(Device):
 
     def _take_cancel(self, message: GoalID, _node: str) -> None:
         """Cancel by identifier, by time (all goals up to it), or everything when both are empty."""
-        goal = self._arm.controller.goal
-        if goal is None or not goal.active:
+        goal = self._current()
+        if goal is None:
             return
         until = nanoseconds(message.stamp)
         given = nanoseconds(self._statuses[goal.goal_id][0].goal_id.stamp)
@@ -122,6 +122,8 @@ class TrajectoryAction(Device):
     # ---------------------------------------------------------------- what goes out
 
     def _tell_ended(self, goal: TrajectoryGoal) -> None:
+        if goal.goal_id not in self._statuses:
+            return  # somebody gave it to the arm by hand
         goal_id = self._statuses[goal.goal_id][0].goal_id
         self._note(GoalStatus(goal_id, int(goal.status), goal.reason), ended=True)
         self._publish_result(goal.goal_id, 0 if goal.result is None else int(goal.result), goal.reason)
@@ -137,14 +139,19 @@ class TrajectoryAction(Device):
         return GoalStatusArray(header("", self.simulation.now), [status for status, _ in self._recent().values()])
 
     def _progress(self) -> FollowJointTrajectoryActionFeedback | None:
-        goal = self._arm.controller.goal
-        if goal is None or not goal.active:
+        goal = self._current()
+        if goal is None:
             return None
         now = self.simulation.now
         content = feedback_of(self._arm.controller.joint_names, self._arm.following(), now)
         return FollowJointTrajectoryActionFeedback(header("", now), self._statuses[goal.goal_id][0], content)
 
     # ---------------------------------------------------------------- inside
+
+    def _current(self) -> TrajectoryGoal | None:
+        """The goal that is being followed, if it came on the topic."""
+        goal = self._arm.controller.goal
+        return goal if goal is not None and goal.active and goal.goal_id in self._statuses else None
 
     def _note(self, status: GoalStatus, *, ended: bool) -> None:
         self._statuses.pop(status.goal_id.id, None)

@@ -34,6 +34,10 @@ class Checkpoints(Device):
         """Save at `time` [ns] to `path` in every run that begins from now on; None does all but write."""
         self._paths[time] = path
 
+    def withdraw(self, time: int) -> None:
+        """Save at `time` [ns] no more, in runs that begin from now on."""
+        self._paths.pop(time, None)
+
     def reset(self) -> None:
         """Wait for the declared times."""
         self._times = sorted(self._paths)

@@ -15,10 +15,11 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from cellwright.errors import UnknownNameError, UsageError
+from cellwright.errors import SimulationError, UnknownNameError, UsageError
 from cellwright.simulation import chance
 from cellwright.simulation.clock import Clock, nanoseconds
 from cellwright.simulation.device import Device
+from cellwright.simulation.engine_warnings import unstable
 from cellwright.simulation.events import EventQueue
 from cellwright.simulation.inbox import Inbox
 from cellwright.simulation.watches import Watch, Watches
@@ -49,6 +50,8 @@ class Simulation:
         first_pose: Callable[[mujoco.MjData], None] = lambda _data: None,
     ) -> None:
         model.opt.timestep = float(timestep)
+        # left to itself the engine would begin a run anew that has become unstable, and say nothing
+        model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
         self.model = model
         self.data = mujoco.MjData(model)
         self.seed = seed
@@ -119,7 +122,11 @@ class Simulation:
         self.watches.retime(0)
 
     def step(self) -> None:
-        """One tick."""
+        """One tick.
+
+        Raises:
+            SimulationError: the state has become unstable; the run is worth nothing from here on.
+        """
         inbox = self.inbox
         if inbox:
             inbox.empty()
@@ -127,6 +134,10 @@ class Simulation:
             hook()
         mujoco.mj_step(self.model, self.data)
         now = self.clock.advance()
+        if unstable:
+            reason = unstable[0]
+            unstable.clear()
+            raise SimulationError(f"at {now / 1e9:.3f} s: {reason}")
         for hook in self._after:
             hook()
         events = self.events

