@@ -10,6 +10,7 @@ import typer
 
 import cellwright
 from cellwright.cli.check import check
+from cellwright.cli.eval import evaluate
 from cellwright.cli.exit_status import BAD_INPUT, NOT_DONE
 from cellwright.cli.run import run
 from cellwright.errors import CellwrightError
@@ -35,6 +36,7 @@ app = typer.Typer(
 )
 app.command()(run)
 app.command()(check)
+app.command("eval")(evaluate)
 
 
 def _version(wanted: bool) -> None:  # noqa: FBT001

@@ -11,10 +11,10 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from cellwright.cli.document import best
 from cellwright.description.trial import Trial
 from cellwright.kitting.kit_score import BonusVerdict, KitScore, PartFinding, Verdict
 from cellwright.kitting.matching import MAX_DISTANCE, MAX_YAW_DIFFERENCE, MIN_QUATERNION_DOT
+from cellwright.kitting.score_document import best
 from cellwright.kitting.scorer import GameScore, OrderScore
 from cellwright.run import RunResult, versions
 

@@ -1,0 +1,180 @@
+"""`cellwright eval`: a program in many runs, and what they come to."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from cellwright.cli import options
+from cellwright.cli.eval_progress import EvalProgress
+from cellwright.cli.eval_table import show
+from cellwright.cli.exit_status import DONE, NOT_DONE
+from cellwright.errors import UsageError
+from cellwright.evaluation.evaluate import Evaluation
+from cellwright.evaluation.job import EvaluatedTrial, Job, make_jobs
+from cellwright.evaluation.junit import junit
+from cellwright.evaluation.limits import MEBIBYTE, MEMORY_IS_LIMITED, Limits
+from cellwright.evaluation.report import report
+from cellwright.evaluation.result import Result
+from cellwright.evaluation.results_file import ResultsFile
+from cellwright.evaluation.summary import Threshold, shortcoming, summary_document
+from cellwright.kitting.score_document import best
+
+_WORK, _LIMITS, _OUTPUT = "What runs", "Limits of each run", "Output"
+
+
+def evaluate(
+    trials: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="TRIAL...",
+            help="Trials that come with Cellwright, such as `lesson`, and YAML files; each is a trial of its own.",
+            show_default=False,
+        ),
+    ],
+    agent: Annotated[
+        str,
+        typer.Option(
+            metavar="AGENT",
+            help="What works the cells: `lesson`, your `path.py:Class` or `module:Class`.",
+            rich_help_panel=_WORK,
+        ),
+    ] = "lesson",
+    joined: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--with",
+            metavar="FILE",
+            help="A file that is joined to each trial, such as one with your sensors; repeatable.",
+            rich_help_panel=_WORK,
+        ),
+    ] = None,
+    seeds: Annotated[
+        int, typer.Option(min=1, max=100_000, metavar="N", help="Seeds 1 to N, a run each.", rich_help_panel=_WORK)
+    ] = 1,
+    jobs: Annotated[
+        int | None,
+        typer.Option(
+            min=1, max=1024, metavar="J", help="Runs at a time; as many as processors.", rich_help_panel=_WORK
+        ),
+    ] = None,
+    time_limit: Annotated[
+        float,
+        typer.Option(metavar="T", help="Time on the wall clock that a run may take [s].", rich_help_panel=_LIMITS),
+    ] = 600.0,
+    memory_limit: Annotated[
+        int,
+        typer.Option(
+            min=256, max=1 << 24, metavar="M", help="Memory that a run may take [MiB].", rich_help_panel=_LIMITS
+        ),
+    ] = 2048,
+    min_score: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SCORE",
+            help="Exit with status 1 when a run is below: points, or `75%` of the best.",
+            rich_help_panel=_OUTPUT,
+        ),
+    ] = None,
+    out: Annotated[
+        Path, typer.Option(metavar="FOLDER", help="Where results, logs and reports go.", rich_help_panel=_OUTPUT)
+    ] = Path("evaluation"),
+    as_json: Annotated[
+        bool,
+        typer.Option("--json", metavar="", help="Print the summary as JSON on stdout.", rich_help_panel=_OUTPUT),
+    ] = False,
+) -> None:
+    """Judge a program in many runs, each in a process of its own.
+
+    Results are in FOLDER/results.jsonl as soon as they are there; the same command again goes on where it was stopped.
+    At the end FOLDER has report.html for people, junit.xml and summary.json for CI.
+
+        # the lesson's script with five seeds
+        cellwright eval lesson --seeds 5
+
+        # your program in CI: status 1 if a run has less than three quarters of the points
+        cellwright eval trial.yaml --agent my_robot.py:MyRobot --seeds 10 --min-score 75%
+
+    Exit status: 0 every run is done, and not below --min-score; 1 some are not; 2 bad input, and nothing was started.
+    """
+    least = None if min_score is None else _threshold(min_score)
+    limits = Limits(_time_limit(time_limit), memory_limit * MEBIBYTE)
+    wanted = make_jobs(_trials(trials, joined or []), agent, range(1, seeds + 1), vary=False)
+    console = Console(stderr=as_json, highlight=False)
+    if not MEMORY_IS_LIMITED:
+        console.print("note: on this system the memory of a run is not limited")
+    try:
+        store = ResultsFile(out)
+    except OSError as error:
+        options.refuse(f"--out {out}: cannot be written to: {error.strerror}")
+    with store:
+        results, interrupted = _work(wanted, store, limits, jobs or os.cpu_count() or 1, console)
+    short = [shortcoming(result, least) for result in results]
+    status = NOT_DONE if interrupted or any(short) else DONE
+    document = json.dumps(summary_document(results, least, status), indent=2)
+    (out / "summary.json").write_text(document + "\n", encoding="utf-8")
+    (out / "junit.xml").write_bytes(junit(results, least))
+    (out / "report.html").write_text(report(results, least), encoding="utf-8")
+    show(console, results, least)
+    if interrupted:
+        console.print(f"interrupted: {len(wanted) - len(results)} runs are left; the same command goes on with them")
+    console.print(f"report      {out / 'report.html'}", markup=False, soft_wrap=True)
+    if as_json:
+        typer.echo(document)
+    raise typer.Exit(status)
+
+
+def _work(
+    jobs: Sequence[Job], store: ResultsFile, limits: Limits, workers: int, console: Console
+) -> tuple[list[Result], bool]:
+    """The results of the jobs that have one, in the jobs' order; and whether it was interrupted."""
+    interrupted = False
+    with EvalProgress(console, jobs) as progress:
+        evaluation = Evaluation(
+            store, limits=limits, workers=workers, on_result=progress.take, on_look=progress.show_running
+        )
+        known = [store.results[job.key] for job in jobs if evaluation.is_settled(job)]
+        progress.begin(known, store.path.parent)
+        try:
+            if len(known) < len(jobs):
+                problem = evaluation.check_agent(jobs[0].agent)
+                if problem:
+                    options.refuse(problem)
+                evaluation.run(jobs)
+        except KeyboardInterrupt:
+            interrupted = True
+    return [store.results[job.key] for job in jobs if evaluation.is_settled(job)], interrupted
+
+
+def _trials(names: Sequence[str], joined: Sequence[str]) -> list[EvaluatedTrial]:
+    """The trials, read once: what is wrong with them is told before anything starts."""
+    found = []
+    for name in dict.fromkeys(names):
+        trial = options.load([*joined, name])
+        files = tuple(path.resolve() for path in options.paths([*joined, name]))
+        found.append((name, trial.name, files, best(trial), trial.time_limit))
+    how_often = Counter(short for _, short, *_ in found)
+    return [
+        EvaluatedTrial(short if how_often[short] == 1 else name, files, points, limit)
+        for name, short, files, points, limit in found
+    ]
+
+
+def _threshold(text: str) -> Threshold:
+    try:
+        return Threshold.read(text)
+    except UsageError as error:
+        options.refuse(f"--min-score {error}")
+
+
+def _time_limit(value: float) -> float:
+    if not 0.0 < value <= options.LATEST:
+        options.refuse(f"--time-limit {value:g}: give a time above 0 s and up to {options.LATEST:g} s")
+    return value

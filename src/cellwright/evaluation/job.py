@@ -1,0 +1,127 @@
+"""One run that is to be judged, and the key by which it is known again."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import cellwright
+from cellwright.agents.agent import BUNDLED
+from cellwright.run import versions
+
+
+@dataclass(frozen=True, slots=True)
+class EvaluatedTrial:
+    """A trial as it takes part in an evaluation.
+
+    Attributes:
+        name: what reports call it.
+        files: its files, as absolute paths.
+        best: the points of a perfect game.
+        time_limit: simulation time [s] that it lasts at most; not positive for one without an end.
+    """
+
+    name: str
+    files: tuple[Path, ...]
+    best: float
+    time_limit: float
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """A run to be judged: the same job has the same result, whoever works it and when.
+
+    Attributes:
+        trial: what is run.
+        agent: who works it, as for `find_agent`.
+        seed: root of all chance.
+        vary: whether the cell is moved about within its bounds, by the seed.
+        key: digest of all that the result depends on.
+    """
+
+    trial: EvaluatedTrial
+    agent: str
+    seed: int
+    vary: bool
+    key: str
+
+    @property
+    def name(self) -> str:
+        """What people call it."""
+        return f"{self.trial.name} seed {self.seed}"
+
+    @property
+    def log_name(self) -> str:
+        """Name of the file that takes what it prints."""
+        trial = "".join(letter if letter.isalnum() else "_" for letter in self.trial.name)
+        return f"{trial}-{self.seed}-{self.key[:8]}.log"
+
+
+def make_jobs(trials: Iterable[EvaluatedTrial], agent: str, seeds: Sequence[int], *, vary: bool) -> list[Job]:
+    """Every trial with every seed, once.
+
+    Raises:
+        OSError: a file cannot be read.
+    """
+    program = agent_digest(agent)
+    jobs: dict[str, Job] = {}
+    for trial in trials:
+        texts = [file.read_bytes() for file in trial.files]
+        for seed in seeds:
+            key = _key(texts, program, seed, vary=vary)
+            jobs.setdefault(key, Job(trial, agent, seed, vary, key))
+    return list(jobs.values())
+
+
+def _key(texts: Sequence[bytes], program: str, seed: int, *, vary: bool) -> str:
+    known = {
+        "trial": [hashlib.sha256(text).hexdigest() for text in texts],
+        "agent": program,
+        "seed": seed,
+        "vary": vary,
+        "versions": versions(),
+        "source": _cellwright_digest(),
+    }
+    return hashlib.sha256(json.dumps(known, sort_keys=True).encode()).hexdigest()[:24]
+
+
+def agent_digest(agent: str) -> str:
+    """Digest of an agent's name and of its program, which is read and not run.
+
+    The program is its file and the Python files beside it, or all of the package that its module is in.
+    """
+    place = BUNDLED.get(agent, agent).rpartition(":")[0]
+    return f"{agent} {_sources_digest(_sources(place))}"
+
+
+def _sources(place: str) -> list[Path]:
+    if place.endswith(".py"):
+        return sorted(Path(place).resolve().parent.glob("*.py"))
+    top = place.partition(".")[0]
+    local = Path(f"{top}.py")
+    if local.is_file():  # modules are looked for in the folder that the command is called in
+        return sorted(local.resolve().parent.glob("*.py"))
+    spec = None if not top.isidentifier() or Path(top).is_dir() else importlib.util.find_spec(top)
+    if spec is None or spec.origin is None:
+        return sorted(Path(top).resolve().rglob("*.py"))
+    origin = Path(spec.origin)
+    return sorted(origin.parent.rglob("*.py")) if origin.name == "__init__.py" else [origin]
+
+
+@cache
+def _cellwright_digest() -> str:
+    """Digest of Cellwright's own source: between two releases it has one version and changes all the same."""
+    return _sources_digest(sorted(Path(cellwright.__file__).parent.rglob("*.py")))
+
+
+def _sources_digest(files: Iterable[Path]) -> str:
+    digest = hashlib.sha256()
+    for file in files:
+        digest.update(f"{file.name}\0".encode())
+        digest.update(hashlib.sha256(file.read_bytes()).digest())
+    return digest.hexdigest()
