@@ -1,6 +1,6 @@
 """The command line, run in this process in an empty folder."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -86,7 +86,3 @@ def agents(tmp_path: Path) -> str:
     """The name of a file with agents, beside which commands are run."""
     (tmp_path / "agents.py").write_text(AGENTS)
     return "agents.py"
-
-
-def arguments(text: str, *more: str) -> Sequence[str]:
-    return [*text.split(), *more]

@@ -23,6 +23,9 @@ from cellwright.viewer.views import view
 LATEST = 1e9
 """Latest time that a run may be asked to reach [s]."""
 
+LARGEST_SEED = 2**63 - 1
+"""As in a trial's file."""
+
 Files = Annotated[
     list[str],
     typer.Argument(
@@ -111,6 +114,13 @@ def speed(text: str) -> float | None:
     value = _number(text)
     if not 0.0 < value < math.inf:
         refuse(f"--speed {text}: give a factor above 0, such as 1 for real time, or max")
+    return value
+
+
+def seed(value: int | None) -> int | None:
+    """A root of chance."""
+    if value is not None and not 0 <= value <= LARGEST_SEED:
+        refuse(f"--seed {value}: give a whole number from 0 to 2**63 - 1")
     return value
 
 

@@ -44,9 +44,7 @@ def run(
     ] = None,
     seed: Annotated[
         int | None,
-        typer.Option(
-            min=0, max=2**63 - 1, metavar="N", help="Root of all chance; the file's own, else 0.", rich_help_panel=_WORK
-        ),
+        typer.Option(metavar="N", help="Root of all chance; the file's own, else 0.", rich_help_panel=_WORK),
     ] = None,
     speed: Annotated[
         str,
@@ -186,7 +184,7 @@ def run(
 def _build(files: Sequence[str], seed: int | None, servo: str | None, console: Console, *, competition: bool) -> Cell:
     return Cell(
         options.load(files),
-        seed=seed,
+        seed=options.seed(seed),
         servo=options.servo(servo),
         competition=competition,
         report=partial(console.print, markup=False, soft_wrap=True, style="yellow"),
