@@ -27,6 +27,8 @@ from cellwright.evaluation.results_file import ResultsFile
 from cellwright.evaluation.summary import Threshold, shortcoming, summary_document
 from cellwright.kitting.score_document import best
 
+_MOST_SEEDS, _MOST_JOBS = 100_000, 1024
+_MEMORY = 256.0, 2.0**24  # [MiB]; with less a worker cannot begin
 _WORK, _LIMITS, _OUTPUT = "What runs", "Limits of each run", "Output"
 
 
@@ -34,7 +36,7 @@ def evaluate(
     trials: Annotated[
         list[str],
         typer.Argument(
-            metavar="TRIAL...",
+            metavar="TRIAL",
             help="Trials that come with Cellwright, such as `lesson`, and YAML files; each is a trial of its own.",
             show_default=False,
         ),
@@ -57,29 +59,22 @@ def evaluate(
         ),
     ] = None,
     seeds: Annotated[
-        int, typer.Option(min=1, max=100_000, metavar="N", help="Seeds 1 to N, a run each.", rich_help_panel=_WORK)
+        int, typer.Option(metavar="N", help="Each trial runs with the seeds 1 to N.", rich_help_panel=_WORK)
     ] = 1,
     jobs: Annotated[
         int | None,
-        typer.Option(
-            min=1, max=1024, metavar="J", help="Runs at a time; as many as processors.", rich_help_panel=_WORK
-        ),
+        typer.Option(metavar="J", help="Runs at a time; as many as processors when left out.", rich_help_panel=_WORK),
     ] = None,
     time_limit: Annotated[
         float,
-        typer.Option(metavar="T", help="Time on the wall clock that a run may take [s].", rich_help_panel=_LIMITS),
+        typer.Option(metavar="T", help="Time on the wall clock [s].", rich_help_panel=_LIMITS),
     ] = 600.0,
-    memory_limit: Annotated[
-        int,
-        typer.Option(
-            min=256, max=1 << 24, metavar="M", help="Memory that a run may take [MiB].", rich_help_panel=_LIMITS
-        ),
-    ] = 2048,
+    memory_limit: Annotated[float, typer.Option(metavar="M", help="Memory [MiB].", rich_help_panel=_LIMITS)] = 2048.0,
     min_score: Annotated[
         str | None,
         typer.Option(
             metavar="SCORE",
-            help="Exit with status 1 when a run is below: points, or `75%` of the best.",
+            help="Exit with status 1 when a run is below: points, or a share such as `75%`.",
             rich_help_panel=_OUTPUT,
         ),
     ] = None,
@@ -99,14 +94,19 @@ def evaluate(
         # the lesson's script with five seeds
         cellwright eval lesson --seeds 5
 
-        # your program in CI: status 1 if a run has less than three quarters of the points
-        cellwright eval trial.yaml --agent my_robot.py:MyRobot --seeds 10 --min-score 75%
+        # your program in CI: status 1 if a run has less than 75 % of the points
+        cellwright eval trial.yaml --agent my_robot.py:MyRobot --min-score 75%
 
     Exit status: 0 every run is done, and not below --min-score; 1 some are not; 2 bad input, and nothing was started.
     """
     least = None if min_score is None else _threshold(min_score)
-    limits = Limits(_time_limit(time_limit), memory_limit * MEBIBYTE)
-    wanted = make_jobs(_trials(trials, joined or []), agent, range(1, seeds + 1), vary=False)
+    limits = Limits(
+        _within("--time-limit", time_limit, 0.1, options.LATEST),
+        round(_within("--memory-limit", memory_limit, *_MEMORY) * MEBIBYTE),
+    )
+    numbers = range(1, int(_within("--seeds", seeds, 1, _MOST_SEEDS)) + 1)
+    workers = int(_within("--jobs", os.cpu_count() or 1 if jobs is None else jobs, 1, _MOST_JOBS))
+    wanted = make_jobs(_trials(trials, joined or []), agent, numbers, vary=False)
     console = Console(stderr=as_json, highlight=False)
     if not MEMORY_IS_LIMITED:
         console.print("note: on this system the memory of a run is not limited")
@@ -115,7 +115,7 @@ def evaluate(
     except OSError as error:
         options.refuse(f"--out {out}: cannot be written to: {error.strerror}")
     with store:
-        results, interrupted = _work(wanted, store, limits, jobs or os.cpu_count() or 1, console)
+        results, interrupted = _work(wanted, store, limits, workers, console)
     short = [shortcoming(result, least) for result in results]
     status = NOT_DONE if interrupted or any(short) else DONE
     document = json.dumps(summary_document(results, least, status), indent=2)
@@ -157,8 +157,8 @@ def _trials(names: Sequence[str], joined: Sequence[str]) -> list[EvaluatedTrial]
     """The trials, read once: what is wrong with them is told before anything starts."""
     found = []
     for name in dict.fromkeys(names):
-        trial = options.load([*joined, name])
-        files = tuple(path.resolve() for path in options.paths([*joined, name]))
+        trial = options.load([name, *joined])
+        files = tuple(path.resolve() for path in options.paths([name, *joined]))
         found.append((name, trial.name, files, best(trial), trial.time_limit))
     how_often = Counter(short for _, short, *_ in found)
     return [
@@ -174,7 +174,7 @@ def _threshold(text: str) -> Threshold:
         options.refuse(f"--min-score {error}")
 
 
-def _time_limit(value: float) -> float:
-    if not 0.0 < value <= options.LATEST:
-        options.refuse(f"--time-limit {value:g}: give a time above 0 s and up to {options.LATEST:g} s")
+def _within(option: str, value: float, least: float, most: float) -> float:
+    if not least <= value <= most:
+        options.refuse(f"{option} {value:g}: give a number from {least:g} to {most:g}")
     return value
