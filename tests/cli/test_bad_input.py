@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from cellwright.description.catalogue import bundled, bundled_sensors
 from tests.cli.conftest import CommandLine
 
 UNTIL = ("--agent", "none", "--until", "0.1", "--no-picture")
@@ -80,7 +81,7 @@ def test_options(option: str, value: str, said: str, cellwright: CommandLine, ag
     [
         ("no.yaml", "no.yaml: there is no such file"),
         ("no/trial", "no/trial: there is no such file"),
-        ("lessn", "unknown trial 'lessn'; did you mean lesson (known: lesson)"),
+        ("lessn", f"unknown trial 'lessn'; did you mean lesson (known: {', '.join([*bundled(), *bundled_sensors()])})"),
         ("folder", "folder: is a folder; give the files of a trial"),
         ("latin.yaml", "latin.yaml:2: not UTF-8 text; save the file as UTF-8"),
         ("broken.yaml", "broken.yaml:1: no valid YAML: expected the node content, but found '<stream end>'"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -46,7 +47,7 @@ def test_results_are_the_same_in_any_number_of_processes(judge: Judge, folder: P
     (folder / "out" / "results.jsonl").unlink()
     together = judge("Deliver", seeds=2, workers=2)
 
-    def what_counts(results: list[Result]) -> list[object]:
+    def what_counts(results: list[Result]) -> Sequence[object]:
         return sorted((each.key, each.state_hash, each.points, str(each.timeline), str(each.score)) for each in results)
 
     assert what_counts(alone) == what_counts(together)

@@ -91,7 +91,8 @@ def test_the_document_is_json_and_has_everything() -> None:
 def test_a_result_survives_json() -> None:
     for each in (worked(), CRASHED, LOST):
         assert Result.from_json(json.loads(json.dumps(each.as_json()))) == each
-    for wrong in (None, [], {}, {**LOST.as_json(), "more": 1}):
+    wrongs: list[object] = [None, [], {}, {**LOST.as_json(), "more": 1}]
+    for wrong in wrongs:
         with pytest.raises(ResultError):
             Result.from_json(wrong)
 

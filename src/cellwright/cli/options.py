@@ -13,7 +13,7 @@ from typing import Annotated, NoReturn, get_args
 import typer
 
 from cellwright.cell import Cell
-from cellwright.description.catalogue import bundled, find_trial
+from cellwright.description.catalogue import bundled, bundled_sensors, find_trial
 from cellwright.description.gear2017 import load_trial
 from cellwright.description.trial import ServoProfile, Trial
 from cellwright.errors import UnknownNameError, UsageError
@@ -30,8 +30,8 @@ Files = Annotated[
     list[str],
     typer.Argument(
         metavar="TRIAL",
-        help="A trial that comes with Cellwright, such as `lesson`, or a YAML file; "
-        "several files are joined, as by the original's launcher.",
+        help="A trial that comes with Cellwright, such as `lesson`, or a YAML file; several are joined, "
+        "as by the original's launcher: `final01 kitter_sensors`.",
         show_default=False,
     ),
 ]
@@ -67,7 +67,7 @@ def _path(file: str) -> Path:
         refuse(f"{file}: cannot be read: {error.strerror}")
     if not stat.S_ISDIR(mode):
         return path
-    if file in bundled():
+    if file in (*bundled(), *bundled_sensors()):
         return find_trial(file)
     refuse(f"{file}: is a folder; give the files of a trial")
 
