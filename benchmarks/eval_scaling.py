@@ -44,13 +44,13 @@ class Mover:
 def main() -> None:
     """Print wall times and their ratio."""
     rounds = int(sys.argv[1]) if len(sys.argv) > 1 else 1
-    trials = [EvaluatedTrial(name, (find_trial(name), find_trial(SENSORS)), 0.0, 500.0) for name in FINALS]
+    trials = [EvaluatedTrial(name, (find_trial(name), find_trial(SENSORS)), 0.0, 0.0, 500.0) for name in FINALS]
     jobs = make_jobs(trials, f"{__file__}:Mover", SEEDS, vary=False)
     print(f"{len(jobs)} runs of {WORK:g} s, {os.cpu_count()} processors{load()}")
     best = {workers: min(times(jobs, workers) for _ in range(rounds)) for workers in (1, 2)}
     for workers, (wall, busy) in best.items():
         print(
-            f"{workers} at a time: {wall:6.1f} s, {len(jobs) * WORK / wall:5.0f} x real time with all that belongs to it; "
+            f"{workers} at a time: {wall:6.1f} s, {len(jobs) * WORK / wall:5.0f} x real time, all told; "
             f"{busy:.1f} s of processor time, {busy / wall:.2f} processors"
         )
     print(f"ratio: {best[1][0] / best[2][0]:.2f}")

@@ -103,13 +103,13 @@ def test_the_table_fits_and_tells_the_worst(capsys: pytest.CaptureFixture[str]) 
     assert "passed      1 of 13 runs" in lines
 
 
-BELOW = "1 of 12 points, but 50 % were asked for"
+BELOW = "1 of 12 points, but 50 % of the points were asked for"
 
 
 def test_on_a_terminal_a_table_moves(tmp_path: Path) -> None:
     (tmp_path / "tiny.yaml").write_text(TRIAL)
-    trial = EvaluatedTrial("tiny", (tmp_path / "tiny.yaml",), 12.0, 500.0)
-    endless = EvaluatedTrial("endless", (tmp_path / "tiny.yaml",), 12.0, -1.0)
+    trial = EvaluatedTrial("tiny", (tmp_path / "tiny.yaml",), 12.0, 12.0, 500.0)
+    endless = EvaluatedTrial("endless", (tmp_path / "tiny.yaml",), 12.0, 12.0, -1.0)
     jobs = make_jobs([trial], "lesson", [1, 2, 3], vary=False)
     other = make_jobs([endless], "lesson", [4], vary=False)
     screen = io.StringIO()

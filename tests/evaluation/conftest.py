@@ -28,7 +28,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def tiny_jobs(folder: Path, program: str, seeds: int = 1) -> list[Job]:
     """Jobs of the tiny trial."""
-    trial = EvaluatedTrial("tiny", (folder / "tiny.yaml",), 6.0, 500.0)
+    trial = EvaluatedTrial("tiny", (folder / "tiny.yaml",), 6.0, 6.0, 500.0)
     return make_jobs([trial], f"programs.py:{program}", range(1, seeds + 1), vary=False)
 
 

@@ -11,33 +11,36 @@ PART = {
     "verdict": "placed",
     "presence": 1.0,
     "pose": 1.0,
-    "object": "bin1|gear_part_1",
-    "distance": 0.0042,
-    "yaw_difference": 0.05,
-    "quaternion_dot": 1.0,
+    "reachable_presence": 1.0,
+    "reachable_pose": 1.0,
+    "sentence": "bin1|gear_part_1 lies in its place, off by 4.2 mm and 50 mrad",
 }
-MISSING = {
-    **PART,
-    "verdict": "missing",
-    "presence": 0.0,
-    "pose": 0.0,
-    "object": None,
-    "distance": None,
-    "yaw_difference": None,
-    "quaternion_dot": None,
-}
+MISSING = {**PART, "verdict": "missing", "presence": 0.0, "pose": 0.0, "sentence": "none on the tray <when> submitted"}
 KIT = {
     "kit_type": "order_0_kit_0",
     "submitted": True,
     "total": 2.0,
+    "reachable": 6.0,
+    "best": 6.0,
     "part_presence": 1.0,
     "all_parts_bonus": 0.0,
     "part_pose": 1.0,
     "bonus": "parts short",
+    "bonus_reason": "an ordered part is not there",
     "parts": [PART, MISSING],
     "extras": [{"name": "bin2|disk_part_1", "type": "disk_part", "reason": "wrong type"}],
 }
-NEVER = {**KIT, "kit_type": "order_0_kit_1", "submitted": False, "bonus": None, "parts": [], "extras": [], "total": 0.0}
+NEVER = {
+    **KIT,
+    "kit_type": "order_0_kit_1",
+    "submitted": False,
+    "reachable": 4.0,
+    "bonus": None,
+    "bonus_reason": "its kit was never submitted",
+    "parts": [],
+    "extras": [],
+    "total": 0.0,
+}
 SCORE = {"total": 2.0, "best": 12.0, "orders": [{"order_id": "order_0", "kits": [KIT, NEVER]}]}
 TIMELINE = {
     "end": 20.0,
@@ -46,8 +49,8 @@ TIMELINE = {
         {"order": "order_1", "announced": 5.0, "completed": None},
     ],
     "kits": [
-        {"time": 14.0, "agv": "1", "kit": "order_0_kit_0", "points": 2.0, "best": 6.0},
-        {"time": 19.5, "agv": "2", "kit": "<kit>", "points": 0.0, "best": 0.0},
+        {"time": 14.0, "agv": "1", "kit": "order_0_kit_0", "points": 2.0},
+        {"time": 19.5, "agv": "2", "kit": "<kit>", "points": 0.0},
     ],
     "held": [{"begin": 2.0, "end": 4.0, "part": "bin1|gear_part_1", "type": "gear_part"}],
     "agvs": {
@@ -71,7 +74,8 @@ def result(points: float = 12.0, **changes: Any) -> Result:
         "vary": False,
         "outcome": "done",
         "points": points,
-        "best": 12.0,
+        "reachable": 12.0,
+        "best": 15.0,
         "wall": 2.0,
         "simulated": 20.0,
         "limits": {"wall": 600.0, "memory": 1.0, "log": 1.0},

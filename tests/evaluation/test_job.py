@@ -11,7 +11,7 @@ from cellwright.evaluation.job import EvaluatedTrial, agent_digest, make_jobs
 
 
 def keys(folder: Path, agent: str = "robot.py:Robot", seeds: int = 1, *, vary: bool = False) -> list[str]:
-    trial = EvaluatedTrial("one", (folder / "one.yaml",), 3.0, 500.0)
+    trial = EvaluatedTrial("one", (folder / "one.yaml",), 3.0, 3.0, 500.0)
     return [each.key for each in make_jobs([trial], agent, range(seeds), vary=vary)]
 
 
@@ -25,7 +25,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_a_job_for_each_trial_and_seed(folder: Path) -> None:
     (folder / "other.yaml").write_text("a: 1")
-    trials = [EvaluatedTrial(name, (folder / f"{name}.yaml",), 3.0, 500.0) for name in ("one", "other", "one")]
+    trials = [EvaluatedTrial(name, (folder / f"{name}.yaml",), 3.0, 3.0, 500.0) for name in ("one", "other", "one")]
     jobs = make_jobs(trials, "lesson", [1, 2], vary=True)
     assert [each.name for each in jobs] == ["one seed 1", "one seed 2", "other seed 1", "other seed 2"]
     assert len({each.key for each in jobs}) == 4

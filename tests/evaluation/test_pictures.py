@@ -56,7 +56,7 @@ def test_what_happened_is_where_it_happened() -> None:
         "AGV 1",
         "AGV 2",
     ]
-    assert [each.text for each in shapes(picture, "text", "points")] == ["2 of 6", "0 of 0"]
+    assert [each.text for each in shapes(picture, "text", "points")] == ["2 points", "0 points"]
     assert len(shapes(picture, "path", "kit")) == 2
 
 

@@ -45,7 +45,9 @@ class Page(HTMLParser):
 RESULTS = [result(), worked(seed=4), CRASHED, LOST]
 
 
-@pytest.mark.parametrize("results", [[], [result()], RESULTS, [result(0.0, best=0.0)]], ids=["none", "one", "all", "0"])
+@pytest.mark.parametrize(
+    "results", [[], [result()], RESULTS, [result(0.0, reachable=0.0)]], ids=["none", "one", "all", "0"]
+)
 def test_it_is_whole_and_needs_nothing_else(results: list[Result]) -> None:
     text = report(results, Threshold.read("75%"))
     page = Page(text)
@@ -66,15 +68,19 @@ def test_what_it_says() -> None:
     page = Page(report(RESULTS, Threshold.read("75%")))
     for text in (
         "my.py:Mine",
-        "1 trial, 4 seeds; every run was to reach 75 %",
+        "1 trial, 4 seeds; every run was to reach 75 % of the points",
         "1 of 4",
         "33.3%",
-        "2 of 12 points, but 75 % were asked for",
+        "2 of 12 points, but 75 % of the points were asked for",
         "still at work after 5 s",
         "ValueError: <no> & \x07 \x1b[31m",
         "bin1|gear_part_1",
         "besides: bin2|disk_part_1 (wrong type)",
-        "kit order_0_kit_1: never submitted, no points",
+        "kit order_0_kit_0: 2 of 6 points",
+        "there 1 of 2, pose 1 of 2, bonus 0 of 2 (an ordered part is not there)",
+        "kit order_0_kit_1: 0 of 4 points within reach, 6 on paper",
+        "its kit was never submitted",
+        "none on the tray <when> submitted",
     ):
         assert text in page.text, text
     assert "2 trials" in Page(report([result(), result(trial="other")], None)).text

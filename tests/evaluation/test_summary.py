@@ -36,27 +36,34 @@ def test_what_is_no_threshold(text: str) -> None:
 
 
 def test_a_trial_without_points_to_earn_is_reached_in_full() -> None:
-    assert result(0.0, best=0.0).share == 1.0
-    assert Threshold.read("100%").is_reached(result(0.0, best=0.0))
+    assert result(0.0, reachable=0.0).share == 1.0
+    assert Threshold.read("100%").is_reached(result(0.0, reachable=0.0))
 
 
 def test_why_a_run_did_not_pass() -> None:
     half = Threshold.read("50%")
     assert shortcoming(result(6.0), half) == ""
     assert shortcoming(result(0.0), None) == ""
-    assert shortcoming(result(5.0), half) == "5 of 12 points, but 50 % were asked for"
+    assert shortcoming(result(5.0), half) == "5 of 12 points, but 50 % of the points were asked for"
     assert shortcoming(result(5.0), Threshold.read("5.5")) == "5 of 12 points, but 5.5 points were asked for"
     assert shortcoming(LOST, None) == "still at work after 5 s"
     assert shortcoming(result(12.0, outcome="time_limit", reason="time limit"), half) == "time limit"
 
 
 def test_a_summary_for_each_trial() -> None:
-    first, second = summarize([result(12.0), result(6.0, seed=2), LOST, result(1.0, trial="other", best=2.0)])
-    assert (first.trial, first.runs, first.mean, first.least, first.most, first.best) == ("tiny", 3, 6.0, 0.0, 12.0, 12)
+    first, second = summarize([result(12.0), result(6.0, seed=2), LOST, result(1.0, trial="other", reachable=2.0)])
+    assert (first.trial, first.runs, first.mean, first.least, first.most, first.reachable) == (
+        "tiny",
+        3,
+        6.0,
+        0.0,
+        12.0,
+        12.0,
+    )
     assert first.share == pytest.approx(0.5)
     assert first.outcomes == {"done": 2, "wall_limit": 1}
     assert first.real_time_factor == pytest.approx(10.0)
-    assert (second.trial, second.share) == ("other", 0.5)
+    assert (second.trial, second.share, second.best) == ("other", 0.5, 15.0)
     assert summarize([]) == []
     assert real_time_factor([LOST]) == 0.0
 
@@ -78,10 +85,10 @@ def test_the_worst_come_first() -> None:
 def test_the_document_is_json_and_has_everything() -> None:
     document = json.loads(json.dumps(summary_document([worked(), LOST], Threshold.read("75%"), 1), allow_nan=False))
     assert (document["exit_status"], document["runs"], document["passed"]) == (1, 2, 0)
-    assert document["min_score"] == "75 %"
+    assert document["min_score"] == "75 % of the points"
     assert document["trials"][0]["outcomes"] == {"done": 1, "wall_limit": 1}
     assert [each["shortcoming"] for each in document["results"]] == [
-        "2 of 12 points, but 75 % were asked for",
+        "2 of 12 points, but 75 % of the points were asked for",
         "still at work after 5 s",
     ]
     assert document["results"][0]["score"]["orders"][0]["kits"][0]["bonus"] == "parts short"

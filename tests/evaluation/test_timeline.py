@@ -29,7 +29,6 @@ def test_orders_kits_and_agvs() -> None:
         "agv": "1",
         "kit": "order_0_kit_0",
         "points": 6.0,
-        "best": 6.0,
     }
     states = [span["state"] for span in told["agvs"]["1"]]
     assert states == ["ready_to_deliver", "preparing_to_deliver", "delivering"]

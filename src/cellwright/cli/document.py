@@ -7,12 +7,25 @@ from fractions import Fraction
 from typing import Any
 
 from cellwright.cell import Cell
-from cellwright.kitting.score_document import of_score
+from cellwright.kitting.evidence import Evidence
+from cellwright.kitting.evidence_json import evidence_to_json, trial_score_to_json
+from cellwright.kitting.trial_score import TrialScore
 from cellwright.run import RunResult, versions
 
 
-def of_run(cell: Cell, agent: str, result: RunResult, status: int, pictures: Sequence[str]) -> dict[str, Any]:
-    """A run's result; times in s."""
+def of_run(
+    cell: Cell, agent: str, result: RunResult, status: int, pictures: Sequence[str], final: TrialScore | None = None
+) -> dict[str, Any]:
+    """A run's result; times in s.
+
+    Args:
+        cell: the cell that ran.
+        agent: the name of what worked it.
+        result: what came of it.
+        status: exit status of the command.
+        pictures: files of pictures that were written.
+        final: the score of the trial as in the finals, if averages are known.
+    """
     return {
         "trial": cell.trial.name,
         "agent": agent,
@@ -28,9 +41,14 @@ def of_run(cell: Cell, agent: str, result: RunResult, status: int, pictures: Seq
         "real_time_factor": result.real_time_factor,
         "steps": result.steps,
         "state_hash": result.state_hash,
-        "score": of_score(result.score, cell.trial),
+        "score": of_score(result.evidence, final),
         "heard": result.heard,
         "refused": dict(cell.bus.refusals.counts),
         "pictures": list(pictures),
         "versions": versions(),
     }
+
+
+def of_score(found: Evidence, final: TrialScore | None = None) -> dict[str, Any]:
+    """A run's score with its evidence, and the score of the trial as in the finals if averages are known."""
+    return evidence_to_json(found) | {"trial_score": None if final is None else trial_score_to_json(final)}

@@ -25,7 +25,7 @@ from cellwright.evaluation.report import report
 from cellwright.evaluation.result import Result
 from cellwright.evaluation.results_file import ResultsFile
 from cellwright.evaluation.summary import Threshold, shortcoming, summary_document
-from cellwright.kitting.score_document import best
+from cellwright.kitting.reach import reach
 
 _MOST_SEEDS, _MOST_JOBS = 100_000, 1024
 _MEMORY = 256.0, 2.0**24  # [MiB]; with less a worker cannot begin
@@ -74,7 +74,7 @@ def evaluate(
         str | None,
         typer.Option(
             metavar="SCORE",
-            help="Exit with status 1 when a run is below: points, or a share such as `75%`.",
+            help="Exit with status 1 when a run is below: points, or `75%` of what is within reach.",
             rich_help_panel=_OUTPUT,
         ),
     ] = None,
@@ -159,11 +159,13 @@ def _trials(names: Sequence[str], joined: Sequence[str]) -> list[EvaluatedTrial]
     for name in dict.fromkeys(names):
         trial = options.load([name, *joined])
         files = tuple(path.resolve() for path in options.paths([name, *joined]))
-        found.append((name, trial.name, files, best(trial), trial.time_limit))
-    how_often = Counter(short for _, short, *_ in found)
+        found.append((name, trial, files, reach(trial)))
+    how_often = Counter(trial.name for _, trial, *_ in found)
     return [
-        EvaluatedTrial(short if how_often[short] == 1 else name, files, points, limit)
-        for name, short, files, points, limit in found
+        EvaluatedTrial(
+            trial.name if how_often[trial.name] == 1 else name, files, could.total, could.maximum, trial.time_limit
+        )
+        for name, trial, files, could in found
     ]
 
 

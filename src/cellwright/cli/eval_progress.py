@@ -54,7 +54,8 @@ class EvalProgress:
         """A new result."""
         self._results.append(result)
         done = f"[{len(self._results):>{len(str(len(self._jobs)))}}/{len(self._jobs)}]"
-        text = f"{done} {result.name}: {result.points:g} of {result.best:g} points, {result.outcome.replace('_', ' ')}"
+        outcome = result.outcome.replace("_", " ")
+        text = f"{done} {result.name}: {result.points:g} of {result.reachable:g} points, {outcome}"
         tail = f", {result.wall:.1f} s" if result.is_done else f": {result.reason}"
         self._line(text + tail, None if result.is_done else "yellow")
 

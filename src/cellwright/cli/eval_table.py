@@ -36,12 +36,12 @@ def table(results: Sequence[Result]) -> Table:
     """A row for each trial."""
     found = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
     found.add_column("trial", overflow="fold")
-    for heading in ("runs", "mean", "min", "max", "best", "share"):
+    for heading in ("runs", "mean", "min", "max", "reach", "share"):
         found.add_column(heading, justify="right", no_wrap=True)
     found.add_column("outcomes")
     for each in summarize(results):
         outcomes = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in each.outcomes.items())
-        numbers = (each.mean, each.least, each.most, each.best)
+        numbers = (each.mean, each.least, each.most, each.reachable)
         cells = [f"{number:.4g}" for number in numbers]
         found.add_row(each.trial, str(each.runs), *cells, f"{each.share:.0%}", outcomes)
     return found

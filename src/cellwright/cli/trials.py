@@ -16,7 +16,7 @@ from cellwright.description.catalogue import SCENARIOS, bundled, bundled_sensors
 from cellwright.description.demands import demands
 from cellwright.description.gear2017 import load_trial
 from cellwright.description.trial import Order, Trial
-from cellwright.kitting.score_document import best
+from cellwright.kitting.reach import reach
 from cellwright.kitting.trial_score import system_cost
 
 _NAME_WIDTH = max(map(len, bundled()))
@@ -98,7 +98,7 @@ def _trial(name: str, trial: Trial) -> dict[str, Any]:
         "time_limit": None if trial.time_limit < 0 else trial.time_limit,
         "has_arm": trial.has_arm,
         "sensor_cost": system_cost(trial.sensors),
-        "points": best(trial),
+        "points": reach(trial).maximum,
         "orders": [_order(order) for order in trial.orders],
         "demands": [{"kind": demand.kind, "text": demand.text} for demand in demands(trial)],
     }

@@ -158,6 +158,8 @@ class Evaluation:
             agent=job.agent,
             seed=job.seed,
             vary=job.vary,
+            reachable=job.trial.reachable,
+            best=job.trial.best,
             limits=asdict(self._limits),
             reason=last,
             **content,

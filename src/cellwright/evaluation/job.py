@@ -22,12 +22,14 @@ class EvaluatedTrial:
     Attributes:
         name: what reports call it.
         files: its files, as absolute paths.
-        best: the points of a perfect game.
+        reachable: the most points that anybody can earn in it.
+        best: what its orders would earn if nothing were out of reach.
         time_limit: simulation time [s] that it lasts at most; not positive for one without an end.
     """
 
     name: str
     files: tuple[Path, ...]
+    reachable: float
     best: float
     time_limit: float
 

@@ -85,12 +85,12 @@ def _row(y: int, name: str, spans: Sequence[tuple[float, float | None, str, str]
 
 def _kit(kit: Mapping[str, Any], y: float, end: float) -> str:
     x, middle = _x(kit["time"], end), y + _ROW / 2
-    title = f"{escape(kit['kit'])} submitted at {kit['time']:.1f} s: {kit['points']:g} of {kit['best']:g} points"
+    title = f"{escape(kit['kit'])} submitted at {kit['time']:.1f} s: {kit['points']:g} points"
     anchor, shift = ("end", -9) if x > _WIDTH - 120 else ("start", 9)
     return (
         f'<path class="kit" d="M{x:.1f} {middle - 8}l8 8l-8 8l-8 -8z"><title>{title}</title></path>'
         f'<text class="points" x="{x + shift:.1f}" y="{middle + 4}" text-anchor="{anchor}">'
-        f"{kit['points']:g} of {kit['best']:g}</text>"
+        f"{kit['points']:g} points</text>"
     )
 
 

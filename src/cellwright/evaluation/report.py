@@ -71,7 +71,7 @@ def _tiles(results: Sequence[Result], threshold: Threshold | None) -> Iterator[s
     share = fmean(each.share for each in results) if results else 0.0
     passed = sum(not shortcoming(each, threshold) for each in results)
     lost = sum(each.is_lost for each in results)
-    yield _tile(f"{share:.1%}", "of the points", _grade(share))
+    yield _tile(f"{share:.1%}", "of the points within reach", _grade(share))
     yield _tile(f"{passed} of {len(results)}", "runs passed", "good" if passed == len(results) else "bad")
     yield _tile(str(sum(each.is_done for each in results)), "brought to the end")
     yield _tile(str(lost), "lost: killed, died, out of bounds", "bad" if lost else "")
@@ -83,7 +83,7 @@ def _tile(value: str, words: str, kind: str = "") -> str:
 
 
 def _trials(results: Sequence[Result]) -> str:
-    heads = [("trial", ""), ("scores", ""), ("mean", "n"), ("least", "n"), ("most", "n"), ("best", "n")]
+    heads = [("trial", ""), ("scores", ""), ("mean", "n"), ("min", "n"), ("max", "n"), ("within reach", "n")]
     heads += [("share", "n"), ("outcomes", ""), ("x real time", "n")]
     head = "".join(f'<th class="{kind}">{name}</th>' for name, kind in heads)
     rows = "".join(_trial(each, [r.points for r in results if r.trial == each.trial]) for each in summarize(results))
@@ -92,10 +92,10 @@ def _trials(results: Sequence[Result]) -> str:
 
 def _trial(summary: TrialSummary, points: Sequence[float]) -> str:
     outcomes = ", ".join(f"{count} {_short(name)}" for name, count in summary.outcomes.items())
-    numbers = [summary.mean, summary.least, summary.most, summary.best]
+    numbers = [summary.mean, summary.least, summary.most, summary.reachable]
     cells = "".join(f'<td class="n">{number:.4g}</td>' for number in numbers)
     return (
-        f"<tr><td><b>{escape(summary.trial)}</b></td><td>{histogram(points, summary.best)}</td>{cells}"
+        f"<tr><td><b>{escape(summary.trial)}</b></td><td>{histogram(points, summary.reachable)}</td>{cells}"
         f'<td class="n {_grade(summary.share)}">{summary.share:.0%}</td><td class="tight">{escape(outcomes)}</td>'
         f'<td class="n">{summary.real_time_factor:.1f}</td></tr>'
     )
@@ -124,7 +124,7 @@ def _head(result: Result, threshold: Threshold | None) -> str:
     return (
         f"<summary><b>{escape(result.name)}</b>"
         f'<span class="badge {kind}">{escape(_short(result.outcome))}</span>'
-        f"<span>{result.points:g} of {result.best:g}</span>{meter}"
+        f"<span>{result.points:g} of {result.reachable:g}</span>{meter}"
         f'<span class="soft">{result.wall:.1f} s</span></summary>'
     )
 
@@ -146,23 +146,19 @@ def _inside(result: Result, threshold: Threshold | None) -> str:
 
 
 def _kit(order: Mapping[str, Any], kit: Mapping[str, Any]) -> str:
-    title = f"<h3>{escape(order['order_id'])}, kit {escape(kit['kit_type'])}: {escape(kit_words(kit))}</h3>"
-    if not kit["submitted"]:
-        return title
-    heads = [("part", ""), ("found", ""), ("off mm", "n"), ("turned mrad", "n"), ("there", "n"), ("pose", "n")]
-    head = "".join(f'<th class="{kind}">{name}</th>' for name, kind in [*heads, ("verdict", "")])
+    words, _, more = kit_words(kit).partition(": ")
+    title = f"<h3>{escape(order['order_id'])}, kit {escape(kit['kit_type'])}: {escape(words)}</h3><p>{escape(more)}</p>"
+    heads = [("part", ""), ("there", "n"), ("pose", "n"), ("why", "")]
+    head = "".join(f'<th class="{kind}">{name}</th>' for name, kind in heads)
     rows = "".join(map(_part, kit["parts"]))
     besides = "".join(f"<p>besides: {escape(each['name'])} ({escape(each['reason'])})</p>" for each in kit["extras"])
     return f"{title}<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>{besides}"
 
 
 def _part(part: Mapping[str, Any]) -> str:
-    is_found = part["object"] is not None
-    off = f"{part['distance'] * 1e3:.1f}" if is_found else ""
-    turned = f"{part['yaw_difference'] * 1e3:.0f}" if is_found else ""
-    verdict = "good" if part["verdict"] == "placed" else "bad"
-    cells = [(part["type"], ""), (part["object"] or "-", ""), (off, "n"), (turned, "n")]
-    cells += [(f"{part['presence']:g}", "n"), (f"{part['pose']:g}", "n"), (part["verdict"], verdict)]
+    earned, could = part["presence"] + part["pose"], part["reachable_presence"] + part["reachable_pose"]
+    kind = "good" if earned >= could else "fair" if earned else "bad"
+    cells = [(part["type"], ""), (f"{part['presence']:g}", "n"), (f"{part['pose']:g}", "n"), (part["sentence"], kind)]
     row = "".join(f'<td class="tight {kind}">{escape(text)}</td>' for text, kind in cells)
     return f"<tr>{row}</tr>"
 

@@ -45,7 +45,8 @@ class Result:
         vary: whether the cell was varied.
         outcome: a name of `Outcome` in small letters, or a value of `Lost`.
         points: what it earned; 0 when its process could not say so any more.
-        best: the points of a perfect game.
+        reachable: the most points that anybody can earn in the trial.
+        best: what its orders would earn if nothing were out of reach.
         wall: time it took on the wall clock [s].
         simulated: simulation time that passed [s].
         reason: why it was not done, in a line; empty when it was.
@@ -63,6 +64,7 @@ class Result:
     vary: bool
     outcome: str
     points: float
+    reachable: float
     best: float
     wall: float
     simulated: float = 0.0
@@ -90,8 +92,8 @@ class Result:
 
     @property
     def share(self) -> float:
-        """The share of the best score; 1 for a trial without points to earn."""
-        return self.points / self.best if self.best > 0 else 1.0
+        """The share of the points within reach; 1 for a trial that has none."""
+        return self.points / self.reachable if self.reachable > 0 else 1.0
 
     @property
     def real_time_factor(self) -> float:
@@ -130,6 +132,7 @@ def lost(job: Job, kind: Lost, reason: str, limits: Limits, *, wall: float, simu
         vary=job.vary,
         outcome=kind.value,
         points=0.0,
+        reachable=job.trial.reachable,
         best=job.trial.best,
         wall=wall,
         simulated=simulated,

@@ -16,7 +16,7 @@ from cellwright.run import versions
 
 @dataclass(frozen=True, slots=True)
 class Threshold:
-    """A score that every run is to reach: points, or a share of the best score (0 to 1)."""
+    """A score that every run is to reach: points, or a share of those within reach (0 to 1)."""
 
     value: float
     is_share: bool
@@ -34,7 +34,7 @@ class Threshold:
         except ValueError:
             value = math.nan
         if not math.isfinite(value):
-            raise UsageError(f"{text}: give points, such as 8, or a share of the best score, such as 75%")
+            raise UsageError(f"{text}: give points, such as 8, or a share of those within reach, such as 75%")
         return cls(value / 100.0 if percent else value, percent)
 
     def is_reached(self, result: Result) -> bool:
@@ -42,7 +42,7 @@ class Threshold:
         return (result.share if self.is_share else result.points) >= self.value - 1e-9
 
     def __str__(self) -> str:
-        return f"{self.value * 100:g} %" if self.is_share else f"{self.value:g} points"
+        return f"{self.value * 100:g} % of the points" if self.is_share else f"{self.value:g} points"
 
 
 def shortcoming(result: Result, threshold: Threshold | None) -> str:
@@ -50,7 +50,7 @@ def shortcoming(result: Result, threshold: Threshold | None) -> str:
     if not result.is_done:
         return result.reason
     if threshold is not None and not threshold.is_reached(result):
-        return f"{result.points:g} of {result.best:g} points, but {threshold} were asked for"
+        return f"{result.points:g} of {result.reachable:g} points, but {threshold} were asked for"
     return ""
 
 
@@ -61,17 +61,19 @@ class TrialSummary:
     Attributes:
         trial: its name.
         runs: how many runs.
-        best: the points of a perfect game.
+        reachable: the most points that anybody can earn in it.
+        best: what its orders would earn if nothing were out of reach.
         mean: mean of the points; a run that has told nothing counts as 0.
         least: the least points of a run.
         most: the most points of a run.
-        share: mean over best.
+        share: mean over reachable.
         outcomes: how many runs ended how.
         real_time_factor: all simulated seconds over all wall seconds.
     """
 
     trial: str
     runs: int
+    reachable: float
     best: float
     mean: float
     least: float
@@ -94,6 +96,7 @@ def _summary(trial: str, results: Sequence[Result]) -> TrialSummary:
     return TrialSummary(
         trial=trial,
         runs=len(results),
+        reachable=results[0].reachable,
         best=results[0].best,
         mean=fmean(points),
         least=min(points),

@@ -55,9 +55,7 @@ class Timeline:
                 self._orders[score.order_id]["completed"] = now
             case KitSubmitted(tray, kit_type, score):
                 number = tray.partition("::")[0].removeprefix("agv")
-                self._kits.append(
-                    {"time": now, "agv": number, "kit": kit_type, "points": score.total, "best": score.maximum}
-                )
+                self._kits.append({"time": now, "agv": number, "kit": kit_type, "points": score.total})
             case _:
                 pass
 

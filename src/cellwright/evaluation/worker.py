@@ -23,7 +23,7 @@ from cellwright.cell import Cell
 from cellwright.description.gear2017 import load_trial
 from cellwright.evaluation.limits import limit_memory
 from cellwright.evaluation.timeline import Timeline
-from cellwright.kitting.score_document import best, of_score
+from cellwright.kitting.evidence_json import evidence_to_json
 from cellwright.run import RunOptions, run_cell
 
 _TELL = 0.5  # [s] of wall time between two lines about how it goes
@@ -62,11 +62,10 @@ def work(order: Mapping[str, Any], channel: Channel) -> dict[str, Any]:
     return {
         "outcome": result.outcome.name.lower(),
         "points": result.score.total,
-        "best": best(cell.trial),
         "wall": result.wall,
         "simulated": result.simulated,
         "state_hash": result.state_hash,
-        "score": of_score(result.score, cell.trial),
+        "score": evidence_to_json(result.evidence),
         "timeline": timeline.as_json(),
         "error": result.error,
     }
