@@ -175,6 +175,15 @@ def test_a_trial_that_has_gone_costs_only_itself(folder: Path) -> None:
     assert "tiny.yaml" in "\n".join(result.log)
 
 
+def test_stopped_it_says_that_there_is_more_to_do(folder: Path) -> None:
+    jobs = tiny_jobs(folder, "Deliver", seeds=2)
+    with ResultsFile(folder / "out") as store:
+        evaluation = Evaluation(store, on_result=lambda _: evaluation.stop())
+        assert not evaluation.run(jobs)
+        assert [evaluation.is_settled(job) for job in jobs] == [True, False]
+        assert Evaluation(store).run(jobs)
+
+
 def test_at_least_one_process_is_needed(folder: Path) -> None:
     with ResultsFile(folder / "out") as store, pytest.raises(UsageError, match="at least one"):
         Evaluation(store, limits=Limits(), workers=0)

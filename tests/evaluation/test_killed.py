@@ -92,11 +92,12 @@ def test_workers_that_hang_do_not_outlive_it(folder: Path) -> None:
     assert results(folder) == []
 
 
-def test_ctrl_c_keeps_what_there_is(folder: Path) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_asked_to_end_it_keeps_what_there_is(number: int, folder: Path) -> None:
     process = start(folder, "Noted")
     wait_for(lambda: len(results(folder)) >= 1)
     workers = children(process.pid)
-    process.send_signal(signal.SIGINT)
+    process.send_signal(number)
     out, _ = process.communicate(timeout=60)
     assert process.returncode == 1
     assert b"Traceback" not in out

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import json
 import os
+import signal
+import threading
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from types import FrameType
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -142,15 +146,35 @@ def _work(
         )
         known = [store.results[job.key] for job in jobs if evaluation.is_settled(job)]
         progress.begin(known, store.path.parent)
-        try:
-            if len(known) < len(jobs):
-                problem = evaluation.check_agent(jobs[0].agent)
-                if problem:
-                    options.refuse(problem)
-                evaluation.run(jobs)
-        except KeyboardInterrupt:
-            interrupted = True
+        if len(known) < len(jobs):
+            problem = evaluation.check_agent(jobs[0].agent)
+            if problem:
+                options.refuse(problem)
+            with _stopped_by_signals(evaluation):
+                interrupted = not evaluation.run(jobs)
     return [store.results[job.key] for job in jobs if evaluation.is_settled(job)], interrupted
+
+
+@contextmanager
+def _stopped_by_signals(evaluation: Evaluation) -> Iterator[None]:
+    """Let the first Ctrl-C, or a CI service's wish to end, stop the evaluation between two steps; the second breaks."""
+    before: dict[int, Any] = {}
+
+    def stop(_number: int, _frame: FrameType | None) -> None:
+        evaluation.stop()
+        restore()
+
+    def restore() -> None:
+        while before:
+            signal.signal(*before.popitem())
+
+    if threading.current_thread() is threading.main_thread():
+        for number in (signal.SIGINT, signal.SIGTERM):
+            before[number] = signal.signal(number, stop)
+    try:
+        yield
+    finally:
+        restore()
 
 
 def _trials(names: Sequence[str], joined: Sequence[str]) -> list[EvaluatedTrial]:

@@ -67,6 +67,7 @@ class Evaluation:
         self._on_look = on_look
         self._running: dict[WorkerProcess, Job] = {}
         self._wakes: SimpleQueue[Any] = SimpleQueue()
+        self._stopped = False
 
     def is_settled(self, job: Job) -> bool:
         """Whether there is a result that holds: one that was lost holds for the limits only under which it was."""
@@ -88,12 +89,19 @@ class Evaluation:
             return f"{agent}: the process in which it was made did not live ({ending or 'it hung'}){last}"
         return ""
 
-    def run(self, jobs: Iterable[Job]) -> None:
-        """Work all jobs that are not settled. However it is left, no process of it goes on."""
+    def stop(self) -> None:
+        """Have `run` leave soon, with the results that there are; may be called by a signal's handler."""
+        self._stopped = True
+
+    def run(self, jobs: Iterable[Job]) -> bool:
+        """Work all jobs that are not settled; False when it was stopped before all were.
+
+        However it is left, no process of it goes on.
+        """
         waiting = deque(job for job in jobs if not self.is_settled(job))
         looked = 0.0
         try:
-            while waiting or self._running:
+            while (waiting or self._running) and not self._stopped:
                 while waiting and len(self._running) < self._workers:
                     job = waiting.popleft()
                     worker = WorkerProcess(self._order_for(job), self._log(job.log_name), self._wakes)
@@ -107,9 +115,11 @@ class Evaluation:
                     self._enforce_limits()
                     self._on_look([self._how_far(worker, job) for worker, job in self._running.items()])
         finally:
+            unfinished = bool(waiting or self._running)
             for worker in self._running:
                 worker.end()
             self._running.clear()
+        return not unfinished
 
     # ---------------------------------------------------------------- inside
 
