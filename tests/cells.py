@@ -8,6 +8,8 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
+import numpy as np
+
 from cellwright.cell import Cell
 from cellwright.description.trial import (
     BeltPart,
@@ -195,6 +197,18 @@ def way(*waypoints: tuple[float, ...], each: float = 1.0, names: tuple[str, ...]
         for number, positions in enumerate(waypoints)
     ]
     return joint_trajectory(names, points)
+
+
+def wanted(cell: Cell) -> list[float]:
+    """Where the controller wants the joints to be now, in its order."""
+    assert cell.arm is not None
+    return list(cell.arm.controller.positions(cell.simulation.now))
+
+
+def is_sound(cell: Cell) -> bool:
+    """Whether the engine has nothing to complain of."""
+    data = cell.simulation.data
+    return bool(np.isfinite(data.qpos).all()) and not any(warning.number for warning in data.warning)
 
 
 def stamp_of(message: Any) -> int:

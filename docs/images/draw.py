@@ -1,4 +1,4 @@
-"""Draws docs/images/cell.png: the lesson's cell, the arm lifting its second piston rod. Run it from the project's root."""
+"""Draws docs/images/cell.png: the lesson's cell, the arm lifting its second rod. To be run from the project's root."""
 
 import math
 from fractions import Fraction

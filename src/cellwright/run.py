@@ -165,8 +165,7 @@ def _work(cell: Cell, agent: Agent | None, transport: InProcess) -> tuple[Outcom
     except SimulationError as error:
         return Outcome.UNSTABLE, f"{error}\n"
     except Exception as raised:  # whatever somebody's program raises is reported, and the run still has its score
-        first = raised.__traceback__.tb_next if raised.__traceback__ else None  # this frame is of no interest
-        return Outcome.CRASHED, "".join(traceback.format_exception(type(raised), raised, first))
+        return Outcome.CRASHED, _told(raised)
     finally:
         client.close()
     if cell.competition.state == "done":
@@ -182,6 +181,14 @@ def _let_work(agent: Agent, client: Client) -> None:
     except SystemExit as stop:
         if stop.code not in (None, 0):
             raise
+
+
+def _told(error: Exception) -> str:
+    """The error and how the agent came to it; the frames of this file are of no interest to its author."""
+    inner = error.__traceback__
+    while inner is not None and inner.tb_frame.f_code.co_filename == __file__:
+        inner = inner.tb_next
+    return "".join(traceback.format_exception(type(error), error, inner or error.__traceback__))
 
 
 def _wait_for_kits(cell: Cell, client: Client) -> None:

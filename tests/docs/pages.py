@@ -1,9 +1,9 @@
 """The steps that a page of the documentation asks its reader to take.
 
-What counts: a fenced block under `<!-- file: NAME -->` is a file to write; any other `python` block is a program to run;
-each line `$ cellwright …` in a `console` block is a command to give, and the lines below it are what it prints, in that
-order, where `…` stands for anything and a line `…` for any lines. `<!-- status: N -->` above a block says how its commands
-exit, 0 when left out. Blocks of other languages are for reading.
+What counts: a fenced block under `<!-- file: NAME -->` is a file to write; any other `python` block is a program to
+run; each line `$ cellwright …` in a `console` block is a command to give, and the lines below it are what it prints, in
+that order, where `…` stands for anything and a line `…` for any lines. `<!-- status: N -->` above a block says how its
+commands exit, 0 when left out. Blocks of other languages are for reading.
 """
 
 import re

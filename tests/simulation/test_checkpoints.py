@@ -73,3 +73,18 @@ def test_checkpoints_are_taken_in_every_run(tmp_path: Path, times: int) -> None:
         simulation.reset()
         simulation.step_until(END)
         assert path.exists()
+
+
+def test_what_was_withdrawn_is_saved_no_more(tmp_path: Path) -> None:
+    path = tmp_path / "moment.npz"
+    simulation = make_run(path)
+    checkpoints = simulation.device("checkpoints")
+    assert isinstance(checkpoints, Checkpoints)
+    checkpoints.withdraw(MOMENT)
+    checkpoints.withdraw(MOMENT + 1)
+    simulation.reset()
+    simulation.step_until(END)
+    assert not path.exists()
+    undeclared = make_run(None, declared=False)
+    undeclared.step_until(END)
+    assert simulation.state_hash() == undeclared.state_hash()

@@ -50,6 +50,19 @@ def test_rank_orders_what_is_due_together_and_each_tick_comes_last() -> None:
     assert got == ["first", "second", "each"]
 
 
+def test_a_rank_below_zero_comes_before_what_is_periodic() -> None:
+    watches, clock = Watches(), Clock(Fraction(1, 100))
+    got: list[str] = []
+    watches.add("sample", Fraction(1, 100), lambda _: got.append("sample"), now=0)
+    watches.add("last", None, lambda _: got.append("last"), now=0)
+    clock_watch = watches.add("clock", None, lambda _: got.append("clock"), now=0, rank=-1)
+    run(watches, clock, 10**7)
+    assert got == ["clock", "sample", "last"]
+    clock_watch.cancel()
+    run(watches, clock, 2 * 10**7)
+    assert got[3:] == ["sample", "last"]
+
+
 def test_cancelled_watches_stop_and_cost_nothing() -> None:
     watches, clock = Watches(), Clock(Fraction(1, 100))
     got: list[int] = []

@@ -12,6 +12,7 @@ import cellwright
 from cellwright.cli.check import check
 from cellwright.cli.exit_status import BAD_INPUT, NOT_DONE
 from cellwright.cli.run import run
+from cellwright.cli.trials import trials
 from cellwright.errors import CellwrightError
 
 _INTERRUPTED = 130  # what Typer returns for Ctrl-C
@@ -25,6 +26,7 @@ app = typer.Typer(
 
         cellwright run lesson        # a trial that comes along, and its score
         cellwright run --help        # your own program, pictures, servos, JSON
+        cellwright trials            # what else comes along
         cellwright check trial.yaml  # is this file sound?""",
     epilog="Exit status: 0 done; 1 not done; 2 bad input, and nothing was started.",
     no_args_is_help=True,
@@ -35,6 +37,7 @@ app = typer.Typer(
 )
 app.command()(run)
 app.command()(check)
+app.command()(trials)
 
 
 def _version(wanted: bool) -> None:  # noqa: FBT001

@@ -13,7 +13,7 @@ from typing import Annotated, NoReturn, get_args
 import typer
 
 from cellwright.cell import Cell
-from cellwright.description.catalogue import bundled, find_trial
+from cellwright.description.catalogue import bundled, bundled_sensors, find_trial
 from cellwright.description.gear2017 import load_trial
 from cellwright.description.trial import ServoProfile, Trial
 from cellwright.errors import UnknownNameError, UsageError
@@ -23,12 +23,15 @@ from cellwright.viewer.views import view
 LATEST = 1e9
 """Latest time that a run may be asked to reach [s]."""
 
+LARGEST_SEED = 2**63 - 1
+"""As in a trial's file."""
+
 Files = Annotated[
     list[str],
     typer.Argument(
         metavar="TRIAL",
-        help="A trial that comes with Cellwright, such as `lesson`, or a YAML file; "
-        "several files are joined, as by the original's launcher.",
+        help="A trial that comes with Cellwright, such as `lesson`, or a YAML file; several are joined, "
+        "as by the original's launcher: `final01 kitter_sensors`.",
         show_default=False,
     ),
 ]
@@ -64,7 +67,7 @@ def _path(file: str) -> Path:
         refuse(f"{file}: cannot be read: {error.strerror}")
     if not stat.S_ISDIR(mode):
         return path
-    if file in bundled():
+    if file in (*bundled(), *bundled_sensors()):
         return find_trial(file)
     refuse(f"{file}: is a folder; give the files of a trial")
 
@@ -111,6 +114,13 @@ def speed(text: str) -> float | None:
     value = _number(text)
     if not 0.0 < value < math.inf:
         refuse(f"--speed {text}: give a factor above 0, such as 1 for real time, or max")
+    return value
+
+
+def seed(value: int | None) -> int | None:
+    """A root of chance."""
+    if value is not None and not 0 <= value <= LARGEST_SEED:
+        refuse(f"--seed {value}: give a whole number from 0 to 2**63 - 1")
     return value
 
 

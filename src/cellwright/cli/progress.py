@@ -77,12 +77,14 @@ class RunProgress:
     def update(self, cell: Cell) -> None:
         """Show how far the cell is, unless that was shown a moment ago."""
         now = self._clock()
+        simulated = cell.simulation.time
         if self._since is None:
-            self._since = now, cell.simulation.time
+            self._since = now, simulated
+            self._shown = now
+            return
         if now - self._shown < (_REDRAW if self._bar else _PLAIN_LINE):
             return
         self._shown = now
-        simulated = cell.simulation.time
         factor = f"{(simulated - self._since[1]) / (now - self._since[0]):.1f} x real time"
         state = cell.competition.state
         if self._bar is None:

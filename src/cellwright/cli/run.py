@@ -14,11 +14,12 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from cellwright.agents.agent import Agent, find_agent
+from cellwright.agents.agent import BUNDLED, Agent, find_agent
 from cellwright.cell import Cell
 from cellwright.cli import document, exit_status, options, score_table
 from cellwright.cli.pictures import Pictures
 from cellwright.cli.progress import RunProgress, bar
+from cellwright.description.catalogue import bundled_sensors
 from cellwright.run import Outcome, RunOptions, run_cell
 
 _WORK, _END, _LOOK, _SAVE, _OUTPUT = "What runs", "When it ends", "Looking on", "Checkpoints", "Output"
@@ -44,9 +45,7 @@ def run(
     ] = None,
     seed: Annotated[
         int | None,
-        typer.Option(
-            min=0, max=2**63 - 1, metavar="N", help="Root of all chance; the file's own, else 0.", rich_help_panel=_WORK
-        ),
+        typer.Option(metavar="N", help="Root of all chance; the file's own, else 0.", rich_help_panel=_WORK),
     ] = None,
     speed: Annotated[
         str,
@@ -157,6 +156,8 @@ def run(
         cell = _build(files, seed, servo, console, competition=not development)
         options.topics(wanted.listen, cell)
         worker = _worker(agent, wanted)
+        if worker and not cell.trial.has_arm:
+            _miss_arm(cell.trial.name, agent)
         console.print(f"trial {cell.trial.name}, agent {agent}, seed {cell.seed}, servo {cell.servo}", markup=False)
         progress = RunProgress(console, cell, until=wanted.until, verbose=verbose)
         with progress.running():
@@ -186,7 +187,7 @@ def run(
 def _build(files: Sequence[str], seed: int | None, servo: str | None, console: Console, *, competition: bool) -> Cell:
     return Cell(
         options.load(files),
-        seed=seed,
+        seed=options.seed(seed),
         servo=options.servo(servo),
         competition=competition,
         report=partial(console.print, markup=False, soft_wrap=True, style="yellow"),
@@ -199,6 +200,14 @@ def _worker(name: str, wanted: RunOptions) -> Agent | None:
     if wanted.until is None:
         options.refuse("--agent none: without an agent a run has no end; say --until SECONDS")
     return None
+
+
+def _miss_arm(trial: str, agent: str) -> None:
+    """Say what a trial without an arm lacks. Only somebody's own program may have a use for it."""
+    remedy = f"give a file with one as well, such as: cellwright run {trial} {bundled_sensors()[0]}"
+    if agent in BUNDLED:
+        options.refuse(f"{trial}: the trial has no arm for the agent {agent} to work with; {remedy}")
+    _warn(f"{trial}: the trial has no arm; {remedy}")
 
 
 def _warn(line: str) -> None:

@@ -74,7 +74,7 @@ def table(kit: KitScore) -> Table:
     result = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, collapse_padding=True)
     result.add_column("part", no_wrap=True)
     result.add_column("found", no_wrap=True)
-    for heading in ("off mm", "turn deg", "there", "pose"):
+    for heading in ("off\nmm", "turn\ndeg", "there", "pose"):
         result.add_column(heading, justify="right")
     result.add_column("lost", no_wrap=True)
     for part in kit.parts:
@@ -100,11 +100,12 @@ def _show_kit(console: Console, order: OrderScore, kit: KitScore) -> None:
     title += Text(f"{kit.total:g} of {kit.maximum:g} points", style="bold")
     console.print("\n", title, "\n", sep="")
     console.print(table(kit))
-    for line in _sums(kit):
+    for line in sums(kit):
         console.print(line, markup=False, soft_wrap=True)
 
 
-def _sums(kit: KitScore) -> Iterator[str]:
+def sums(kit: KitScore) -> Iterator[str]:
+    """What stands below the table: sums, what was of no use, and why points were lost."""
     each = len(kit.parts)
     yield ""
     points = (("there", kit.part_presence), ("pose", kit.part_pose), ("bonus", kit.all_parts_bonus))

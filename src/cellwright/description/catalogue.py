@@ -1,21 +1,55 @@
-"""The trials that come with Cellwright, by name."""
+"""The trials that come with Cellwright, and the files with an arm and sensors for those that have none, by name."""
 
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
 from importlib.resources import files
 from pathlib import Path
 
 from cellwright.errors import UnknownNameError
 
 _SUFFIX = ".yaml"
+_SENSORS = "_sensors"
 _FOLDER = Path(str(files("cellwright.description"))) / "catalogue"
+
+LESSON = "lesson"
+SAMPLE = "sample"
+QUALIFIER = "qualifier"
+BASELINE = "final, baseline"
+DROPPED_PART = "final, dropped part"
+KIT_CHANGE = "final, in-process kit change"
+
+SCENARIOS = (LESSON, SAMPLE, QUALIFIER, BASELINE, DROPPED_PART, KIT_CHANGE)
+"""What the bundled trials are about, the easier first; the finals had three scenarios of five trials each."""
+
+_FINALS_IN_A_SCENARIO = 5
 
 
 def bundled() -> list[str]:
-    """The names of the bundled trials."""
-    return sorted(path.stem for path in _FOLDER.glob(f"*{_SUFFIX}"))
+    """The names of the bundled trials, by scenario."""
+    names = (name for name in _names() if not name.endswith(_SENSORS))
+    return sorted(names, key=lambda name: (SCENARIOS.index(scenario(name)), name))
+
+
+def bundled_sensors() -> list[str]:
+    """The names of the bundled files with an arm and sensors, to be given beside a trial that has none."""
+    return sorted(name for name in _names() if name.endswith(_SENSORS))
+
+
+def scenario(name: str) -> str:
+    """What a bundled trial is about, by its name: one of `SCENARIOS`."""
+    if name == LESSON:
+        return LESSON
+    if name.startswith("qual"):
+        return QUALIFIER
+    if final := re.fullmatch(r"final(\d+)", name):
+        return (BASELINE, DROPPED_PART, KIT_CHANGE)[(int(final[1]) - 1) // _FINALS_IN_A_SCENARIO]
+    return SAMPLE
 
 
 def find_trial(name_or_path: str | Path) -> Path:
-    """The file that is meant: a path to one that exists, else the bundled trial of that name.
+    """The file that is meant: a path to one that exists, else the bundled trial or sensor file of that name.
 
     Raises:
         UnknownNameError: neither.
@@ -24,6 +58,11 @@ def find_trial(name_or_path: str | Path) -> Path:
     if path.is_file():
         return path
     name = str(name_or_path)
-    if name in bundled():
+    known = [*bundled(), *bundled_sensors()]
+    if name in known:
         return _FOLDER / f"{name}{_SUFFIX}"
-    raise UnknownNameError("trial", name, bundled())
+    raise UnknownNameError("trial", name, known)
+
+
+def _names() -> Iterator[str]:
+    return (path.stem for path in _FOLDER.glob(f"*{_SUFFIX}"))

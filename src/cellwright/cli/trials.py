@@ -1,0 +1,126 @@
+"""`cellwright trials`: what comes along to be tried."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import Counter
+from collections.abc import Iterable
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from cellwright.cli.document import best
+from cellwright.description.catalogue import SCENARIOS, bundled, bundled_sensors, find_trial, scenario
+from cellwright.description.demands import demands
+from cellwright.description.gear2017 import load_trial
+from cellwright.description.trial import Order, Trial
+from cellwright.kitting.trial_score import system_cost
+
+_NAME_WIDTH = max(map(len, bundled()))
+
+
+def trials(
+    as_json: Annotated[bool, typer.Option("--json", metavar="", help="Print the list as JSON.")] = False,
+) -> None:
+    """List the trials that come along: what they ask for, and what makes each hard.
+
+    The finals and most others have no arm and no sensors, as in the competition, where each team brought its own. Name
+    a file that has them as well; the ones that come along stand at the end of the list.
+
+        cellwright run final01 kitter_sensors
+    """
+    found = {name: _load(name) for name in bundled()}
+    sensors = {name: _load(name) for name in bundled_sensors()}
+    if as_json:
+        document = {
+            "trials": [_trial(name, trial) for name, trial in found.items()],
+            "sensors": [_sensors(name, trial) for name, trial in sensors.items()],
+        }
+        typer.echo(json.dumps(document, indent=2))
+    else:
+        _show(found, sensors)
+
+
+def _load(name: str) -> Trial:
+    return load_trial([find_trial(name)]).trial
+
+
+# ---------------------------------------------------------------- for people
+
+
+def _show(found: dict[str, Trial], sensors: dict[str, Trial]) -> None:
+    console = Console(highlight=False)
+    for heading in SCENARIOS:
+        names = [name for name in found if scenario(name) == heading]
+        table = Table(title=heading, title_justify="left", title_style="bold", box=None, padding=(0, 2, 0, 0))
+        table.add_column("trial", no_wrap=True, width=_NAME_WIDTH)
+        table.add_column("limit", no_wrap=True, justify="right")
+        table.add_column("asks for; - what is hard", ratio=1)
+        for name in names:
+            table.add_row(name, _limit(found[name]), "\n".join(_lines(found[name])))
+        console.print(table)
+        console.print()
+    for name, trial in sensors.items():
+        counts = Counter(sensor.type for sensor in trial.sensors)
+        listed = ", ".join(f"{count} {kind}" for kind, count in counts.items())
+        arm = "an arm, " if trial.has_arm else ""
+        console.print(f"{name}: {arm}{listed}; ${system_cost(trial.sensors):g}", markup=False, soft_wrap=True)
+
+
+def _limit(trial: Trial) -> str:
+    return "none" if trial.time_limit < 0 else f"{trial.time_limit:g} s"
+
+
+def _lines(trial: Trial) -> Iterable[str]:
+    """What a trial asks for, an order a line, and what is hard about it."""
+    for order in trial.orders:
+        parts = ", ".join(f"{count} {part_type}" for part_type, count in _parts(order).items())
+        yield f"{len(order.kits)} x ({parts})" if len(order.kits) > 1 else parts
+    yield from (f"- {demand.text}" for demand in demands(trial))
+
+
+def _parts(order: Order) -> Counter[str]:
+    """How many parts of each type one kit of an order has."""
+    return Counter(each.type for each in order.kits[0].objects) if order.kits else Counter()
+
+
+# ---------------------------------------------------------------- for programs
+
+
+def _trial(name: str, trial: Trial) -> dict[str, Any]:
+    return {
+        "name": name,
+        "scenario": scenario(name),
+        "file": str(find_trial(name)),
+        "time_limit": None if trial.time_limit < 0 else trial.time_limit,
+        "has_arm": trial.has_arm,
+        "sensor_cost": system_cost(trial.sensors),
+        "points": best(trial),
+        "orders": [_order(order) for order in trial.orders],
+        "demands": [{"kind": demand.kind, "text": demand.text} for demand in demands(trial)],
+    }
+
+
+def _order(order: Order) -> dict[str, Any]:
+    start = order.start_time
+    return {
+        "order_id": order.order_id,
+        "start_time": start if start is not None and math.isfinite(start) else None,
+        "wanted_parts": order.wanted_parts,
+        "unwanted_parts": order.unwanted_parts,
+        "kits": len(order.kits),
+        "parts": dict(_parts(order)),
+    }
+
+
+def _sensors(name: str, trial: Trial) -> dict[str, Any]:
+    return {
+        "name": name,
+        "file": str(find_trial(name)),
+        "has_arm": trial.has_arm,
+        "sensor_cost": system_cost(trial.sensors),
+        "sensors": {sensor.name: sensor.type for sensor in trial.sensors},
+    }

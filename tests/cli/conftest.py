@@ -1,0 +1,88 @@
+"""The command line, run in this process in an empty folder."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from cellwright.cli.main import main
+
+
+@dataclass(frozen=True)
+class Ran:
+    """What a command did."""
+
+    status: int
+    out: str
+    err: str
+
+
+CommandLine = Callable[..., Ran]
+
+
+@pytest.fixture
+def cellwright(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> CommandLine:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "80")
+
+    def run(*arguments: str) -> Ran:
+        capsys.readouterr()
+        status = main(arguments)
+        out, err = capsys.readouterr()
+        return Ran(status, out, err)
+
+    return run
+
+
+AGENTS = """
+import sys
+
+class Ends:
+    def run(self, client):
+        print("something that the agent prints")
+        client.start_competition()
+        client.sleep(0.5)
+        client.end_competition()
+
+class GivesUp:
+    def run(self, client):
+        client.start_competition()
+        client.sleep(0.1)
+
+class Waits:
+    def run(self, client):
+        client.start_competition()
+        client.wait_until(lambda: False)
+
+class Crashes:
+    def run(self, client):
+        raise ValueError("no idea")
+
+class Exits:
+    def run(self, client):
+        sys.exit(3)
+
+class ExitsWell:
+    def run(self, client):
+        client.end_competition()
+        client.sleep(0.1)
+        sys.exit()
+
+class CannotBeMade:
+    def __init__(self, name):
+        pass
+
+    def run(self, client):
+        pass
+
+class NoAgent:
+    pass
+"""
+
+
+@pytest.fixture
+def agents(tmp_path: Path) -> str:
+    """The name of a file with agents, beside which commands are run."""
+    (tmp_path / "agents.py").write_text(AGENTS)
+    return "agents.py"

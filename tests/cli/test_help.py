@@ -1,0 +1,43 @@
+"""The help texts, as one sees them in 80 columns."""
+
+import os
+import re
+from pathlib import Path
+
+import pytest
+
+import cellwright as package
+from tests.cli.conftest import CommandLine
+
+HELP = Path(__file__).parents[1] / "data" / "help"
+
+
+@pytest.mark.parametrize("command", ["", "run", "check", "trials"])
+@pytest.mark.parametrize("option", ["--help", "-h"])
+def test_help_reads_as_it_did(command: str, option: str, cellwright: CommandLine) -> None:
+    ran = cellwright(*command.split(), option)
+    text = "".join(f"{line.rstrip()}\n" for line in ran.out.splitlines())
+    file = HELP / f"{command or 'cellwright'}.txt"
+    if os.environ.get("CELLWRIGHT_WRITE_HELP"):
+        file.write_text(text, encoding="utf-8")
+    assert ran.status == 0
+    assert ran.err == ""
+    assert text == file.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("file", sorted(HELP.glob("*.txt")), ids=lambda file: file.stem)
+def test_help_fits_and_is_not_cut(file: Path) -> None:
+    text = file.read_text(encoding="utf-8")
+    assert max(map(len, text.splitlines())) <= 80
+    assert not re.search(r"\w…", text)
+
+
+def test_without_a_command_the_help_is_shown(cellwright: CommandLine) -> None:
+    ran = cellwright()
+    assert ran.status == 2
+    assert "cellwright run lesson" in ran.out + ran.err
+
+
+def test_version(cellwright: CommandLine) -> None:
+    ran = cellwright("--version")
+    assert (ran.status, ran.out, ran.err) == (0, f"cellwright {package.__version__}\n", "")

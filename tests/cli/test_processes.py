@@ -1,0 +1,78 @@
+"""The command as a process of its own: what a shell sees."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+COMMAND = [sys.executable, "-m", "cellwright"]
+
+
+def run(*arguments: str, folder: Path, **more: str) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "COLUMNS": "80", "PYTHONIOENCODING": "utf-8", **more}
+    return subprocess.run(
+        [*COMMAND, *arguments], cwd=folder, env=environment, capture_output=True, text=True, timeout=120, check=False
+    )
+
+
+def test_statuses_reach_the_shell(tmp_path: Path) -> None:
+    until = ("--agent", "none", "--until", "0.1", "--no-picture")
+    assert run("run", "lesson", *until, folder=tmp_path).returncode == 0
+    assert run("run", "lesson", *until, "--min-score", "1", folder=tmp_path).returncode == 1
+    refused = run("run", "no.yaml", folder=tmp_path)
+    assert (refused.returncode, refused.stdout, refused.stderr) == (2, "", "error: no.yaml: there is no such file\n")
+
+
+def test_the_same_run_in_two_processes(tmp_path: Path) -> None:
+    hashes = set()
+    for more in ((), ("--listen", "all")):
+        ran = run("run", "lesson", "--until", "4", "--no-picture", *more, folder=tmp_path, PYTHONHASHSEED="random")
+        hashes.add(next(line for line in ran.stdout.splitlines() if line.startswith("state hash")))
+    assert len(hashes) == 1
+
+
+def test_a_terminal_that_knows_only_ascii(tmp_path: Path) -> None:
+    ran = run(
+        "run", "lesson", "--until", "0.1", "--agent", "none", "--no-picture", folder=tmp_path, PYTHONIOENCODING="ascii"
+    )
+    assert ran.returncode == 0
+    assert ran.stdout.isascii()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such signal there")
+def test_ctrl_c_ends_a_run_with_its_score(tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        [*COMMAND, "run", "lesson", "--agent", "none", "--until", "1e6", "--speed", "1"],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline().startswith("trial lesson")
+    assert "real time" in process.stdout.readline()  # it is under way
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert "outcome     interrupted\n" in out
+    assert "state hash" in out
+    assert "Traceback" not in err
+    assert not (tmp_path / "lesson.png").exists()
+
+
+def test_a_pipe_that_closes_early(tmp_path: Path) -> None:
+    ran = subprocess.run(
+        f"{sys.executable} -m cellwright check lesson --json | head -n 1",
+        shell=True,
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert ran.stdout == "{\n"
+    assert "Traceback" not in ran.stderr

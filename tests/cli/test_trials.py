@@ -1,0 +1,84 @@
+"""The list of the trials that come along, and running them."""
+
+import json
+from typing import Any
+
+import pytest
+
+from cellwright.description.catalogue import bundled
+from tests.cli.conftest import CommandLine
+
+
+@pytest.fixture
+def listed(cellwright: CommandLine) -> dict[str, Any]:
+    ran = cellwright("trials", "--json")
+    assert (ran.status, ran.err) == (0, "")
+    return dict(json.loads(ran.out))
+
+
+def of(listed: dict[str, Any], name: str) -> dict[str, Any]:
+    (found,) = [trial for trial in listed["trials"] if trial["name"] == name]
+    return dict(found)
+
+
+def test_all_are_listed(listed: dict[str, Any]) -> None:
+    assert [trial["name"] for trial in listed["trials"]] == bundled()
+    assert len(bundled()) == 29
+
+
+def test_finals_in_their_scenarios(listed: dict[str, Any]) -> None:
+    scenarios = [trial["scenario"] for trial in listed["trials"] if trial["name"].startswith("final")]
+    assert scenarios == (["final, baseline"] * 5 + ["final, dropped part"] * 5 + ["final, in-process kit change"] * 5)
+
+
+def test_a_final_for_programs(listed: dict[str, Any]) -> None:
+    final = of(listed, "final14")
+    assert final["time_limit"] == 500
+    assert not final["has_arm"]
+    assert final["points"] == 24
+    assert final["orders"][0]["parts"] == {"disk_part": 1, "piston_rod_part": 2, "pulley_part": 1}
+    assert final["orders"][1]["wanted_parts"] == 3
+    assert [demand["kind"] for demand in final["demands"]] == ["interrupt", "belt_only"]
+    assert of(listed, "lesson")["time_limit"] is None
+
+
+def test_sensors_and_what_they_cost(listed: dict[str, Any]) -> None:
+    (kitter,) = listed["sensors"]
+    kinds = list(kitter["sensors"].values())
+    assert kitter["name"] == "kitter_sensors"
+    assert kitter["has_arm"]
+    assert kitter["sensor_cost"] == 500 * kinds.count("logical_camera") + 100 * (
+        len(kinds) - kinds.count("logical_camera")
+    )
+
+
+def test_the_list_for_people(cellwright: CommandLine) -> None:
+    ran = cellwright("trials")
+    lines = [line.rstrip() for line in ran.out.splitlines()]
+    assert (ran.status, ran.err) == (0, "")
+    assert max(map(len, lines)) <= 80
+    assert "2 x (1 pulley_part, 1 gear_part, 1 disk_part)" in ran.out
+    assert "- pulley_part lost over AGV 1, onto the tray" in ran.out
+    assert lines[-1].startswith("kitter_sensors: an arm, ")
+
+
+def test_a_trial_without_an_arm_names_the_remedy(cellwright: CommandLine) -> None:
+    ran = cellwright("run", "final01", "--agent", "lesson")
+    assert (ran.status, ran.out) == (2, "")
+    assert ran.err == (
+        "error: final01: the trial has no arm for the agent lesson to work with; "
+        "give a file with one as well, such as: cellwright run final01 kitter_sensors\n"
+    )
+
+
+def test_an_agent_of_ones_own_may_do_without(cellwright: CommandLine, agents: str) -> None:
+    ran = cellwright("run", "final01", "--agent", f"{agents}:Ends", "--no-picture")
+    assert ran.status == 0
+    assert ran.err.startswith("warning: final01: the trial has no arm; give a file")
+
+
+def test_with_the_sensors_that_come_along(cellwright: CommandLine, agents: str) -> None:
+    ran = cellwright("run", "final01", "kitter_sensors", "--agent", f"{agents}:Ends", "--no-picture", "--json")
+    assert ran.status == 0
+    assert "warning" not in ran.err
+    assert json.loads(ran.out)["trial"] == "final01"
