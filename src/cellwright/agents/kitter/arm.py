@@ -10,13 +10,13 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 from cellwright.client import Client
 from cellwright.description.layout import ARM_JOINTS
 from cellwright.errors import UnreachableError
-from cellwright.motion.joints import Joints
-from cellwright.motion.ur import elbow_is_up, forward, inverse
+from cellwright.motion import Joints, forward, inverse, solve
 from cellwright.pose import Pose
 
 log = logging.getLogger(__name__)
@@ -93,17 +93,14 @@ class Arm:
         reaching outwards, which all stations are worked in.
         """
         rail = max(-RAIL_END, min(RAIL_END, rail))
-        pan = station_pan(goal.position[0], goal.position[1], rail)
-        favoured = Joints(*self._commanded)._replace(shoulder_pan=pan) if near is None else Joints(*near)
         try:
-            postures = inverse(goal, rail, near=favoured)
+            if near is not None:
+                return list(closest(inverse(goal, rail, near=Joints(*near)), near))
+            pan = station_pan(goal.position[0], goal.position[1], rail)
+            favoured = Joints(*self._commanded)._replace(shoulder_pan=pan)
+            return list(solve(goal, favoured, rail=rail, accept=partial(faces, pan=pan)))
         except UnreachableError:
             return None
-        if near is None:
-            postures = tuple(each for each in postures if is_usual(each, pan))
-        if not postures:
-            return None
-        return list(min(postures, key=lambda each: math.dist(each[1:6], favoured[1:6])))
 
     def move(self, joints: Sequence[float], pace: float = 1.0) -> None:
         """Go to joint positions on the straight way in joint space, and wait until there."""
@@ -253,9 +250,14 @@ class Arm:
         return [joints[RAIL], pan, *folded[2:6], joints[6]]
 
 
-def is_usual(joints: Joints, pan: float) -> bool:
-    """Whether a posture is the one that all stations are worked in: pan as given [rad], elbow up, hand outwards."""
-    return abs(joints.shoulder_pan - pan) < 0.3 and elbow_is_up(joints) and math.sin(joints.wrist_2) < 0.0
+def faces(joints: Joints, pan: float) -> bool:
+    """Whether the arm works a station the usual way: its plane turned to it by `pan` [rad], the hand reaching out."""
+    return abs(joints.shoulder_pan - pan) < 0.3 and math.sin(joints.wrist_2) < 0.0
+
+
+def closest(postures: Sequence[Joints], near: Sequence[float]) -> Joints:
+    """The posture that differs least from joint positions; wrist 3 and the rail are left out."""
+    return min(postures, key=lambda each: math.dist(each[1:6], near[1:6]))
 
 
 def station_pan(x: float, y: float, rail: float) -> float:
