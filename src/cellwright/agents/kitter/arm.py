@@ -11,6 +11,7 @@ import logging
 import math
 from collections.abc import Sequence
 from functools import partial
+from itertools import pairwise
 from typing import Any
 
 from cellwright.client import Client
@@ -42,6 +43,9 @@ FOLDED = 0.45
 
 OTHER_STATION = 0.8
 """A pan [rad] that differs by more belongs to another station."""
+
+SETTLING = 0.7
+"""About how long [s] it takes to come to stand exactly."""
 
 SAFE = 0.95
 """Height [m] of the gripper link on ways between stations."""
@@ -118,25 +122,37 @@ class Arm:
 
         The rail ends within millimetres of the place, and the tool where it was sent whatever the rail did.
         """
+        way = self._way(goal, rail)
+        if way is None:
+            return False
+        if self.tool.position[2] < SAFE - 0.05:
+            self.rise(SAFE)
+        for joints in way:
+            self.move(joints)
+        self.stop_rail()
+        return self.settle(goal)
+
+    def travel_time(self, goal: Pose, rail: float) -> float:
+        """How long `travel` takes [s], about; infinite if the pose is out of reach."""
+        way = self._way(goal, rail)
+        if way is None:
+            return math.inf
+        places = [self._commanded, *way]
+        rising = max(0.0, SAFE - 0.05 - self.tool.position[2]) / 0.5
+        return rising + SETTLING + sum(travel_time(a, b) for a, b in pairwise(places))
+
+    def _way(self, goal: Pose, rail: float) -> list[list[float]] | None:
+        """Joint positions to go through to a tool pose; None if it is out of reach."""
         rail = max(-RAIL_END, min(RAIL_END, rail))
         joints = self.reach(rail, goal)
         if joints is None:
-            return False
+            return None
         way = rail - self._measured[RAIL]
-        sent = list(joints)
-        if abs(way) > 0.01:
-            sent[RAIL] = rail + math.copysign(RAIL_SHORTFALL, way)
-        else:
-            sent[RAIL] = self._commanded[RAIL]
-        if self.tool.position[2] < SAFE - 0.05:
-            self.rise(SAFE)
-        if abs(sent[PAN] - self._commanded[PAN]) > OTHER_STATION:
-            # folded, so as to pass between the posts of the frame over the bins
-            self.move(self._folded(self._commanded))
-            self.move(self._folded(sent))
-        self.move(sent)
-        self.stop_rail()
-        return self.settle(goal)
+        joints[RAIL] = rail + math.copysign(RAIL_SHORTFALL, way) if abs(way) > 0.01 else self._commanded[RAIL]
+        if abs(joints[PAN] - self._commanded[PAN]) < OTHER_STATION:
+            return [joints]
+        # folded, so as to pass between the posts of the frame over the bins
+        return [self._folded(self._commanded), self._folded(joints), joints]
 
     def settle(self, goal: Pose) -> bool:
         """Correct the arm until the tool stands within a millimetre of a pose, or three times."""

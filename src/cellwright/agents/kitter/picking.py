@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 from dataclasses import dataclass
 
 from cellwright.agents.kitter.arm import FACE, SAFE, SHOULDER_OFFSET, Arm
@@ -19,6 +20,10 @@ PRESS = 0.006
 """It is sent this far [m] into the part, slowly; it stops when the part hangs on it."""
 SLOW = 0.03
 """[m/s]"""
+BELT_HOVER = 0.08
+"""How high [m] above its grip the cup waits for a part on the belt."""
+MARGIN = 0.5
+"""The arm is there so long [s] before the part."""
 PATIENCE = 0.35
 """How long [s] the cup waits on the part."""
 
@@ -38,8 +43,8 @@ def bin_rail(y: float) -> float:
 
 
 def belt_rail(y: float) -> float:
-    """Where the rail goes for a place on the belt at world y [m]."""
-    return y - SHOULDER_OFFSET
+    """Where the rail goes for a part that is met on the belt at world y [m]: it is followed for 0.3 m from there."""
+    return y - SHOULDER_OFFSET - 0.15
 
 
 class Picker:
@@ -80,13 +85,34 @@ class Picker:
         client.control_gripper(False)
         return None
 
+    def meeting_place(self, part: BeltPart, first: float, last: float) -> float | None:
+        """World y [m] at which a part on the belt can be met; None if the arm comes too late.
+
+        Args:
+            part: the part.
+            first: the part is met no further upstream than here.
+            last: nor further downstream.
+        """
+        y = min(first, part.pose(self._client.time).position[1])
+        for _ in range(4):
+            arrival = self._client.time + self._arm.travel_time(self.belt_hover(part, y), belt_rail(y)) + MARGIN
+            if not math.isfinite(arrival):
+                return None
+            y = min(first, part.pose(arrival).position[1])
+            if y < last:
+                return None
+        return y
+
+    def belt_hover(self, part: BeltPart, y: float) -> Pose:
+        """Where the gripper waits for a part on the belt."""
+        above = grip_pose(part.type, part.pose(part.time_at(y)), 0, self._arm.tool.yaw)
+        return at_height(above, above.position[2] + BELT_HOVER)
+
     def from_belt(self, part: BeltPart, y: float) -> Held | None:
         """Take a part from the running belt about where it passes world y, and lift it; None if that failed."""
         client, arm = self._client, self._arm
-        start = part.pose(part.time_at(y))
-        above = grip_pose(part.type, start, 0, arm.tool.yaw)
-        x, grip_y, z = above.position
-        hover = Pose((x, grip_y, z + 0.08), above.quaternion)
+        hover = self.belt_hover(part, y)
+        z = hover.position[2] - BELT_HOVER
         if not arm.travel(hover, belt_rail(y)):
             return None
         lead = arm.follow_lead

@@ -43,10 +43,7 @@ MISPLACED = 0.012
 MISTURNED = 0.05
 """A part that lies further [m] or is turned more [rad] from where it was ordered is put right."""
 
-APPROACH = 4.0
-"""Time [s] from the decision to take a part from the belt until the cup is over it, at least."""
-
-FIRST_Y, LAST_Y, WAITING_Y = 1.7, -1.4, 1.55
+FIRST_Y, LAST_Y, WAITING_Y = 1.7, -1.8, 1.55
 """Where parts are taken from the belt: world y [m] between the first two; the arm waits for them at the third."""
 
 
@@ -111,6 +108,7 @@ class Strategy:
         self._place: Place | None = None
         self._target: Sighting | None = None
         self._belt_part: BeltPart | None = None
+        self._meeting_y = FIRST_Y
         self._failures: Counter[tuple[int, int]] = Counter()
         self._last_progress = client.time
 
@@ -174,7 +172,7 @@ class Strategy:
         for task in open_tasks:
             coming = self._coming(task.type)
             if coming is not None:
-                self._task, self._belt_part = task, coming
+                self._task, (self._belt_part, self._meeting_y) = task, coming
                 return self.fetch_from_belt
         self._view.look()
         in_bins = self._view.parts_in_bins()
@@ -198,16 +196,20 @@ class Strategy:
             self._say("waiting by the belt for %s", ", ".join(sorted(types)))
             hover = Pose.from_rpy((1.21, WAITING_Y, 1.0), (0.0, 0.0, 0.0))
             self._arm.travel(hover, WAITING_Y - 0.3)
-            self._client.wait_until(lambda: any(self._coming(each) for each in types), 15.0)
+            until = self._client.time + 15.0
+            while self._client.time < until and not any(self._coming(each) for each in types):
+                self._client.sleep(0.1)
         else:
             self._client.sleep(2.0)
         return self.choose_part
 
-    def _coming(self, part_type: str) -> BeltPart | None:
-        """The first part of a type on the belt that there is time to meet."""
-        coming = self._view.belt.coming(part_type, self._client.time + APPROACH, LAST_Y)
-        in_time = [part for part in coming if part.time_at(FIRST_Y) < self._client.time + 12.0]
-        return in_time[0] if in_time else None
+    def _coming(self, part_type: str) -> tuple[BeltPart, float] | None:
+        """The first part of a type on the belt that there is time to meet, soon, and world y [m] where it can be met."""
+        for part in self._view.belt.coming(part_type, self._client.time, LAST_Y):
+            y = self._picker.meeting_place(part, FIRST_Y, LAST_Y)
+            if y is not None and part.time_at(y) < self._client.time + 12.0:
+                return part, y
+        return None
 
     def _best(self, part_type: str, in_bins: list[Sighting]) -> Sighting | None:
         """The part to take: seldom tried, with much room around it, near the rail's place."""
@@ -245,7 +247,7 @@ class Strategy:
         task, part = self._current_task, self._belt_part
         if part is None:
             return self.choose_part
-        y = min(FIRST_Y, part.pose(self._client.time + APPROACH).position[1])
+        y = self._meeting_y
         self._say("taking a %s off the belt at y %.2f, at %.1f s", task.type, y, part.time_at(y))
         held = self._picker.from_belt(part, y)
         self._view.belt.forget(part)
