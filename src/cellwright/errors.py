@@ -62,6 +62,10 @@ class RejectedCommandError(CellwrightError):
     """A command from outside that was refused as a whole; the cell goes on as if it had not come."""
 
 
+class UnreachableError(CellwrightError):
+    """A pose that the arm cannot bring its tool to, or a way that it cannot follow; the text says why."""
+
+
 class SimulationError(CellwrightError):
     """The engine could not go on; nothing that it says from then on is worth anything."""
 

@@ -91,6 +91,7 @@ def _parts(order: Order) -> Counter[str]:
 
 
 def _trial(name: str, trial: Trial) -> dict[str, Any]:
+    could = reach(trial)
     return {
         "name": name,
         "scenario": scenario(name),
@@ -98,7 +99,8 @@ def _trial(name: str, trial: Trial) -> dict[str, Any]:
         "time_limit": None if trial.time_limit < 0 else trial.time_limit,
         "has_arm": trial.has_arm,
         "sensor_cost": system_cost(trial.sensors),
-        "points": reach(trial).maximum,
+        "points": could.maximum,
+        "reachable": could.total,
         "orders": [_order(order) for order in trial.orders],
         "demands": [{"kind": demand.kind, "text": demand.text} for demand in demands(trial)],
     }

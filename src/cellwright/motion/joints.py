@@ -1,0 +1,99 @@
+"""The positions of the arm's joints as one value with named fields, their limits, and what turns leave alike."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
+from typing import NamedTuple, TypeAlias
+
+from cellwright.description.layout import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
+from cellwright.errors import UnknownNameError, UsageError
+
+LIMITS: tuple[float, ...] = (RAIL_LIMIT, *(TURN_LIMIT,) * 6)
+"""How far each joint goes to either side [m for the rail; rad], in the order of the fields of `Joints`."""
+
+_ROUNDING = 1e-9
+_TURN = 2.0 * math.pi
+
+
+class Joints(NamedTuple):
+    """Positions of the seven joints, or their velocities, in the order of the arm's controller.
+
+    Attributes:
+        rail: along world y [m].
+        shoulder_pan: [rad], as all that follow.
+        shoulder_lift: the more, the lower the upper arm; 0 lays it flat.
+        elbow: 0 where the arm is straight.
+        wrist_1: in the plane of upper arm and forearm, as the two before.
+        wrist_2: -pi/2 where the tool points down and the hand reaches outward.
+        wrist_3: about the tool's axis.
+    """
+
+    rail: float
+    shoulder_pan: float
+    shoulder_lift: float
+    elbow: float
+    wrist_1: float
+    wrist_2: float
+    wrist_3: float
+
+    @classmethod
+    def of(cls, positions: JointsLike) -> Joints:
+        """The joints of a mapping by joint name (`client.joint_positions`), or of joints as they are.
+
+        Names of other joints are passed over, as joint states name the gripper too.
+
+        Raises:
+            UnknownNameError: one of the arm's joints is missing.
+            UsageError: a position is not finite.
+        """
+        if not isinstance(positions, Joints):
+            for name in ARM_JOINTS:
+                if name not in positions:
+                    raise UnknownNameError("arm joint", name, positions)
+            positions = cls(*(float(positions[name]) for name in ARM_JOINTS))
+        if not all(map(math.isfinite, positions)):
+            raise UsageError(f"joint positions must be finite, not {tuple(positions)}")
+        return positions
+
+    def by_name(self) -> dict[str, float]:
+        """The values by joint name."""
+        return dict(zip(ARM_JOINTS, self, strict=True))
+
+    def ordered(self, names: Sequence[str]) -> list[float]:
+        """The values in the order of `names`, for instance `cellwright.client.ARM_JOINTS`."""
+        values = self.by_name()
+        for name in names:
+            if name not in values:
+                raise UnknownNameError("arm joint", name, ARM_JOINTS)
+        return [values[name] for name in names]
+
+    def within_limits(self) -> bool:
+        """Whether no joint is past its end."""
+        return all(abs(value) <= limit + _ROUNDING for value, limit in zip(self, LIMITS, strict=True))
+
+    def nearest(self, near: Joints) -> Joints:
+        """The same posture with whole turns added to each angle, within limits, so as to be nearest to `near`."""
+        return Joints(self.rail, *(_nearest_turn(mine, other) for mine, other in zip(self[1:], near[1:], strict=True)))
+
+    def turned(self) -> Iterator[Joints]:
+        """Every choice of whole turns within limits that is the same posture, this one among them."""
+        for angles in product(*(tuple(_turns(angle)) for angle in self[1:])):
+            yield Joints(self.rail, *angles)
+
+
+JointsLike: TypeAlias = Joints | Mapping[str, float]
+"""Joints, or a mapping by joint name."""
+
+
+def _turns(angle: float) -> Iterator[float]:
+    """The angles [rad] that differ from `angle` by whole turns and lie within the limits, rising."""
+    low = math.ceil((-TURN_LIMIT - _ROUNDING - angle) / _TURN)
+    high = math.floor((TURN_LIMIT + _ROUNDING - angle) / _TURN)
+    for turns in range(low, high + 1):
+        yield max(-TURN_LIMIT, min(TURN_LIMIT, angle + turns * _TURN))
+
+
+def _nearest_turn(angle: float, near: float) -> float:
+    return min(_turns(angle), key=lambda each: abs(each - near))
