@@ -54,11 +54,22 @@ def test_a_program_that_is_good(tiny: CommandLine) -> None:
 
 
 def test_a_program_that_crashes_in_one_trial_of_two(tiny: CommandLine) -> None:
-    Path("other.yaml").write_text("time_limit: 1\n")
+    Path("other.yaml").write_text("arm: {type: ur10}\ntime_limit: 1\n")
     ran = tiny("eval", "tiny.yaml", "other.yaml", "--with", "sensors.yaml", "--agent", "programs.py:Crash", "--json")
     assert ran.status == 1
     assert [each["trial"] for each in json.loads(ran.out)["results"]] == ["tiny", "other"]
     assert "tiny seed 1: LookupError" in ran.err
+
+
+def test_a_trial_without_an_arm_gets_one(tiny: CommandLine) -> None:
+    look = "print(client.sensor('logical_camera_belt').wait(1.0) is not None)"
+    Path("looks.py").write_text(f"class Looks:\n    def run(self, client):\n        {look}\n")
+    assert tiny("eval", "tiny.yaml", "--agent", "looks.py:Looks").status == 1
+    (log,) = Path("evaluation", "logs").glob("tiny-*")
+    assert log.read_text() == "True\n"
+    assert tiny("eval", "tiny.yaml", "--agent", "looks.py:Looks", "--with", "sensors.yaml", "--out", "b").status == 1
+    (log,) = Path("b", "logs").glob("tiny-*")
+    assert "unknown topic '/ariac/logical_camera_belt'" in log.read_text()
 
 
 @pytest.mark.parametrize(

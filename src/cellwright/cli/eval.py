@@ -20,6 +20,8 @@ from cellwright.cli import options
 from cellwright.cli.eval_progress import EvalProgress
 from cellwright.cli.eval_table import show
 from cellwright.cli.exit_status import DONE, NOT_DONE
+from cellwright.description.catalogue import bundled_sensors
+from cellwright.description.gear2017 import load_trial
 from cellwright.errors import UsageError
 from cellwright.evaluation.evaluate import Evaluation
 from cellwright.evaluation.job import EvaluatedTrial, Job, make_jobs
@@ -33,6 +35,10 @@ from cellwright.kitting.reach import reach
 
 _MOST_SEEDS, _MOST_JOBS = 100_000, 1024
 _MEMORY = 256.0, 2.0**24  # [MiB]; with less a worker cannot begin
+
+ARM_AND_SENSORS = bundled_sensors()[0]
+"""What a trial of the competition lacks, where each team brought its own."""
+
 _WORK, _LIMITS, _OUTPUT = "What runs", "Limits of each run", "Output"
 
 
@@ -58,7 +64,8 @@ def evaluate(
         typer.Option(
             "--with",
             metavar="FILE",
-            help="A file that is joined to each trial, such as one with your sensors; repeatable.",
+            help="A file that is joined to each trial, such as one with your arm and sensors; repeatable. "
+            f"Without it a trial that has no arm gets `{ARM_AND_SENSORS}`.",
             rich_help_panel=_WORK,
         ),
     ] = None,
@@ -181,8 +188,10 @@ def _trials(names: Sequence[str], joined: Sequence[str]) -> list[EvaluatedTrial]
     """The trials, read once: what is wrong with them is told before anything starts."""
     found = []
     for name in dict.fromkeys(names):
-        trial = options.load([name, *joined])
-        files = tuple(path.resolve() for path in options.paths([name, *joined]))
+        has_arm = load_trial(options.paths([name])).trial.has_arm
+        parts = [name, *(joined or ([] if has_arm else [ARM_AND_SENSORS]))]
+        trial = options.load(parts)
+        files = tuple(path.resolve() for path in options.paths(parts))
         found.append((name, trial, files, reach(trial)))
     how_often = Counter(trial.name for _, trial, *_ in found)
     return [
