@@ -5,6 +5,7 @@ Pure geometry and timing: nothing here talks to a cell, so that a controller of 
 """
 
 from cellwright.motion.choice import solve
+from cellwright.motion.interception import Interception, MovingPart, Rendezvous, intercept, track
 from cellwright.motion.joint_motion import JointMotion, MotionPoint
 from cellwright.motion.joints import LIMITS, Joints, JointsLike
 from cellwright.motion.limits import DEFAULT_LIMITS, MotionLimits
@@ -15,15 +16,19 @@ from cellwright.motion.ur import face, forward, inverse, is_usual, link_poses, t
 __all__ = [
     "DEFAULT_LIMITS",
     "LIMITS",
+    "Interception",
     "JointMotion",
     "Joints",
     "JointsLike",
     "MotionLimits",
     "MotionPoint",
+    "MovingPart",
+    "Rendezvous",
     "along",
     "face",
     "follow",
     "forward",
+    "intercept",
     "inverse",
     "is_usual",
     "link_poses",
@@ -33,4 +38,5 @@ __all__ = [
     "through",
     "timed",
     "tool_down",
+    "track",
 ]
