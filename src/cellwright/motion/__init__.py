@@ -10,12 +10,14 @@ from cellwright.motion.joint_motion import JointMotion, MotionPoint
 from cellwright.motion.joints import LIMITS, Joints, JointsLike
 from cellwright.motion.limits import DEFAULT_LIMITS, MotionLimits
 from cellwright.motion.paths import follow, straight
+from cellwright.motion.servo import ORIGINAL_SERVO, ServoModel, anticipated
 from cellwright.motion.trajectories import along, move, through, timed
 from cellwright.motion.ur import face, forward, inverse, is_usual, link_poses, tool_down
 
 __all__ = [
     "DEFAULT_LIMITS",
     "LIMITS",
+    "ORIGINAL_SERVO",
     "Interception",
     "JointMotion",
     "Joints",
@@ -24,7 +26,9 @@ __all__ = [
     "MotionPoint",
     "MovingPart",
     "Rendezvous",
+    "ServoModel",
     "along",
+    "anticipated",
     "face",
     "follow",
     "forward",
