@@ -26,6 +26,7 @@ from cellwright.kitting.effects import (
     PopulationRestart,
     StateChanged,
 )
+from cellwright.kitting.evidence import Evidence, evidence
 from cellwright.kitting.faults import Faults
 from cellwright.kitting.names import part_type
 from cellwright.kitting.referee import Referee
@@ -89,6 +90,15 @@ class Competition(Device):
     def score(self) -> GameScore:
         """The score at this moment."""
         return self.referee.score(self.simulation.now)
+
+    @property
+    def process_time(self) -> int:
+        """From the start to the end of the game, or until now [ns]."""
+        return self.referee.process_time(self.simulation.now)
+
+    def evidence(self) -> Evidence:
+        """The score at this moment, with what earned or lost each point."""
+        return evidence(self.trial, self.score(), self.process_time)
 
     def tray_objects(self, tray: KitTray) -> tuple[TrayObject, ...]:
         """What a tray last reported, with types and faults, as the referee sees it."""

@@ -25,6 +25,7 @@ from cellwright.client.transports.in_process import InProcess
 from cellwright.competition import is_done
 from cellwright.errors import RunEndedError, SimulationError, UsageError
 from cellwright.kitting.effects import Effect
+from cellwright.kitting.evidence import Evidence
 from cellwright.kitting.scorer import GameScore
 from cellwright.simulation.clock import nanoseconds
 from cellwright.simulation.pacing import Pacer
@@ -80,6 +81,7 @@ class RunResult:
     outcome: Outcome
     competition_state: str
     score: GameScore
+    evidence: Evidence
     state_hash: str
     simulated: float
     wall: float
@@ -139,6 +141,7 @@ def _run_cell(cell: Cell, agent: Agent | None, options: RunOptions, leaving: Exi
         outcome=outcome,
         competition_state=cell.competition.state,
         score=cell.competition.score(),
+        evidence=cell.competition.evidence(),
         state_hash=cell.state_hash(),
         simulated=cell.simulation.time - begun * float(cell.simulation.clock.timestep),
         wall=time.perf_counter() - begin,

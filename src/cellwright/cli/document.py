@@ -7,21 +7,25 @@ from fractions import Fraction
 from typing import Any
 
 from cellwright.cell import Cell
-from cellwright.description.trial import Trial
-from cellwright.kitting.kit_score import BONUS_POINTS, POSE_POINTS, PRESENCE_POINTS, KitScore, PartFinding
-from cellwright.kitting.scorer import GameScore
+from cellwright.kitting.evidence import Evidence
+from cellwright.kitting.evidence_json import evidence_to_json, trial_score_to_json
+from cellwright.kitting.trial_score import TrialScore
 from cellwright.run import RunResult, versions
 
-_POINTS_A_PART = PRESENCE_POINTS + BONUS_POINTS + POSE_POINTS
 
+def of_run(
+    cell: Cell, agent: str, result: RunResult, status: int, pictures: Sequence[str], final: TrialScore | None = None
+) -> dict[str, Any]:
+    """A run's result; times in s.
 
-def best(trial: Trial) -> float:
-    """The points of a perfect game: three for each ordered part."""
-    return _POINTS_A_PART * sum(len(kit.objects) for order in trial.orders for kit in order.kits)
-
-
-def of_run(cell: Cell, agent: str, result: RunResult, status: int, pictures: Sequence[str]) -> dict[str, Any]:
-    """A run's result; times in s."""
+    Args:
+        cell: the cell that ran.
+        agent: the name of what worked it.
+        result: what came of it.
+        status: exit status of the command.
+        pictures: files of pictures that were written.
+        final: the score of the trial as in the finals, if averages are known.
+    """
     return {
         "trial": cell.trial.name,
         "agent": agent,
@@ -37,7 +41,7 @@ def of_run(cell: Cell, agent: str, result: RunResult, status: int, pictures: Seq
         "real_time_factor": result.real_time_factor,
         "steps": result.steps,
         "state_hash": result.state_hash,
-        "score": of_score(result.score, cell.trial),
+        "score": of_score(result.evidence, final),
         "heard": result.heard,
         "refused": dict(cell.bus.refusals.counts),
         "pictures": list(pictures),
@@ -45,48 +49,6 @@ def of_run(cell: Cell, agent: str, result: RunResult, status: int, pictures: Seq
     }
 
 
-def of_score(score: GameScore, trial: Trial) -> dict[str, Any]:
-    """A score; lengths in m, angles in rad, times in s."""
-    return {
-        "total": score.total,
-        "best": best(trial),
-        "part_travel_time": score.part_travel_time / 1e9,
-        "orders": [
-            {
-                "order_id": order.order_id,
-                "total": order.total,
-                "complete": order.is_complete,
-                "time_taken": order.time_taken / 1e9,
-                "kits": [_kit(kit) for kit in order.kits],
-            }
-            for order in score.orders
-        ],
-    }
-
-
-def _kit(kit: KitScore) -> dict[str, Any]:
-    return {
-        "kit_type": kit.kit_type,
-        "submitted": kit.is_submitted,
-        "total": kit.total,
-        "part_presence": kit.part_presence,
-        "all_parts_bonus": kit.all_parts_bonus,
-        "part_pose": kit.part_pose,
-        "bonus": None if kit.bonus is None else str(kit.bonus),
-        "parts": [_part(part) for part in kit.parts],
-        "extras": [{"name": each.name, "type": each.type, "reason": str(each.reason)} for each in kit.extras],
-    }
-
-
-def _part(part: PartFinding) -> dict[str, Any]:
-    fit = part.fit
-    return {
-        "type": part.type,
-        "verdict": str(part.verdict),
-        "presence": part.presence,
-        "pose": part.pose,
-        "object": None if fit is None else fit.object_name,
-        "distance": None if fit is None else fit.distance,
-        "yaw_difference": None if fit is None else fit.yaw_difference,
-        "quaternion_dot": None if fit is None else fit.quaternion_dot,
-    }
+def of_score(found: Evidence, final: TrialScore | None = None) -> dict[str, Any]:
+    """A run's score with its evidence, and the score of the trial as in the finals if averages are known."""
+    return evidence_to_json(found) | {"trial_score": None if final is None else trial_score_to_json(final)}

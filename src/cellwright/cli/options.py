@@ -17,6 +17,8 @@ from cellwright.description.catalogue import bundled, bundled_sensors, find_tria
 from cellwright.description.gear2017 import load_trial
 from cellwright.description.trial import ServoProfile, Trial
 from cellwright.errors import UnknownNameError, UsageError
+from cellwright.kitting.scorer import OrderScore
+from cellwright.kitting.trial_score import Averages, trial_score
 from cellwright.viewer.camera import Camera
 from cellwright.viewer.views import view
 
@@ -136,6 +138,23 @@ def min_score(value: float | None) -> float | None:
     if value is not None and not math.isfinite(value):
         refuse(f"--min-score {value}: give a number")
     return value
+
+
+def averages(text: str | None, trial: Trial) -> Averages | None:
+    """What all teams spent on this trial on average, `COST,TIME` with a time for each order.
+
+    Raises:
+        UsageError: the text says something else, or such a trial has no score.
+    """
+    if text is None:
+        return None
+    cost, *times = map(_number, text.split(","))
+    given = Averages(cost, tuple(times))
+    try:
+        trial_score(trial.sensors, [OrderScore(order.order_id) for order in trial.orders], given)
+    except UsageError as error:
+        refuse(f"--averages {text}: {error}")
+    return given
 
 
 def servo(name: str | None) -> ServoProfile | None:

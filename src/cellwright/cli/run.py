@@ -20,6 +20,7 @@ from cellwright.cli import document, exit_status, options, score_table
 from cellwright.cli.pictures import Pictures
 from cellwright.cli.progress import RunProgress, bar
 from cellwright.description.catalogue import bundled_sensors
+from cellwright.kitting.trial_score import trial_score
 from cellwright.run import Outcome, RunOptions, run_cell
 
 _WORK, _END, _LOOK, _SAVE, _OUTPUT = "What runs", "When it ends", "Looking on", "Checkpoints", "Output"
@@ -117,6 +118,14 @@ def run(
             rich_help_panel=_OUTPUT,
         ),
     ] = False,
+    averages: Annotated[
+        str | None,
+        typer.Option(
+            metavar="COST,TIME",
+            help="Score the trial as in the finals, against these averages of all teams [$, s]; a time for each order.",
+            rich_help_panel=_OUTPUT,
+        ),
+    ] = None,
     verbose: Annotated[
         bool, typer.Option("--verbose", "-v", metavar="", help="Say what the agent logs.", rich_help_panel=_OUTPUT)
     ] = False,
@@ -155,6 +164,7 @@ def run(
     with redirect_stdout(sys.stderr) if as_json else nullcontext():  # what an agent prints is no JSON
         cell = _build(files, seed, servo, console, competition=not development)
         options.topics(wanted.listen, cell)
+        spent = options.averages(averages, cell.trial)
         worker = _worker(agent, wanted)
         if worker and not cell.trial.has_arm:
             _miss_arm(cell.trial.name, agent)
@@ -163,13 +173,14 @@ def run(
         with progress.running():
             result = run_cell(cell, worker, replace(wanted, at=pictures.actions(), on_progress=progress.update))
     pictures.finish(cell.simulation.time)
+    final = None if spent is None else trial_score(cell.trial.sensors, result.score.orders, spent)
     if result.error:
         sys.stderr.write(result.error)
     status = exit_status.of_run(result, has_agent=worker is not None, min_score=least)
     if pictures.missed:
         status = status or exit_status.NOT_DONE
     if not as_json:
-        score_table.show(console, cell.trial, result)
+        score_table.show(console, result, final)
         if least is not None and result.score.total < least:
             score_table.note(console, "not enough", f"{least:g} points were asked for")
     if picture and result.outcome is not Outcome.INTERRUPTED:
@@ -177,7 +188,7 @@ def run(
         with bar(console, f"drawing {file}", 1.0) as tell:
             pictures.take(file, cell, tell)
     if as_json:
-        typer.echo(json.dumps(document.of_run(cell, agent, result, status, pictures.written), indent=2))
+        typer.echo(json.dumps(document.of_run(cell, agent, result, status, pictures.written, final), indent=2))
     else:
         for written in pictures.written:
             score_table.note(console, "picture", written)

@@ -12,11 +12,11 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from cellwright.cli.document import best
 from cellwright.description.catalogue import SCENARIOS, bundled, bundled_sensors, find_trial, scenario
 from cellwright.description.demands import demands
 from cellwright.description.gear2017 import load_trial
 from cellwright.description.trial import Order, Trial
+from cellwright.kitting.reach import reach
 from cellwright.kitting.trial_score import system_cost
 
 _NAME_WIDTH = max(map(len, bundled()))
@@ -91,6 +91,7 @@ def _parts(order: Order) -> Counter[str]:
 
 
 def _trial(name: str, trial: Trial) -> dict[str, Any]:
+    could = reach(trial)
     return {
         "name": name,
         "scenario": scenario(name),
@@ -98,7 +99,8 @@ def _trial(name: str, trial: Trial) -> dict[str, Any]:
         "time_limit": None if trial.time_limit < 0 else trial.time_limit,
         "has_arm": trial.has_arm,
         "sensor_cost": system_cost(trial.sensors),
-        "points": best(trial),
+        "points": could.maximum,
+        "reachable": could.total,
         "orders": [_order(order) for order in trial.orders],
         "demands": [{"kind": demand.kind, "text": demand.text} for demand in demands(trial)],
     }

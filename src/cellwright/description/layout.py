@@ -51,6 +51,24 @@ TRAY_FRAMES: Mapping[str, Pose] = MappingProxyType(
 )
 """World poses of the two tray links while the AGVs stand at their load points."""
 
+TRAY_PLATE = (0.5, 0.7)
+"""Edge lengths [m] of a tray's plate along x and y of the tray frame, whose origin is in its middle."""
+
+PART_RADII: Mapping[str, float] = MappingProxyType(
+    {
+        "part1": 0.16,
+        "part2": 0.033,
+        "part3": 0.144,
+        "part4": 0.055,
+        "disk_part": 0.093,
+        "gasket_part": 0.107,
+        "gear_part": 0.058,
+        "piston_rod_part": 0.139,
+        "pulley_part": 0.175,
+    }
+)
+"""How far [m] a part of each type reaches from its origin, whichever way it is turned; rounded up to the mm."""
+
 REFERENCE_FRAMES: Mapping[str, Pose] = MappingProxyType(
     {
         "world": Pose(),

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from cellwright.description.layout import RAIL_LIMIT
 from cellwright.errors import UnreachableError
 from cellwright.motion.joints import Joints, JointsLike
-from cellwright.motion.ur import BASE_X, is_usual, inverse
+from cellwright.motion.ur import BASE_X, inverse, is_usual
 from cellwright.pose import Pose
 
 WEIGHTS = Joints(1.5, 1.0, 1.0, 0.8, 0.5, 0.5, 0.3)

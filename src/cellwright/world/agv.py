@@ -7,6 +7,7 @@ from typing import Any
 
 import mujoco
 
+from cellwright.description.layout import TRAY_PLATE
 from cellwright.pose import Pose, Vector3
 from cellwright.world import colours
 from cellwright.world.frames import AGV_HOMES, AGV_T_TRAY, TRAY_IDS, TRAY_SURFACE
@@ -86,9 +87,9 @@ def _fill_tray(tray: Any, plate_geom: str) -> None:
     """
     top = TRAY_SURFACE - AGV_T_TRAY.position[2]
     thick = 0.08
-    plate = box(0.5, 0.7, thick, at(z=top - thick / 2), colours.TRAY, 1.0)
+    plate = box(*TRAY_PLATE, thick, at(z=top - thick / 2), colours.TRAY, 1.0)
     add_shape(tray, plate, Role.SOLID, Touch.FIXED, name=plate_geom, mass=TRAY_MASS)
-    add_shape(tray, box(0.5, 0.7, 0.01, at(z=top - 0.005), colours.TRAY), Role.SEEN)
+    add_shape(tray, box(*TRAY_PLATE, 0.01, at(z=top - 0.005), colours.TRAY), Role.SEEN)
     rim, layers = 0.0254, 3
     radius = (rim - top) / layers / 2
     for yaw, reach, length in ((0.0, 0.2495, 0.699), (math.pi / 2, 0.3495, 0.499)):
