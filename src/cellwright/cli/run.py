@@ -32,10 +32,10 @@ def run(
         str,
         typer.Option(
             metavar="AGENT",
-            help="What works the cell: `lesson`, your `path.py:Class` or `module:Class`, or `none`.",
+            help="What works the cell: `kitter`, `lesson`, your `path.py:Class` or `module:Class`, or `none`.",
             rich_help_panel=_WORK,
         ),
-    ] = "lesson",
+    ] = "kitter",
     servo: Annotated[
         str | None,
         typer.Option(
@@ -134,8 +134,11 @@ def run(
 
     The referee judges the kits that the agent sends off; a picture of the cell at the end is written beside.
 
-        # the lesson's cell, worked by the lesson's own script
+        # the lesson's cell, worked by the agent that comes along
         cellwright run lesson
+
+        # worked by the lesson's own script
+        cellwright run lesson --agent lesson
 
         # worked by your program: a class with a method run(client)
         cellwright run lesson --agent my_robot.py:MyRobot

@@ -38,8 +38,11 @@ ACCELERATIONS = (2.5, 3.0, 2.5, 4.0, 6.0, 6.0, 8.0)
 RAIL_SHORTFALL = 0.04
 """How far [m] the rail stops short: its friction over its stiffness, less what momentum gives."""
 
-FOLDED = 0.45
+FOLDED = 0.38
 """How far [m] the tool is in front of the base on the way from one station to another."""
+
+FOLDED_HEIGHT = 1.12
+"""Height [m] of the gripper link then: what it holds clears the beam of the rail."""
 
 OTHER_STATION = 0.8
 """A pan [rad] that differs by more belongs to another station."""
@@ -260,7 +263,7 @@ class Arm:
         cos, sin = math.cos(pan), math.sin(pan)
         x = 0.3 + FOLDED * cos - SHOULDER_OFFSET * sin
         y = rail + FOLDED * sin + SHOULDER_OFFSET * cos
-        folded = self.reach(rail, Pose.from_rpy((x, y, SAFE + 0.05), (0.0, 0.0, pan)))
+        folded = self.reach(rail, Pose.from_rpy((x, y, FOLDED_HEIGHT), (0.0, 0.0, pan)))
         if folded is None:
             return list(joints)
         return [joints[RAIL], pan, *folded[2:6], joints[6]]

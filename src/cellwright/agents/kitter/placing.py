@@ -85,7 +85,7 @@ class Placer:
 
     def throw_away(self, held: Held) -> None:
         """Let go of a held part where it is in nobody's way: on the floor between the bins and AGV 1."""
-        self._arm.travel(Pose.from_rpy((-0.35, 1.85, 1.0), (0.0, 0.0, 0.0)), 1.85)
+        self._arm.travel(Pose.from_rpy((-0.15, 2.2, 1.0), (0.0, 0.0, 0.0)), 1.5)
         self._client.control_gripper(False)
         self._client.sleep(0.2)
         log.info("%.1f s: dropped the %s on the floor", self._client.time, held.type)
