@@ -24,7 +24,7 @@ from cellwright.description.catalogue import bundled_sensors
 from cellwright.description.gear2017 import load_trial
 from cellwright.errors import UsageError
 from cellwright.evaluation.evaluate import Evaluation
-from cellwright.evaluation.job import EvaluatedTrial, Job, make_jobs
+from cellwright.evaluation.job import EvaluatedTrial, Job, make_jobs, models_digest
 from cellwright.evaluation.junit import junit
 from cellwright.evaluation.limits import MEBIBYTE, MEMORY_IS_LIMITED, Limits
 from cellwright.evaluation.report import report
@@ -72,6 +72,15 @@ def evaluate(
     seeds: Annotated[
         int, typer.Option(metavar="N", help="Each trial runs with the seeds 1 to N.", rich_help_panel=_WORK)
     ] = 1,
+    vary: Annotated[
+        bool,
+        typer.Option(
+            "--vary",
+            metavar="",
+            help="Move parts in bins, change friction and the phases of belt and gripper a little, by the seed.",
+            rich_help_panel=_WORK,
+        ),
+    ] = False,
     jobs: Annotated[
         int | None,
         typer.Option(metavar="J", help="Runs at a time; as many as processors when left out.", rich_help_panel=_WORK),
@@ -102,8 +111,8 @@ def evaluate(
     Results are in FOLDER/results.jsonl as soon as they are there; the same command again goes on where it was stopped.
     At the end FOLDER has report.html for people, junit.xml and summary.json for CI.
 
-        # the lesson's script with five seeds
-        cellwright eval lesson --seeds 5
+        # the lesson's script in five cells that differ a little
+        cellwright eval lesson --vary --seeds 5
 
         # your program in CI: status 1 if a run has less than 75 % of the points
         cellwright eval trial.yaml --agent my_robot.py:MyRobot --min-score 75%
@@ -117,7 +126,7 @@ def evaluate(
     )
     numbers = range(1, int(_within("--seeds", seeds, 1, _MOST_SEEDS)) + 1)
     workers = int(_within("--jobs", os.cpu_count() or 1 if jobs is None else jobs, 1, _MOST_JOBS))
-    wanted = make_jobs(_trials(trials, joined or []), agent, numbers, vary=False)
+    wanted = make_jobs(_trials(trials, joined or []), agent, numbers, vary=vary)
     console = Console(stderr=as_json, highlight=False)
     if not MEMORY_IS_LIMITED:
         console.print("note: on this system the memory of a run is not limited")
@@ -191,14 +200,19 @@ def _trials(names: Sequence[str], joined: Sequence[str]) -> list[EvaluatedTrial]
         has_arm = load_trial(options.paths([name])).trial.has_arm
         parts = [name, *(joined or ([] if has_arm else [ARM_AND_SENSORS]))]
         trial = options.load(parts)
-        files = tuple(path.resolve() for path in options.paths(parts))
-        found.append((name, trial, files, reach(trial)))
-    how_often = Counter(trial.name for _, trial, *_ in found)
+        found.append((name, parts, trial, reach(trial)))
+    how_often = Counter(trial.name for _, _, trial, _ in found)
     return [
         EvaluatedTrial(
-            trial.name if how_often[trial.name] == 1 else name, files, could.total, could.maximum, trial.time_limit
+            trial.name if how_often[trial.name] == 1 else name,
+            tuple(path.resolve() for path in options.paths(parts)),
+            could.total,
+            could.maximum,
+            trial.time_limit,
+            models_digest(trial),
+            tuple(parts),
         )
-        for name, trial, files, could in found
+        for name, parts, trial, could in found
     ]
 
 

@@ -172,6 +172,7 @@ class Evaluation:
             best=job.trial.best,
             limits=asdict(self._limits),
             reason=last,
+            command=job.command,
             **content,
         )
         if last.startswith(("MemoryError", "numpy._core._exceptions._ArrayMemoryError")):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import json
+import shlex
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -12,6 +13,7 @@ from pathlib import Path
 
 import cellwright
 from cellwright.agents.agent import BUNDLED
+from cellwright.description.trial import Trial
 from cellwright.run import versions
 
 
@@ -25,6 +27,8 @@ class EvaluatedTrial:
         reachable: the most points that anybody can earn in it.
         best: what its orders would earn if nothing were out of reach.
         time_limit: simulation time [s] that it lasts at most; not positive for one without an end.
+        models: digest of the models of its own, from `models_digest`.
+        given: its files as somebody would name them on the command line.
     """
 
     name: str
@@ -32,6 +36,8 @@ class EvaluatedTrial:
     reachable: float
     best: float
     time_limit: float
+    models: str = ""
+    given: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +64,13 @@ class Job:
         return f"{self.trial.name} seed {self.seed}"
 
     @property
+    def command(self) -> str:
+        """The command that does the same run alone."""
+        files = self.trial.given or tuple(map(str, self.trial.files))
+        varied = ["--vary"] if self.vary else []
+        return shlex.join(["cellwright", "run", *files, "--agent", self.agent, "--seed", str(self.seed), *varied])
+
+    @property
     def log_name(self) -> str:
         """Name of the file that takes what it prints."""
         trial = "".join(letter if letter.isalnum() else "_" for letter in self.trial.name)
@@ -75,7 +88,7 @@ def make_jobs(trials: Iterable[EvaluatedTrial], agent: str, seeds: Sequence[int]
     for trial in trials:
         texts = [file.read_bytes() for file in trial.files]
         for seed in seeds:
-            key = _key(texts, program, seed, vary=vary)
+            key = _key([*texts, trial.models.encode()], program, seed, vary=vary)
             jobs.setdefault(key, Job(trial, agent, seed, vary, key))
     return list(jobs.values())
 
@@ -90,6 +103,20 @@ def _key(texts: Sequence[bytes], program: str, seed: int, *, vary: bool) -> str:
         "source": _cellwright_digest(),
     }
     return hashlib.sha256(json.dumps(known, sort_keys=True).encode()).hexdigest()[:24]
+
+
+def models_digest(trial: Trial) -> str:
+    """Digest of the part types and the furniture of somebody's own in a trial, with the files that they are made of.
+
+    Raises:
+        OSError: a file cannot be read.
+    """
+    models = [*trial.part_models.values(), *(each.model for each in trial.furniture)]
+    files = [shape.mesh for model in models for shape in model.shapes] + [model.mjcf for model in models]
+    digest = hashlib.sha256(repr((trial.part_models, trial.furniture)).encode())
+    for file in filter(None, files):
+        digest.update(hashlib.sha256(file.read_bytes()).digest())
+    return digest.hexdigest() if models else ""
 
 
 def agent_digest(agent: str) -> str:

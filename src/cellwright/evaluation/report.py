@@ -142,6 +142,8 @@ def _inside(result: Result, threshold: Threshold | None) -> str:
     told = f"{result.ending}; {result.simulated:.1f} s simulated in {result.wall:.1f} s"
     state = f"; state <code>{escape(result.state_hash)}</code>" if result.state_hash else ""
     found.append(f'<p class="soft">{escape(told)}{state}</p>')
+    if result.command:
+        found.append(f'<p class="soft">again: <code>{escape(result.command)}</code></p>')
     return f'<div class="inside">{"".join(found)}</div>'
 
 

@@ -55,6 +55,7 @@ class Result:
         score: the score with its evidence.
         timeline: what happened when.
         log: the last lines of its log, when it was not done.
+        command: the command that does the same run alone.
     """
 
     key: str
@@ -74,6 +75,7 @@ class Result:
     score: dict[str, Any] = field(default_factory=dict)
     timeline: dict[str, Any] = field(default_factory=dict)
     log: tuple[str, ...] = ()
+    command: str = ""
 
     @property
     def name(self) -> str:
@@ -138,4 +140,5 @@ def lost(job: Job, kind: Lost, reason: str, limits: Limits, *, wall: float, simu
         simulated=simulated,
         reason=reason,
         limits=asdict(limits),
+        command=job.command,
     )

@@ -25,6 +25,7 @@ from cellwright.evaluation.limits import limit_memory
 from cellwright.evaluation.timeline import Timeline
 from cellwright.kitting.evidence_json import evidence_to_json
 from cellwright.run import RunOptions, run_cell
+from cellwright.variation import vary
 
 _TELL = 0.5  # [s] of wall time between two lines about how it goes
 
@@ -74,6 +75,8 @@ def work(order: Mapping[str, Any], channel: Channel) -> dict[str, Any]:
 def make_cell(order: Mapping[str, Any]) -> Cell:
     """The cell of a job, made anew from its files."""
     trial = load_trial([Path(file) for file in order["files"]]).trial
+    if order["vary"]:
+        trial = vary(trial, order["seed"])
     return Cell(trial, seed=order["seed"], report=lambda line: logging.getLogger("cellwright").warning("%s", line))
 
 
