@@ -65,10 +65,10 @@ def test_a_trial_without_an_arm_gets_one(tiny: CommandLine) -> None:
     look = "print(client.sensor('logical_camera_belt').wait(1.0) is not None)"
     Path("looks.py").write_text(f"class Looks:\n    def run(self, client):\n        {look}\n")
     assert tiny("eval", "tiny.yaml", "--agent", "looks.py:Looks").status == 1
-    (log,) = Path("evaluation", "logs").glob("tiny-*")
+    (log,) = Path("evaluation", "logs").glob("tiny-*.log")
     assert log.read_text() == "True\n"
     assert tiny("eval", "tiny.yaml", "--agent", "looks.py:Looks", "--with", "sensors.yaml", "--out", "b").status == 1
-    (log,) = Path("b", "logs").glob("tiny-*")
+    (log,) = Path("b", "logs").glob("tiny-*.log")
     assert log.read_text() == "False\n"
 
 

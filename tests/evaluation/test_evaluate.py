@@ -10,14 +10,25 @@ import pytest
 
 from cellwright.errors import UsageError
 from cellwright.evaluation.evaluate import Evaluation, Running
-from cellwright.evaluation.job import make_jobs
+from cellwright.evaluation.job import EvaluatedTrial, make_jobs
 from cellwright.evaluation.limits import MEMORY_IS_LIMITED, Limits
 from cellwright.evaluation.result import Result
 from cellwright.evaluation.results_file import ResultsFile
+from cellwright.recording.json_lines import read_json_lines
 from tests.evaluation.conftest import Judge, tiny_jobs
 
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
 LINUX = pytest.mark.skipif(not MEMORY_IS_LIMITED, reason="memory is not limited there")
+
+
+RODS = """
+options: {insert_models_over_bins: true}
+models_over_bins:
+  bin7:
+    models:
+      piston_rod_part:
+        {xyz_start: [0.1, 0.1, 0.0], xyz_end: [0.5, 0.5, 0.0], rpy: [0, 0, 0], num_models_x: 2, num_models_y: 2}
+"""
 
 
 def is_alive(process: int) -> bool:
@@ -37,9 +48,27 @@ def test_a_run_that_is_done(judge: Judge, folder: Path) -> None:
     assert len(result.state_hash) == 64
     assert result.score["orders"][0]["kits"][0]["parts"][0]["verdict"] == "placed"
     assert [kit["points"] for kit in result.timeline["kits"]] == [6.0]
-    (log,) = (folder / "out" / "logs").iterdir()
-    assert log.name.startswith("tiny-1-")
-    assert log.read_text().splitlines() == ["stdin: ", "sending the kit"]
+    referee, printed = sorted((folder / "out" / "logs").iterdir())
+    assert printed.name.startswith("tiny-1-")
+    assert printed.read_text().splitlines() == ["stdin: ", "sending the kit"]
+    assert read_json_lines(referee)[-1]["state_hash"] == result.state_hash
+    assert result.command.startswith("cellwright run ")
+    assert result.command.endswith("tiny.yaml --agent programs.py:Deliver --seed 1")
+
+
+def test_a_varied_run_differs_by_its_seed(folder: Path) -> None:
+    (folder / "rods.yaml").write_text(RODS)
+    trial = EvaluatedTrial("rods", (folder / "rods.yaml",), 0.0, 0.0, 500.0)
+    hashes: dict[bool, set[str]] = {}
+    for vary in (False, True):
+        with ResultsFile(folder / "out") as store:
+            jobs = make_jobs([trial], "programs.py:GiveUp", [1, 2], vary=vary)
+            Evaluation(store).run(jobs)
+            hashes[vary] = {store.results[job.key].state_hash for job in jobs}
+            assert all(("--vary" in store.results[job.key].command) == vary for job in jobs)
+    assert "" not in hashes[True] | hashes[False]
+    assert len(hashes[True]) == 2
+    assert not hashes[True] & hashes[False]
 
 
 def test_results_are_the_same_in_any_number_of_processes(judge: Judge, folder: Path) -> None:

@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from cellwright.description.model import Furniture, Model, ModelShape
+from cellwright.description.trial import Trial
 from cellwright.evaluation import job as job_module
-from cellwright.evaluation.job import EvaluatedTrial, agent_digest, make_jobs
+from cellwright.evaluation.job import EvaluatedTrial, agent_digest, make_jobs, models_digest
 
 
 def keys(folder: Path, agent: str = "robot.py:Robot", seeds: int = 1, *, vary: bool = False) -> list[str]:
@@ -63,3 +65,28 @@ def test_the_program_of_a_package_is_all_of_it(folder: Path) -> None:
 def test_bundled_and_installed_and_unknown_programs_have_a_digest(folder: Path) -> None:
     digests = {agent_digest(agent) for agent in ("lesson", "json:Decoder", "hashlib:x", "nobody", "no.such:Robot", "")}
     assert len(digests) == 6
+
+
+def test_a_model_of_ones_own_counts_with_its_files(folder: Path) -> None:
+    mesh = folder / "cup.stl"
+    mesh.write_bytes(b"one")
+    model = Model((ModelShape("mesh", (1.0, 1.0, 1.0), mesh=mesh),))
+    plain, own = Trial("own"), Trial("own", part_models={"cup": model})
+    first = models_digest(own)
+    assert models_digest(plain) == ""
+    assert models_digest(Trial("own", furniture=(Furniture("table", model),))) not in ("", first)
+    mesh.write_bytes(b"two")
+    assert models_digest(own) != first
+    keys = {
+        make_jobs([EvaluatedTrial("one", (folder / "one.yaml",), 3.0, 3.0, 500.0, models)], "lesson", [1], vary=False)[
+            0
+        ].key
+        for models in ("", first, models_digest(own))
+    }
+    assert len(keys) == 3
+
+
+def test_the_command_that_does_the_same_run(folder: Path) -> None:
+    trial = EvaluatedTrial("one", (folder / "one.yaml",), 3.0, 3.0, 500.0, given=("one two.yaml", "more.yaml"))
+    (job,) = make_jobs([trial], "robot.py:Robot", [7], vary=True)
+    assert job.command == "cellwright run 'one two.yaml' more.yaml --agent robot.py:Robot --seed 7 --vary"

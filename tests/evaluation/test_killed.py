@@ -83,7 +83,7 @@ def test_killed_and_resumed(folder: Path) -> None:
 
 def test_workers_that_hang_do_not_outlive_it(folder: Path) -> None:
     killed = start(folder, "Hang")
-    wait_for(lambda: len(list((folder / "out").glob("logs/tiny-*"))) == 2)
+    wait_for(lambda: len(list((folder / "out").glob("logs/tiny-*.log"))) == 2)
     workers = children(killed.pid)
     assert len(workers) == 2
     killed.kill()

@@ -55,10 +55,10 @@ def evaluate(
         str,
         typer.Option(
             metavar="AGENT",
-            help="What works the cells: `lesson`, your `path.py:Class` or `module:Class`.",
+            help="What works the cells: `kitter`, `lesson`, your `path.py:Class` or `module:Class`.",
             rich_help_panel=_WORK,
         ),
-    ] = "lesson",
+    ] = "kitter",
     joined: Annotated[
         list[str] | None,
         typer.Option(
@@ -111,8 +111,8 @@ def evaluate(
     Results are in FOLDER/results.jsonl as soon as they are there; the same command again goes on where it was stopped.
     At the end FOLDER has report.html for people, junit.xml and summary.json for CI.
 
-        # the lesson's script in five cells that differ a little
-        cellwright eval lesson --vary --seeds 5
+        # the bundled agent in five cells that differ a little
+        cellwright eval lesson final01 --vary --seeds 5
 
         # your program in CI: status 1 if a run has less than 75 % of the points
         cellwright eval trial.yaml --agent my_robot.py:MyRobot --min-score 75%

@@ -129,7 +129,8 @@ class Evaluation:
 
     def _order_for(self, job: Job) -> dict[str, Any]:
         files = [str(file) for file in job.trial.files]
-        return self._order(job.agent) | {"files": files, "seed": job.seed, "vary": job.vary}
+        run_log = str(self._log(job.log_name).with_suffix(".jsonl"))
+        return self._order(job.agent) | {"files": files, "seed": job.seed, "vary": job.vary, "run_log": run_log}
 
     def _log(self, name: str) -> Path:
         folder = self._store.path.parent / LOGS

@@ -24,6 +24,7 @@ from cellwright.description.gear2017 import load_trial
 from cellwright.evaluation.limits import limit_memory
 from cellwright.evaluation.timeline import Timeline
 from cellwright.kitting.evidence_json import evidence_to_json
+from cellwright.recording.run_log import RunLog
 from cellwright.run import RunOptions, run_cell
 from cellwright.variation import vary
 
@@ -57,7 +58,8 @@ def work(order: Mapping[str, Any], channel: Channel) -> dict[str, Any]:
             shown = now
             channel.tell("progress", {"time": cell.simulation.time, "points": cell.competition.score().total})
 
-    result = run_cell(cell, agent, RunOptions(on_progress=progress))
+    log = RunLog(Path(order["run_log"]), about={"agent": order["agent"]})
+    result = run_cell(cell, agent, RunOptions(on_progress=progress, log=log))
     timeline.look()
     sys.stderr.write(result.error)
     return {
