@@ -21,6 +21,7 @@ from cellwright.cli.pictures import Pictures
 from cellwright.cli.progress import RunProgress, bar
 from cellwright.description.catalogue import bundled_sensors
 from cellwright.kitting.trial_score import trial_score
+from cellwright.recording.run_log import RunLog
 from cellwright.run import Outcome, RunOptions, run_cell
 
 _WORK, _END, _LOOK, _SAVE, _OUTPUT = "What runs", "When it ends", "Looking on", "Checkpoints", "Output"
@@ -118,6 +119,14 @@ def run(
             rich_help_panel=_OUTPUT,
         ),
     ] = False,
+    log: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.jsonl",
+            help="Write what happens to this file as it happens, with the evidence of each kit; a line of JSON each.",
+            rich_help_panel=_OUTPUT,
+        ),
+    ] = None,
     averages: Annotated[
         str | None,
         typer.Option(
@@ -160,6 +169,7 @@ def run(
         start=resume,
     )
     least = options.min_score(min_score)
+    log_file = options.log_file(log)
     pictures = Pictures(
         options.camera(view), [options.timed_file("--snapshot", text, ".png") for text in snapshot or ()], _warn
     )
@@ -173,8 +183,10 @@ def run(
             _miss_arm(cell.trial.name, agent)
         console.print(f"trial {cell.trial.name}, agent {agent}, seed {cell.seed}, servo {cell.servo}", markup=False)
         progress = RunProgress(console, cell, until=wanted.until, verbose=verbose)
+        kept = None if log_file is None else RunLog(log_file, about={"agent": agent}, report=_warn)
+        wanted = replace(wanted, at=pictures.actions(), on_progress=progress.update, log=kept)
         with progress.running():
-            result = run_cell(cell, worker, replace(wanted, at=pictures.actions(), on_progress=progress.update))
+            result = run_cell(cell, worker, wanted)
     pictures.finish(cell.simulation.time)
     final = None if spent is None else trial_score(cell.trial.sensors, result.score.orders, spent)
     if result.error:
