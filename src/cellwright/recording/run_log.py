@@ -103,13 +103,21 @@ def _values(effect: Effect, could: TrialReach) -> tuple[str, dict[str, Any]]:
             return "population", {"action": "restart"}
         case OrderAnnounced(order, reason, interrupts):
             kits = {kit.kit_type: [each.type for each in kit.objects] for kit in order.kits}
-            told = {"order_id": order.order_id, "reason": str(reason), "interrupts": interrupts, "kits": kits}
-            return "order", told
+            return "order", {
+                "order_id": order.order_id,
+                "reason": str(reason),
+                "interrupts": interrupts,
+                "kits": kits,
+            }
         case KitSubmitted():
             return "kit", _submission(effect, could)
         case OrderCompleted(score, resumes):
-            told = {"order_id": score.order_id, "total": score.total, "time_taken": seconds(score.time_taken)}
-            return "order complete", {**told, "resumes": resumes}
+            return "order complete", {
+                "order_id": score.order_id,
+                "total": score.total,
+                "time_taken": seconds(score.time_taken),
+                "resumes": resumes,
+            }
         case TrialEnded(reason, game, process_time):
             return "trial over", {"reason": str(reason), "total": game.total, "process_time": seconds(process_time)}
 
