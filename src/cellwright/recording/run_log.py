@@ -10,6 +10,7 @@ Lines of JSON (see `json_lines`), each with its `kind`, and its simulation `time
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -66,13 +67,14 @@ class RunLog:
             more: seed, versions and the like.
         """
         self._reach = reach(trial)
-        limits = {
+        facts = {
             "best": self._reach.maximum,
             "reachable": self._reach.total,
             "reachable_reason": self._reach.sentence(),
             "system_cost": system_cost(trial.sensors),
+            "circumstances": asdict(trial.circumstances),
         }
-        self.lines.write({"kind": "run", "format": FORMAT, "trial": trial.name, **more, **self._about, **limits})
+        self.lines.write({"kind": "run", "format": FORMAT, "trial": trial.name, **more, **self._about, **facts})
 
     def effect(self, effect: Effect, now: int) -> None:
         """Write what the referee did at the time `now` [ns]."""
