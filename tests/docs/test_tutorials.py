@@ -13,7 +13,15 @@ import pytest
 from tests.docs.pages import Command, File, Program, missing, steps
 
 ROOT = Path(__file__).parents[2]
-PAGES = ["README.md", "docs/getting-started.md", "docs/agents.md", "docs/trials.md", "docs/own-models.md"]
+PAGES = [
+    "README.md",
+    "docs/getting-started.md",
+    "docs/agents.md",
+    "docs/score.md",
+    "docs/variation.md",
+    "docs/trials.md",
+    "docs/own-models.md",
+]
 
 
 @pytest.mark.parametrize("name", PAGES)
