@@ -1,10 +1,17 @@
 """What `run` says about points: as text, as JSON, in a log, and as the finals would have scored it."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from cellwright.cli.run import finals_score
+from cellwright.description.trial import Sensor, Trial
+from cellwright.kitting.kit_score import Fit, KitScore, PartFinding, Verdict
+from cellwright.kitting.scorer import GameScore, OrderScore
+from cellwright.kitting.trial_score import Averages
+from cellwright.pose import Pose
 from cellwright.recording.json_lines import read_json_lines
 from tests.cli.conftest import CommandLine
 
@@ -75,3 +82,15 @@ def test_what_cannot_be_written_or_scored_is_refused(
 ) -> None:
     ran = cellwright(*GIVES_UP, option, value)
     assert (ran.status, ran.out, ran.err) == (2, "", f"error: {said}\n")
+
+
+def test_points_in_no_time_have_no_score_in_the_finals(capsys: pytest.CaptureFixture[str]) -> None:
+    placed = PartFinding("gear_part", Pose(), Verdict.PLACED, Fit("bin5|gear_part_1", 0.0, 1.0, 0.0))
+    order = OrderScore("order_0", (KitScore("order_0_kit_0", is_submitted=True, parts=(placed,)),))
+    trial = Trial("t", sensors=(Sensor("a", "break_beam", Pose()),))
+    assert finals_score(trial, GameScore((order,)), Averages(100.0, (1.0,))) is None
+    assert capsys.readouterr().err == "warning: the trial has no score: order 'order_0' earned 3.0 points in 0.0 s\n"
+    timed = replace(order, time_taken=10**9)
+    found = finals_score(trial, GameScore((timed,)), Averages(100.0, (1.0,)))
+    assert found is not None
+    assert found.total == 4.5
