@@ -35,6 +35,7 @@ from cellwright.devices.vacuum_gripper import VacuumGripper
 from cellwright.kitting.effects import CompetitionState, Effect, StateChanged
 from cellwright.plugin_devices import make_brought_device
 from cellwright.simulation.checkpoints import Checkpoints
+from cellwright.simulation.clock import nanoseconds
 from cellwright.simulation.simulation import Simulation
 from cellwright.world.build import World, build_world, demo_objects
 
@@ -79,7 +80,13 @@ class Cell:
         self.parts = Parts(self.world.parts)
         self.conveyor = Conveyor(self.parts)
         self.population = (
-            Population(trial.belt_parts, trial.options.belt_population_cycles, self.conveyor, self.parts)
+            Population(
+                trial.belt_parts,
+                trial.options.belt_population_cycles,
+                self.conveyor,
+                self.parts,
+                trial.circumstances.belt_delay,
+            )
             if trial.belt_parts
             else None
         )
@@ -88,7 +95,10 @@ class Cell:
         self.trays = {number: KitTray(number, self.parts) for number in numbers}
         self.agvs = {number: Agv(number, tray) for number, tray in self.trays.items()}
         self.arm = Arm(trial.settings.arm) if trial.has_arm else None
-        self.gripper = VacuumGripper(self.parts) if trial.has_arm else None
+        phase = trial.circumstances.gripper_phase
+        self.gripper = (
+            VacuumGripper(self.parts, None if phase is None else nanoseconds(phase)) if trial.has_arm else None
+        )
         self.competition = Competition(
             trial,
             conveyor=self.conveyor,

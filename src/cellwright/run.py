@@ -27,6 +27,7 @@ from cellwright.errors import RunEndedError, SimulationError, UsageError
 from cellwright.kitting.effects import Effect
 from cellwright.kitting.evidence import Evidence
 from cellwright.kitting.scorer import GameScore
+from cellwright.recording.run_log import RunLog
 from cellwright.simulation.clock import nanoseconds
 from cellwright.simulation.pacing import Pacer
 from cellwright.simulation.snapshot import read_checkpoint
@@ -62,6 +63,7 @@ class RunOptions:
         at: actions at given simulation times [s], such as taking a picture.
         on_progress: called ten times a simulated second.
         checkpoints: files to save the simulation to, at given simulation times [s]; the times are part of the run.
+        log: takes what happens, to keep it on disk as it grows.
         start: a checkpoint to begin from, instead of time 0. The agent begins anew all the same.
     """
 
@@ -72,6 +74,7 @@ class RunOptions:
     on_progress: Callable[[Cell], None] | None = None
     checkpoints: Sequence[tuple[Fraction, Path]] = ()
     start: Path | None = None
+    log: RunLog | None = None
 
 
 @dataclass
@@ -132,12 +135,14 @@ def _run_cell(cell: Cell, agent: Agent | None, options: RunOptions, leaving: Exi
     _plan(cell, options, leaving)
     cell.competition.on_effect.append(watch_for_the_end)
     leaving.callback(cell.competition.on_effect.remove, watch_for_the_end)
+    if options.log is not None:
+        _keep_log(cell, options.log, leaving)
     if cell.competition.state == "done":  # it was so in the checkpoint
         _end_soon(transport)
     begin = time.perf_counter()
     outcome, error = _work(cell, agent, transport)
     cell.bus.refusals.flush()
-    return RunResult(
+    result = RunResult(
         outcome=outcome,
         competition_state=cell.competition.state,
         score=cell.competition.score(),
@@ -149,6 +154,22 @@ def _run_cell(cell: Cell, agent: Agent | None, options: RunOptions, leaving: Exi
         error=error,
         heard=dict(heard),
     )
+    if options.log is not None:
+        more = {"competition_state": result.competition_state, "state_hash": result.state_hash, "error": result.error}
+        counts = {"simulated": result.simulated, "wall": result.wall, "steps": result.steps}
+        options.log.end(outcome.name.lower(), result.evidence, cell.simulation.now, more | counts)
+    return result
+
+
+def _keep_log(cell: Cell, log: RunLog, leaving: ExitStack) -> None:
+    def keep(effect: Effect) -> None:
+        log.effect(effect, cell.simulation.now)
+
+    timestep = float(cell.simulation.clock.timestep)
+    about = {"seed": cell.seed, "servo": cell.servo, "timestep": timestep, "time": cell.simulation.time}
+    log.begin(cell.trial, about | {"versions": versions()})
+    cell.competition.on_effect.append(keep)
+    leaving.callback(cell.competition.on_effect.remove, keep)
 
 
 def _work(cell: Cell, agent: Agent | None, transport: InProcess) -> tuple[Outcome, str]:

@@ -21,6 +21,8 @@ PAGES = [
     "docs/trials.md",
     "docs/own-models.md",
     "docs/plugins.md",
+    "docs/score.md",
+    "docs/variation.md",
 ]
 
 

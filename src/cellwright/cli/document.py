@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from fractions import Fraction
 from typing import Any
 
@@ -31,6 +32,7 @@ def of_run(
         "agent": agent,
         "seed": cell.seed,
         "servo": cell.servo,
+        "circumstances": asdict(cell.trial.circumstances),
         "timestep": float(Fraction(*cell.trial.settings.timestep)),
         "outcome": result.outcome.name.lower(),
         "exit_status": status,

@@ -93,13 +93,28 @@ def timed_file(option: str, text: str, suffix: str) -> tuple[Fraction, Path]:
     when, path = _number(time), Path(file)
     if not 0 <= when <= LATEST or path.suffix.lower() != suffix:
         refuse(f"{option} {text}: give a time in seconds and a file, such as 12.5:cell{suffix}")
-    if not path.parent.is_dir():
-        refuse(f"{option} {text}: there is no folder {path.parent}")
-    if path.is_dir():
-        refuse(f"{option} {text}: {path} is a folder")
-    if not os.access(path if path.exists() else path.parent, os.W_OK):
-        refuse(f"{option} {text}: {path} cannot be written")
+    _check_file(f"{option} {text}", path)
     return Fraction(str(when)), path
+
+
+def log_file(path: Path | None) -> Path | None:
+    """A file for a log that can be written; its name says that it holds lines of JSON."""
+    if path is None:
+        return None
+    if path.suffix.lower() != ".jsonl":
+        refuse(f"--log {path}: give a file such as run.jsonl")
+    _check_file(f"--log {path}", path)
+    return path
+
+
+def _check_file(said: str, path: Path) -> None:
+    """Refuse a file that cannot be written."""
+    if not path.parent.is_dir():
+        refuse(f"{said}: there is no folder {path.parent}")
+    if path.is_dir():
+        refuse(f"{said}: {path} is a folder")
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        refuse(f"{said}: {path} cannot be written")
 
 
 def _number(text: str) -> float:

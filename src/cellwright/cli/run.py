@@ -14,13 +14,18 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from cellwright import variation
 from cellwright.agents.agent import BUNDLED, Agent, find_agent
 from cellwright.cell import Cell
 from cellwright.cli import document, exit_status, options, score_table
 from cellwright.cli.pictures import Pictures
 from cellwright.cli.progress import RunProgress, bar
 from cellwright.description.catalogue import bundled_sensors
-from cellwright.kitting.trial_score import trial_score
+from cellwright.description.trial import Trial
+from cellwright.errors import UsageError
+from cellwright.kitting.scorer import GameScore
+from cellwright.kitting.trial_score import Averages, TrialScore, trial_score
+from cellwright.recording.run_log import RunLog
 from cellwright.run import Outcome, RunOptions, run_cell
 
 _WORK, _END, _LOOK, _SAVE, _OUTPUT = "What runs", "When it ends", "Looking on", "Checkpoints", "Output"
@@ -48,6 +53,15 @@ def run(
         int | None,
         typer.Option(metavar="N", help="Root of all chance; the file's own, else 0.", rich_help_panel=_WORK),
     ] = None,
+    vary: Annotated[
+        bool,
+        typer.Option(
+            "--vary",
+            metavar="",
+            help="Move parts in bins, change friction and the phases of belt and gripper a little, by the seed.",
+            rich_help_panel=_WORK,
+        ),
+    ] = False,
     speed: Annotated[
         str,
         typer.Option(
@@ -118,6 +132,14 @@ def run(
             rich_help_panel=_OUTPUT,
         ),
     ] = False,
+    log: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.jsonl",
+            help="Write what happens to this file as it happens, with the evidence of each kit; a line of JSON each.",
+            rich_help_panel=_OUTPUT,
+        ),
+    ] = None,
     averages: Annotated[
         str | None,
         typer.Option(
@@ -160,23 +182,29 @@ def run(
         start=resume,
     )
     least = options.min_score(min_score)
+    log_file = options.log_file(log)
     pictures = Pictures(
         options.camera(view), [options.timed_file("--snapshot", text, ".png") for text in snapshot or ()], _warn
     )
     console = Console(stderr=as_json, highlight=False)
     with redirect_stdout(sys.stderr) if as_json else nullcontext():  # what an agent prints is no JSON
-        cell = _build(files, seed, servo, console, competition=not development)
+        cell = _build(_trial(files, seed, is_varied=vary), seed, servo, console, competition=not development)
         options.topics(wanted.listen, cell)
         spent = options.averages(averages, cell.trial)
         worker = _worker(agent, wanted)
         if worker and not cell.trial.has_arm:
             _miss_arm(cell.trial.name, agent)
-        console.print(f"trial {cell.trial.name}, agent {agent}, seed {cell.seed}, servo {cell.servo}", markup=False)
+        varied = ", varied" if vary else ""
+        console.print(
+            f"trial {cell.trial.name}{varied}, agent {agent}, seed {cell.seed}, servo {cell.servo}", markup=False
+        )
         progress = RunProgress(console, cell, until=wanted.until, verbose=verbose)
+        kept = None if log_file is None else RunLog(log_file, about={"agent": agent}, report=_warn)
+        wanted = replace(wanted, at=pictures.actions(), on_progress=progress.update, log=kept)
         with progress.running():
-            result = run_cell(cell, worker, replace(wanted, at=pictures.actions(), on_progress=progress.update))
+            result = run_cell(cell, worker, wanted)
     pictures.finish(cell.simulation.time)
-    final = None if spent is None else trial_score(cell.trial.sensors, result.score.orders, spent)
+    final = None if spent is None else finals_score(cell.trial, result.score, spent)
     if result.error:
         sys.stderr.write(result.error)
     status = exit_status.of_run(result, has_agent=worker is not None, min_score=least)
@@ -198,9 +226,23 @@ def run(
     raise typer.Exit(status)
 
 
-def _build(files: Sequence[str], seed: int | None, servo: str | None, console: Console, *, competition: bool) -> Cell:
+def finals_score(trial: Trial, score: GameScore, spent: Averages) -> TrialScore | None:
+    """The score of the trial; without one, such as after points in no time, the run still has its result."""
+    try:
+        return trial_score(trial.sensors, score.orders, spent)
+    except UsageError as error:
+        _warn(f"the trial has no score: {error}")
+        return None
+
+
+def _trial(files: Sequence[str], seed: int | None, *, is_varied: bool) -> Trial:
+    trial, root = options.load(files), options.seed(seed)
+    return variation.vary(trial, trial.settings.seed if root is None else root) if is_varied else trial
+
+
+def _build(trial: Trial, seed: int | None, servo: str | None, console: Console, *, competition: bool) -> Cell:
     return Cell(
-        options.load(files),
+        trial,
         seed=options.seed(seed),
         servo=options.servo(servo),
         competition=competition,

@@ -5,6 +5,7 @@ Figures: the cell's published models (positions in m, world frame; yaw in rad).
 
 from collections.abc import Mapping
 from types import MappingProxyType
+from typing import TypeAlias
 
 from cellwright.pose import Pose
 
@@ -53,6 +54,25 @@ TRAY_FRAMES: Mapping[str, Pose] = MappingProxyType(
 
 TRAY_PLATE = (0.5, 0.7)
 """Edge lengths [m] of a tray's plate along x and y of the tray frame, whose origin is in its middle."""
+
+Piece: TypeAlias = tuple[float, float, float, float, float]
+"""A piece of a part's footprint: centre x, y, half edges a, b and radius r [m]. All points within r of a rectangle with
+its edges along the part's axes; a disc has no edges, a box no radius."""
+
+PART_FOOTPRINTS: Mapping[str, tuple[Piece, ...]] = MappingProxyType(
+    {
+        "part1": ((0.0, 0.0, 0.1504, 0.0512, 0.0),),
+        "part2": ((0.0, 0.0, 0.03, 0.0075, 0.0),),
+        "part3": ((0.03, 0.03, 0.0679, 0.0728, 0.0),),
+        "part4": ((0.0, 0.0, 0.045, 0.03, 0.0),),
+        "disk_part": ((0.0, 0.0, 0.0, 0.0, 0.0627),),
+        "gasket_part": ((0.0, 0.0, 0.094, 0.043, 0.0),),
+        "gear_part": ((0.0, 0.0, 0.0, 0.0, 0.0392),),
+        "piston_rod_part": ((0.0, 0.0, 0.0295, 0.026, 0.0), (0.0, 0.08, 0.0155, 0.055, 0.0)),
+        "pulley_part": ((0.0, 0.0, 0.0, 0.0, 0.1125),),
+    }
+)
+"""What each type of part covers of the plane it lies on, in the part's frame, upright."""
 
 PART_RADII: Mapping[str, float] = MappingProxyType(
     {

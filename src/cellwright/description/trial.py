@@ -165,6 +165,23 @@ class PluginDevice:
 
 
 @dataclass(frozen=True, slots=True)
+class Circumstances:
+    """What no file says and what differs from one real cell to the next; the defaults are the cell as it is written.
+
+    Attributes:
+        friction: coefficient of dry friction between parts and what they lie on or against.
+        belt_delay: how much later [s, at full power] the belt's first round of parts begins.
+        gripper_phase: when in each 0.1 s the gripper looks for parts [s]; None: as soon as it is switched on.
+        seed: what they were drawn with; None when they were not drawn.
+    """
+
+    friction: float = 1.0
+    belt_delay: float = 0.0
+    gripper_phase: float | None = None
+    seed: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Trial:
     """A whole trial: the cell, its parts, its orders and its faults.
 
@@ -188,3 +205,4 @@ class Trial:
     part_models: Mapping[str, Model] = field(default_factory=dict)
     furniture: tuple[Furniture, ...] = ()
     devices: tuple[PluginDevice, ...] = ()
+    circumstances: Circumstances = field(default_factory=Circumstances)

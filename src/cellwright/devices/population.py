@@ -17,12 +17,14 @@ Action: TypeAlias = Literal["pause", "resume", "restart"]
 
 
 class Population(Device):
-    """Puts parts on the belt. The list runs at the pace of the belt."""
+    """Puts parts on the belt. The list runs at the pace of the belt, and begins `delay` [s] late."""
 
-    def __init__(self, belt_parts: Sequence[BeltPart], cycles: int, conveyor: Conveyor, parts: Parts) -> None:
+    def __init__(
+        self, belt_parts: Sequence[BeltPart], cycles: int, conveyor: Conveyor, parts: Parts, delay: float = 0.0
+    ) -> None:
         super().__init__("population")
         self.parts = parts
-        self._schedule = PopulationSchedule(belt_parts, cycles)
+        self._schedule = PopulationSchedule(belt_parts, cycles, delay)
         conveyor.on_power.append(self._take_power)
 
     @property

@@ -49,9 +49,11 @@ class PopulationSchedule:
     Args:
         parts: what is to appear and when [s after the start, at full power].
         cycles: how many rounds the pool of parts is enough for.
+        delay: how much later [s at full power] the first round begins, each time somebody starts the list.
     """
 
-    def __init__(self, parts: Sequence[BeltPart], cycles: int = 1) -> None:
+    def __init__(self, parts: Sequence[BeltPart], cycles: int = 1, delay: float = 0.0) -> None:
+        self._start = Fraction(-nanoseconds(delay))
         self.parts = tuple(sorted(parts, key=lambda part: part.time))
         self._due = [nanoseconds(part.time) for part in self.parts]
         self._pool = Counter({type_: count * cycles for type_, count in Counter(p.type for p in self.parts).items()})
@@ -62,7 +64,7 @@ class PopulationSchedule:
         self.running = False
         self._rate = Fraction(1)
         self._anchor = 0
-        self._progress = Fraction(0)
+        self._progress = self._start
         self._index = 0
         self._clones: Counter[str] = Counter()
         self._last_pop = -1
@@ -74,7 +76,7 @@ class PopulationSchedule:
     def restart(self, now: int) -> None:
         """Go through the list from its beginning, from `now` [ns] on. Clones are counted on."""
         self.running = True
-        self._index, self._anchor, self._progress = 0, now, Fraction(0)
+        self._index, self._anchor, self._progress = 0, now, self._start
 
     def pause(self, now: int) -> None:
         """Stand still from `now` [ns] on."""
@@ -127,7 +129,7 @@ class PopulationSchedule:
         self._index += 1
         self._last_pop = now
         if self._index == len(self.parts):
-            self.restart(now)
+            self._index, self._anchor, self._progress = 0, now, Fraction(0)
         return Appearance(part.type, clone, part.pose, clone < self._pool[part.type])
 
     def get_state(self) -> dict[str, Any]:

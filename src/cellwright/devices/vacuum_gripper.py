@@ -35,14 +35,18 @@ class VacuumGripper(Device):
     `reason` says why nothing is held, `lost_reason` why the last part was lost. Whoever is in `on_change` is told when
     it is switched, takes hold or lets go. `drop_target(name, world_T_part)`, if it is set, is asked at each look
     whether a held part is to be lost, and where to.
+
+    Args:
+        parts: what can be taken hold of.
+        phase: when in each 0.1 s it looks for them [ns]; None: as soon as it is switched on.
     """
 
-    def __init__(self, parts: Parts) -> None:
+    def __init__(self, parts: Parts, phase: int | None = None) -> None:
         super().__init__("gripper")
         self.parts = parts
         self.on_change: list[Callable[[VacuumGripper], None]] = []
         self.drop_target: Callable[[str, Pose], Pose | None] = lambda _name, _pose: None
-        self._check = VacuumCheck()
+        self._check = VacuumCheck(phase)
         parts.on_taken.append(self._notice_taken)
 
     def attach(self, simulation: Simulation) -> None:

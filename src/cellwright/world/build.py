@@ -122,7 +122,7 @@ def build_world(trial: Trial) -> World:
     spec.modelname = trial.name
     spec.compiler.degree = False
     timestep = trial.settings.timestep[0] / trial.settings.timestep[1]
-    set_solver(spec, timestep)
+    set_solver(spec, timestep, trial.circumstances.friction)
     if trial.has_arm:
         add_arm(spec, trial.settings.arm, contact_time(timestep))
     agvs = tuple(AGV_HOMES) if trial.options.insert_agvs else ()

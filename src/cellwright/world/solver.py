@@ -16,8 +16,14 @@ def contact_time(timestep: float) -> float:
     return max(0.004, 2 * timestep)
 
 
-def set_solver(spec: Any, timestep: float) -> None:
-    """Set integrator, solver and contact defaults of a model specification for steps of `timestep` [s]."""
+def set_solver(spec: Any, timestep: float, friction: float = 1.0) -> None:
+    """Set integrator, solver and contact defaults of a model specification.
+
+    Args:
+        spec: an `MjSpec`.
+        timestep: length of a step [s].
+        friction: coefficient of dry friction of everything that says nothing else.
+    """
     option = spec.option
     option.timestep = timestep
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
@@ -33,5 +39,5 @@ def set_solver(spec: Any, timestep: float) -> None:
     option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_ISLAND | mujoco.mjtDisableBit.mjDSBL_MULTICCD)
     geom = spec.default.geom
     geom.solref = (contact_time(timestep), 1.0)
-    geom.friction = (1.0, 0.005, 0.0001)
+    geom.friction = (friction, 0.005, 0.0001)
     geom.condim = 3

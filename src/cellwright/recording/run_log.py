@@ -1,0 +1,132 @@
+"""The log of a run: what it is, what the referee did and when, the evidence at each submission, and what came of it.
+
+Lines of JSON (see `json_lines`), each with its `kind`, and its simulation `time` [s] where it has one:
+
+- `run`: trial, seed, versions and so on, the most that can be had, and whatever else the caller knows;
+- `state`, `conveyor`, `population`, `order`, `kit`, `order complete`, `trial over`: what the referee did;
+- `result`: how it ended, the score with all its evidence, the state hash. A log without it is of a run that was killed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from cellwright.description.trial import Trial
+from cellwright.kitting.effects import (
+    ConveyorPower,
+    Effect,
+    KitSubmitted,
+    OrderAnnounced,
+    OrderCompleted,
+    PopulationRestart,
+    StateChanged,
+    TrialEnded,
+)
+from cellwright.kitting.evidence import Evidence, kit_evidence
+from cellwright.kitting.evidence_json import evidence_to_json, kit_to_json
+from cellwright.kitting.reach import TrialReach, reach
+from cellwright.kitting.trial_score import system_cost
+from cellwright.recording.json_lines import JsonLines
+from cellwright.simulation.clock import seconds
+
+FORMAT = 1
+"""Number of the format, in the first line."""
+
+
+class RunLog:
+    """Writes the log of one run.
+
+    Args:
+        path: the file; it is begun anew.
+        about: what the caller knows of the run besides, such as the agent's name, for the first line.
+        report: takes a line when the disk fails; the run goes on without its log.
+
+    Raises:
+        UsageError: the file cannot be opened.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        about: Mapping[str, Any] | None = None,
+        report: Callable[[str], None] = lambda _line: None,
+    ) -> None:
+        self.lines = JsonLines(path, report=report)
+        self._about = dict(about or {})
+        self._reach = TrialReach(())
+
+    def begin(self, trial: Trial, more: Mapping[str, Any]) -> None:
+        """Write the first line.
+
+        Args:
+            trial: what is run.
+            more: seed, versions and the like.
+        """
+        self._reach = reach(trial)
+        facts = {
+            "best": self._reach.maximum,
+            "reachable": self._reach.total,
+            "reachable_reason": self._reach.sentence(),
+            "system_cost": system_cost(trial.sensors),
+            "circumstances": asdict(trial.circumstances),
+        }
+        self.lines.write({"kind": "run", "format": FORMAT, "trial": trial.name, **more, **self._about, **facts})
+
+    def effect(self, effect: Effect, now: int) -> None:
+        """Write what the referee did at the time `now` [ns]."""
+        kind, values = _values(effect, self._reach)
+        self.lines.write({"kind": kind, "time": seconds(now), **values})
+
+    def end(self, outcome: str, evidence: Evidence, now: int, more: Mapping[str, Any]) -> None:
+        """Write the last line, and close the file.
+
+        Args:
+            outcome: how the run ended, in a word.
+            evidence: its score with all evidence.
+            now: the time [ns].
+            more: state hash, wall time and the like.
+        """
+        score = evidence_to_json(evidence)
+        self.lines.write({"kind": "result", "time": seconds(now), "outcome": outcome, **more, "score": score})
+        self.lines.close()
+
+
+def _values(effect: Effect, could: TrialReach) -> tuple[str, dict[str, Any]]:
+    match effect:
+        case StateChanged(state):
+            return "state", {"state": str(state)}
+        case ConveyorPower(power):
+            return "conveyor", {"power": power}
+        case PopulationRestart():
+            return "population", {"action": "restart"}
+        case OrderAnnounced(order, reason, interrupts):
+            kits = {kit.kit_type: [each.type for each in kit.objects] for kit in order.kits}
+            return "order", {
+                "order_id": order.order_id,
+                "reason": str(reason),
+                "interrupts": interrupts,
+                "kits": kits,
+            }
+        case KitSubmitted():
+            return "kit", _submission(effect, could)
+        case OrderCompleted(score, resumes):
+            return "order complete", {
+                "order_id": score.order_id,
+                "total": score.total,
+                "time_taken": seconds(score.time_taken),
+                "resumes": resumes,
+            }
+        case TrialEnded(reason, game, process_time):
+            return "trial over", {"reason": str(reason), "total": game.total, "process_time": seconds(process_time)}
+
+
+def _submission(effect: KitSubmitted, could: TrialReach) -> dict[str, Any]:
+    score = effect.score
+    told = {"tray_id": effect.tray_id, "kit_type": effect.kit_type, "repeated": effect.is_repeated}
+    if score.refusal is not None:
+        return {**told, "refusal": score.refusal.sentence(), "evidence": None}
+    return {**told, "refusal": None, "evidence": kit_to_json(kit_evidence(score, could.kit(score.kit_type)))}
