@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from cellwright.errors import UnreachableError
 from cellwright.motion import Joints, face, forward, is_usual, solve, tool_down
 from cellwright.motion.choice import COMFORTABLE, discomfort, distance, rail_candidates
+from cellwright.pose import Pose
 from tests.motion.samples import ABOVE_BIN, INITIAL
 
 
@@ -56,7 +57,7 @@ def test_unusual_postures_only_when_asked_for() -> None:
 
     assert not is_usual(solve(tool_down(-0.3, 0.23, 1.1), INITIAL, usual=False, accept=unusual))
     with pytest.raises(UnreachableError, match="elbow down"):
-        solve(tool_down(0.1, 0.0, 0.8), INITIAL, rail=0.0)
+        solve(Pose.from_rpy((-0.7, 0.1, 2.0), (math.pi, 0.8, math.pi / 2)), INITIAL, rail=0.0)
 
 
 def test_what_is_out_of_reach_is_refused_with_place_and_reason() -> None:
