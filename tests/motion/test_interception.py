@@ -33,9 +33,7 @@ def test_a_part_moves_on_evenly() -> None:
 
 
 @settings(max_examples=15)
-@given(
-    st.floats(1.0, 1.4), st.floats(1.5, 4.5), st.floats(-3.0, 3.0), st.floats(0.0, 3.0), st.floats(0.05, 0.2)
-)
+@given(st.floats(1.0, 1.4), st.floats(1.5, 4.5), st.floats(-3.0, 3.0), st.floats(0.0, 3.0), st.floats(0.05, 0.2))
 def test_the_gripper_stays_on_the_part_while_it_dwells(x: float, y: float, yaw: float, late: float, v: float) -> None:
     part = MovingPart(Pose.from_rpy((x, y, 0.907), (0.0, 0.0, yaw)), 10.0, (0.0, -v, 0.0))
     plan = intercept(part, GEAR_T_GRIPPER, ABOVE_BELT, 10.0 + late, window=WINDOW)

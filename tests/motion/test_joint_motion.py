@@ -1,3 +1,5 @@
+from itertools import pairwise
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -20,24 +22,14 @@ def test_it_begins_and_ends_where_it_says() -> None:
 
 @given(st.floats(0.0, MOTION.duration))
 def test_between_knots_it_is_what_the_controller_of_the_arm_makes_of_it(time: float) -> None:
-    rows = []
-    for joint in range(7):
-        rows.append(
-            [
-                join(
-                    round(t0 * 1e9), Knot(p0[joint], v0[joint]), round(t1 * 1e9), Knot(p1[joint], v1[joint])
-                )
-                for t0, t1, p0, p1, v0, v1 in zip(
-                    MOTION.times,
-                    MOTION.times[1:],
-                    MOTION.positions,
-                    MOTION.positions[1:],
-                    MOTION.velocities,
-                    MOTION.velocities[1:],
-                    strict=False,
-                )
-            ]
-        )
+    knots = list(zip(MOTION.times, MOTION.positions, MOTION.velocities, strict=True))
+    rows = [
+        [
+            join(round(t0 * 1e9), Knot(p0[joint], v0[joint]), round(t1 * 1e9), Knot(p1[joint], v1[joint]))
+            for (t0, p0, v0), (t1, p1, v1) in pairwise(knots)
+        ]
+        for joint in range(7)
+    ]
     wanted = Trajectory(rows).state(round(time * 1e9))
     point = MOTION.at(round(time * 1e9) / 1e9)
     assert point.positions == pytest.approx(wanted.positions, abs=1e-8)

@@ -1,4 +1,5 @@
 import math
+from itertools import pairwise
 
 import pytest
 from hypothesis import given, settings
@@ -45,14 +46,14 @@ def test_the_gripper_stays_on_its_line(dx: float, dy: float, z: float, turn: flo
         wanted = between(here, goal, share)
         assert math.dist(forward(joints).position, wanted.position) < 1e-9
         assert joints.rail == ABOVE_BIN.rail
-    assert all(farthest(a, b) < 0.2 for a, b in zip(path, path[1:], strict=False))
+    assert all(farthest(a, b) < 0.2 for a, b in pairwise(path))
     assert len(path) - 1 >= math.dist(here.position, goal.position) / 0.01 - 1e-6
 
 
 def test_the_rail_moves_in_proportion() -> None:
     goal = tool_down(-0.3, 0.73, 1.0)
     path = straight(ABOVE_BIN, goal, rail=ABOVE_BIN.rail + 0.5)
-    steps = [b.rail - a.rail for a, b in zip(path, path[1:], strict=False)]
+    steps = [b.rail - a.rail for a, b in pairwise(path)]
     assert steps == pytest.approx([0.5 / len(steps)] * len(steps))
     assert path[-1].rail == pytest.approx(ABOVE_BIN.rail + 0.5)
     assert math.dist(forward(path[-1]).position, goal.position) < 1e-9

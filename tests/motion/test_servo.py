@@ -40,6 +40,8 @@ def tool_errors(motion: JointMotion, command: JointMotion, servo: ServoProfile =
     """How far the gripper is from where it should be [mm]: at most on the way, and half a second after."""
     cell = Cell(replace(ARM_ONLY, initial_joint_states=motion.start.by_name()), servo=servo)
     cell.reset()
+    arm = cell.arm
+    assert arm is not None
     client = Client(InProcess(cell))
     client.sleep(0.3)
     begun = cell.simulation.time
@@ -48,7 +50,7 @@ def tool_errors(motion: JointMotion, command: JointMotion, servo: ServoProfile =
     while (time := cell.simulation.time - begun) < motion.duration + 0.5:
         cell.step()
         time = cell.simulation.time - begun
-        gripper = forward(Joints(*cell.arm.read().positions))
+        gripper = forward(Joints(*arm.read().positions))
         error = 1000 * math.dist(gripper.position, forward(motion.at(time).positions).position)
         if time <= motion.duration:
             worst = max(worst, error)

@@ -1,3 +1,5 @@
+from itertools import pairwise
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -26,7 +28,7 @@ def test_acceleration_has_no_jump(steps: list[tuple[float, float]]) -> None:
         mean = (positions[index + 1] - positions[index]) / h
         v0, v1 = velocities[index], velocities[index + 1]
         ends.append(((6 * mean - 4 * v0 - 2 * v1) / h, (2 * v0 + 4 * v1 - 6 * mean) / h))
-    for (_, left), (right, _) in zip(ends, ends[1:], strict=False):
+    for (_, left), (right, _) in pairwise(ends):
         assert left == pytest.approx(right, abs=1e-6 * (1 + abs(left)))
 
 
