@@ -23,6 +23,7 @@ PAGES = [
     "docs/plugins.md",
     "docs/score.md",
     "docs/variation.md",
+    "docs/motion.md",
 ]
 
 
