@@ -12,7 +12,7 @@ import pytest
 from tests.docs.pages import Command, File, Program, missing, steps
 
 ROOT = Path(__file__).parents[2]
-PAGES = ["README.md", "docs/getting-started.md", "docs/agents.md", "docs/trials.md"]
+PAGES = ["README.md", "docs/getting-started.md", "docs/agents.md", "docs/kitter.md", "docs/trials.md"]
 
 
 @pytest.mark.parametrize("name", PAGES)

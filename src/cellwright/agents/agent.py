@@ -22,7 +22,10 @@ class Agent(Protocol):
         """Work the cell. Returning means having done what it came for."""
 
 
-BUNDLED = {"lesson": "cellwright.agents.lesson:LessonAgent"}
+BUNDLED = {
+    "kitter": "cellwright.agents.kitter.agent:KitterAgent",
+    "lesson": "cellwright.agents.lesson:LessonAgent",
+}
 """Agents that come with Cellwright, by name."""
 
 

@@ -32,10 +32,10 @@ def run(
         str,
         typer.Option(
             metavar="AGENT",
-            help="What works the cell: `lesson`, your `path.py:Class` or `module:Class`, or `none`.",
+            help="What works the cell: `kitter`, `lesson`, your `path.py:Class` or `module:Class`, or `none`.",
             rich_help_panel=_WORK,
         ),
-    ] = "lesson",
+    ] = "kitter",
     servo: Annotated[
         str | None,
         typer.Option(
@@ -134,7 +134,7 @@ def run(
 
     The referee judges the kits that the agent sends off; a picture of the cell at the end is written beside.
 
-        # the lesson's cell, worked by the lesson's own script
+        # the lesson's cell, worked by the bundled agent kitter
         cellwright run lesson
 
         # worked by your program: a class with a method run(client)

@@ -46,8 +46,7 @@ class PartFigures:
         yaw, (x, y, _) = frame_T_part.yaw, frame_T_part.position
         cos, sin = math.cos(yaw), math.sin(yaw)
         return tuple(
-            Disc(x + cos * disc.x - sin * disc.y, y + sin * disc.x + cos * disc.y, disc.radius)
-            for disc in self.outline
+            Disc(x + cos * disc.x - sin * disc.y, y + sin * disc.x + cos * disc.y, disc.radius) for disc in self.outline
         )
 
 

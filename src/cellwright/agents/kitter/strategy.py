@@ -158,7 +158,7 @@ class Strategy:
     # ---------------------------------------------------------------- parts
 
     def choose_part(self) -> State | None:
-        """The next part to fetch: from the belt if one comes along, else from a bin; the kit is sent if none is open."""
+        """The next part to fetch, from the belt if one comes along, else from a bin; without any the kit is sent."""
         kit = self._current_kit
         self._news()
         open_tasks = [task for task in kit.tasks if task.is_open]
@@ -204,7 +204,7 @@ class Strategy:
         return self.choose_part
 
     def _coming(self, part_type: str) -> tuple[BeltPart, float] | None:
-        """The first part of a type on the belt that there is time to meet, soon, and world y [m] where it can be met."""
+        """The first part of a type on the belt that can be met soon, and world y [m] where."""
         for part in self._view.belt.coming(part_type, self._client.time, LAST_Y):
             y = self._picker.meeting_place(part, FIRST_Y, LAST_Y)
             if y is not None and part.time_at(y) < self._client.time + 12.0:

@@ -73,8 +73,7 @@ def find_place(
 def fits(part: Sequence[Disc], others: Sequence[Disc], rim_gap: float, part_gap: float) -> bool:
     """Whether a part lies inside the rims and beside the others, with gaps [m]. All discs in the tray frame."""
     inside = all(
-        abs(disc.x) + disc.radius + rim_gap <= HALF_X and abs(disc.y) + disc.radius + rim_gap <= HALF_Y
-        for disc in part
+        abs(disc.x) + disc.radius + rim_gap <= HALF_X and abs(disc.y) + disc.radius + rim_gap <= HALF_Y for disc in part
     )
     return inside and all(
         math.hypot(disc.x - other.x, disc.y - other.y) >= disc.radius + other.radius + part_gap
