@@ -13,16 +13,16 @@ import logging
 import math
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 from cellwright.agents.kitter.arm import Arm
 from cellwright.agents.kitter.belt_watch import BeltPart
 from cellwright.agents.kitter.cellview import CellView
 from cellwright.agents.kitter.eyes import Sighting
-from cellwright.agents.kitter.part_figures import PART_TYPES, Disc, figures
+from cellwright.agents.kitter.kits import Kit, Task
+from cellwright.agents.kitter.part_figures import PART_TYPES
 from cellwright.agents.kitter.picking import Held, Picker, bin_rail
-from cellwright.agents.kitter.placing import STATIONS, Placer, Station, can_reach, pose_on_tray
+from cellwright.agents.kitter.placing import STATIONS, Placer, can_reach, pose_on_tray
 from cellwright.agents.kitter.tray_plan import Place, find_place
 from cellwright.client import Client
 from cellwright.messages.build import pose_from_message
@@ -45,40 +45,6 @@ MISTURNED = 0.05
 
 FIRST_Y, LAST_Y, WAITING_Y = 1.7, -1.8, 1.55
 """Where parts are taken from the belt: world y [m] between the first two; the arm waits for them at the third."""
-
-
-@dataclass
-class Task:
-    """One part of a kit.
-
-    Attributes:
-        type: of the part.
-        tray_T_goal: where it was ordered.
-        tray_T_part: where it lies on the tray; None as long as it does not.
-        given_up: whether there is none to be had.
-        corrected: whether it was put right once.
-    """
-
-    type: str
-    tray_T_goal: Pose
-    tray_T_part: Pose | None = None
-    given_up: bool = False
-    corrected: bool = False
-
-    @property
-    def is_open(self) -> bool:
-        """Whether there is something left to do."""
-        return self.tray_T_part is None and not self.given_up
-
-
-@dataclass
-class Kit:
-    """A kit that is to be built, and at which AGV."""
-
-    kit_type: str
-    tasks: list[Task]
-    station: Station = field(default_factory=lambda: STATIONS[1])
-    is_sent: bool = False
 
 
 State: TypeAlias = "Callable[[], State | None]"
@@ -268,7 +234,7 @@ class Strategy:
         place = find_place(
             task.type,
             task.tray_T_goal,
-            self._taken(kit, task),
+            kit.taken(task),
             lambda pose: can_reach(self._arm, kit.station, held, pose),
         )
         if place is None:
@@ -334,21 +300,6 @@ class Strategy:
                 self._placer.throw_away(held)
                 break
         return self.choose_part
-
-    def _taken(self, kit: Kit, but: Task) -> list[Disc]:
-        """What is taken on the tray: where parts lie, and where others are ordered that still come."""
-        discs: list[Disc] = []
-        for task in kit.tasks:
-            if task is but or task.type not in PART_TYPES:
-                continue
-            kind = figures(task.type)
-            if task.tray_T_part is not None:
-                discs += kind.covers(task.tray_T_part)
-            elif task.is_open and find_place(task.type, task.tray_T_goal, ()) is not None:
-                place = find_place(task.type, task.tray_T_goal, ())
-                if place is not None and place.is_ordered:
-                    discs += kind.covers(place.tray_T_part)
-        return discs
 
     def submit(self) -> State | None:
         """Send the kit off."""
