@@ -49,6 +49,12 @@ def test_faulty_parts_are_thrown_out_and_replaced() -> None:
     assert result.score.total == 27.0
 
 
+def test_a_part_lost_over_the_tray_costs_nothing() -> None:
+    """One of the rods is dropped on the tray, by force."""
+    result = run("final10", "kitter_sensors")
+    assert result.score.total == 15.0
+
+
 def test_a_second_run_is_the_same() -> None:
     trial = load_trial([find_trial("final01"), find_trial("kitter_sensors")]).trial
     again = run_cell(Cell(trial), find_agent("kitter")(), RunOptions(until=300.0))

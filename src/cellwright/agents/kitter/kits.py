@@ -43,6 +43,11 @@ class Kit:
     station: Station = field(default_factory=lambda: STATIONS[1])
     is_sent: bool = False
 
+    @property
+    def lying(self) -> list[tuple[str, Pose]]:
+        """Type and place on the tray of the parts that lie there."""
+        return [(task.type, task.tray_T_part) for task in self.tasks if task.tray_T_part is not None]
+
     def taken(self, but: Task) -> list[Disc]:
         """What is taken on the tray: where parts lie, and where others were ordered on it that still come.
 
