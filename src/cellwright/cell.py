@@ -187,7 +187,7 @@ class Cell:
             models.append(
                 SceneModel(f"kit_tray_{number}", TRAY_TYPE, link, collision_geoms(model, link), f"agv{number}")
             )
-        return Scene(model, self.simulation.data, models)
+        return Scene(model, self.simulation.data, models, self.trial.part_models)
 
 
 def make_sensor(description: SensorDescription, scene: Scene) -> Sensor[Any]:

@@ -142,3 +142,13 @@ def test_checkpoints_of_another_cell(cellwright: CommandLine, tmp_path: Path) ->
     assert ran.status == 2
     assert ran.err == "error: a.npz: the checkpoint was made with another cell or another version\n"
     assert cellwright("run", "lesson", *UNTIL, "--resume", "no.npz").err.startswith("error: no.npz: not a checkpoint")
+
+
+def test_a_model_that_the_engine_refuses(cellwright: CommandLine, tmp_path: Path) -> None:
+    (tmp_path / "knob.xml").write_text("<mujoco><worldbody><geom type='bx'/></worldbody></mujoco>")
+    (tmp_path / "a.yaml").write_text("cellwright: {parts: {knob_part: {file: knob.xml}}}\n")
+    ran = cellwright("check", "a.yaml")
+    assert ran.status == 2
+    assert ran.out.startswith("error: knob.xml: ")
+    assert ran.out.endswith("1 error\n")
+    assert refused(cellwright("run", "a.yaml", *UNTIL)).startswith("knob.xml: ")

@@ -3,6 +3,7 @@
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -12,12 +13,14 @@ import pytest
 from tests.docs.pages import Command, File, Program, missing, steps
 
 ROOT = Path(__file__).parents[2]
-PAGES = ["README.md", "docs/getting-started.md", "docs/agents.md", "docs/kitter.md", "docs/trials.md"]
+PAGES = ["README.md", "docs/getting-started.md", "docs/agents.md", "docs/trials.md", "docs/own-models.md"]
 
 
 @pytest.mark.parametrize("name", PAGES)
 def test_a_page_can_be_followed(name: str, tmp_path: Path) -> None:
     taken = steps(ROOT / name)
+    if (example := ROOT / "docs" / "examples" / Path(name).stem.replace("-", "_")).is_dir():
+        shutil.copytree(example, tmp_path, dirs_exist_ok=True)
     assert any(isinstance(step, Command) for step in taken)
     for step in taken:
         match step:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import Annotated
 
 import typer
@@ -12,6 +13,7 @@ from cellwright.cli.exit_status import BAD_INPUT, DONE
 from cellwright.description.check import Report
 from cellwright.description.check import check as check_files
 from cellwright.errors import CellwrightError
+from cellwright.world.own_models import problems
 
 
 def check(
@@ -30,6 +32,8 @@ def check(
     """
     try:
         report = check_files(options.paths(files))
+        if report.trial is not None:  # some files of models are for the engine to judge
+            report = replace(report, errors=tuple(problems(report.trial)))
     except CellwrightError as error:  # a file that is not there is a finding as well
         report = Report(errors=(str(error),))
     if as_json:

@@ -134,8 +134,11 @@ def run(
 
     The referee judges the kits that the agent sends off; a picture of the cell at the end is written beside.
 
-        # the lesson's cell, worked by the bundled agent kitter
+        # the lesson's cell, worked by the agent that comes along
         cellwright run lesson
+
+        # worked by the lesson's own script
+        cellwright run lesson --agent lesson
 
         # worked by your program: a class with a method run(client)
         cellwright run lesson --agent my_robot.py:MyRobot

@@ -9,6 +9,7 @@ from typing import Any
 
 from cellwright.description.gear2017 import load_trial
 from cellwright.description.resolved import resolved
+from cellwright.description.trial import Trial
 from cellwright.errors import DescriptionError
 
 
@@ -19,6 +20,7 @@ class Report:
     errors: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     resolved: dict[str, Any] | None = None
+    trial: Trial | None = None
 
     @property
     def ok(self) -> bool:
@@ -51,4 +53,4 @@ def check(paths: Sequence[Path]) -> Report:
         loaded = load_trial(paths)
     except DescriptionError as error:
         return Report(errors=tuple(map(str, error.problems)), warnings=tuple(map(str, error.warnings)))
-    return Report(warnings=tuple(map(str, loaded.warnings)), resolved=resolved(loaded.figures))
+    return Report(warnings=tuple(map(str, loaded.warnings)), resolved=resolved(loaded.figures), trial=loaded.trial)

@@ -20,6 +20,7 @@ from cellwright.description.models import PartBook, read_bins, read_extras
 from cellwright.description.options import OptionFigures, read_options
 from cellwright.description.orders import read_orders
 from cellwright.description.other_years import OtherYear
+from cellwright.description.own_models import read_own_models
 from cellwright.description.problems import Place, Problem, Problems
 from cellwright.description.python2 import dictionary_order
 from cellwright.description.reader import Reader
@@ -101,7 +102,8 @@ def _read(root: Table, name: str, reader: Reader) -> tuple[Trial, Figures]:
 
     node = root.get("options")
     options = read_options(node, reader) if node else OptionFigures()
-    book = PartBook(reader, options)
+    models = read_own_models(root.get(OWN), reader)
+    book = PartBook(reader, options, PART_TYPES | models.parts.keys())
     bins, extras = _models(root, book)
     node = root.get("belt_parts")
     belt = read_belt(node, book, other_year) if node else ()
@@ -122,10 +124,10 @@ def _read(root: Table, name: str, reader: Reader) -> tuple[Trial, Figures]:
     if reader.problems.errors:
         raise DescriptionError(reader.problems.errors, reader.problems.warnings)
 
-    figures = _figures(options, bins, extras, belt, tuple(faulty), drops, orders, time_limit)
+    figures = _figures(book, bins, extras, belt, tuple(faulty), drops, orders, time_limit)
     check_faulty(faulty, figures, options.options, reader)
     _warn_unused(root, options, orders, reader)
-    return trial_of(name, figures, options.options, sensors, own, has_arm=has_arm), figures
+    return trial_of(name, figures, options.options, sensors, own, models, has_arm=has_arm), figures
 
 
 def _models(root: Table, book: PartBook) -> tuple[tuple[ModelFigure, ...], tuple[ModelFigure, ...]]:
@@ -142,7 +144,7 @@ def _models(root: Table, book: PartBook) -> tuple[tuple[ModelFigure, ...], tuple
 
 
 def _figures(
-    options: OptionFigures,
+    book: PartBook,
     bins: Sequence[ModelFigure],
     extras: Sequence[ModelFigure],
     belt: Sequence[BeltFigure],
@@ -152,15 +154,15 @@ def _figures(
     time_limit: float | None,
 ) -> Figures:
     """What comes into the cell: what the options switch on and what there is a model for."""
-    switches = options.options
+    switches = book.options.options
     frames = set(REFERENCE_FRAMES) - (set() if switches.insert_agvs else set(TRAY_FRAMES))
     inserted = bins if switches.insert_models_over_bins else ()
     spawned = [part for part in extras if part.origin in frames] if switches.spawn_extra_models else []
     return Figures(
         time_limit=DEFAULT_TIME_LIMIT if time_limit is None else time_limit,
-        models=tuple(part for part in inserted if part.type in PART_TYPES),
-        extra_models=tuple(part for part in spawned if part.type in PART_TYPES),
-        belt=tuple(part for part in belt if part.type in PART_TYPES),
+        models=tuple(part for part in inserted if part.type in book.types),
+        extra_models=tuple(part for part in spawned if part.type in book.types),
+        belt=tuple(part for part in belt if part.type in book.types),
         faulty=faulty,
         drops=drops,
         orders=orders,

@@ -28,11 +28,13 @@ _GRID = ("xyz_start", "xyz_end", "rpy", "num_models_x", "num_models_y")
 class PartBook:
     """Keeps count while parts are read: the numbers in their names, and how many there are in all.
 
-    Numbers are counted per type as written: an alias counts apart from the type that it stands for.
+    Numbers are counted per type as written: an alias counts apart from the type that it stands for. `types` are the
+    part types that there is a model for.
     """
 
     reader: Reader
     options: OptionFigures
+    types: frozenset[str] = PART_TYPES
     count: int = 0
     _numbers: defaultdict[str, int] = field(default_factory=lambda: defaultdict(int))
 
@@ -53,10 +55,10 @@ class PartBook:
     def part_type(self, name: str, where: Located) -> str:
         """The type that a name stands for, with a warning when no part of that type exists."""
         resolved = self.options.resolve(name)
-        if resolved not in PART_TYPES:
+        if resolved not in self.types:
             aliases = self.options.aliases if len(self.options.aliases) <= _MANY else ()
-            known = [*PART_TYPES, *aliases]
-            suggestion = did_you_mean(name, known) or f" (known: {', '.join(sorted(PART_TYPES))})"
+            known = [*self.types, *aliases]
+            suggestion = did_you_mean(name, known) or f" (known: {', '.join(sorted(self.types))})"
             message = f"unknown part type {shortened(resolved)!r}, left out of the cell{suggestion}"
             self.reader.problems.warn(where, message)
         return resolved

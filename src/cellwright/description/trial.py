@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
+from cellwright.description.model import Furniture, Model
 from cellwright.pose import Pose, Vector3
 
 SensorType: TypeAlias = Literal["break_beam", "proximity_sensor", "logical_camera", "laser_profiler"]
@@ -155,7 +156,10 @@ class CellSettings:
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """A whole trial: the cell, its parts, its orders and its faults."""
+    """A whole trial: the cell, its parts, its orders and its faults.
+
+    `part_models` are the part types of somebody's own by name, `furniture` what else stands in the cell.
+    """
 
     name: str
     has_arm: bool = False
@@ -171,3 +175,5 @@ class Trial:
     material_locations: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     settings: CellSettings = field(default_factory=CellSettings)
     initial_joint_states: Mapping[str, float] = field(default_factory=dict)
+    part_models: Mapping[str, Model] = field(default_factory=dict)
+    furniture: tuple[Furniture, ...] = ()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from cellwright.description.figures import ZERO, DropFigure, Figures, ModelFigure, OrderFigure, kit_type, order_id
+from cellwright.description.own_models import OwnModels
 from cellwright.description.settings import SettingFigures
 from cellwright.description.trial import BeltPart, DropRegion, Kit, KitObject, Options, Order, Part, Sensor, Trial
 from cellwright.pose import Vector3
@@ -14,6 +15,7 @@ def trial_of(
     options: Options,
     sensors: tuple[Sensor, ...],
     own: SettingFigures,
+    models: OwnModels,
     *,
     has_arm: bool,
 ) -> Trial:
@@ -33,6 +35,8 @@ def trial_of(
         material_locations={part_type: tuple(sorted(at)) for part_type, at in figures.material_locations.items()},
         settings=own.settings,
         initial_joint_states=own.initial_joint_states,
+        part_models=models.parts,
+        furniture=models.furniture,
     )
 
 

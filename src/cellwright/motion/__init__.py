@@ -5,18 +5,42 @@ Pure geometry and timing: nothing here talks to a cell, so that a controller of 
 """
 
 from cellwright.motion.choice import solve
+from cellwright.motion.interception import Interception, MovingPart, Rendezvous, intercept, track
+from cellwright.motion.joint_motion import JointMotion, MotionPoint
 from cellwright.motion.joints import LIMITS, Joints, JointsLike
+from cellwright.motion.limits import DEFAULT_LIMITS, MotionLimits
+from cellwright.motion.paths import follow, straight
+from cellwright.motion.servo import ORIGINAL_SERVO, ServoModel, anticipated
+from cellwright.motion.trajectories import along, move, through, timed
 from cellwright.motion.ur import face, forward, inverse, is_usual, link_poses, tool_down
 
 __all__ = [
+    "DEFAULT_LIMITS",
     "LIMITS",
+    "ORIGINAL_SERVO",
+    "Interception",
+    "JointMotion",
     "Joints",
     "JointsLike",
+    "MotionLimits",
+    "MotionPoint",
+    "MovingPart",
+    "Rendezvous",
+    "ServoModel",
+    "along",
+    "anticipated",
     "face",
+    "follow",
     "forward",
+    "intercept",
     "inverse",
     "is_usual",
     "link_poses",
+    "move",
     "solve",
+    "straight",
+    "through",
+    "timed",
     "tool_down",
+    "track",
 ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -19,7 +19,8 @@ from cellwright.world.agv import add_agv
 from cellwright.world.arm import GRIPPER, JOINT_NAMES, add_arm, initial_positions
 from cellwright.world.frames import AGV_HOMES, TRAY_IDS, part_frames, shelf_slot
 from cellwright.world.housings import add_housing
-from cellwright.world.parts import PART_TYPES, add_part, add_part_meshes, part_type
+from cellwright.world.own_models import add_furniture, own_part_types
+from cellwright.world.parts import PART_TYPES, PartType, add_part, add_part_meshes, part_type
 from cellwright.world.solver import contact_time, set_solver
 
 _HOLD = (0.95, 0.99, 0.001, 0.5, 2.0)  # solimp of a weld that holds a part
@@ -100,12 +101,8 @@ class _Planned:
     """A part before it has a place in a model."""
 
     name: str
-    type: str
+    kind: PartType
     start: Pose | None
-
-    @property
-    def bottom(self) -> float:
-        return part_type(self.type).bottom
 
 
 def build_world(trial: Trial) -> World:
@@ -119,6 +116,7 @@ def build_world(trial: Trial) -> World:
 
     Raises:
         UnknownNameError: a part type, a frame or an arm joint that does not exist.
+        ModelFileError: a model of somebody's own that the engine cannot use.
     """
     spec = mujoco.MjSpec()
     spec.modelname = trial.name
@@ -130,7 +128,9 @@ def build_world(trial: Trial) -> World:
     agvs = tuple(AGV_HOMES) if trial.options.insert_agvs else ()
     for agv in agvs:
         add_agv(spec, agv)
-    planned = [*_parts_in_play(trial), *_pool(trial)]
+    own = own_part_types(trial)
+    kinds = {name: part_type(name) for name in PART_TYPES} | {name: each.kind for name, each in own.items()}
+    planned = [*_parts_in_play(trial, kinds), *_pool(trial, kinds)]
     furniture.add_floor(spec)
     furniture.add_bins(spec)
     furniture.add_conveyor(spec)
@@ -139,10 +139,13 @@ def build_world(trial: Trial) -> World:
     furniture.add_shelf(spec, len(planned))
     for sensor in trial.sensors:
         add_housing(spec, sensor)
+    add_furniture(spec, trial.furniture)
     add_part_meshes(spec)
-    slots = [shelf_slot(k, len(planned), part.bottom) for k, part in enumerate(planned)]
+    for each in own.values():
+        each.form.add_meshes(spec)
+    slots = [shelf_slot(k, len(planned), part.kind.bottom) for k, part in enumerate(planned)]
     for part, slot in zip(planned, slots, strict=True):
-        add_part(spec, part.name, part_type(part.type), part.start or slot)
+        add_part(spec, part.name, part.kind, part.start or slot)
         _add_holds(spec, part.name, trial.has_arm, agvs, contact_time(timestep))
     model = spec.compile()
     model.flg_surfacevel = True  # the belt stands still in the model; without this the engine would never look again
@@ -151,33 +154,41 @@ def build_world(trial: Trial) -> World:
     return World(spec, model, parts, qpos, ctrl, {part.name: part for part in parts})
 
 
-def _parts_in_play(trial: Trial) -> Iterator[_Planned]:
+def _parts_in_play(trial: Trial, kinds: Mapping[str, PartType]) -> Iterator[_Planned]:
     """Parts that stand in the cell when the trial begins."""
     frames = part_frames(agvs=trial.options.insert_agvs)
     part: Part
     for part in (*trial.bin_parts, *trial.extra_parts):
         if part.frame not in frames:
             raise UnknownNameError("frame", part.frame, frames)
-        yield _Planned(part.name, part.type, frames[part.frame] @ part.pose)
+        yield _Planned(part.name, _kind(part.type, kinds), frames[part.frame] @ part.pose)
 
 
-def _pool(trial: Trial) -> Iterator[_Planned]:
+def _pool(trial: Trial, kinds: Mapping[str, PartType]) -> Iterator[_Planned]:
     """Parts that appear later: on the belt, and on the demo tray of AGV 1."""
     times = Counter(part.type for part in trial.belt_parts)
     for kind, count in times.items():
         for k in range(trial.options.belt_population_cycles * count):
-            yield _Planned(f"populate_conveyor|{kind}_clone_{k}", kind, None)
+            yield _Planned(f"populate_conveyor|{kind}_clone_{k}", _kind(kind, kinds), None)
     if trial.options.fill_demo_tray and trial.options.insert_agvs:
         clones: Counter[str] = Counter()
         for wanted in demo_objects(trial):
-            yield _Planned(f"populate_kit_tray_1|{wanted.type}_clone_{clones[wanted.type]}", wanted.type, None)
+            yield _Planned(f"populate_kit_tray_1|{wanted.type}_clone_{clones[wanted.type]}", kinds[wanted.type], None)
             clones[wanted.type] += 1
 
 
 def demo_objects(trial: Trial) -> tuple[KitObject, ...]:
     """What the demo tray is filled with: the parts of the first order's first kit that there is a model for."""
     kits = trial.orders[0].kits if trial.orders else ()
-    return tuple(each for each in kits[0].objects if each.type in PART_TYPES) if kits else ()
+    known = {*PART_TYPES, *trial.part_models}
+    return tuple(each for each in kits[0].objects if each.type in known) if kits else ()
+
+
+def _kind(name: str, kinds: Mapping[str, PartType]) -> PartType:
+    try:
+        return kinds[name]
+    except KeyError:
+        raise UnknownNameError("part type", name, kinds) from None
 
 
 def _add_holds(spec: Any, part: str, has_arm: bool, agvs: tuple[str, ...], time: float) -> None:  # noqa: FBT001
@@ -220,7 +231,7 @@ def _locate(model: Any, part: _Planned, slot: Pose) -> WorldPart:
     grip = weld("grip")
     return WorldPart(
         name=part.name,
-        type=part.type,
+        type=part.kind.name,
         body=int(body),
         qpos=int(joint.qposadr[0]),
         dof=int(joint.dofadr[0]),

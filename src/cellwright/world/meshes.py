@@ -92,13 +92,14 @@ def gasket_outline(angle: float) -> float:
     return max(ear, min(wall, 0.0565), 0.036)
 
 
-def add_mesh(spec: Any, name: str, form: Mesh, *, smooth: bool = False) -> None:
-    """Give a model specification a mesh asset."""
+def add_mesh(spec: Any, name: str, form: Mesh, *, smooth: bool = False, weighs: bool = False) -> None:
+    """Give a model specification a mesh asset; one that weighs something does so as its convex hull."""
     vertices, triangles = form
+    kinds = mujoco.mjtMeshInertia  # the shell asks nothing of the form
     spec.add_mesh(
         name=name,
         uservert=vertices.ravel(),
         userface=triangles.ravel(),
         smoothnormal=smooth,
-        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,  # they carry no mass; the shell asks nothing of the form
+        inertia=kinds.mjMESH_INERTIA_CONVEX if weighs else kinds.mjMESH_INERTIA_SHELL,
     )

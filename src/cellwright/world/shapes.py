@@ -1,6 +1,7 @@
 """Simple shapes, what they may touch, and who sees them.
 
-Every shape of the cell is a box, a cylinder, a capsule, or a mesh made in code. A shape is solid (touched, and seen by
+Every shape of the cell is a box, a cylinder, a capsule, or a mesh made in code; somebody's own may be a sphere or a
+mesh from a file as well. A shape is solid (touched, and seen by
 rays), seen (drawn only), or both; the engine's geom groups say which, so that a ray sensor or a picture maker chooses
 by group. Parts, the robot and everything else form three classes of contact.
 """
@@ -17,13 +18,14 @@ from cellwright.pose import Pose, Vector3
 
 HERE = Pose()
 
-ShapeKind: TypeAlias = Literal["box", "cylinder", "capsule", "mesh"]
+ShapeKind: TypeAlias = Literal["box", "cylinder", "capsule", "sphere", "mesh"]
 Colour: TypeAlias = tuple[float, float, float, float]
 
 _GEOM_TYPE = {
     "box": mujoco.mjtGeom.mjGEOM_BOX,
     "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
     "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
+    "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
     "mesh": mujoco.mjtGeom.mjGEOM_MESH,
 }
 
@@ -59,9 +61,9 @@ class Shape:
     """A shape in the frame of its body.
 
     Attributes:
-        kind: box, cylinder, capsule (both along z) or mesh.
-        size: half extents [m] of a box; radius and half length [m] of a cylinder or a capsule (the half length of the
-            capsule's straight piece); ignored for a mesh.
+        kind: box, cylinder, capsule (both along z), sphere or mesh.
+        size: half extents [m] of a box, and of a mesh that is touched, whose vertices are centred; radius and half
+            length [m] of a cylinder or a capsule (the half length of the capsule's straight piece); radius of a sphere.
         pose: of the shape's centre in the frame of the body.
         colour: red, green, blue, opacity in 0..1.
         share: share of the body's mass that this shape carries; 0 for what is only seen.
@@ -81,9 +83,11 @@ class Shape:
 
     @property
     def half_extents(self) -> Vector3:
-        """Half extents [m] of the shape's bounding box along its own axes. Not for meshes."""
-        if self.kind == "box":
+        """Half extents [m] of the shape's bounding box along its own axes."""
+        if self.kind in ("box", "mesh"):
             return self.size
+        if self.kind == "sphere":
+            return (self.size[0],) * 3
         radius, half = self.size[0], self.size[1]
         return (radius, radius, half + radius if self.kind == "capsule" else half)
 
@@ -128,7 +132,9 @@ def _reach(shape: Shape) -> Vector3:
     """How far [m] a shape reaches from its centre along each axis of the body's frame."""
     columns = [shape.pose.rotate(axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))]
     half = shape.half_extents
-    if shape.kind == "box":
+    if shape.kind == "sphere":
+        return half
+    if shape.kind in ("box", "mesh"):
         x, y, z = (sum(abs(columns[k][axis]) * half[k] for k in range(3)) for axis in range(3))
         return (x, y, z)
     radius, length = shape.size[0], shape.size[1]

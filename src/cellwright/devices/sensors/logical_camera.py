@@ -122,7 +122,7 @@ class LogicalCamera(Sensor[CameraReading]):
 
     def tells(self, model: SceneModel) -> bool:
         """Whether the camera reports this model when it is in view."""
-        return model.type in KNOWN_TYPES
+        return model.type in KNOWN_TYPES or model.type in self.scene.own_types
 
     def measure(self, index: int) -> CameraReading:
         """The models in view now."""

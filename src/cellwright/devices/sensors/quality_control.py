@@ -62,4 +62,5 @@ class QualityControlSensor(LogicalCamera):
 
     def tells(self, model: SceneModel) -> bool:
         """Whether the sensor reports this model when it is in view: a faulty part."""
-        return model.type in PART_TYPES and model.short_name in self.faulty_parts
+        is_part = model.type in PART_TYPES or model.type in self.scene.own_types
+        return is_part and model.short_name in self.faulty_parts

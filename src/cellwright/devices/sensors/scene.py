@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import mujoco
@@ -54,14 +54,22 @@ class Scene:
         model: the engine's model.
         data: the engine's data.
         models: every model that a camera may see.
+        own_types: part types that this cell has besides those that every camera knows.
 
     Raises:
         UsageError: two models of one name, or a model without a collision geom.
         UnknownNameError: a model nested in none of these.
     """
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, models: Sequence[SceneModel]) -> None:
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        models: Sequence[SceneModel],
+        own_types: Collection[str] = (),
+    ) -> None:
         self.models = tuple(models)
+        self.own_types = frozenset(own_types)
         self._data = data
         places: dict[str, int] = {}
         for index, each in enumerate(self.models):

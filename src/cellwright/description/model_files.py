@@ -1,0 +1,124 @@
+"""Finds and reads the files that models are given in, and refuses what could do harm or means nothing."""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass
+from pathlib import Path
+
+from cellwright.errors import CellwrightError
+
+MAX_MODEL_BYTES = 1 << 20
+"""Largest model file [bytes]; meshes have a bound of their own."""
+
+_CONFIG = "model.config"
+_DECLARATION = re.compile(r"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
+_OUTSIDE = ("include", "model", "attach", "replicate", "plugin", "extension")
+_FORMATS = {"sdf": "sdf", "robot": "urdf", "mujoco": "mjcf"}
+
+
+class ModelFileError(CellwrightError):
+    """A model's file that cannot be used."""
+
+
+@dataclass(frozen=True, slots=True)
+class ModelFile:
+    """A file with a model; `format` is sdf, urdf or mjcf, by its outermost element."""
+
+    path: Path
+    format: str
+    root: ET.Element
+
+
+def open_model(path: Path) -> ModelFile:
+    """The model in a file, or in a folder that says in its `model.config` which file it is in.
+
+    Raises:
+        ModelFileError: there is none, or it is not to be read.
+    """
+    if path.is_dir():
+        path = _in_folder(path)
+    root = _parse(path)
+    if root.tag not in _FORMATS:
+        raise ModelFileError(f"{path}: no SDF, URDF or MJCF file: it begins with <{root.tag}>")
+    return ModelFile(path, _FORMATS[root.tag], root)
+
+
+def beside(path: Path, reference: str, folder: Path) -> Path:
+    """A file that a model refers to; `model://NAME/…` and `package://NAME/…` count from the folder of that name.
+
+    Args:
+        path: the file that the reference stands in.
+        reference: as written there.
+        folder: what it has to lie in.
+
+    Raises:
+        ModelFileError: it lies elsewhere or is not there.
+    """
+    name = re.sub(r"^file://", "", reference.strip())
+    if scheme := re.match(r"(?:model|package)://([^/]+)/(.+)", name):
+        base = next((parent for parent in path.resolve().parents if parent.name == scheme[1]), folder)
+        found = base / scheme[2]
+    else:
+        found = path.parent / name
+    if not found.resolve().is_relative_to(folder.resolve()):
+        raise ModelFileError(f"{path}: {reference} lies outside of the model's folder {folder}")
+    if not found.is_file():
+        raise ModelFileError(f"{path}: there is no file {reference}")
+    return found
+
+
+def _in_folder(folder: Path) -> Path:
+    """The newest SDF file that a folder's `model.config` names."""
+    config = folder / _CONFIG
+    if not config.is_file():
+        raise ModelFileError(f"{folder}: a folder without {_CONFIG}; name the model's file itself")
+    named = [(element.get("version", ""), (element.text or "").strip()) for element in _parse(config).iter("sdf")]
+    if not named:
+        raise ModelFileError(f"{config}: names no <sdf> file")
+    return beside(config, max(named)[1], folder)
+
+
+def _parse(path: Path) -> ET.Element:
+    try:
+        if path.stat().st_size > MAX_MODEL_BYTES:
+            raise ModelFileError(f"{path}: larger than {MAX_MODEL_BYTES >> 20} MiB")
+        text = path.read_bytes().decode("utf-8")
+    except FileNotFoundError:
+        raise ModelFileError(f"{path}: there is no such file") from None
+    except OSError as error:
+        raise ModelFileError(f"{path}: cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise ModelFileError(f"{path}: not UTF-8 text") from None
+    if _DECLARATION.search(text):
+        raise ModelFileError(f"{path}: declares a document type or entities, which are not read")
+    try:
+        return ET.fromstring(text)  # noqa: S314 - without declarations there is nothing that could expand or reach out
+    except ET.ParseError as error:
+        line, column = error.position
+        raise ModelFileError(f"{path}:{line}: no valid XML (column {column + 1})") from None
+    except (ValueError, RecursionError):
+        raise ModelFileError(f"{path}: no valid XML") from None
+
+
+def check_mjcf(file: ModelFile) -> None:
+    """Refuse what an MJCF file could reach out of its folder with, and moving or acting parts.
+
+    Raises:
+        ModelFileError: such a thing is in it.
+    """
+    for element in file.root.iter():
+        if element.tag in _OUTSIDE:
+            raise ModelFileError(f"{file.path}: <{element.tag}> is not read; a model is one file with its meshes")
+        if reference := element.get("file"):
+            beside(file.path, _in_mesh_folder(file.root, element, reference), file.path.parent)
+
+
+def _in_mesh_folder(root: ET.Element, element: ET.Element, reference: str) -> str:
+    """A reference with the folder before it that the compiler's settings give for its kind."""
+    for compiler in root.iter("compiler"):
+        kind = "texturedir" if element.tag == "texture" else "meshdir"
+        if folder := compiler.get(kind) or compiler.get("assetdir"):
+            return f"{folder}/{reference}"
+    return reference

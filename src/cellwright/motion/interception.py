@@ -1,0 +1,262 @@
+"""Meeting a part on the belt: where and when, and the motion that comes down on it while moving along with it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from cellwright.errors import UnreachableError, UsageError
+from cellwright.motion.choice import solve
+from cellwright.motion.joint_motion import JointMotion
+from cellwright.motion.joints import Joints, JointsLike
+from cellwright.motion.limits import DEFAULT_LIMITS, MotionLimits
+from cellwright.motion.paths import follow
+from cellwright.motion.trajectories import move, timed
+from cellwright.pose import Pose, Vector3
+
+BELT_VELOCITY: Vector3 = (0.0, -0.2, 0.0)
+"""Of a part on the belt at full power [m/s], in the world."""
+
+_SAMPLE = 0.04
+_OVERSHOOT = 1.1
+"""Cubics between samples go past the limits by so much at most where the motion itself keeps them."""
+
+
+@dataclass(frozen=True, slots=True)
+class MovingPart:
+    """A part that was seen and moves on evenly.
+
+    Attributes:
+        world_T_part: where it was seen [m].
+        time: when it was there [s].
+        velocity: in the world [m/s].
+    """
+
+    world_T_part: Pose
+    time: float
+    velocity: Vector3 = BELT_VELOCITY
+
+    def at(self, time: float) -> Pose:
+        """Where it is at a time [s]."""
+        since = time - self.time
+        x, y, z = (p + v * since for p, v in zip(self.world_T_part.position, self.velocity, strict=True))
+        return Pose((x, y, z), self.world_T_part.quaternion)
+
+    def time_at_y(self, y: float) -> float:
+        """When it passes a place along the belt [s]."""
+        return self.time + (y - self.world_T_part.position[1]) / self.velocity[1]
+
+
+@dataclass(frozen=True, slots=True)
+class Rendezvous:
+    """How long each part of the motion over a moving part takes.
+
+    Attributes:
+        hover: height above the grasp in which the arm waits, and to which it rises again [m].
+        ramp: gathering and losing the belt's speed [s].
+        descent: coming down, and rising again [s].
+        dwell: staying at the grasp [s].
+    """
+
+    hover: float = 0.1
+    ramp: float = 0.5
+    descent: float = 0.5
+    dwell: float = 0.6
+
+    def __post_init__(self) -> None:
+        if not all(0.0 < each < math.inf for each in (self.ramp, self.descent, self.dwell)) or not self.hover >= 0.0:
+            raise UsageError("ramp, descent and dwell must take a positive time, and the height must not be negative")
+
+    @property
+    def before(self) -> float:
+        """From setting off to the grasp [s]."""
+        return self.ramp + self.descent
+
+    @property
+    def duration(self) -> float:
+        """From setting off to being at rest again [s]."""
+        return 2.0 * (self.ramp + self.descent) + self.dwell
+
+    def lead_time(self, since: float) -> float:
+        """How far the gripper is ahead of the part, as the time [s] that the part needs to get there.
+
+        Ahead while gathering speed, behind (negative) while losing it. The speed follows 3 u^2 - 2 u^3 of the belt's,
+        so that the acceleration has no jumps.
+
+        Args:
+            since: time after setting off [s].
+        """
+        if since < self.ramp:
+            return self.ramp * _missed(max(0.0, since) / self.ramp)
+        left = self.duration - since
+        return -self.ramp * _missed(max(0.0, left) / self.ramp) if left < self.ramp else 0.0
+
+    def height(self, since: float) -> float:
+        """How high the gripper is above its grasp [m], by the curve that has the least jerk.
+
+        Args:
+            since: time after setting off [s].
+        """
+        down = (since - self.ramp) / self.descent
+        up = (self.duration - self.ramp - since) / self.descent
+        u = max(0.0, min(1.0, down, up))
+        return self.hover * (1.0 - u**3 * (10.0 - 15.0 * u + 6.0 * u**2))
+
+
+@dataclass(frozen=True, slots=True)
+class Interception:
+    """How to meet a moving part. Times are on the clock of the part's sighting [s].
+
+    Attributes:
+        motion: from where the arm was: to the place above, waiting there, coming down on the part while moving with
+            it, rising again, and to rest.
+        departs: when `motion` is to begin.
+        arrives: when the arm stands above the place.
+        sets_off: when it begins to move along.
+        touches: when it is at the grasp.
+        rises: when it leaves it.
+        world_T_grasp: the gripper at the moment of the touch.
+    """
+
+    motion: JointMotion
+    departs: float
+    arrives: float
+    sets_off: float
+    touches: float
+    rises: float
+    world_T_grasp: Pose
+
+    @property
+    def ends(self) -> float:
+        """When the arm is at rest again."""
+        return self.departs + self.motion.duration
+
+
+def intercept(
+    part: MovingPart,
+    part_T_gripper: Pose,
+    near: JointsLike,
+    now: float,
+    *,
+    window: tuple[float, float],
+    lead: float = 0.3,
+    rail: float | Sequence[float] | None = None,
+    timing: Rendezvous | None = None,
+    limits: MotionLimits = DEFAULT_LIMITS,
+    step: float = 0.1,
+) -> Interception:
+    """The earliest way to meet a part within a window along the belt.
+
+    The rail stands while the arm moves along with the part.
+
+    Args:
+        part: what is to be met.
+        part_T_gripper: the gripper link at the grasp, in the part's frame.
+        near: where the arm is, at rest.
+        now: the present time [s]; the arm leaves then.
+        window: between which y of the part in the world it may be touched [m].
+        lead: how long the arm is to stand above the place before it sets off, at least [s].
+        rail: where the rail may be [m]; when left out, anywhere.
+        timing: of coming down, staying and rising.
+        limits: of the motion.
+        step: distance between the places tried [m].
+
+    Raises:
+        UnreachableError: the part cannot be met; the reason is that of the last place tried.
+        UsageError: the part does not move along y, the step is not positive, or a number is not finite.
+    """
+    timing = timing or Rendezvous()
+    speed = part.velocity[1]
+    if speed == 0.0 or not step > 0.0:
+        raise UsageError("a part to be met must move along y, and the step between places be positive")
+    numbers = (now, lead, step, part.time, *window, *part.velocity)
+    if not all(map(math.isfinite, numbers)) or not part.world_T_part.is_finite():
+        raise UsageError("a part to be met must have finite pose, velocity and times")
+    start = Joints.of(near)
+    low, high = sorted(window)
+    count = max(1, math.ceil((high - low) / step - 1e-9))
+    places = [low + (high - low) * index / count for index in range(count + 1)]
+    reason = ""
+    for y in sorted(places, key=part.time_at_y):
+        touches = part.time_at_y(y)
+        sets_off = touches - timing.before
+        if sets_off - lead < now:
+            reason = f"it passes y {y:.2f} m too soon"
+            continue
+        try:
+            above = solve(_gripper_at(part, part_T_gripper, sets_off, 0.0, timing), start, rail=rail)
+            approach = move(start, above, limits)
+            if now + approach.duration + lead > sets_off:
+                reason = f"the arm is at y {y:.2f} m too late"
+                continue
+            tracking = track(part, part_T_gripper, above, sets_off, timing=timing, limits=limits)
+        except UnreachableError as error:
+            reason = str(error)
+            continue
+        wait = JointMotion.hold(above, sets_off - now - approach.duration)
+        return Interception(
+            motion=approach.then(wait).then(tracking),
+            departs=now,
+            arrives=now + approach.duration,
+            sets_off=sets_off,
+            touches=touches,
+            rises=touches + timing.dwell,
+            world_T_grasp=part.at(touches) @ part_T_gripper,
+        )
+    raise UnreachableError(f"the part cannot be met between y {low:.2f} and {high:.2f} m: {reason}")
+
+
+def track(
+    part: MovingPart,
+    part_T_gripper: Pose,
+    start: JointsLike,
+    sets_off: float,
+    *,
+    timing: Rendezvous | None = None,
+    limits: MotionLimits = DEFAULT_LIMITS,
+) -> JointMotion:
+    """The motion that comes down on a moving part, stays with it, rises again and comes to rest; the rail stands.
+
+    For a part that was seen once more, after the arm has got to its place.
+
+    Args:
+        part: what is to be met.
+        part_T_gripper: the gripper link at the grasp, in the part's frame.
+        start: where the arm stands, within a few centimetres of above the part at the time of setting off; what is
+            missing is made up for while it gathers speed.
+        sets_off: when the motion begins [s].
+        timing: of coming down, staying and rising.
+        limits: of the motion.
+
+    Raises:
+        UnreachableError: the way is not all within reach, or the arm is not fast enough for it.
+    """
+    timing = timing or Rendezvous()
+    begin = Joints.of(start)
+    count = math.ceil(timing.duration / _SAMPLE)
+    since = [timing.duration * index / count for index in range(count + 1)]
+    poses = [_gripper_at(part, part_T_gripper, sets_off, each, timing) for each in since]
+    reference = follow(begin, poses, begin.rail)[1:]
+    off = Joints(*(a - b for a, b in zip(begin, reference[0], strict=True)))
+    knots = []
+    for each, joints in zip(since, reference, strict=True):
+        u = min(1.0, each / timing.ramp)
+        share = 1.0 - u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
+        knots.append(Joints(*(q + share * d for q, d in zip(joints, off, strict=True))))
+    motion = timed(since, knots)
+    if (strain := motion.strain(limits)) > _OVERSHOOT:
+        raise UnreachableError(f"moving along with the part takes {strain:.1f} times what the limits allow")
+    return motion
+
+
+def _gripper_at(part: MovingPart, part_T_gripper: Pose, sets_off: float, since: float, timing: Rendezvous) -> Pose:
+    """Where the gripper is to be so long [s] after setting off."""
+    ahead = part.at(sets_off + since + timing.lead_time(since)) @ part_T_gripper
+    x, y, z = ahead.position
+    return Pose((x, y, z + timing.height(since)), ahead.quaternion)
+
+
+def _missed(u: float) -> float:
+    """What is left from u to 1 of the integral of 1 - (3 u^2 - 2 u^3)."""
+    return (1.0 - u) - (0.5 - u**3 + u**4 / 2.0)

@@ -1,0 +1,161 @@
+"""A motion of the arm as what is sent to its controller: knots with velocities, and cubics between them."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple, TypedDict
+
+from cellwright.description.layout import ARM_JOINTS
+from cellwright.errors import UsageError
+from cellwright.motion.joints import Joints
+from cellwright.motion.limits import MotionLimits
+
+_JOINED = 1e-6
+
+
+class MotionPoint(NamedTuple):
+    """Where the joints are at a time [s] after the start, and how fast they move [m, rad; m/s, rad/s]."""
+
+    time: float
+    positions: Joints
+    velocities: Joints
+
+
+class ArmCommand(TypedDict):
+    """Arguments of `Client.send_arm`."""
+
+    waypoints: list[list[float]]
+    times: list[float]
+    velocities: list[list[float]]
+    joints: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class JointMotion:
+    """Knots of a motion; between them each joint follows the cubic that meets both, as the arm's controller has it.
+
+    Attributes:
+        times: of the knots [s], rising from 0.
+        positions: at the knots [m for the rail; rad].
+        velocities: at the knots [m/s; rad/s].
+
+    Raises:
+        UsageError: times that do not rise from 0, or not as many of one as of the others.
+    """
+
+    times: tuple[float, ...]
+    positions: tuple[Joints, ...]
+    velocities: tuple[Joints, ...]
+
+    def __post_init__(self) -> None:
+        if not len(self.times) == len(self.positions) == len(self.velocities) > 0:
+            raise UsageError("a motion needs as many positions and velocities as times, and at least one")
+        if self.times[0] != 0.0 or any(not a < b for a, b in pairwise(self.times)):
+            raise UsageError("the times of a motion must rise from 0")
+
+    @classmethod
+    def hold(cls, joints: Joints, duration: float) -> JointMotion:
+        """Standing still for a time [s]; not at all for no time."""
+        still = Joints(*(0.0,) * 7)
+        if not duration > 0.0:
+            return cls((0.0,), (joints,), (still,))
+        return cls((0.0, duration), (joints, joints), (still, still))
+
+    @property
+    def duration(self) -> float:
+        """How long it takes [s]."""
+        return self.times[-1]
+
+    @property
+    def start(self) -> Joints:
+        """Where it begins."""
+        return self.positions[0]
+
+    @property
+    def end(self) -> Joints:
+        """Where it ends."""
+        return self.positions[-1]
+
+    def at(self, time: float) -> MotionPoint:
+        """The joints at a time [s]; before the start and after the end they stand where they begin and end."""
+        still = Joints(*(0.0,) * 7)
+        if time < 0.0 or time > self.duration:
+            return MotionPoint(time, self.start if time < 0.0 else self.end, still)
+        index = bisect_right(self.times, time) - 1
+        if self.times[index] == time:
+            return MotionPoint(time, self.positions[index], self.velocities[index])
+        step = self.times[index + 1] - self.times[index]
+        u = (time - self.times[index]) / step
+        positions, velocities = [], []
+        for p0, p1, v0, v1 in zip(
+            self.positions[index],
+            self.positions[index + 1],
+            self.velocities[index],
+            self.velocities[index + 1],
+            strict=True,
+        ):
+            a, b, way = v0 * step, v1 * step, p1 - p0
+            square, cube = 3.0 * way - 2.0 * a - b, a + b - 2.0 * way
+            positions.append(p0 + u * (a + u * (square + u * cube)))
+            velocities.append((a + u * (2.0 * square + u * 3.0 * cube)) / step)
+        return MotionPoint(time, Joints(*positions), Joints(*velocities))
+
+    def points(self, dt: float) -> tuple[MotionPoint, ...]:
+        """The motion every `dt` [s] from 0 on, and at its end."""
+        if not dt > 0.0:
+            raise UsageError(f"the time between points must be positive, not {dt}")
+        count = math.ceil(self.duration / dt - 1e-9)
+        return tuple(self.at(min(index * dt, self.duration)) for index in range(count + 1))
+
+    def then(self, following: JointMotion) -> JointMotion:
+        """This motion and, without a break, another.
+
+        Raises:
+            UsageError: the other does not begin where this one ends, or not as fast.
+        """
+        gaps = zip((*self.end, *self.velocities[-1]), (*following.start, *following.velocities[0]), strict=True)
+        if any(abs(a - b) > _JOINED for a, b in gaps):
+            raise UsageError("a motion must begin where, and as fast as, the one before it ends")
+        return JointMotion(
+            self.times + tuple(self.duration + time for time in following.times[1:]),
+            self.positions + following.positions[1:],
+            self.velocities + following.velocities[1:],
+        )
+
+    def strain(self, limits: MotionLimits) -> float:
+        """How much of the limits on velocity and acceleration the motion takes at most; above 1 it breaks them."""
+        most = 0.0
+        for index, step in enumerate(b - a for a, b in pairwise(self.times)):
+            for p0, p1, v0, v1, speed, push in zip(
+                self.positions[index],
+                self.positions[index + 1],
+                self.velocities[index],
+                self.velocities[index + 1],
+                limits.velocity,
+                limits.acceleration,
+                strict=True,
+            ):
+                mean = (p1 - p0) / step
+                middle = 1.5 * mean - 0.25 * (v0 + v1)
+                first, last = (6.0 * mean - 4.0 * v0 - 2.0 * v1) / step, (2.0 * v0 + 4.0 * v1 - 6.0 * mean) / step
+                most = max(most, abs(v0) / speed, abs(v1) / speed, abs(middle) / speed)
+                most = max(most, abs(first) / push, abs(last) / push)
+        return most
+
+    def command(self, joints: Sequence[str] = ARM_JOINTS) -> ArmCommand:
+        """The motion as arguments: `client.send_arm(**motion.command())`.
+
+        The first knot is left out: the controller begins where it wants the arm to be at that time.
+        """
+        names = tuple(joints)
+        kept = range(min(1, len(self.times) - 1), len(self.times))
+        return {
+            "waypoints": [self.positions[index].ordered(names) for index in kept],
+            "times": [self.times[index] for index in kept],
+            "velocities": [self.velocities[index].ordered(names) for index in kept],
+            "joints": names,
+        }

@@ -1,0 +1,137 @@
+"""Tool paths: the joints that carry the gripper along poses in the world, without a jump to another posture."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from cellwright.errors import UnreachableError, UsageError
+from cellwright.motion.joints import Joints, JointsLike
+from cellwright.motion.ur import forward, inverse
+from cellwright.pose import Pose, Quaternion, normalized
+
+SPACING = 0.01
+"""Distance between neighbouring poses of a straight path [m]."""
+
+TURN_SPACING = 0.05
+"""Angle between neighbouring poses of a straight path [rad]."""
+
+LARGEST_STEP = 0.2
+"""How far a joint may turn between neighbouring poses [rad; m]; more is a jump to another posture."""
+
+
+def straight(
+    start: JointsLike,
+    world_T_goal: Pose,
+    *,
+    rail: float | None = None,
+    spacing: float = SPACING,
+    largest_step: float = LARGEST_STEP,
+) -> tuple[Joints, ...]:
+    """The joints along the straight way of the gripper from where it is to a pose; it turns evenly on its way.
+
+    Args:
+        start: the joints at its start [m for the rail; rad].
+        world_T_goal: where the gripper link is at its end.
+        rail: where the rail is then [m]; it moves in proportion. When left out it stays.
+        spacing: distance between neighbouring poses [m].
+        largest_step: how far a joint may turn between neighbouring poses [rad; m].
+
+    Raises:
+        UnreachableError: somewhere the pose is out of reach, or a joint would have to jump or pass its end.
+        UsageError: a number is not finite, or the spacing not positive.
+    """
+    if not spacing > 0.0:
+        raise UsageError(f"the spacing of a path must be positive, not {spacing}")
+    begin = Joints.of(start)
+    world_T_start = forward(begin)
+    goal_rail = begin.rail if rail is None else rail
+    length = math.dist(world_T_start.position, world_T_goal.position)
+    turn = angle_between(world_T_start, world_T_goal)
+    reach = max(length / spacing, turn / TURN_SPACING, abs(goal_rail - begin.rail) / spacing)
+    if not math.isfinite(reach):
+        raise UsageError("a pose to be reached must be finite")
+    count = max(1, math.ceil(reach - 1e-9))
+    shares = [index / count for index in range(1, count + 1)]
+    return follow(
+        begin,
+        [between(world_T_start, world_T_goal, share) for share in shares],
+        [begin.rail + share * (goal_rail - begin.rail) for share in shares],
+        largest_step=largest_step,
+    )
+
+
+def follow(
+    start: JointsLike,
+    world_T_grippers: Sequence[Pose],
+    rails: float | Sequence[float],
+    *,
+    largest_step: float = LARGEST_STEP,
+) -> tuple[Joints, ...]:
+    """The joints along a sequence of gripper poses, in the posture that the arm is in.
+
+    Args:
+        start: the joints before the first pose; the first of the result.
+        world_T_grippers: poses of the gripper link, near to each other.
+        rails: where the rail is at each pose [m], or at all of them.
+        largest_step: how far a joint may turn between neighbouring poses [rad; m].
+
+    Raises:
+        UnreachableError: a pose is out of reach, or a joint would have to jump or pass its end.
+        UsageError: not as many rail positions as poses, or a number is not finite.
+    """
+    places = [float(rails)] * len(world_T_grippers) if isinstance(rails, float | int) else rails
+    if len(places) != len(world_T_grippers):
+        raise UsageError("a path needs as many rail positions as poses")
+    path = [Joints.of(start)]
+    for world_T_gripper, rail in zip(world_T_grippers, places, strict=True):
+        last = path[-1]
+        try:
+            postures = inverse(world_T_gripper, rail, near=last)
+        except UnreachableError as error:
+            raise UnreachableError(f"the path leaves the arm's reach at {_place(world_T_gripper)}: {error}") from error
+        best = min(postures, key=lambda joints: _largest_turn(joints, last))
+        if (turn := _largest_turn(best, last)) > largest_step:
+            raise UnreachableError(
+                f"the path would need a joint to jump by {turn:.2f} at {_place(world_T_gripper)}: "
+                "it passes a singularity, or the end of a joint"
+            )
+        path.append(best)
+    return tuple(path)
+
+
+def between(a: Pose, b: Pose, share: float) -> Pose:
+    """The pose a share of the way from a to b: straight in position, evenly the shorter way round in turning.
+
+    The turning is spherical linear interpolation (Shoemake 1985).
+    """
+    position = tuple(p + share * (q - p) for p, q in zip(a.position, b.position, strict=True))
+    return Pose((position[0], position[1], position[2]), _slerp(a.quaternion, b.quaternion, share))
+
+
+def angle_between(a: Pose, b: Pose) -> float:
+    """By how much one is turned against the other [rad], from 0 to pi."""
+    w, x, y, z = (a.inverse() @ b).quaternion
+    return 2.0 * math.atan2(math.sqrt(x * x + y * y + z * z), abs(w))
+
+
+def _slerp(a: Quaternion, b: Quaternion, share: float) -> Quaternion:
+    cosine = sum(p * q for p, q in zip(a, b, strict=True))
+    sign = -1.0 if cosine < 0.0 else 1.0
+    angle = math.acos(min(1.0, abs(cosine)))
+    if math.sin(angle) < 1e-6:
+        first, second = 1.0 - share, share * sign
+    else:
+        first = math.sin((1.0 - share) * angle) / math.sin(angle)
+        second = sign * math.sin(share * angle) / math.sin(angle)
+    w, x, y, z = (first * p + second * q for p, q in zip(a, b, strict=True))
+    return normalized((w, x, y, z))
+
+
+def _largest_turn(a: Joints, b: Joints) -> float:
+    return max(abs(p - q) for p, q in zip(a, b, strict=True))
+
+
+def _place(world_T_gripper: Pose) -> str:
+    x, y, z = world_T_gripper.position
+    return f"x {x:.3f}, y {y:.3f}, z {z:.3f} m"

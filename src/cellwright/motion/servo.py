@@ -1,0 +1,145 @@
+"""Making soft servos follow: what the original's servos are off by is known beforehand, and put on top of the command.
+
+A servo with stiffness p and derivative gain d gives the force p x + d x' when its command is x ahead of the joint.
+What the joint needs is known from the wanted motion: dry and viscous friction, weight, and on the rail the force that
+speeds up the arm. The lead x is the answer of the first-order filter 1 / (p + d s) to that force.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from cellwright.errors import UsageError
+from cellwright.motion.joint_motion import JointMotion
+from cellwright.motion.joints import Joints, JointsLike
+from cellwright.motion.spline import knot_velocities
+from cellwright.motion.trajectories import STILL
+from cellwright.motion.ur import A2, A3, link_poses
+from cellwright.pose import Vector3
+
+GRAVITY = 9.8
+"""Acceleration of free fall [m/s^2], as the cell has it."""
+
+_MASSES: Mapping[str, tuple[float, float]] = {
+    "upper_arm_link": (12.93, A2 / 2),
+    "forearm_link": (3.87, A3 / 2),
+    "wrist_1_link": (1.96, 0.0),
+    "wrist_2_link": (1.96, 0.0),
+    "wrist_3_link": (0.202, 0.0),
+    "vacuum_gripper_link": (0.01, 0.0),
+}
+"""Mass [kg] of each link that can fall, and where along its z axis its middle is [m] (public robot description)."""
+
+_AXES: tuple[tuple[str, Vector3], ...] = (
+    ("upper_arm_link", (0.0, 1.0, 0.0)),
+    ("forearm_link", (0.0, 1.0, 0.0)),
+    ("wrist_1_link", (0.0, 1.0, 0.0)),
+    ("wrist_2_link", (0.0, 0.0, 1.0)),
+    ("wrist_3_link", (0.0, 1.0, 0.0)),
+)
+"""Axes of the joints that bear weight, shoulder lift to wrist 3, in the frame of the link that each moves."""
+
+_STEP = 0.01
+_SLOW = 0.01
+"""Below about this speed [m/s; rad/s] dry friction is taken to grow with speed, so that it does not jump."""
+
+
+@dataclass(frozen=True, slots=True)
+class ServoModel:
+    """What holds back the joints, and how strongly their servos pull: one figure per joint.
+
+    Attributes:
+        stiffness: p [N/m for the rail; N m/rad].
+        derivative: d [N s/m; N m s/rad].
+        damping: viscous friction [N s/m; N m s/rad].
+        friction: dry [N; N m].
+        inertia: that is moved [kg; kg m^2]; 0 where it is left out of account.
+    """
+
+    stiffness: Joints
+    derivative: Joints
+    damping: Joints
+    friction: Joints
+    inertia: Joints = STILL
+
+
+ORIGINAL_SERVO = ServoModel(
+    stiffness=Joints(10000.0, 10000.0, 50000.0, 50000.0, 100.0, 75.0, 25.0),
+    derivative=Joints(500.0, 150.0, 10.0, 1.0, 5.0, 2.0, 1.0),
+    damping=Joints(20.0, 20.0, 20.0, 20.0, 1.0, 1.0, 0.5),
+    friction=Joints(500.0, 20.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    inertia=Joints(32.7, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+)
+"""The servos of the `original` profile: the published gains of the arm's controller and its joints' friction."""
+
+
+def anticipated(motion: JointMotion, servo: ServoModel = ORIGINAL_SERVO, *, payload: float = 0.0) -> JointMotion:
+    """The command that makes the joints follow a motion which, sent as it is, they would follow with a lag.
+
+    The next motion is still to begin where this one was meant to end (`motion.end`), not where the command ends.
+
+    Args:
+        motion: what the joints are to do, from rest to rest.
+        servo: of the joints.
+        payload: mass that hangs on the gripper [kg].
+
+    Returns:
+        The command. It goes on a little after the motion, while the leads fade.
+
+    Raises:
+        UsageError: the motion does not begin and end at rest.
+    """
+    if any(abs(v) > 1e-6 for v in (*motion.velocities[0], *motion.velocities[-1])):
+        raise UsageError("only a motion from rest to rest can be anticipated")
+    fading = 4.0 * max(d / p for d, p in zip(servo.derivative, servo.stiffness, strict=True))
+    duration = motion.duration + max(fading, 2 * _STEP)
+    count = math.ceil(duration / _STEP)
+    times = [duration * index / count for index in range(count + 1)]
+    step = duration / count
+    keeps = [
+        math.exp(-step * p / d) if d > 0.0 else 0.0 for p, d in zip(servo.stiffness, servo.derivative, strict=True)
+    ]
+    force = weight(motion.start, payload)
+    lead = Joints(*(f / p for f, p in zip(force, servo.stiffness, strict=True)))
+    commands = [Joints(*(q + x for q, x in zip(motion.start, lead, strict=True)))]
+    before = motion.at(0.0)
+    for time in times[1:]:
+        point = motion.at(time)
+        push = [(b - a) / step for a, b in zip(before.velocities, point.velocities, strict=True)]
+        needed = _force(point.positions, point.velocities, Joints(*push), servo, payload)
+        rows = zip(lead, force, needed, servo.stiffness, keeps, strict=True)
+        lead = Joints(*(keep * x + (1.0 - keep) * (f + g) / (2.0 * p) for x, f, g, p, keep in rows))
+        commands.append(Joints(*(q + x for q, x in zip(point.positions, lead, strict=True))))
+        force, before = needed, point
+    rest = Joints(*(f / p for f, p in zip(weight(motion.end, payload), servo.stiffness, strict=True)))
+    commands[-1] = Joints(*(q + x for q, x in zip(motion.end, rest, strict=True)))
+    return JointMotion(tuple(times), tuple(commands), knot_velocities(times, commands, STILL, STILL))
+
+
+def weight(joints: JointsLike, payload: float = 0.0) -> Joints:
+    """The torque [N m] with which each joint has to hold up what hangs on it; 0 for rail and pan.
+
+    Args:
+        joints: positions [m for the rail; rad].
+        payload: mass that hangs on the gripper [kg].
+    """
+    links = link_poses(joints)
+    masses = [
+        (mass + (payload if name == "vacuum_gripper_link" else 0.0), links[name].transform((0.0, 0.0, middle)))
+        for name, (mass, middle) in _MASSES.items()
+    ]
+    torques = []
+    for index, (link, direction) in enumerate(_AXES):
+        ax, ay, _ = links[link].rotate(direction)
+        ox, oy, _ = links[link].position
+        # the axis times the lever times a force upward; wrist 1 and what follows it come after the first two links
+        torques.append(GRAVITY * sum(mass * (ax * (y - oy) - ay * (x - ox)) for mass, (x, y, _) in masses[index:]))
+    return Joints(0.0, 0.0, *torques)
+
+
+def _force(positions: Joints, velocities: Joints, push: Joints, servo: ServoModel, payload: float) -> Joints:
+    """What each joint needs to move so."""
+    rows = zip(velocities, push, weight(positions, payload), servo.damping, servo.friction, servo.inertia, strict=True)
+    return Joints(*(f * math.tanh(v / _SLOW) + c * v + m * a + held for v, a, held, c, f, m in rows))

@@ -1,0 +1,276 @@
+"""Time-optimal, jerk-limited motions: from state to state, through waypoints, along a path, and at given times.
+
+The profiles are Ruckig's (Berscheid and Kroeger 2021). It is deterministic: the same request gives the same bits.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+from ruckig import InputParameter, Result, Ruckig, RuckigError, Synchronization, Trajectory
+
+from cellwright.errors import UnreachableError, UsageError
+from cellwright.motion.joint_motion import JointMotion
+from cellwright.motion.joints import LIMITS, Joints, JointsLike
+from cellwright.motion.limits import DEFAULT_LIMITS, MotionLimits
+from cellwright.motion.spline import knot_velocities
+
+STILL = Joints(*(0.0,) * 7)
+
+_FIDELITY = 2e-4
+"""How far [rad; m] the cubics between the knots may be from the profile."""
+
+_LONGEST_STEP = 0.04
+"""Time between knots [s] at most."""
+
+_SPEEDS_AT_VIA = tuple(step / 8 for step in range(9))
+"""How much of the velocity that leads smoothly through a waypoint is tried there."""
+
+_SAME = 1e-9
+_SLACK = 1e-6
+
+
+def move(
+    start: JointsLike,
+    goal: JointsLike,
+    limits: MotionLimits = DEFAULT_LIMITS,
+    *,
+    start_velocity: Joints = STILL,
+    goal_velocity: Joints = STILL,
+    at_least: float = 0.0,
+) -> JointMotion:
+    """The shortest motion from one state to another.
+
+    All joints arrive together; from rest to rest each goes the same share of its way at any time.
+
+    Args:
+        start: where it begins [m for the rail; rad].
+        goal: where it ends.
+        limits: which it keeps.
+        start_velocity: how fast the joints are at its start [m/s; rad/s].
+        goal_velocity: how fast at its end.
+        at_least: how long it is to take at least [s].
+
+    Raises:
+        UnreachableError: a joint would go past its end, or further past it than it is at the start.
+        UsageError: a velocity is above the limits, or a number is not finite.
+    """
+    begin, end = Joints.of(start), Joints.of(goal)
+    profile = _profile(begin, end, start_velocity, goal_velocity, limits, at_least)
+    for index, bound in enumerate(profile.position_extrema):
+        reach = max(abs(bound.min), abs(bound.max))
+        if reach > max(LIMITS[index], abs(begin[index])) + _SLACK or abs(end[index]) > LIMITS[index] + _SLACK:
+            raise UnreachableError(f"{Joints._fields[index]} would go to {reach:.4f}; it ends at {LIMITS[index]:.4f}")
+    duration = profile.duration
+    if duration <= _SAME:
+        return JointMotion.hold(end, 0.0)
+    count = max(2, math.ceil(duration / _step(limits)))
+    times = tuple(duration * index / count for index in range(count + 1))
+    samples = [profile.at_time(time) for time in times[1:-1]]
+    return JointMotion(
+        times,
+        (begin, *(Joints(*positions) for positions, _, _ in samples), end),
+        (start_velocity, *(Joints(*velocities) for _, velocities, _ in samples), goal_velocity),
+    )
+
+
+def through(waypoints: Sequence[JointsLike], limits: MotionLimits = DEFAULT_LIMITS) -> JointMotion:
+    """A motion from rest at the first waypoint to rest at the last, through the others without a stop.
+
+    No joint leaves the range between two waypoints on its way between them. A joint that turns back at a waypoint is
+    at rest there; the others pass as fast as shortens the whole. It is not the shortest motion there is, but it is
+    never longer than stopping at each waypoint.
+
+    Raises:
+        UnreachableError: a waypoint is past the end of a joint.
+        UsageError: fewer than one waypoint, or a number is not finite.
+    """
+    stops: list[Joints] = []
+    for waypoint in map(Joints.of, waypoints):
+        if not stops or max(abs(a - b) for a, b in zip(waypoint, stops[-1], strict=True)) > _SAME:
+            stops.append(waypoint)
+    if not stops:
+        raise UsageError("a motion needs at least one waypoint")
+    if len(stops) == 1:
+        return move(stops[0], stops[0], limits)
+    pieces = [move(a, b, limits) for a, b in pairwise(stops)]
+    smooth = _smooth_velocities(stops, [piece.duration for piece in pieces], limits)
+    speeds = [0.0] * len(stops)
+    # One waypoint after another is given the speed that makes the motions on both its sides the shortest.
+    for index in range(1, len(stops) - 1):
+        best = (pieces[index - 1].duration + pieces[index].duration, speeds[index], pieces[index - 1], pieces[index])
+        before = Joints(*(speeds[index - 1] * v for v in smooth[index - 1]))
+        for speed in _SPEEDS_AT_VIA[1:]:
+            passing = Joints(*(speed * v for v in smooth[index]))
+            into = _between(stops[index - 1], stops[index], before, passing, limits)
+            onward = _between(stops[index], stops[index + 1], passing, STILL, limits)
+            if into is not None and onward is not None and into.duration + onward.duration < best[0] - _SAME:
+                best = (into.duration + onward.duration, speed, into, onward)
+        _, speeds[index], pieces[index - 1], pieces[index] = best
+    whole = pieces[0]
+    for piece in pieces[1:]:
+        whole = whole.then(piece)
+    return whole
+
+
+def along(path: Sequence[JointsLike], limits: MotionLimits = DEFAULT_LIMITS) -> JointMotion:
+    """A motion from rest to rest along a path of many joint positions, such as `straight` gives.
+
+    The path is the cubic spline through the positions, followed by a jerk-limited profile, as fast as the joint that
+    is nearest to its limits allows. A path with a corner is to be cut there: a spline swings about a corner.
+
+    Raises:
+        UsageError: fewer than one position, or a number is not finite.
+    """
+    knots: list[Joints] = []
+    marks: list[float] = []
+    for joints in map(Joints.of, path):
+        length = 0.0
+        if knots:
+            length = max(abs(a - b) / v for a, b, v in zip(joints, knots[-1], limits.velocity, strict=True))
+            if length <= _SAME:
+                continue
+        marks.append(marks[-1] + length if marks else 0.0)
+        knots.append(joints)
+    if not knots:
+        raise UsageError("a path needs at least one position")
+    if len(knots) == 1:
+        return JointMotion.hold(knots[0], 0.0)
+    curve = JointMotion(tuple(marks), tuple(knots), knot_velocities(marks, knots))
+    push = min(a / v for a, v in zip(limits.acceleration, limits.velocity, strict=True))
+    jerk = min(j / v for j, v in zip(limits.jerk, limits.velocity, strict=True))
+    profile = _calculate(1, [0.0], [marks[-1]], [0.0], [0.0], [1.0], [push], [jerk], 0.0)
+    stretch = _needed_stretch(_driven(curve, profile, _LONGEST_STEP / 8), limits)
+    return _stretched(_driven(curve, profile, min(_LONGEST_STEP, _step(limits)) / stretch), stretch)
+
+
+def timed(times: Sequence[float], positions: Sequence[JointsLike]) -> JointMotion:
+    """The smooth motion that is at given positions at given times [s], from rest to rest.
+
+    Raises:
+        UsageError: times that do not rise from 0, not as many positions, or a number that is not finite.
+    """
+    if len(times) != len(positions) or len(times) < 2:
+        raise UsageError("a timed motion needs as many positions as times, and at least two")
+    if any(not a < b for a, b in pairwise(times)):
+        raise UsageError("the times of a motion must rise from 0")
+    knots = tuple(map(Joints.of, positions))
+    return JointMotion(tuple(times), knots, knot_velocities(times, knots, STILL, STILL))
+
+
+def _step(limits: MotionLimits) -> float:
+    """Time between knots [s] for which cubics follow profiles within `_FIDELITY`.
+
+    Where the jerk jumps by 2 j inside of a step h, the cubic through both ends is off by up to 2 j h^3 / 192.
+    """
+    return min(_LONGEST_STEP, math.cbrt(96.0 * _FIDELITY / max(limits.jerk)))
+
+
+def _profile(
+    start: Joints, goal: Joints, start_velocity: Joints, goal_velocity: Joints, limits: MotionLimits, at_least: float
+) -> Trajectory:
+    for velocity, limit in zip((*start_velocity, *goal_velocity), limits.velocity * 2, strict=True):
+        if not abs(velocity) <= limit + _SLACK:
+            raise UsageError(f"a velocity of {velocity} at an end is above the limit of {limit}")
+    return _calculate(
+        7,
+        list(start),
+        list(goal),
+        list(start_velocity),
+        list(goal_velocity),
+        list(limits.velocity),
+        list(limits.acceleration),
+        list(limits.jerk),
+        at_least,
+    )
+
+
+def _calculate(
+    joints: int,
+    start: list[float],
+    goal: list[float],
+    start_velocity: list[float],
+    goal_velocity: list[float],
+    velocity: list[float],
+    acceleration: list[float],
+    jerk: list[float],
+    at_least: float,
+) -> Trajectory:
+    wanted = InputParameter(joints)
+    wanted.current_position, wanted.target_position = start, goal
+    wanted.current_velocity, wanted.target_velocity = start_velocity, goal_velocity
+    wanted.max_velocity, wanted.max_acceleration, wanted.max_jerk = velocity, acceleration, jerk
+    wanted.synchronization = Synchronization.Phase
+    if at_least > 0.0:
+        wanted.minimum_duration = at_least
+    trajectory = Trajectory(joints)
+    try:
+        result = Ruckig(joints).calculate(wanted, trajectory)
+    except RuckigError as error:
+        raise UsageError(f"no motion keeps these limits: {error}") from error
+    if result not in (Result.Working, Result.Finished):
+        raise UsageError(f"no motion keeps these limits: {result.name}")
+    return trajectory
+
+
+def _smooth_velocities(stops: Sequence[Joints], durations: Sequence[float], limits: MotionLimits) -> list[Joints]:
+    """Velocities at the waypoints that swing past none: the harmonic mean of those before and after, or none."""
+    velocities = [STILL]
+    for index in range(1, len(stops) - 1):
+        row = []
+        for joint in range(7):
+            before = (stops[index][joint] - stops[index - 1][joint]) / durations[index - 1]
+            after = (stops[index + 1][joint] - stops[index][joint]) / durations[index]
+            mean = 2.0 * before * after / (before + after) if before * after > 0.0 else 0.0
+            # rest-to-rest durations hold slow parts: passing through at up to twice the mean speed is worth trying
+            row.append(max(-limits.velocity[joint], min(limits.velocity[joint], 2.0 * mean)))
+        velocities.append(Joints(*row))
+    return [*velocities, STILL]
+
+
+def _between(a: Joints, b: Joints, leaving: Joints, arriving: Joints, limits: MotionLimits) -> JointMotion | None:
+    """The motion from a to b if no joint leaves the range between the two."""
+    profile = _profile(a, b, leaving, arriving, limits, 0.0)
+    for joint, bound in enumerate(profile.position_extrema):
+        low, high = sorted((a[joint], b[joint]))
+        if bound.min < low - _SLACK or bound.max > high + _SLACK:
+            return None
+    return move(a, b, limits, start_velocity=leaving, goal_velocity=arriving)
+
+
+def _driven(curve: JointMotion, profile: Trajectory, step: float) -> JointMotion:
+    """The curve with its parameter driven by a profile of one joint, with knots every `step` [s] at most."""
+    count = max(8, math.ceil(profile.duration / step))
+    times = tuple(profile.duration * index / count for index in range(count + 1))
+    positions, velocities = [curve.start], [STILL]
+    for time in times[1:-1]:
+        (mark,), (speed,), _ = profile.at_time(time)
+        point = curve.at(mark)
+        positions.append(point.positions)
+        velocities.append(Joints(*(v * speed for v in point.velocities)))
+    return JointMotion(times, (*positions, curve.end), (*velocities, STILL))
+
+
+def _needed_stretch(motion: JointMotion, limits: MotionLimits) -> float:
+    """How many times as long the motion has to take to keep the limits; below 1 where it need not take so long."""
+    velocity = max(abs(v) / limit for row in motion.velocities for v, limit in zip(row, limits.velocity, strict=True))
+    acceleration = jerk = 0.0
+    previous = STILL
+    for index, step in enumerate(b - a for a, b in pairwise(motion.times)):
+        rows = zip(motion.velocities[index], motion.velocities[index + 1], strict=True)
+        mean = Joints(*((after - before) / step for before, after in rows))
+        acceleration = max(acceleration, *(abs(a) / m for a, m in zip(mean, limits.acceleration, strict=True)))
+        changes = zip(previous, mean, limits.jerk, strict=True)
+        jerk = max(jerk, *(abs(after - before) / step / most for before, after, most in changes))
+        previous = mean
+    return max(velocity, math.sqrt(acceleration), math.cbrt(jerk))
+
+
+def _stretched(motion: JointMotion, factor: float) -> JointMotion:
+    return JointMotion(
+        tuple(time * factor for time in motion.times),
+        motion.positions,
+        tuple(Joints(*(v / factor for v in row)) for row in motion.velocities),
+    )
