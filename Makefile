@@ -4,7 +4,7 @@ BIN := .venv/bin
 JOBS ?= 2
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: run test check format clean
+.PHONY: run test check bench format clean
 
 run: .venv/.installed
 	$(BIN)/cellwright run lesson
@@ -17,6 +17,10 @@ check: .venv/.installed-dev
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+# What things cost: to be read on a machine that has nothing else to do.
+bench: .venv/.installed
+	@for file in benchmarks/*.py; do echo "== $$file"; $(BIN)/python $$file || exit 1; done
 
 format: .venv/.installed-dev
 	$(BIN)/ruff format .

@@ -24,6 +24,7 @@ PAGES = [
     "docs/score.md",
     "docs/variation.md",
     "docs/motion.md",
+    "docs/evaluate.md",
 ]
 
 

@@ -10,6 +10,7 @@ import typer
 
 import cellwright
 from cellwright.cli.check import check
+from cellwright.cli.eval import evaluate
 from cellwright.cli.exit_status import BAD_INPUT, NOT_DONE
 from cellwright.cli.run import run
 from cellwright.cli.trials import trials
@@ -27,6 +28,7 @@ app = typer.Typer(
         cellwright run lesson        # a trial that comes along, and its score
         cellwright run --help        # your own program, pictures, servos, JSON
         cellwright trials            # what else comes along
+        cellwright eval lesson       # many runs, each judged, and a report
         cellwright check trial.yaml  # is this file sound?""",
     epilog="Exit status: 0 done; 1 not done; 2 bad input, and nothing was started.",
     no_args_is_help=True,
@@ -37,6 +39,7 @@ app = typer.Typer(
 )
 app.command()(run)
 app.command()(check)
+app.command("eval")(evaluate)
 app.command()(trials)
 
 

@@ -1,0 +1,129 @@
+"""The process that works one job: it is told the job on stdin, and tells on stdout how it goes and what came of it.
+
+What the agent prints, logs or leaves behind when it crashes goes to stderr, which is the log of the job. The process
+ends when its stdin ends, so that it never outlives the evaluation that started it, however that ended.
+"""
+
+from __future__ import annotations
+
+import faulthandler
+import json
+import logging
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, BinaryIO, NoReturn, TextIO
+
+from cellwright.agents.agent import AgentError, find_agent
+from cellwright.cell import Cell
+from cellwright.description.gear2017 import load_trial
+from cellwright.evaluation.limits import limit_memory
+from cellwright.evaluation.timeline import Timeline
+from cellwright.kitting.evidence_json import evidence_to_json
+from cellwright.recording.run_log import RunLog
+from cellwright.run import RunOptions, run_cell
+from cellwright.variation import vary
+
+_TELL = 0.5  # [s] of wall time between two lines about how it goes
+
+
+class Channel:
+    """What the worker tells, a line of JSON each."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def tell(self, kind: str, content: object) -> None:
+        """Tell something; `kind` is `begun`, `progress`, `result` or `refused`."""
+        self._stream.write(json.dumps({kind: content}, allow_nan=False) + "\n")
+        self._stream.flush()
+
+
+def work(order: Mapping[str, Any], channel: Channel) -> dict[str, Any]:
+    """Run what was ordered: a trial's files, an agent, a seed; the result is for `outcome.result_of`."""
+    agent = find_agent(order["agent"])()
+    cell = make_cell(order)
+    timeline = Timeline(cell)
+    shown = time.monotonic()
+
+    def progress(cell: Cell) -> None:
+        nonlocal shown
+        timeline.look()
+        now = time.monotonic()
+        if now - shown >= _TELL:
+            shown = now
+            channel.tell("progress", {"time": cell.simulation.time, "points": cell.competition.score().total})
+
+    log = RunLog(Path(order["run_log"]), about={"agent": order["agent"]})
+    result = run_cell(cell, agent, RunOptions(on_progress=progress, log=log))
+    timeline.look()
+    sys.stderr.write(result.error)
+    return {
+        "outcome": result.outcome.name.lower(),
+        "points": result.score.total,
+        "wall": result.wall,
+        "simulated": result.simulated,
+        "state_hash": result.state_hash,
+        "score": evidence_to_json(result.evidence),
+        "timeline": timeline.as_json(),
+        "error": result.error,
+    }
+
+
+def make_cell(order: Mapping[str, Any]) -> Cell:
+    """The cell of a job, made anew from its files."""
+    trial = load_trial([Path(file) for file in order["files"]]).trial
+    if order["vary"]:
+        trial = vary(trial, order["seed"])
+    return Cell(trial, seed=order["seed"], report=lambda line: logging.getLogger("cellwright").warning("%s", line))
+
+
+def main() -> NoReturn:
+    """Work the job that is told on stdin, and end."""
+    lifeline, channel = _take_over_standard_streams()
+    order = json.loads(lifeline.readline())
+    threading.Thread(target=_end_with, args=(lifeline,), daemon=True).start()
+    logging.basicConfig(level=logging.INFO, format="%(message)s")
+    faulthandler.enable()
+    if order["memory"]:
+        limit_memory(order["memory"])
+    channel.tell("begun", os.getpid())
+    # a watch of C's own: it ends a program that hangs inside a library too, and the log says where
+    faulthandler.dump_traceback_later(order["wall"], exit=True)
+    try:
+        if order["check"]:
+            find_agent(order["agent"])()
+            channel.tell("result", {})
+        else:
+            channel.tell("result", work(order, channel))
+    except AgentError as error:
+        channel.tell("refused", str(error))
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(0)  # threads that the agent has left behind are not waited for
+
+
+def _take_over_standard_streams() -> tuple[BinaryIO, Channel]:
+    """Keep stdin and stdout for this module; others read nothing and write to stderr."""
+    lifeline = os.fdopen(os.dup(0), "rb", buffering=0)
+    channel = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    empty = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(empty, 0)
+    os.close(empty)
+    os.dup2(2, 1)
+    return lifeline, Channel(channel)
+
+
+def _end_with(lifeline: BinaryIO) -> None:
+    lifeline.read(1)
+    if sys.platform != "win32" and os.getpgrp() == os.getpid():
+        os.killpg(0, signal.SIGKILL)  # with the processes that the agent has started
+    os._exit(1)
+
+
+if __name__ == "__main__":
+    main()

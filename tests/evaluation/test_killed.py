@@ -1,0 +1,119 @@
+"""An evaluation that is killed loses nothing, does nothing twice, and leaves nobody at work."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.evaluation.test_evaluate import is_alive
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
+
+COMMAND = [sys.executable, "-m", "cellwright", "eval", "tiny.yaml", "--seeds", "4", "--jobs", "2", "--out", "out"]
+
+
+def results(folder: Path) -> list[str]:
+    file = folder / "out" / "results.jsonl"
+    return file.read_text().splitlines() if file.exists() else []
+
+
+def children(process: int) -> list[int]:
+    found = []
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit():
+            try:
+                fields = (entry / "stat").read_bytes().rpartition(b")")[2].split()
+            except OSError:
+                continue
+            if int(fields[1]) == process:
+                found.append(int(entry.name))
+    return found
+
+
+def wait_for(condition: object, seconds: float = 30.0) -> None:
+    assert callable(condition)
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "it does not come to be"
+        time.sleep(0.01)
+
+
+def start(folder: Path, program: str) -> subprocess.Popen[bytes]:
+    return subprocess.Popen(
+        [*COMMAND, "--agent", f"programs.py:{program}"],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
+
+
+def test_killed_and_resumed(folder: Path) -> None:
+    killed = start(folder, "Noted")
+    wait_for(lambda: len(results(folder)) >= 1)
+    wait_for(lambda: len(children(killed.pid)) == 2)
+    workers = children(killed.pid)
+    killed.send_signal(signal.SIGKILL)
+    killed.communicate()
+    wait_for(lambda: not any(map(is_alive, workers)))
+    before = results(folder)
+    assert 1 <= len(before) < 4
+    with (folder / "out" / "results.jsonl").open("a") as file:
+        file.write(before[0][: len(before[0]) // 2])  # as if it had been killed while it wrote
+
+    resumed = start(folder, "Noted")
+    out, _ = resumed.communicate(timeout=60)
+    assert resumed.returncode == 0, out
+    assert f"{len(before)} of them have a result from before".encode() in out
+    after = results(folder)
+    assert after[: len(before)] == before
+    seeds = [json.loads(line)["seed"] for line in after]
+    assert sorted(seeds) == [1, 2, 3, 4]
+    again = start(folder, "Noted")
+    out, _ = again.communicate(timeout=60)
+    assert b"4 of them have a result from before" in out
+    assert results(folder) == after
+
+
+def test_workers_that_hang_do_not_outlive_it(folder: Path) -> None:
+    killed = start(folder, "Hang")
+    wait_for(lambda: len(list((folder / "out").glob("logs/tiny-*.log"))) == 2)
+    workers = children(killed.pid)
+    assert len(workers) == 2
+    killed.kill()
+    killed.communicate()
+    wait_for(lambda: not any(map(is_alive, workers)))
+    assert results(folder) == []
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_asked_to_end_it_keeps_what_there_is(number: int, folder: Path) -> None:
+    process = start(folder, "Noted")
+    wait_for(lambda: len(results(folder)) >= 1)
+    workers = children(process.pid)
+    process.send_signal(number)
+    out, _ = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert b"Traceback" not in out
+    assert b"interrupted: " in out
+    assert not any(map(is_alive, workers))
+    written = json.loads((folder / "out" / "summary.json").read_text())
+    assert written["runs"] == len(results(folder))
+    assert (folder / "out" / "report.html").exists()
+
+
+def test_one_evaluation_at_a_time_has_a_folder(folder: Path) -> None:
+    first = start(folder, "Hang")
+    wait_for(lambda: (folder / "out" / "logs").exists())
+    second = start(folder, "Hang")
+    out, _ = second.communicate(timeout=60)
+    assert second.returncode == 2
+    assert b"error: out: another evaluation is at work in this folder" in out
+    os.kill(first.pid, signal.SIGINT)
+    first.communicate(timeout=60)

@@ -1,0 +1,79 @@
+"""Results on disk."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.errors import UsageError
+from cellwright.evaluation.results_file import ResultsFile
+from tests.evaluation.results import CRASHED, LOST, result, worked
+
+
+def write(folder: Path) -> bytes:
+    with ResultsFile(folder) as store:
+        for each in (worked(), CRASHED, LOST):
+            store.append(each)
+        return store.path.read_bytes()
+
+
+def test_results_are_on_disk_at_once_and_come_back(tmp_path: Path) -> None:
+    lines = write(tmp_path / "new" / "folder").splitlines()
+    assert [json.loads(line)["outcome"] for line in lines] == ["done", "crashed", "wall_limit"]
+    with ResultsFile(tmp_path / "new" / "folder") as store:
+        assert list(store.results.values()) == [worked(), CRASHED, LOST]
+
+
+def test_of_two_results_the_later_counts(tmp_path: Path) -> None:
+    write(tmp_path)
+    with ResultsFile(tmp_path) as store:
+        store.append(replace(LOST, points=1.0))
+        assert store.results[LOST.key].points == 1.0
+    with ResultsFile(tmp_path) as store:
+        assert store.results[LOST.key].points == 1.0
+        assert len(store.results) == 3
+
+
+@given(cut=st.integers(min_value=0, max_value=10_000))
+def test_wherever_it_was_cut_off_whole_lines_count_and_it_goes_on(
+    cut: int, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    folder = tmp_path_factory.mktemp("cut")
+    whole = write(folder)
+    cut %= len(whole) + 1
+    file = folder / "results.jsonl"
+    file.write_bytes(whole[:cut])
+    complete = whole[:cut].count(b"\n")
+    with ResultsFile(folder) as store:
+        assert list(store.results.values()) == [worked(), CRASHED, LOST][:complete]
+        store.append(result(seed=9))
+    with ResultsFile(folder) as store:
+        assert len(store.results) == complete + 1
+        assert store.results[result(seed=9).key] == result(seed=9)
+
+
+@pytest.mark.parametrize("line", ["no json\n", "[]\n", "{}\n", '{"key": "a"}\n', "\n"])
+def test_another_file_is_refused_and_left_alone(line: str, tmp_path: Path) -> None:
+    first = write(tmp_path)
+    file = tmp_path / "results.jsonl"
+    file.write_bytes(first + line.encode() + first)
+    with pytest.raises(UsageError, match=r"results\.jsonl:4: .*remove the file to begin anew"):
+        ResultsFile(tmp_path)
+    assert file.read_bytes() == first + line.encode() + first
+
+
+def test_a_folder_is_for_one_at_a_time(tmp_path: Path) -> None:
+    with ResultsFile(tmp_path), pytest.raises(UsageError, match="another evaluation is at work"):
+        ResultsFile(tmp_path)
+    ResultsFile(tmp_path).close()
+
+
+def test_a_folder_that_cannot_be_made(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OSError, match="exists"):
+        ResultsFile(tmp_path / "file")
