@@ -13,6 +13,7 @@ from cellwright.bus import Bus
 from cellwright.competition import Competition
 from cellwright.contracts.gear_binding import bind
 from cellwright.contracts.gear_devices import GearDevices
+from cellwright.contracts.plugin_sensors import make_brought_sensor
 from cellwright.description.trial import Sensor as SensorDescription
 from cellwright.description.trial import ServoProfile, Trial
 from cellwright.devices.agv import Agv
@@ -32,6 +33,7 @@ from cellwright.devices.sensors.scene import Scene, SceneModel, collision_geoms
 from cellwright.devices.sensors.sensor import Sensor
 from cellwright.devices.vacuum_gripper import VacuumGripper
 from cellwright.kitting.effects import CompetitionState, Effect, StateChanged
+from cellwright.plugin_devices import make_brought_device
 from cellwright.simulation.checkpoints import Checkpoints
 from cellwright.simulation.clock import nanoseconds
 from cellwright.simulation.simulation import Simulation
@@ -51,6 +53,7 @@ class Cell:
     Raises:
         UnknownNameError: a frame or a joint that does not exist.
         UsageError: a sensor's name clashes with another topic.
+        PluginError: a sensor or a device of another package cannot be used.
     """
 
     def __init__(
@@ -113,6 +116,8 @@ class Cell:
             self.simulation.add(device)
         self.bus = Bus(lambda: self.simulation.now, report)
         bind(self.bus, self._contract_devices(), competition=competition)
+        for brought in trial.devices:
+            self.simulation.add(make_brought_device(brought, self))
         self.reset()
 
     @property
@@ -212,3 +217,5 @@ def make_sensor(description: SensorDescription, scene: Scene) -> Sensor[Any]:
             return LaserProfiler(name, pose)
         case "logical_camera":
             return LogicalCamera(name, pose, scene)
+        case _:
+            return make_brought_sensor(description, scene)

@@ -190,3 +190,35 @@ def test_a_saved_schedule_goes_on_alike(parts: list[BeltPart], commands: dict[in
     assert other.get_state() == schedule.get_state()
     schedule.reset()
     assert schedule.get_state() == PopulationSchedule(parts).get_state()
+
+
+def test_a_delay_comes_before_the_first_round_each_time_the_list_is_started() -> None:
+    schedule = PopulationSchedule([part(1.0, "a"), part(3.0, "b")], 9, delay=0.5)
+    schedule.restart(10 * SECOND)
+    times = []
+    for _ in range(4):
+        times.append(schedule.next_due())
+        schedule.pop(times[-1])
+    assert [time / SECOND for time in times] == [11.5, 13.5, 14.5, 16.5]  # the second round is on time
+    schedule.restart(20 * SECOND)
+    assert schedule.next_due() == 21.5 * SECOND
+
+
+def test_a_delay_is_as_long_on_the_belt_at_any_power() -> None:
+    schedule = PopulationSchedule([part(1.0, "a")], delay=0.5)
+    schedule.set_power(50.0, 0)
+    schedule.resume(0)
+    assert schedule.next_due() == 3 * SECOND
+    state = json.loads(json.dumps(schedule.get_state()))
+    other = PopulationSchedule([part(1.0, "a")], delay=0.5)
+    other.set_state(state)
+    assert other.next_due() == 3 * SECOND
+
+
+@given(st.integers(0, 6 * SECOND))
+def test_without_a_delay_nothing_is_late(time: int) -> None:
+    plain, with_none = PopulationSchedule([part(1.0, "a")]), PopulationSchedule([part(1.0, "a")], delay=0.0)
+    for schedule in (plain, with_none):
+        schedule.restart(0)
+        schedule.pop(time)
+    assert plain.get_state() == with_none.get_state()

@@ -11,22 +11,29 @@ from pathlib import Path
 import pytest
 
 from tests.docs.pages import Command, File, Program, missing, steps
+from tests.workshop import install
 
 ROOT = Path(__file__).parents[2]
 PAGES = [
     "README.md",
     "docs/getting-started.md",
     "docs/agents.md",
-    "docs/evaluate.md",
     "docs/trials.md",
     "docs/own-models.md",
+    "docs/plugins.md",
+    "docs/score.md",
+    "docs/variation.md",
+    "docs/motion.md",
+    "docs/evaluate.md",
 ]
 
 
 @pytest.mark.parametrize("name", PAGES)
 def test_a_page_can_be_followed(name: str, tmp_path: Path) -> None:
     taken = steps(ROOT / name)
-    if (example := ROOT / "docs" / "examples" / Path(name).stem.replace("-", "_")).is_dir():
+    if name == "docs/plugins.md":
+        install(tmp_path)
+    elif (example := ROOT / "docs" / "examples" / Path(name).stem.replace("-", "_")).is_dir():
         shutil.copytree(example, tmp_path, dirs_exist_ok=True)
     assert any(isinstance(step, Command) for step in taken)
     for step in taken:

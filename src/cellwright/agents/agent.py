@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
+from cellwright import plugins
 from cellwright.client.client import Client
 from cellwright.errors import CellwrightError, UnknownNameError
 
@@ -34,16 +35,21 @@ class AgentError(CellwrightError):
 
 
 def find_agent(name: str) -> Callable[[], Agent]:
-    """What makes an agent: a bundled name, `path/to/file.py:Class`, or `package.module:Class`.
+    """What makes an agent: a name, `path/to/file.py:Class`, or `package.module:Class`.
+
+    Names are those of agents that come along, and then those that other packages bring (`cellwright.plugins`).
 
     Raises:
+        PluginError: another package brings an agent of this name along, and it cannot be imported.
         AgentError: there is no such file, module or class, or it fails when it is imported. Making the agent raises
             it too, when that fails.
     """
+    if name not in BUNDLED and ":" not in name and name in plugins.names("agents"):
+        return _maker(f"agent {name}", plugins.load("agents", name))
     target = BUNDLED.get(name, name)
     place, colon, class_name = target.rpartition(":")
     if not colon or not place or not class_name:
-        reason = UnknownNameError("agent", name, BUNDLED).sentence()
+        reason = UnknownNameError("agent", name, [*BUNDLED, *plugins.names("agents")]).sentence()
         raise AgentError(f"{reason}; your own is given as path.py:Class or module:Class")
     module = _import_file(Path(place)) if place.endswith(".py") else _import_module(place)
     try:
@@ -51,6 +57,11 @@ def find_agent(name: str) -> Callable[[], Agent]:
     except AttributeError:
         classes = [key for key, value in vars(module).items() if isinstance(value, type) and hasattr(value, "run")]
         raise AgentError(f"{place}: {UnknownNameError('class', class_name, classes).sentence()}") from None
+    return _maker(target, found)
+
+
+def _maker(target: str, found: object) -> Callable[[], Agent]:
+    """What makes an agent of a class."""
     if not callable(found) or not hasattr(found, "run"):
         raise AgentError(f"{target}: an agent is a class with a method run(client)")
 

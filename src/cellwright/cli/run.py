@@ -22,7 +22,9 @@ from cellwright.cli.pictures import Pictures
 from cellwright.cli.progress import RunProgress, bar
 from cellwright.description.catalogue import bundled_sensors
 from cellwright.description.trial import Trial
-from cellwright.kitting.trial_score import trial_score
+from cellwright.errors import UsageError
+from cellwright.kitting.scorer import GameScore
+from cellwright.kitting.trial_score import Averages, TrialScore, trial_score
 from cellwright.recording.run_log import RunLog
 from cellwright.run import Outcome, RunOptions, run_cell
 
@@ -202,7 +204,7 @@ def run(
         with progress.running():
             result = run_cell(cell, worker, wanted)
     pictures.finish(cell.simulation.time)
-    final = None if spent is None else trial_score(cell.trial.sensors, result.score.orders, spent)
+    final = None if spent is None else finals_score(cell.trial, result.score, spent)
     if result.error:
         sys.stderr.write(result.error)
     status = exit_status.of_run(result, has_agent=worker is not None, min_score=least)
@@ -222,6 +224,15 @@ def run(
         for written in pictures.written:
             score_table.note(console, "picture", written)
     raise typer.Exit(status)
+
+
+def finals_score(trial: Trial, score: GameScore, spent: Averages) -> TrialScore | None:
+    """The score of the trial; without one, such as after points in no time, the run still has its result."""
+    try:
+        return trial_score(trial.sensors, score.orders, spent)
+    except UsageError as error:
+        _warn(f"the trial has no score: {error}")
+        return None
 
 
 def _trial(files: Sequence[str], seed: int | None, *, is_varied: bool) -> Trial:

@@ -12,10 +12,12 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from cellwright.description.catalogue import SCENARIOS, bundled, bundled_sensors, find_trial, scenario
+from cellwright import plugins
+from cellwright.description.catalogue import bundled, bundled_sensors, find_trial, scenario
 from cellwright.description.demands import demands
 from cellwright.description.gear2017 import load_trial
 from cellwright.description.trial import Order, Trial
+from cellwright.errors import CellwrightError
 from cellwright.kitting.reach import reach
 from cellwright.kitting.trial_score import system_cost
 
@@ -32,7 +34,7 @@ def trials(
 
         cellwright run final01 kitter_sensors
     """
-    found = {name: _load(name) for name in bundled()}
+    found = {name: _load(name) for name in bundled()} | _brought()
     sensors = {name: _load(name) for name in bundled_sensors()}
     if as_json:
         document = {
@@ -44,6 +46,24 @@ def trials(
         _show(found, sensors)
 
 
+def _brought() -> dict[str, Trial]:
+    """The trials that other packages bring along; of one that cannot be used its package is told, and no more."""
+    found = {}
+    for name in plugins.names("trials"):
+        try:
+            if name in (*bundled(), *bundled_sensors()):
+                raise plugins.refusal("trials", name, "has a name of Cellwright's own")
+            found[name] = _load(name)
+        except CellwrightError as error:
+            typer.echo(f"warning: {error}", err=True)
+    return found
+
+
+def _heading(name: str) -> str:
+    """What a trial is listed under."""
+    return scenario(name) if name in bundled() else f"of the package {plugins.package('trials', name)}"
+
+
 def _load(name: str) -> Trial:
     return load_trial([find_trial(name)]).trial
 
@@ -53,8 +73,9 @@ def _load(name: str) -> Trial:
 
 def _show(found: dict[str, Trial], sensors: dict[str, Trial]) -> None:
     console = Console(highlight=False)
-    for heading in SCENARIOS:
-        names = [name for name in found if scenario(name) == heading]
+    headings = {name: _heading(name) for name in found}
+    for heading in dict.fromkeys(headings.values()):
+        names = [name for name in found if headings[name] == heading]
         table = Table(title=heading, title_justify="left", title_style="bold", box=None, padding=(0, 2, 0, 0))
         table.add_column("trial", no_wrap=True, width=_NAME_WIDTH)
         table.add_column("limit", no_wrap=True, justify="right")
@@ -94,7 +115,7 @@ def _trial(name: str, trial: Trial) -> dict[str, Any]:
     could = reach(trial)
     return {
         "name": name,
-        "scenario": scenario(name),
+        "scenario": _heading(name),
         "file": str(find_trial(name)),
         "time_limit": None if trial.time_limit < 0 else trial.time_limit,
         "has_arm": trial.has_arm,

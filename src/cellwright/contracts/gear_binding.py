@@ -8,6 +8,7 @@ from cellwright.contracts.gear_action import TrajectoryAction
 from cellwright.contracts.gear_commands import Commands
 from cellwright.contracts.gear_devices import GearDevices
 from cellwright.contracts.gear_publications import Publications
+from cellwright.contracts.plugin_sensors import bind_brought_sensors
 from cellwright.simulation.device import Device
 
 
@@ -29,3 +30,4 @@ def bind(bus: Bus, devices: GearDevices, *, competition: bool) -> None:
         bound.append(TrajectoryAction(bus, table, devices.simulation, devices.arm))
     for each in bound:
         devices.simulation.add(each)
+    bind_brought_sensors(bus, devices)

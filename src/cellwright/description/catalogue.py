@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from importlib.resources import files
 from pathlib import Path
 
+from cellwright import plugins
 from cellwright.errors import UnknownNameError
 
 _SUFFIX = ".yaml"
@@ -49,10 +50,13 @@ def scenario(name: str) -> str:
 
 
 def find_trial(name_or_path: str | Path) -> Path:
-    """The file that is meant: a path to one that exists, else the bundled trial or sensor file of that name.
+    """The file that is meant: a path to one that exists, else the trial or sensor file of that name.
+
+    Those that come with Cellwright go before those that other packages bring along.
 
     Raises:
         UnknownNameError: neither.
+        PluginError: another package brings it along, and it cannot be used.
     """
     path = Path(name_or_path)
     if path.is_file():
@@ -61,7 +65,24 @@ def find_trial(name_or_path: str | Path) -> Path:
     known = [*bundled(), *bundled_sensors()]
     if name in known:
         return _FOLDER / f"{name}{_SUFFIX}"
-    raise UnknownNameError("trial", name, known)
+    brought = plugins.names("trials")
+    if name in brought:
+        return _brought(name)
+    raise UnknownNameError("trial", name, [*known, *brought])
+
+
+def _brought(name: str) -> Path:
+    """The file of a trial that another package brings along: a path, or a function that returns one."""
+    found = plugins.load("trials", name)
+    try:
+        path = found() if callable(found) else found
+    except Exception as error:
+        raise plugins.refusal("trials", name, f"failed: {type(error).__name__}: {error}") from error
+    if not isinstance(path, str | Path):
+        raise plugins.refusal("trials", name, f"must be the path of a file, and is of the type {type(path).__name__}")
+    if not Path(path).is_file():
+        raise plugins.refusal("trials", name, f"has no file {path}")
+    return Path(path)
 
 
 def _names() -> Iterator[str]:

@@ -21,6 +21,7 @@ from cellwright.description.options import OptionFigures, read_options
 from cellwright.description.orders import read_orders
 from cellwright.description.other_years import OtherYear
 from cellwright.description.own_models import read_own_models
+from cellwright.description.plugin_devices import read_plugin_devices
 from cellwright.description.problems import Place, Problem, Problems
 from cellwright.description.python2 import dictionary_order
 from cellwright.description.reader import Reader
@@ -103,6 +104,7 @@ def _read(root: Table, name: str, reader: Reader) -> tuple[Trial, Figures]:
     node = root.get("options")
     options = read_options(node, reader) if node else OptionFigures()
     models = read_own_models(root.get(OWN), reader)
+    devices = read_plugin_devices(root.get(OWN), reader)
     book = PartBook(reader, options, PART_TYPES | models.parts.keys())
     bins, extras = _models(root, book)
     node = root.get("belt_parts")
@@ -127,7 +129,7 @@ def _read(root: Table, name: str, reader: Reader) -> tuple[Trial, Figures]:
     figures = _figures(book, bins, extras, belt, tuple(faulty), drops, orders, time_limit)
     check_faulty(faulty, figures, options.options, reader)
     _warn_unused(root, options, orders, reader)
-    return trial_of(name, figures, options.options, sensors, own, models, has_arm=has_arm), figures
+    return trial_of(name, figures, options.options, sensors, own, models, devices, has_arm=has_arm), figures
 
 
 def _models(root: Table, book: PartBook) -> tuple[tuple[ModelFigure, ...], tuple[ModelFigure, ...]]:

@@ -8,15 +8,15 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.description.model_files import ModelFileError
+from cellwright.description.model_files import MAX_ASSET_BYTES, ModelFileError
 
 Triangles: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int64]]
 """Vertices, shape (n, 3), in the file's units, and triangles as numbers of vertices, shape (m, 3)."""
 
-MAX_MESH_BYTES = 20 << 20
-"""Largest mesh file [bytes]."""
 MAX_TRIANGLES = 200_000
 """Most triangles of a mesh, as in the engine."""
+FARTHEST_VERTEX = 1e9
+"""Largest coordinate, in the file's units: what lies beyond is a broken file."""
 
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _HEADER = 84
@@ -33,8 +33,8 @@ def read_mesh(path: Path) -> Triangles:
     if reader is None:
         raise ModelFileError(f"{path}: meshes are read from .stl and .obj files")
     try:
-        if path.stat().st_size > MAX_MESH_BYTES:
-            raise ModelFileError(f"{path}: larger than {MAX_MESH_BYTES >> 20} MiB")
+        if path.stat().st_size > MAX_ASSET_BYTES:
+            raise ModelFileError(f"{path}: larger than {MAX_ASSET_BYTES >> 20} MiB")
         content = path.read_bytes()
     except FileNotFoundError:
         raise ModelFileError(f"{path}: there is no such file") from None
@@ -42,7 +42,7 @@ def read_mesh(path: Path) -> Triangles:
         raise ModelFileError(f"{path}: cannot be read: {error.strerror}") from None
     try:
         vertices, triangles = reader(content)
-    except (ValueError, IndexError):
+    except (ValueError, IndexError, OverflowError):
         raise ModelFileError(f"{path}: no valid {path.suffix[1:].upper()} file") from None
     _check(path, vertices, triangles)
     return vertices, triangles
@@ -61,6 +61,8 @@ def _check(path: Path, vertices: NDArray[np.float64], triangles: NDArray[np.int6
         raise ModelFileError(f"{path}: {len(triangles)} triangles; at most {MAX_TRIANGLES} are read")
     if not np.isfinite(vertices).all():
         raise ModelFileError(f"{path}: a coordinate that is no finite number")
+    if np.abs(vertices).max() > FARTHEST_VERTEX:
+        raise ModelFileError(f"{path}: a coordinate beyond {FARTHEST_VERTEX:g}")
     if triangles.min() < 0 or triangles.max() >= len(vertices):
         raise ModelFileError(f"{path}: a triangle with a corner that does not exist")
 
@@ -71,7 +73,7 @@ def _stl(content: bytes) -> Triangles:
         corners = np.frombuffer(content, _FACET, count, _HEADER)["corners"].astype(np.float64)
     else:
         words = [line.split() for line in content.decode("ascii").splitlines()]
-        rows = [[float(word) for word in line[1:4]] for line in words if line and line[0] == "vertex"]
+        rows = [_vertex(line) for line in words if line and line[0] == "vertex"]
         corners = np.array(rows, np.float64).reshape(-1, 3, 3)
     vertices, numbers = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
     return vertices, numbers.reshape(-1, 3).astype(np.int64)
@@ -83,9 +85,17 @@ def _obj(content: bytes) -> Triangles:
     for line in content.decode("utf-8").splitlines():
         words = line.split()
         if words[:1] == ["v"]:
-            vertices.append([float(word) for word in words[1:4]])
+            vertices.append(_vertex(words))
         elif words[:1] == ["f"]:
             numbers = [int(word.partition("/")[0]) for word in words[1:]]
             corners = [number - 1 if number > 0 else len(vertices) + number for number in numbers]
             triangles += [(corners[0], corners[k], corners[k + 1]) for k in range(1, len(corners) - 1)]
     return np.array(vertices, np.float64).reshape(-1, 3), np.array(triangles, np.int64).reshape(-1, 3)
+
+
+def _vertex(words: list[str]) -> list[float]:
+    """The three numbers behind the first word of a line; more are colours and weights."""
+    numbers = [float(word) for word in words[1:4]]
+    if len(numbers) != 3:
+        raise ValueError(f"a vertex of {len(numbers)} numbers")
+    return numbers

@@ -10,11 +10,13 @@ from pathlib import Path
 from cellwright.errors import CellwrightError
 
 MAX_MODEL_BYTES = 1 << 20
-"""Largest model file [bytes]; meshes have a bound of their own."""
+"""Largest model file [bytes]."""
+MAX_ASSET_BYTES = 20 << 20
+"""Largest mesh or picture that a model refers to [bytes]."""
 
 _CONFIG = "model.config"
 _DECLARATION = re.compile(r"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
-_OUTSIDE = ("include", "model", "attach", "replicate", "plugin", "extension")
+_NOT_READ = ("include", "model", "attach", "plugin", "extension", "flexcomp", "composite", "flex", "skin", "hfield")
 _FORMATS = {"sdf": "sdf", "robot": "urdf", "mujoco": "mjcf"}
 
 
@@ -103,19 +105,22 @@ def _parse(path: Path) -> ET.Element:
 
 
 def check_mjcf(file: ModelFile) -> None:
-    """Refuse what an MJCF file could reach out of its folder with, and moving or acting parts.
+    """Refuse what an MJCF file could reach out of its folder with, and what is no rigid body.
 
     Raises:
         ModelFileError: such a thing is in it.
     """
     for element in file.root.iter():
-        if element.tag in _OUTSIDE:
+        if element.tag in _NOT_READ:
             raise ModelFileError(f"{file.path}: <{element.tag}> is not read; a model is one file with its meshes")
-        if reference := element.get("file"):
-            beside(file.path, _in_mesh_folder(file.root, element, reference), file.path.parent)
+        for name, reference in element.items():
+            if name.startswith("file"):
+                found = beside(file.path, _in_asset_folder(file.root, element, reference), file.path.parent)
+                if found.stat().st_size > MAX_ASSET_BYTES:
+                    raise ModelFileError(f"{found}: larger than {MAX_ASSET_BYTES >> 20} MiB")
 
 
-def _in_mesh_folder(root: ET.Element, element: ET.Element, reference: str) -> str:
+def _in_asset_folder(root: ET.Element, element: ET.Element, reference: str) -> str:
     """A reference with the folder before it that the compiler's settings give for its kind."""
     for compiler in root.iter("compiler"):
         kind = "texturedir" if element.tag == "texture" else "meshdir"

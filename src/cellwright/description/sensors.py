@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from typing import cast, get_args
+from typing import get_args
 
+from cellwright import plugins
 from cellwright.description.other_years import year_of_sensor
 from cellwright.description.reader import Reader
 from cellwright.description.tree import Entry, Node, shortened
@@ -80,15 +81,16 @@ def _sensor(entry: Entry, reader: Reader) -> Sensor | None:
     placement = reader.placement(pose_node) if pose_node else None
     if name is None or type_node is None or sensor_type is None or placement is None:
         return None
-    if sensor_type not in SENSOR_TYPES:
+    if sensor_type not in SENSOR_TYPES and sensor_type not in (brought := plugins.names("sensors")):
         year = year_of_sensor(sensor_type)
         origin = f" of the {year} format" if year else ""
-        suggestion = did_you_mean(sensor_type, SENSOR_TYPES) or f" (known: {', '.join(SENSOR_TYPES)})"
+        known = (*SENSOR_TYPES, *brought)
+        suggestion = did_you_mean(sensor_type, known) or f" (known: {', '.join(known)})"
         shown = shortened(sensor_type)
         reader.problems.warn(type_node, f"unknown sensor type {shown!r}{origin}, the sensor is left out{suggestion}")
         return None
     _check_name(entry, name, sensor_type, reader)
-    return Sensor(name, cast("SensorType", sensor_type), placement.pose)
+    return Sensor(name, sensor_type, placement.pose)
 
 
 def _check_name(entry: Entry, name: str, sensor_type: str, reader: Reader) -> None:

@@ -45,7 +45,7 @@ def read_settings(node: Node, reader: Reader) -> SettingFigures:
     table = reader.table(node)
     if table is None:
         return SettingFigures()
-    _only(table, ("seed", "timestep", "arm", "parts", "furniture"), reader)
+    _only(table, ("seed", "timestep", "arm", "parts", "furniture", "devices"), reader)
     values: dict[str, Any] = {}
     seed = table.get("seed")
     if seed and (number := reader.whole(seed)) is not None:

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 from cellwright.description.model import Furniture, Model
 from cellwright.pose import Pose, Vector3
 
 SensorType: TypeAlias = Literal["break_beam", "proximity_sensor", "logical_camera", "laser_profiler"]
+"""The sensor types of the 2017 competition; other packages may bring more."""
 ServoProfile: TypeAlias = Literal["original", "precise"]
 
 NO_TIME_LIMIT = -1.0
@@ -21,10 +22,10 @@ NO_TIME_LIMIT = -1.0
 
 @dataclass(frozen=True, slots=True)
 class Sensor:
-    """A sensor somebody put into the cell; `pose` is in the world frame."""
+    """A sensor somebody put into the cell; `pose` is in the world frame, `type` a `SensorType` or that of a plugin."""
 
     name: str
-    type: SensorType
+    type: str
     pose: Pose
 
 
@@ -155,6 +156,15 @@ class CellSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class PluginDevice:
+    """A device of another package that somebody put into the cell, and what was written for it."""
+
+    name: str
+    type: str
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
 class Circumstances:
     """What no file says and what differs from one real cell to the next; the defaults are the cell as it is written.
 
@@ -194,4 +204,5 @@ class Trial:
     initial_joint_states: Mapping[str, float] = field(default_factory=dict)
     part_models: Mapping[str, Model] = field(default_factory=dict)
     furniture: tuple[Furniture, ...] = ()
+    devices: tuple[PluginDevice, ...] = ()
     circumstances: Circumstances = field(default_factory=Circumstances)

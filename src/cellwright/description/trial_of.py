@@ -5,7 +5,18 @@ from __future__ import annotations
 from cellwright.description.figures import ZERO, DropFigure, Figures, ModelFigure, OrderFigure, kit_type, order_id
 from cellwright.description.own_models import OwnModels
 from cellwright.description.settings import SettingFigures
-from cellwright.description.trial import BeltPart, DropRegion, Kit, KitObject, Options, Order, Part, Sensor, Trial
+from cellwright.description.trial import (
+    BeltPart,
+    DropRegion,
+    Kit,
+    KitObject,
+    Options,
+    Order,
+    Part,
+    PluginDevice,
+    Sensor,
+    Trial,
+)
 from cellwright.pose import Vector3
 
 
@@ -16,6 +27,7 @@ def trial_of(
     sensors: tuple[Sensor, ...],
     own: SettingFigures,
     models: OwnModels,
+    devices: tuple[PluginDevice, ...],
     *,
     has_arm: bool,
 ) -> Trial:
@@ -37,6 +49,7 @@ def trial_of(
         initial_joint_states=own.initial_joint_states,
         part_models=models.parts,
         furniture=models.furniture,
+        devices=devices,
     )
 
 

@@ -65,7 +65,7 @@ def solve(
         penalty = DISCOMFORT * discomfort(world_T_gripper, place)
         for joints in postures:
             if usual and not is_usual(joints):
-                reasons[place] = f"with the rail at {place:.3f} m only elbow down or over its back"
+                reasons.setdefault(place, f"with the rail at {place:.3f} m only elbow down or over its back")
                 continue
             cost = distance(joints, start) + penalty
             if cost >= best_cost:

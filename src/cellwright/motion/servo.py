@@ -19,7 +19,7 @@ from cellwright.motion.trajectories import STILL
 from cellwright.motion.ur import A2, A3, link_poses
 from cellwright.pose import Vector3
 
-GRAVITY = 9.8
+GRAVITY = 9.81
 """Acceleration of free fall [m/s^2], as the cell has it."""
 
 _MASSES: Mapping[str, tuple[float, float]] = {

@@ -43,7 +43,8 @@ def move(
 ) -> JointMotion:
     """The shortest motion from one state to another.
 
-    All joints arrive together; from rest to rest each goes the same share of its way at any time.
+    All joints arrive together. From rest to rest no joint turns back; the way is straight in the joints where the same
+    joint is the slowest throughout.
 
     Args:
         start: where it begins [m for the rail; rad].
@@ -65,7 +66,7 @@ def move(
             raise UnreachableError(f"{Joints._fields[index]} would go to {reach:.4f}; it ends at {LIMITS[index]:.4f}")
     duration = profile.duration
     if duration <= _SAME:
-        return JointMotion.hold(end, 0.0)
+        return JointMotion.hold(begin, 0.0)
     count = max(2, math.ceil(duration / _step(limits)))
     times = tuple(duration * index / count for index in range(count + 1))
     samples = [profile.at_time(time) for time in times[1:-1]]

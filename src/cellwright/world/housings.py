@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from cellwright.description.trial import Sensor, SensorType
+from cellwright.description.trial import Sensor
 from cellwright.pose import Pose
 from cellwright.world import colours
 from cellwright.world.shapes import Colour, Role, Shape, add_shape, at, box, cylinder
@@ -16,7 +16,9 @@ def _lens(radius: float, x: float, colour: Colour) -> Shape:
     return cylinder(radius, 0.012, Pose.from_rpy((x, 0.0, 0.0), _FORWARD), colour)
 
 
-_HOUSINGS: dict[SensorType, tuple[Shape, ...]] = {
+_OTHER = (box(0.06, 0.06, 0.06, at(x=-0.03), colours.SENSOR), _lens(0.02, 0.002, colours.SENSOR_LENS))
+
+_HOUSINGS: dict[str, tuple[Shape, ...]] = {
     "break_beam": (
         box(0.05, 0.03, 0.05, at(x=-0.025), colours.SENSOR),
         _lens(0.009, 0.002, colours.SENSOR_BEAM),
@@ -39,5 +41,5 @@ _HOUSINGS: dict[SensorType, tuple[Shape, ...]] = {
 def add_housing(spec: Any, sensor: Sensor) -> None:
     """The housing of a sensor at its pose."""
     body = spec.worldbody.add_body(name=f"{sensor.name} housing", pos=sensor.pose.position, quat=sensor.pose.quaternion)
-    for shape in _HOUSINGS[sensor.type]:
+    for shape in _HOUSINGS.get(sensor.type, _OTHER):
         add_shape(body, shape, Role.SEEN)

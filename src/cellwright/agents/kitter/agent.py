@@ -5,6 +5,8 @@ from __future__ import annotations
 from cellwright.agents.kitter.arm import Arm
 from cellwright.agents.kitter.cellview import CellView
 from cellwright.agents.kitter.part_figures import PART_TYPES
+from cellwright.agents.kitter.picking import Picker
+from cellwright.agents.kitter.placing import Placer
 from cellwright.agents.kitter.strategy import Strategy
 from cellwright.client import Client
 
@@ -19,4 +21,4 @@ class KitterAgent:
         arm = Arm(client)
         client.start_competition()
         client.sleep(0.02)
-        Strategy(client, view, arm).run()
+        Strategy(client, view, arm, Picker(client, arm), Placer(client, arm)).run()

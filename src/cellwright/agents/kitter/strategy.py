@@ -3,8 +3,8 @@
 A state is a method that does one thing and returns the state that comes next. Skills tell whether they succeeded; what
 follows from that is decided here.
 
-    await_order -> choose_kit -> choose_part -> fetch_from_bin | fetch_from_belt -> place -> check -> choose_part ...
-                                             -> submit -> await_order
+    await_order -> choose_kit -> choose_part -> fetch | fetch_from_belt -> place -> check -> choose_part ...
+                                             -> clean -> submit -> await_order
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ import logging
 import math
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 from cellwright.agents.kitter.arm import Arm
 from cellwright.agents.kitter.belt_watch import BeltPart
-from cellwright.agents.kitter.cellview import CellView
+from cellwright.agents.kitter.cellview import CellView, bin_at
 from cellwright.agents.kitter.eyes import Sighting
-from cellwright.agents.kitter.part_figures import PART_TYPES, Disc, figures
+from cellwright.agents.kitter.kits import Kit, Task
+from cellwright.agents.kitter.part_figures import PART_TYPES
 from cellwright.agents.kitter.picking import Held, Picker, bin_rail
-from cellwright.agents.kitter.placing import STATIONS, Placer, Station, can_reach, pose_on_tray
+from cellwright.agents.kitter.placing import STATIONS, Placer, can_reach, pose_on_tray
 from cellwright.agents.kitter.tray_plan import Place, find_place
 from cellwright.client import Client
 from cellwright.messages.build import pose_from_message
@@ -39,46 +39,18 @@ HURRY = 455.0
 ATTEMPTS = 4
 """How often a part in one place is tried."""
 
+STRAY = 0.05
+"""What lies further [m] from all that was put down does not belong on the tray."""
+
+CLEANINGS = 4
+"""How often something is taken off a tray before it is sent as it is."""
+
 MISPLACED = 0.012
 MISTURNED = 0.05
 """A part that lies further [m] or is turned more [rad] from where it was ordered is put right."""
 
 FIRST_Y, LAST_Y, WAITING_Y = 1.7, -1.8, 1.55
 """Where parts are taken from the belt: world y [m] between the first two; the arm waits for them at the third."""
-
-
-@dataclass
-class Task:
-    """One part of a kit.
-
-    Attributes:
-        type: of the part.
-        tray_T_goal: where it was ordered.
-        tray_T_part: where it lies on the tray; None as long as it does not.
-        given_up: whether there is none to be had.
-        corrected: whether it was put right once.
-    """
-
-    type: str
-    tray_T_goal: Pose
-    tray_T_part: Pose | None = None
-    given_up: bool = False
-    corrected: bool = False
-
-    @property
-    def is_open(self) -> bool:
-        """Whether there is something left to do."""
-        return self.tray_T_part is None and not self.given_up
-
-
-@dataclass
-class Kit:
-    """A kit that is to be built, and at which AGV."""
-
-    kit_type: str
-    tasks: list[Task]
-    station: Station = field(default_factory=lambda: STATIONS[1])
-    is_sent: bool = False
 
 
 State: TypeAlias = "Callable[[], State | None]"
@@ -91,14 +63,16 @@ class Strategy:
         client: its hold on the cell.
         view: what it knows of the cell.
         arm: its arm.
+        picker: how it takes hold of parts.
+        placer: how it puts them down.
     """
 
-    def __init__(self, client: Client, view: CellView, arm: Arm) -> None:
+    def __init__(self, client: Client, view: CellView, arm: Arm, picker: Picker, placer: Placer) -> None:
         self._client = client
         self._view = view
         self._arm = arm
-        self._picker = Picker(client, arm)
-        self._placer = Placer(client, arm)
+        self._picker = picker
+        self._placer = placer
         self._started = client.time
         self._kits: list[Kit] = []
         self._known_orders = 0
@@ -111,6 +85,7 @@ class Strategy:
         self._meeting_y = FIRST_Y
         self._failures: Counter[tuple[int, int]] = Counter()
         self._last_progress = client.time
+        self._cleanings = 0
 
     def run(self) -> None:
         """Work until there is nothing left to do."""
@@ -151,6 +126,7 @@ class Strategy:
             numbers = [number for number in STATIONS if self._view.agv_is_ready(number)] or [1]
         kit.station = STATIONS[numbers[0]]
         self._kit = kit
+        self._cleanings = 0
         self._last_progress = self._client.time
         self._say("building %s on AGV %d", kit.kit_type, kit.station.number)
         return self.choose_part
@@ -158,7 +134,7 @@ class Strategy:
     # ---------------------------------------------------------------- parts
 
     def choose_part(self) -> State | None:
-        """The next part to fetch: from the belt if one comes along, else from a bin; the kit is sent if none is open."""
+        """The next part to fetch, from the belt if one comes along, else from a bin; without any the kit is sent."""
         kit = self._current_kit
         self._news()
         open_tasks = [task for task in kit.tasks if task.is_open]
@@ -167,20 +143,22 @@ class Strategy:
                 self._say("do not know how to handle a %s", task.type)
                 task.given_up = True
         open_tasks = [task for task in open_tasks if task.is_open]
-        if not open_tasks or self._client.time - self._started > HURRY:
+        if self._client.time - self._started > HURRY:
             return self.submit
+        if not open_tasks:
+            return self.clean
         for task in open_tasks:
             coming = self._coming(task.type)
             if coming is not None:
                 self._task, (self._belt_part, self._meeting_y) = task, coming
                 return self.fetch_from_belt
         self._view.look()
-        in_bins = self._view.parts_in_bins()
-        for task in open_tasks:
-            target = self._best(task.type, in_bins)
-            if target is not None:
-                self._task, self._target = task, target
-                return self.fetch_from_bin
+        for lying in (self._strays(kit), self._view.parts_in_bins()):
+            for task in open_tasks:
+                target = self._best(task.type, lying)
+                if target is not None:
+                    self._task, self._target = task, target
+                    return self.fetch
         if self._client.time - self._last_progress > PATIENCE:
             for task in open_tasks:
                 self._say("no %s is to be had", task.type)
@@ -204,17 +182,17 @@ class Strategy:
         return self.choose_part
 
     def _coming(self, part_type: str) -> tuple[BeltPart, float] | None:
-        """The first part of a type on the belt that there is time to meet, soon, and world y [m] where it can be met."""
+        """The first part of a type on the belt that can be met soon, and world y [m] where."""
         for part in self._view.belt.coming(part_type, self._client.time, LAST_Y):
             y = self._picker.meeting_place(part, FIRST_Y, LAST_Y)
             if y is not None and part.time_at(y) < self._client.time + 12.0:
                 return part, y
         return None
 
-    def _best(self, part_type: str, in_bins: list[Sighting]) -> Sighting | None:
+    def _best(self, part_type: str, lying: list[Sighting]) -> Sighting | None:
         """The part to take: seldom tried, with much room around it, near the rail's place."""
         candidates = [
-            part for part in in_bins if part.type == part_type and self._failures[spot(part.world_T_part)] < ATTEMPTS
+            part for part in lying if part.type == part_type and self._failures[spot(part.world_T_part)] < ATTEMPTS
         ]
         return min(
             candidates,
@@ -226,15 +204,24 @@ class Strategy:
             default=None,
         )
 
-    def fetch_from_bin(self) -> State | None:
-        """Take the part that was chosen out of its bin."""
+    def _strays(self, kit: Kit) -> list[Sighting]:
+        """The parts on the tray that nobody put where they are, such as one that was lost over it."""
+        return [
+            part
+            for part in self._view.parts_on_tray(kit.station.world_T_tray)
+            if not any(near(part.world_T_part, pose_on_tray(kit.station, *lies), STRAY) for lies in kit.lying)
+        ]
+
+    def fetch(self) -> State | None:
+        """Take the part that was chosen out of its bin, or from where it was lost on the tray."""
         task, target = self._current_task, self._target
         if target is None:
             return self.choose_part
         x, y, _ = target.world_T_part.position
         self._say("fetching a %s at (%.3f, %.3f)", task.type, x, y)
         where = spot(target.world_T_part)
-        held = self._picker.from_rest(task.type, target.world_T_part, bin_rail(y), attempt=self._failures[where])
+        rail = bin_rail(y) if bin_at(x, y) is not None else self._current_kit.station.rail
+        held = self._picker.from_rest(task.type, target.world_T_part, rail, attempt=self._failures[where])
         if held is None:
             self._failures[where] += 1
             self._say("no hold of it (%d)", self._failures[where])
@@ -268,7 +255,7 @@ class Strategy:
         place = find_place(
             task.type,
             task.tray_T_goal,
-            self._taken(kit, task),
+            kit.taken(task),
             lambda pose: can_reach(self._arm, kit.station, held, pose),
         )
         if place is None:
@@ -335,20 +322,20 @@ class Strategy:
                 break
         return self.choose_part
 
-    def _taken(self, kit: Kit, but: Task) -> list[Disc]:
-        """What is taken on the tray: where parts lie, and where others are ordered that still come."""
-        discs: list[Disc] = []
-        for task in kit.tasks:
-            if task is but or task.type not in PART_TYPES:
-                continue
-            kind = figures(task.type)
-            if task.tray_T_part is not None:
-                discs += kind.covers(task.tray_T_part)
-            elif task.is_open and find_place(task.type, task.tray_T_goal, ()) is not None:
-                place = find_place(task.type, task.tray_T_goal, ())
-                if place is not None and place.is_ordered:
-                    discs += kind.covers(place.tray_T_part)
-        return discs
+    def clean(self) -> State | None:
+        """Take what does not belong there off the tray; then send it."""
+        kit = self._current_kit
+        self._view.look()
+        strays = self._strays(kit)
+        if not strays or self._cleanings >= CLEANINGS:
+            return self.submit
+        stray = strays[0]
+        self._cleanings += 1
+        self._say("there is a %s too many on the tray", stray.type)
+        held = self._picker.from_rest(stray.type, stray.world_T_part, kit.station.rail, attempt=self._cleanings - 1)
+        if held is not None:
+            self._placer.throw_away(held)
+        return self.clean
 
     def submit(self) -> State | None:
         """Send the kit off."""
@@ -356,8 +343,8 @@ class Strategy:
         # the tray reports what lies on it once a second
         self._client.sleep(1.0)
         self._client.wait_until(lambda: self._view.agv_is_ready(kit.station.number), 30.0)
-        lying = [task.type for task in kit.tasks if task.tray_T_part is not None]
-        self._say("sending AGV %d with %s: %s", kit.station.number, kit.kit_type, ", ".join(lying) or "nothing")
+        types = ", ".join(part_type for part_type, _ in kit.lying) or "nothing"
+        self._say("sending AGV %d with %s: %s", kit.station.number, kit.kit_type, types)
         self._client.control_agv(kit.station.number, kit.kit_type)
         kit.is_sent = True
         self._client.sleep(1.0)

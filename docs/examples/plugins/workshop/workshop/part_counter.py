@@ -1,0 +1,53 @@
+"""A sensor that counts the parts near it."""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import ClassVar
+
+import numpy as np
+
+from cellwright.contracts.plugin_sensors import SensorPlugin
+from cellwright.contracts.table import Where, says
+from cellwright.description.trial import Sensor as SensorDescription
+from cellwright.devices.sensors.scene import Scene
+from cellwright.devices.sensors.sensor import Reading, Sensor
+from cellwright.messages import Message
+from cellwright.messages.standard import Float32
+
+RADIUS = 0.5  # [m]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Count(Reading):
+    """How many parts there were."""
+
+    parts: int
+
+
+class PartCounter(Sensor[Count]):
+    """Counts the models within RADIUS of its pose whose type ends in `_part`."""
+
+    default_period: ClassVar[Fraction] = Fraction(1, 10)
+
+    def __init__(self, description: SensorDescription, scene: Scene) -> None:
+        super().__init__(description.name, description.pose)
+        self.scene = scene
+
+    def measure(self, index: int) -> Count:
+        """The parts that are near now."""
+        centres, _ = self.scene.boxes()
+        near = np.linalg.norm(centres - self.world_T_sensor.position, axis=1) < RADIUS
+        parts = sum(bool(near[k]) for k, model in enumerate(self.scene.models) if model.type.endswith("_part"))
+        return Count(time_ns=self.simulation.now, sample=index, parts=parts)
+
+
+def message(reading: Count, _: Sensor[Count]) -> Message:
+    """What is said of a reading."""
+    return Float32(float(reading.parts))
+
+
+PART_COUNTER = SensorPlugin(
+    make=PartCounter,
+    row=says("/ariac/{sensor}", "std_msgs/Float32", 10, Where.ALWAYS, "How many parts are near."),
+    message=message,
+)

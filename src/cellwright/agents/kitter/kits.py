@@ -1,0 +1,67 @@
+"""The kits that are to be built, and how far they are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from cellwright.agents.kitter.part_figures import PART_TYPES, Disc, figures
+from cellwright.agents.kitter.placing import STATIONS, Station
+from cellwright.agents.kitter.tray_plan import find_place
+from cellwright.pose import Pose
+
+
+@dataclass
+class Task:
+    """One part of a kit.
+
+    Attributes:
+        type: of the part.
+        tray_T_goal: where it was ordered.
+        tray_T_part: where it lies on the tray; None as long as it does not.
+        given_up: whether there is none to be had.
+        corrected: whether it was put right once.
+    """
+
+    type: str
+    tray_T_goal: Pose
+    tray_T_part: Pose | None = None
+    given_up: bool = False
+    corrected: bool = False
+
+    @property
+    def is_open(self) -> bool:
+        """Whether there is something left to do."""
+        return self.tray_T_part is None and not self.given_up
+
+
+@dataclass
+class Kit:
+    """A kit that is to be built, and at which AGV."""
+
+    kit_type: str
+    tasks: list[Task]
+    station: Station = field(default_factory=lambda: STATIONS[1])
+    is_sent: bool = False
+
+    @property
+    def lying(self) -> list[tuple[str, Pose]]:
+        """Type and place on the tray of the parts that lie there."""
+        return [(task.type, task.tray_T_part) for task in self.tasks if task.tray_T_part is not None]
+
+    def taken(self, but: Task) -> list[Disc]:
+        """What is taken on the tray: where parts lie, and where others were ordered on it that still come.
+
+        Args:
+            but: the part that room is looked for; it does not count itself.
+        """
+        discs: list[Disc] = []
+        for task in self.tasks:
+            if task is but or task.type not in PART_TYPES:
+                continue
+            if task.tray_T_part is not None:
+                discs += figures(task.type).covers(task.tray_T_part)
+            elif task.is_open:
+                place = find_place(task.type, task.tray_T_goal, ())
+                if place is not None and place.is_ordered:
+                    discs += figures(task.type).covers(place.tray_T_part)
+        return discs

@@ -1,0 +1,87 @@
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.client import ARM_JOINTS
+from cellwright.devices.trajectory import Knot, Trajectory, join
+from cellwright.errors import UsageError
+from cellwright.motion import DEFAULT_LIMITS, JointMotion, move
+from cellwright.motion.trajectories import STILL
+from tests.motion.samples import ABOVE_BIN, ABOVE_TRAY, INITIAL, farthest
+
+MOTION = move(INITIAL, ABOVE_BIN)
+
+
+def test_it_begins_and_ends_where_it_says() -> None:
+    assert MOTION.start == MOTION.at(0.0).positions == MOTION.at(-1.0).positions == INITIAL
+    assert MOTION.end == MOTION.at(MOTION.duration).positions == MOTION.at(99.0).positions == ABOVE_BIN
+    assert MOTION.at(99.0).velocities == MOTION.at(-1.0).velocities == STILL
+
+
+@given(st.floats(0.0, MOTION.duration))
+def test_between_knots_it_is_what_the_controller_of_the_arm_makes_of_it(time: float) -> None:
+    knots = list(zip(MOTION.times, MOTION.positions, MOTION.velocities, strict=True))
+    rows = [
+        [
+            join(round(t0 * 1e9), Knot(p0[joint], v0[joint]), round(t1 * 1e9), Knot(p1[joint], v1[joint]))
+            for (t0, p0, v0), (t1, p1, v1) in pairwise(knots)
+        ]
+        for joint in range(7)
+    ]
+    wanted = Trajectory(rows).state(round(time * 1e9))
+    point = MOTION.at(round(time * 1e9) / 1e9)
+    assert point.positions == pytest.approx(wanted.positions, abs=1e-8)
+    assert point.velocities == pytest.approx(wanted.velocities, abs=1e-5)
+
+
+def test_points_are_even_and_end_with_the_motion() -> None:
+    points = MOTION.points(0.1)
+    assert [point.time for point in points[:3]] == pytest.approx([0.0, 0.1, 0.2])
+    assert points[-1].positions == ABOVE_BIN
+    assert points[-1].time == MOTION.duration
+    assert 0.0 < points[-1].time - points[-2].time <= 0.1 + 1e-9
+    assert len(JointMotion.hold(INITIAL, 1.0).points(0.25)) == 5
+    with pytest.raises(UsageError, match="positive"):
+        MOTION.points(0.0)
+
+
+def test_motions_are_joined_only_where_they_fit() -> None:
+    back = move(ABOVE_BIN, INITIAL)
+    whole = MOTION.then(JointMotion.hold(ABOVE_BIN, 0.5)).then(back)
+    assert whole.duration == pytest.approx(MOTION.duration + 0.5 + back.duration)
+    assert farthest(whole.at(MOTION.duration + 0.25).positions, ABOVE_BIN) < 1e-12
+    assert whole.at(MOTION.duration + 0.5 + 0.3).positions == pytest.approx(back.at(0.3).positions)
+    assert MOTION.then(JointMotion.hold(ABOVE_BIN, 0.0)) == MOTION
+    with pytest.raises(UsageError, match="where"):
+        MOTION.then(MOTION)
+    with pytest.raises(UsageError, match="as fast"):
+        MOTION.then(move(ABOVE_BIN, INITIAL, start_velocity=STILL._replace(rail=0.1)))
+
+
+def test_strain_tells_what_is_asked_of_the_limits() -> None:
+    motion = move(ABOVE_BIN, ABOVE_TRAY)
+    assert 0.9 < motion.strain(DEFAULT_LIMITS) < 1.1
+    assert move(ABOVE_BIN, ABOVE_TRAY, DEFAULT_LIMITS.slower(2.0)).strain(DEFAULT_LIMITS) < 0.55
+    assert JointMotion.hold(INITIAL, 1.0).strain(DEFAULT_LIMITS) == 0.0
+
+
+def test_the_command_is_in_the_order_asked_for_and_begins_with_the_second_knot() -> None:
+    command = MOTION.command(ARM_JOINTS)
+    assert command["joints"] == ARM_JOINTS
+    assert command["times"] == list(MOTION.times[1:])
+    assert command["waypoints"][-1] == ABOVE_BIN.ordered(ARM_JOINTS)
+    assert command["velocities"][0] == MOTION.velocities[1].ordered(ARM_JOINTS)
+    assert JointMotion.hold(INITIAL, 0.0).command()["times"] == [0.0]
+
+
+@pytest.mark.parametrize("times", [(), (1.0, 2.0), (0.0, 0.0), (0.0, float("nan"))])
+def test_times_that_do_not_rise_from_zero_are_refused(times: tuple[float, ...]) -> None:
+    with pytest.raises(UsageError):
+        JointMotion(times, (INITIAL,) * len(times), (STILL,) * len(times))
+
+
+def test_as_many_of_each_are_needed() -> None:
+    with pytest.raises(UsageError, match="as many"):
+        JointMotion((0.0, 1.0), (INITIAL, INITIAL), (STILL,))

@@ -1,0 +1,56 @@
+import math
+
+import pytest
+from hypothesis import given
+
+from cellwright.description.layout import ARM_JOINTS
+from cellwright.errors import UnknownNameError, UsageError
+from cellwright.motion import LIMITS, Joints
+from tests.motion.samples import INITIAL, anywhere
+
+
+def test_joints_come_from_names_in_any_order_and_from_joint_states() -> None:
+    by_name = INITIAL.by_name()
+    assert tuple(by_name) == ARM_JOINTS
+    assert Joints.of({**dict(reversed(by_name.items())), "vacuum_gripper_joint": 0.0}) == INITIAL
+    assert Joints.of(INITIAL) is INITIAL
+
+
+def test_what_is_no_set_of_joints_is_refused() -> None:
+    with pytest.raises(UnknownNameError, match="elbow_joint"):
+        Joints.of({name: 0.0 for name in ARM_JOINTS if name != "elbow_joint"})
+    with pytest.raises(UsageError, match="finite"):
+        Joints.of(INITIAL._replace(elbow=math.nan))
+
+
+def test_values_can_be_had_in_another_order() -> None:
+    assert INITIAL.ordered(("wrist_1_joint", "linear_arm_actuator_joint")) == [3.77, 0.0]
+    with pytest.raises(UnknownNameError, match="did you mean elbow_joint"):
+        INITIAL.ordered(("elbow_jiont",))
+
+
+def test_limits() -> None:
+    assert INITIAL.within_limits()
+    assert Joints(*LIMITS).within_limits()
+    assert not INITIAL._replace(rail=2.11).within_limits()
+    assert not INITIAL._replace(wrist_3=-6.3).within_limits()
+
+
+@given(anywhere, anywhere)
+def test_the_nearest_turns_are_the_nearest_of_all(joints: Joints, near: Joints) -> None:
+    nearest = joints.nearest(near)
+    assert nearest.within_limits()
+    assert nearest.rail == joints.rail
+    for mine, was, other in zip(nearest[1:], joints[1:], near[1:], strict=True):
+        assert abs(math.remainder(mine - was, 2 * math.pi)) < 3e-9
+        for turns in (-2, -1, 1, 2):
+            if abs(mine + turns * 2 * math.pi) <= 2 * math.pi:
+                assert abs(mine - other) <= abs(mine + turns * 2 * math.pi - other) + 1e-9
+
+
+@given(anywhere)
+def test_all_choices_of_turns(joints: Joints) -> None:
+    choices = set(joints.turned())
+    assert len(choices) >= 2**6
+    assert any(math.dist(joints, each) < 1e-9 for each in choices)
+    assert all(each.within_limits() for each in choices)

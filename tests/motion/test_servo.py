@@ -1,0 +1,128 @@
+"""How the arm of a real cell follows, with and without anticipation."""
+
+import math
+from dataclasses import replace
+
+import mujoco
+import pytest
+
+from cellwright.cell import Cell
+from cellwright.client.client import Client
+from cellwright.client.transports.in_process import InProcess
+from cellwright.description.trial import ArmSettings, ServoProfile
+from cellwright.errors import UsageError
+from cellwright.motion import (
+    ORIGINAL_SERVO,
+    JointMotion,
+    Joints,
+    MovingPart,
+    along,
+    anticipated,
+    forward,
+    intercept,
+    move,
+    solve,
+    straight,
+    tool_down,
+)
+from cellwright.motion.servo import weight
+from cellwright.motion.trajectories import STILL
+from cellwright.pose import Pose
+from cellwright.world.arm import JOINTS, add_arm
+from tests.cells import ARM_ONLY
+from tests.motion.samples import ABOVE_BELT, ABOVE_BIN, INITIAL
+
+ALONG_THE_RAIL = move(ABOVE_BIN, ABOVE_BIN._replace(rail=ABOVE_BIN.rail + 0.5))
+DOWN = along(straight(ABOVE_BIN, tool_down(-0.3, 0.23, 0.8)))
+
+
+def tool_errors(motion: JointMotion, command: JointMotion, servo: ServoProfile = "original") -> tuple[float, float]:
+    """How far the gripper is from where it should be [mm]: at most on the way, and half a second after."""
+    cell = Cell(replace(ARM_ONLY, initial_joint_states=motion.start.by_name()), servo=servo)
+    cell.reset()
+    arm = cell.arm
+    assert arm is not None
+    client = Client(InProcess(cell))
+    client.sleep(0.3)
+    begun = cell.simulation.time
+    client.send_arm(**command.command())
+    worst = error = 0.0
+    while (time := cell.simulation.time - begun) < motion.duration + 0.5:
+        cell.step()
+        time = cell.simulation.time - begun
+        gripper = forward(Joints(*arm.read().positions))
+        error = 1000 * math.dist(gripper.position, forward(motion.at(time).positions).position)
+        if time <= motion.duration:
+            worst = max(worst, error)
+    client.close()
+    return worst, error
+
+
+def test_the_precise_servo_follows_as_commanded() -> None:
+    worst, left = tool_errors(ALONG_THE_RAIL, ALONG_THE_RAIL, "precise")
+    assert worst < 1.0
+    assert left < 0.1
+    worst, left = tool_errors(DOWN, DOWN, "precise")
+    assert worst < 1.0
+    assert left < 0.1
+
+
+def test_the_original_rail_stops_short_unless_that_is_anticipated() -> None:
+    _, left = tool_errors(ALONG_THE_RAIL, ALONG_THE_RAIL)
+    assert left > 20.0
+    worst, left = tool_errors(ALONG_THE_RAIL, anticipated(ALONG_THE_RAIL))
+    assert worst < 4.0
+    assert left < 1.0
+
+
+def test_the_original_arm_sags_unless_that_is_anticipated() -> None:
+    _, left = tool_errors(DOWN, DOWN)
+    assert 1.0 < left < 3.0
+    worst, left = tool_errors(DOWN, anticipated(DOWN))
+    assert worst < 2.0
+    assert left < 0.2
+
+
+def test_a_moving_part_is_met_within_millimetres() -> None:
+    part = MovingPart(Pose((1.21, 2.6, 1.0)), 0.0)  # higher than the belt, so that nothing is touched
+    plan = intercept(part, tool_down(0.0, 0.0, 0.0), ABOVE_BELT, 0.0, window=(0.0, 2.5))
+    worst, left = tool_errors(plan.motion, anticipated(plan.motion))
+    assert worst < 6.0
+    assert left < 2.0
+
+
+def test_the_weight_is_that_of_the_arm_in_the_cell() -> None:
+    spec = mujoco.MjSpec()
+    add_arm(spec, ArmSettings(), 0.01)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    joints = Joints(0.7, -1.0, -0.6, 1.9, 0.4, 1.2, -3.0)
+    for joint, value in zip(JOINTS, joints, strict=True):
+        data.joint(joint.name).qpos[0] = value
+    mujoco.mj_forward(model, data)
+    needed = [float(data.joint(joint.name).qfrc_bias[0]) for joint in JOINTS]
+    assert weight(joints) == pytest.approx(needed, rel=1e-3, abs=0.01)
+    assert weight(joints.by_name()) == weight(joints)
+
+
+def test_a_payload_hangs_on_every_joint_before_it() -> None:
+    stretched = Joints(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    reach = forward(stretched).position[0] - 0.3
+    assert weight(stretched, 0.5).shoulder_lift - weight(stretched).shoulder_lift == pytest.approx(-0.5 * 9.81 * reach)
+    assert weight(stretched, 0.5).rail == weight(stretched, 0.5).shoulder_pan == 0.0
+
+
+def test_the_command_ends_where_the_arm_is_to_stand_but_for_its_weight() -> None:
+    command = anticipated(DOWN)
+    assert command.duration > DOWN.duration
+    assert command.velocities[-1] == STILL
+    for p, q, f, k in zip(command.end, DOWN.end, weight(DOWN.end), ORIGINAL_SERVO.stiffness, strict=True):
+        assert p == pytest.approx(q + f / k)
+
+
+def test_only_motions_between_rests_are_anticipated() -> None:
+    moving = move(INITIAL, ABOVE_BIN, goal_velocity=STILL._replace(rail=0.1))
+    with pytest.raises(UsageError, match="rest"):
+        anticipated(moving)
+    assert anticipated(JointMotion.hold(INITIAL, 0.0)).duration > 0.0
+    assert solve(forward(INITIAL), INITIAL, rail=0.0) == pytest.approx(INITIAL)

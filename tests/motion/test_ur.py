@@ -1,0 +1,153 @@
+import math
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from cellwright.description.trial import ArmSettings
+from cellwright.errors import UnreachableError, UsageError
+from cellwright.motion import Joints, face, forward, inverse, is_usual, link_poses, tool_down
+from cellwright.motion.paths import angle_between
+from cellwright.motion.ur import A2, A3, D5
+from cellwright.pose import Pose
+from cellwright.world.arm import JOINTS, add_arm
+from tests.conftest import load_cases
+from tests.motion.samples import INITIAL, anywhere
+
+
+def off_by(a: Pose, b: Pose) -> float:
+    """How far poses are apart: the larger of distance [m] and angle [rad]."""
+    return max(math.dist(a.position, b.position), angle_between(a, b))
+
+
+@pytest.mark.parametrize("case", load_cases("ur10_rail_fk.json"), ids=lambda case: str(case["name"]))
+def test_forward_kinematics_are_the_published_ones(case: dict[str, Any]) -> None:
+    poses = link_poses(case["joints"])
+    for link in ("wrist_3_link", "vacuum_gripper_link"):
+        matrix = np.array(case[link])
+        pose = poses[link]
+        assert np.allclose(pose.position, matrix[:3, 3], atol=1e-6)
+        axes = [pose.rotate(axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))]
+        assert np.allclose(np.transpose(axes), matrix[:3, :3], atol=1e-6)
+    assert forward(case["joints"]) == poses["vacuum_gripper_link"]
+
+
+def test_the_chain_is_that_of_the_arm_in_the_cell() -> None:
+    spec = mujoco.MjSpec()
+    add_arm(spec, ArmSettings(), 0.01)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    for joint, value in zip(JOINTS, (0.7, -1.0, -0.6, 1.9, 0.4, 2.2, -3.0), strict=True):
+        data.joint(joint.name).qpos[0] = value
+    mujoco.mj_kinematics(model, data)
+    poses = link_poses(Joints(0.7, -1.0, -0.6, 1.9, 0.4, 2.2, -3.0))
+    for link, pose in poses.items():
+        assert np.allclose(data.body(link).xpos, pose.position, atol=1e-9), link
+
+
+@given(anywhere)
+@example(Joints(*(0.0,) * 7))
+@example(Joints(0.0, 0.5, -1.0, 0.0, 0.3, 0.7, 0.0))  # stretched out
+@example(Joints(0.0, 0.5, -1.0, 2.0, 0.3, math.pi, 1.0))  # wrists 1 and 3 in line
+@example(Joints(1.434, 0.0, 0.0, 0.0, -math.pi / 2, 0.0, 1.0))  # both
+def test_the_inverse_finds_the_joints_again(joints: Joints) -> None:
+    wanted = forward(joints)
+    found = inverse(wanted, joints.rail)
+    assert 1 <= len(found) <= 8
+    assert all(off_by(forward(each), wanted) < 2e-7 for each in found)
+    stretch, in_line = abs(math.sin(joints.elbow)), abs(math.sin(joints.wrist_2))
+    beside = wrist_distance_squared(joints) - 0.163941**2
+    if min(stretch, in_line, beside) > 1e-3:
+        assert all(off_by(forward(each), wanted) < 1e-9 for each in found)
+        assert min(apart(each, joints) for each in found) < 1e-6
+
+
+@given(anywhere)
+def test_the_way_back_is_exact_for_what_is_near(joints: Joints) -> None:
+    if min(abs(math.sin(joints.elbow)), abs(math.sin(joints.wrist_2))) < 1e-3:
+        return
+    if wrist_distance_squared(joints) - 0.163941**2 < 1e-3:
+        return
+    found = inverse(forward(joints), joints.rail, near=joints)
+    assert all(each.within_limits() for each in found)
+    assert min(max(abs(p - q) for p, q in zip(each, joints, strict=True)) for each in found) < 1e-6
+
+
+def test_the_cell_s_own_postures_have_eight_or_four_relatives() -> None:
+    assert len(inverse(forward(INITIAL), 0.0)) == 8
+    for each in inverse(forward(INITIAL), 0.0):
+        assert all(-math.pi <= angle <= math.pi for angle in each[1:])
+
+
+@pytest.mark.parametrize("wrist_2", [0.0, math.pi])
+def test_where_wrists_are_in_line_wrist_3_stays_as_it_is(wrist_2: float) -> None:
+    joints = Joints(0.2, 0.4, -1.0, 1.6, 0.7, wrist_2, 0.5)
+    found = inverse(forward(joints), 0.2, near=joints)
+    assert min(apart(each, joints) for each in found) < 1e-6
+    assert any(abs(each.wrist_3) < 1e-6 for each in inverse(forward(joints), 0.2))
+
+
+def test_where_wrists_are_in_line_wrist_3_gives_way_before_the_pose_is_given_up() -> None:
+    """Stretched out with the hand in line: no other angle of the hand brings the wrist back into reach."""
+    joints = Joints(0.0, 0.0, -0.3, 0.0, -math.pi / 2, 0.0, 1.2)
+    (found,) = inverse(forward(joints), 0.0)
+    assert off_by(forward(found), forward(joints)) < 1e-7
+    assert found.wrist_3 == pytest.approx(1.2, abs=1e-6)
+
+
+def test_what_is_too_far_is_refused_with_the_distance() -> None:
+    radius = A2 + A3 + D5
+    assert inverse(tool_down(0.3 + math.hypot(radius - 1e-6, 0.163941), 0.0, 1.0273 - 0.005), 0.0)
+    with pytest.raises(UnreachableError, match=r"10\.\d mm beyond"):
+        inverse(tool_down(0.3 + math.hypot(radius + 0.01, 0.163941), 0.0, 1.0273 - 0.005), 0.0)
+
+
+def test_what_is_too_near_is_refused() -> None:
+    with pytest.raises(UnreachableError, match="move the rail"):
+        inverse(tool_down(0.3, 0.1, 1.2), 0.0)
+
+
+def test_a_rail_past_its_end_is_refused() -> None:
+    with pytest.raises(UnreachableError, match="rail"):
+        inverse(tool_down(0.3, 2.9, 1.0), 2.2)
+    assert inverse(tool_down(0.3, 2.9, 1.0), 2.1)
+
+
+def test_no_number_is_no_pose() -> None:
+    with pytest.raises(UsageError, match="finite"):
+        inverse(Pose((math.nan, 0.0, 0.0)), 0.0)
+    with pytest.raises(UsageError, match="finite"):
+        inverse(tool_down(0.3, 0.9, 1.0), math.inf)
+
+
+@given(st.floats(-3, 3), st.floats(-3, 3), st.floats(-1, 3), st.floats(-3, 3))
+def test_a_tool_that_points_down_has_its_face_where_it_was_asked_for(x: float, y: float, z: float, yaw: float) -> None:
+    pose = tool_down(x, y, z, yaw)
+    assert math.dist(face(pose), (x, y, z)) < 1e-12
+    assert pose.rotate((0.0, 0.0, 1.0)) == pytest.approx((0.0, 0.0, 1.0))
+    assert pose.yaw == pytest.approx(yaw)
+
+
+def test_usual_postures() -> None:
+    pose = tool_down(-0.3, 0.23, 0.8)
+    found = inverse(pose, 0.23)
+    usual = [each for each in found if is_usual(each)]
+    assert len(usual) == 2  # the hand reaches outward or inward
+    for each in usual:
+        links = link_poses(each)
+        assert links["forearm_link"].position[2] > links["wrist_1_link"].position[2]
+        assert links["wrist_1_link"].position[0] < 0.3
+
+
+def apart(a: Joints, b: Joints) -> float:
+    """The largest difference of an angle, whole turns aside [rad]."""
+    return max(abs(math.remainder(p - q, 2 * math.pi)) for p, q in zip(a[1:], b[1:], strict=True))
+
+
+def wrist_distance_squared(joints: Joints) -> float:
+    """How far the wrist is from the pan axis, squared [m^2]."""
+    x, y, _ = link_poses(joints)["wrist_3_link"].position
+    return (x - 0.3) ** 2 + (y - joints.rail) ** 2
