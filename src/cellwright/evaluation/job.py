@@ -132,10 +132,12 @@ def _sources(place: str) -> list[Path]:
     if place.endswith(".py"):
         return sorted(Path(place).resolve().parent.glob("*.py"))
     top = place.partition(".")[0]
+    if not top.isidentifier():
+        return []  # no module has such a name; the check of the agent says so
     local = Path(f"{top}.py")
     if local.is_file():  # modules are looked for in the folder that the command is called in
         return sorted(local.resolve().parent.glob("*.py"))
-    spec = None if not top.isidentifier() or Path(top).is_dir() else importlib.util.find_spec(top)
+    spec = None if Path(top).is_dir() else importlib.util.find_spec(top)
     if spec is None or spec.origin is None:
         return sorted(Path(top).resolve().rglob("*.py"))
     origin = Path(spec.origin)
