@@ -9,6 +9,7 @@ import shlex
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
+from importlib.metadata import entry_points
 from pathlib import Path
 
 import cellwright
@@ -124,7 +125,8 @@ def agent_digest(agent: str) -> str:
 
     The program is its file and the Python files beside it, or all of the package that its module is in.
     """
-    place = BUNDLED.get(agent, agent).rpartition(":")[0]
+    brought = {each.name: each.value for each in entry_points(group="cellwright.agents")}  # by other packages
+    place = BUNDLED.get(agent, brought.get(agent, agent)).rpartition(":")[0]
     return f"{agent} {_sources_digest(_sources(place))}"
 
 
