@@ -13,7 +13,14 @@ import pytest
 from tests.docs.pages import Command, File, Program, missing, steps
 
 ROOT = Path(__file__).parents[2]
-PAGES = ["README.md", "docs/getting-started.md", "docs/agents.md", "docs/trials.md", "docs/own-models.md"]
+PAGES = [
+    "README.md",
+    "docs/getting-started.md",
+    "docs/agents.md",
+    "docs/kitter.md",
+    "docs/trials.md",
+    "docs/own-models.md",
+]
 
 
 @pytest.mark.parametrize("name", PAGES)
