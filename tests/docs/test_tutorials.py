@@ -25,6 +25,7 @@ PAGES = [
     "docs/variation.md",
     "docs/motion.md",
     "docs/evaluate.md",
+    "docs/kitter.md",
 ]
 
 
