@@ -10,7 +10,8 @@ import time
 
 import mujoco
 
-from cellwright.agents.lesson import LessonAgent
+from cellwright.agents.agent import Agent
+from cellwright.agents.kitter.agent import KitterAgent
 from cellwright.cell import Cell
 from cellwright.description.catalogue import find_trial
 from cellwright.description.gear2017 import load_trial
@@ -59,14 +60,19 @@ def main() -> None:
         cell.simulation.model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
         awake = microseconds(cell)
         print(f"{count:5d}   {rest:17.1f}   {awake:15.1f}")
-    for who in ("nobody", "the lesson's agent"):
-        ratio, factor = share(agent=who != "nobody")
-        print(f"lesson, listened to by {who}: wall time {ratio:.3f} x time in mj_step, {factor:.0f} x real time")
+    for files, agent in (
+        (["lesson"], None),
+        (["lesson"], KitterAgent()),
+        (["final04", "kitter_sensors"], KitterAgent()),
+    ):
+        ratio, factor = share(files, agent)
+        who = "nobody" if agent is None else "kitter"
+        print(f"{files[0]}, worked by {who}: wall time {ratio:.3f} x time in mj_step, {factor:.0f} x real time")
 
 
-def share(*, agent: bool) -> tuple[float, float]:
-    """Wall time over time in mj_step of a whole run of the lesson, and its real-time factor."""
-    cell = Cell(load_trial([find_trial("lesson")]).trial)
+def share(files: list[str], agent: Agent | None) -> tuple[float, float]:
+    """Wall time over time in mj_step of a whole run, and its real-time factor."""
+    cell = Cell(load_trial([find_trial(file) for file in files]).trial)
     inside = 0.0
     step = mujoco.mj_step
 
@@ -79,8 +85,8 @@ def share(*, agent: bool) -> tuple[float, float]:
     mujoco.mj_step = timed
     try:
         begin = time.perf_counter()
-        if agent:
-            run_cell(cell, LessonAgent())
+        if agent is not None:
+            run_cell(cell, agent)
         else:
             cell.competition.start()
             cell.simulation.step_until(80 * 10**9)
