@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ET
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -32,16 +33,16 @@ def read_xml(file: ModelFile, folder: Path) -> Model:
     return Model(tuple(shapes), mass or None)
 
 
-class _Reader:
+class _Reader(ABC):
     """What SDF and URDF have in common."""
 
     def __init__(self, path: Path, folder: Path) -> None:
         self.path = path
         self.folder = folder
 
+    @abstractmethod
     def read(self, root: ET.Element) -> tuple[float, list[ModelShape]]:
         """Mass [kg] and shapes, in the frame of the model."""
-        raise NotImplementedError
 
     def refuse(self, message: str) -> ModelFileError:
         return ModelFileError(f"{self.path}: {message}")
