@@ -254,3 +254,36 @@ def test_the_number_of_listeners_is_right_whatever_happens(actions: list[Any]) -
         assert heard == alive
         assert publisher.listeners == len(alive)
     assert counts == expected_counts
+
+
+def test_one_publisher_of_several_can_be_chosen(bus: Bus) -> None:
+    told: list[tuple[str, int]] = []
+    arm, camera = (
+        bus.advertise(
+            "/frames",
+            "std_msgs/String",
+            node=node,
+            latch=True,
+            on_listeners=lambda count, node=node: told.append((node, count)),  # type: ignore[misc]
+        )
+        for node in ("/arm", "/camera")
+    )
+    heard: list[Any] = []
+    bus.subscribe("/frames", recorder(heard, "both"))
+    chosen = bus.subscribe("/frames", recorder(heard, "chosen"), node="/me", origin="/camera")
+    assert (arm.listeners, camera.listeners, camera.listening_nodes) == (1, 2, ("", "/me"))
+    arm.publish(String("a"))
+    camera.publish(String("c"))
+    bus.subscribe("/frames", recorder(heard, "late"), origin="/arm")
+    chosen.cancel()
+    assert heard == [("both", "a"), ("both", "c"), ("chosen", "c"), ("late", "a")]
+    assert told == [("/arm", 1), ("/camera", 1), ("/camera", 2), ("/arm", 2), ("/camera", 1)]
+
+
+def test_what_comes_in_can_be_chosen_by_who_sent_it(bus: Bus) -> None:
+    bus.listen("/command", "std_msgs/String", lambda _message, _node: None)
+    heard: list[Any] = []
+    bus.subscribe("/command", recorder(heard, "chosen"), origin="/me")
+    for node in ("/me", "/you"):
+        bus.publish("/command", String(node), node=node)
+    assert heard == [("chosen", "/me")]

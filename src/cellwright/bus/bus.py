@@ -121,16 +121,17 @@ class Bus:
 
     # ---------------------------------------------------------------- for clients
 
-    def subscribe(self, topic: str, callback: Callback, *, node: str = "") -> Subscription:
+    def subscribe(self, topic: str, callback: Callback, *, node: str = "", origin: str | None = None) -> Subscription:
         """Have `callback(message)` called for each message of a topic, in either direction.
 
-        A topic that is not there yet is waited for. On a latched one the newest message comes at once.
+        A topic that is not there yet is waited for. On a latched one the newest message comes at once. With an
+        `origin` only what publishers of that node say is delivered.
 
         Raises:
             UsageError: the name is not absolute.
         """
         entry = self._topic(topic)
-        subscription = Subscription(entry, callback, node)
+        subscription = Subscription(entry, callback, node, origin)
         entry.add(subscription)
         return subscription
 
@@ -154,8 +155,8 @@ class Bus:
             entry.handler(taken, node)
         except RejectedCommandError as error:
             refusal = error
-        for callback in entry.callbacks:
-            callback(taken)
+        for subscription in entry.subscriptions_to(node):
+            subscription.callback(taken)
         if refusal is not None:
             raise self._refused(topic, node, refusal)
 

@@ -26,10 +26,11 @@ class Direction(Enum):
 class Subscription:
     """A callback that gets every message of a topic until it is cancelled."""
 
-    def __init__(self, topic: Topic, callback: Callback, node: str) -> None:
+    def __init__(self, topic: Topic, callback: Callback, node: str, origin: str | None) -> None:
         self._topic = topic
         self.callback = callback
         self.node = node
+        self.origin = origin
 
     @property
     def topic(self) -> str:
@@ -55,6 +56,7 @@ class Publisher:
     def __init__(self, topic: Topic, node: str, on_listeners: Callable[[int], None] | None, *, latch: bool) -> None:
         self._topic = topic
         self._class = topic.message_class
+        self._callbacks: tuple[Callback, ...] = ()
         self.node = node
         self.latch = latch
         self.on_listeners = on_listeners
@@ -67,13 +69,13 @@ class Publisher:
 
     @property
     def listeners(self) -> int:
-        """How many listen."""
-        return len(self._topic.callbacks)
+        """How many listen to this publisher."""
+        return len(self._callbacks)
 
     @property
     def listening_nodes(self) -> tuple[str, ...]:
         """The nodes that listen, in the order in which they came."""
-        return tuple(subscription.node for subscription in self._topic.subscriptions)
+        return tuple(each.node for each in self._topic.subscriptions_to(self.node))
 
     def publish(self, message: Message) -> None:
         """Give a message to every listener, in the order in which they came. Nobody changes it from here on.
@@ -85,11 +87,23 @@ class Publisher:
         """
         if type(message) is not self._class:
             raise UsageError(f"{self.topic} carries {self._topic.type}, not {said(message)}")
-        callbacks = self._topic.callbacks
+        callbacks = self._callbacks
         if self.latch and (callbacks or self.on_listeners is None):
             self.newest = message
         for callback in callbacks:
             callback(message)
+
+    def take_listeners(self) -> None:
+        """Take note of who listens, and tell their number to whoever wants to know it."""
+        before = self._callbacks
+        self._callbacks = tuple(each.callback for each in self._topic.subscriptions_to(self.node))
+        if self.on_listeners is not None and self._callbacks != before:
+            self.on_listeners(len(self._callbacks))
+
+    def forget_sample(self) -> None:
+        """Forget the newest message of what is sampled only while somebody listens, when nobody does."""
+        if self.on_listeners is not None and not self._callbacks:
+            self.newest = None
 
 
 class Topic:
@@ -105,7 +119,6 @@ class Topic:
         self.handler: Handler | None = None
         self.handling_node = ""
         self.subscriptions: list[Subscription] = []
-        self.callbacks: tuple[Callback, ...] = ()
 
     def declare(self, type_name: str, direction: Direction, rate: str) -> None:
         """Settle the type and the direction; further publishers must agree.
@@ -127,34 +140,28 @@ class Topic:
     def add_publisher(self, publisher: Publisher) -> None:
         """Let something publish; it is told at once if somebody has been waiting."""
         self.publishers.append(publisher)
-        if publisher.on_listeners is not None and self.callbacks:
-            publisher.on_listeners(len(self.callbacks))
+        publisher.take_listeners()
 
     def add(self, subscription: Subscription) -> None:
         """Let somebody listen: what is latched comes first."""
         self.subscriptions.append(subscription)
-        self._listeners_changed(lambda: self._serve_latched(subscription))
+        for publisher in self.publishers:
+            if publisher.newest is not None and subscription.origin in (None, publisher.node):
+                subscription.callback(publisher.newest)
+        self._tell_publishers()
 
     def remove(self, subscription: Subscription) -> None:
         """Let somebody go."""
         if subscription in self.subscriptions:
             self.subscriptions.remove(subscription)
-            self._listeners_changed(self._forget_samples)
+            self._tell_publishers()
+            for publisher in self.publishers:
+                publisher.forget_sample()
 
-    def _serve_latched(self, subscription: Subscription) -> None:
-        for publisher in self.publishers:
-            if publisher.newest is not None:
-                subscription.callback(publisher.newest)
+    def subscriptions_to(self, node: str) -> list[Subscription]:
+        """Who wants what a node says here."""
+        return [each for each in self.subscriptions if each.origin in (None, node)]
 
-    def _forget_samples(self) -> None:
+    def _tell_publishers(self) -> None:
         for publisher in self.publishers:
-            if publisher.on_listeners is not None and not self.callbacks:
-                publisher.newest = None
-
-    def _listeners_changed(self, first: Callable[[], None]) -> None:
-        self.callbacks = tuple(each.callback for each in self.subscriptions)
-        first()
-        count = len(self.callbacks)
-        for publisher in self.publishers:
-            if publisher.on_listeners is not None:
-                publisher.on_listeners(count)
+            publisher.take_listeners()
