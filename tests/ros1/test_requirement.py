@@ -54,4 +54,4 @@ def test_what_is_lacking_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
     monkeypatch.setattr(requirement, "ros_python", lambda: "/usr/bin/python3")
     monkeypatch.setattr(requirement, "system_path", lambda: str(tmp_path))
     (tmp_path / "rostopic").touch(0o755)
-    assert "without rosmaster, roscore, rosservice" in asked()
+    assert "without rosmaster, roscore, rosservice" in str(asked())
