@@ -171,6 +171,10 @@ class Ground:
         cell.wait_for("^ready", READY)
         return cell
 
+    def log(self) -> str:
+        """What the cells have printed so far, on both streams."""
+        return "".join(cell.out + cell.err for cell in self._served)
+
     def close(self) -> None:
         """End everything. A cell has to end in time and in order, and to leave nothing behind."""
         try:
