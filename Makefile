@@ -11,7 +11,7 @@ run: .venv/.installed
 	$(BIN)/cellwright run lesson
 
 test: ros1 check
-	$(BIN)/pytest -n $(JOBS) --dist loadgroup
+	$(BIN)/pytest -n $(JOBS)
 
 # Into the system, and only where that is allowed without asking; tests of it are skipped where it is not.
 ros1:

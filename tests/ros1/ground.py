@@ -58,7 +58,6 @@ class Ground:
             "ROS_IP": "127.0.0.1",
             "ROS_HOME": str(home),
             "ROS_LOG_DIR": str(home / "log"),
-            "ROSCONSOLE_CONFIG_FILE": "",
         }
 
     @property

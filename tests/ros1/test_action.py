@@ -8,7 +8,7 @@ import pytest
 
 from tests.ros1.ground import Ground, ground
 
-pytestmark = [pytest.mark.ros1, pytest.mark.xdist_group("action")]
+pytestmark = pytest.mark.ros1
 
 NAMES = [
     "linear_arm_actuator_joint",

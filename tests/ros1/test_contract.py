@@ -21,7 +21,7 @@ from tests.ros1.ground import Ground, ground
 from tests.ros1.handshake import publisher_header, service_header
 from tests.ros1.meters import measure_rates, subscriber_headers
 
-pytestmark = [pytest.mark.ros1, pytest.mark.xdist_group("contract")]
+pytestmark = pytest.mark.ros1
 
 CASES = load_cases("gear_ros1_cases.json")
 TOPICS = [case for case in CASES if case["kind"] == "topic"]
@@ -29,8 +29,10 @@ SERVICES = [case for case in CASES if case["kind"] == "service"]
 SAID = [case for case in TOPICS if case["direction"] == "out"]
 TAKEN = [case for case in TOPICS if case["direction"] == "in"]
 
-EVERY_STEP = [case for case in SAID if case["rate"] == 1000]
-SLOWER = [case for case in SAID if case["rate"] not in (None, 1000)]
+EVERY_STEP = [case for case in SAID if case["rate"] == "step"]
+SLOWER = [case for case in SAID if case["rate"] not in (None, "step")]
+STEPS = 500
+"""Steps of the cell in a second of simulation time."""
 
 
 def name(case: dict[str, Any]) -> str:
@@ -68,6 +70,10 @@ def test_the_table_of_the_project_says_the_same() -> None:
             (case,) = [case for case in TOPICS if case["name"] == row.name]
             assert case["direction"] == ("out" if row.direction is Direction.OUT else "in"), row.name
             assert case.get("latch", False) == row.latch, row.name
+
+
+def test_the_steps_of_the_cell() -> None:
+    assert load_trial([find_trial("lesson")]).trial.settings.timestep == (1, STEPS)
 
 
 def test_all_names_are_there_and_no_others(cell: Ground) -> None:
@@ -121,10 +127,11 @@ def test_what_a_server_says_of_its_service(cell: Ground, case: dict[str, Any]) -
 def assert_rates(measured: dict[str, dict[str, float]], cases: list[dict[str, Any]]) -> None:
     for case in cases:
         speakers = measured[case["name"]]
-        wanted = case["rate"] if isinstance(case["rate"], dict) else {"/gazebo": case["rate"]}
+        rate = STEPS if case["rate"] == "step" else case["rate"]
+        wanted = rate if isinstance(rate, dict) else {"/gazebo": rate}
         assert {who.split()[0] for who in speakers} == set(wanted), (case["name"], speakers)
-        for who, rate in speakers.items():
-            assert rate == pytest.approx(wanted[who.split()[0]], rel=0.05), (case["name"], who)
+        for who, found in speakers.items():
+            assert found == pytest.approx(wanted[who.split()[0]], rel=0.05), (case["name"], who)
 
 
 def test_rates(cell: Ground) -> None:

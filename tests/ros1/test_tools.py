@@ -10,7 +10,7 @@ import pytest
 
 from tests.ros1.ground import Ground, ground
 
-pytestmark = [pytest.mark.ros1, pytest.mark.xdist_group("tools")]
+pytestmark = pytest.mark.ros1
 
 COMMAND = """
 {joint_names: [elbow_joint, linear_arm_actuator_joint, shoulder_lift_joint, shoulder_pan_joint, wrist_1_joint,
@@ -19,11 +19,24 @@ COMMAND = """
 """
 """As the lesson sends it: seven names, eight positions, in the order of the joint states."""
 
+PACKAGE = """
+<package format="2"><name>onlooker</name><version>1.0.0</version><description>looks on</description>
+<maintainer email="nobody@localhost">nobody</maintainer><license>none</license></package>
+"""
 LAUNCH = """
 <launch>
-  <param name="/test/answer" value="42" type="int"/>
-  <node pkg="tf" type="tf_echo" name="listener" args="world base_link" output="screen"/>
+  <arg name="topic" default="joint_states"/>
+  <param name="answer" value="42" type="int"/>
+  <node pkg="onlooker" type="look" name="onlooker" output="screen" args="$(arg topic)" ns="ariac" required="true">
+    <remap from="state" to="competition_state"/>
+  </node>
 </launch>
+"""
+NODE = """#!/usr/bin/python3
+import sys, rospy
+from std_msgs.msg import String
+rospy.init_node("look")
+print(rospy.get_name(), rospy.get_param("/answer"), sys.argv[1], rospy.wait_for_message("state", String).data)
 """
 
 
@@ -146,7 +159,7 @@ def test_rosnode(cell: Ground) -> None:
     for line in (
         " * /clock [rosgraph_msgs/Clock]",
         " * /ariac/orders [osrf_gear/Order]",
-        " * /ariac/arm/command [trajectory_msgs/JointTrajectory]",
+        " * /ariac/arm/command [",
         " * /ariac/start_competition",
         " * topic: /ariac/joint_states\n    * to: /robot_state_publisher",
     ):
@@ -219,12 +232,27 @@ def test_rosrun_tf_echo(cell: Ground) -> None:
     camera.kill()
 
 
+def package(folder: Path) -> str:
+    """A package of somebody's own, and the search path on which it is found."""
+    for name, text, mode in (("package.xml", PACKAGE, 0o644), ("look.launch", LAUNCH, 0o644), ("look", NODE, 0o755)):
+        path = folder / "onlooker" / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text)
+        path.chmod(mode)
+    return f"{folder}:/usr/share"
+
+
 def test_roslaunch(cell: Ground, tmp_path: Path) -> None:
-    file = tmp_path / "look.launch"
-    file.write_text(LAUNCH)
-    launched = cell.start(["roslaunch", str(file)])
-    said = launched.wait_for(r"Translation: \[(.*)\]")
-    assert numbers(said[1])[::2] == [0.3, 1.0]
-    assert cell.tool("rosparam", "get", "/test/answer") == "42\n"
-    assert launched.interrupt() == 0
-    assert "/listener" not in cell.tool("rosnode", "list")
+    """Parameters, namespaces, remapping and arguments, and an end as soon as the node ends."""
+    launched = cell.start(["roslaunch", "onlooker", "look.launch", "topic:=orders"], ROS_PACKAGE_PATH=package(tmp_path))
+    launched.wait_for(r"^/ariac/onlooker 42 orders (init|go)$")
+    assert launched.finish() == 0
+    assert "ariac/onlooker" not in cell.tool("rosnode", "list")
+
+
+def test_rosrun(cell: Ground, tmp_path: Path) -> None:
+    cell.tool("rosparam", "set", "/answer", "43")
+    said = cell.tool(
+        "rosrun", "onlooker", "look", "here", "state:=/ariac/competition_state", ROS_PACKAGE_PATH=package(tmp_path)
+    )
+    assert said.split()[:3] == ["/look", "43", "here"]
