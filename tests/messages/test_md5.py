@@ -44,6 +44,7 @@ def test_types_left_out_are_just_those_with_another_form() -> None:
     [
         ("std_srvs/Trigger", "937c9679a518e3a18d831e57125ea522"),
         ("std_srvs/srv/Empty", "d41d8cd98f00b204e9800998ecf8427e"),
+        ("cellwright_msgs/Step", "7e9a558e71e0b64a2a795a7415a8d616"),
         ("std_msgs/Header", "2176decaecbce78abc3b96ef049fabed"),
         ("std_msgs/msg/String", "992ce8a1687cec8c8bd883ec73ca41d1"),
         ("sensor_msgs/Range", "c005c34273dc426c67a020a87bc24148"),

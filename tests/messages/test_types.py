@@ -23,8 +23,9 @@ def annotation_of(desc: typing.Any) -> object:
     if kind == Nodetype.NAME:
         return ros2_store().types[content]
     member = content[0]
-    if member == (Nodetype.BASE, ("float64", 0)):
-        return np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+    for name in ("float64", "uint64"):
+        if member == (Nodetype.BASE, (name, 0)):
+            return np.ndarray[tuple[int, ...], np.dtype[np.dtype(name).type]]  # type: ignore[misc]
     return list[annotation_of(member)]  # type: ignore[misc]
 
 
@@ -79,7 +80,7 @@ def test_services_by_name(name: str) -> None:
 
 def test_every_service_file_makes_a_service() -> None:
     services = [name for name in sources() if "/srv/" in name]
-    assert len(services) == 10
+    assert len(services) == 11
     for name in services:
         assert service_type(name).name == short_name(name)
 

@@ -13,6 +13,7 @@ from cellwright.cli.check import check
 from cellwright.cli.eval import evaluate
 from cellwright.cli.exit_status import BAD_INPUT, NOT_DONE
 from cellwright.cli.run import run
+from cellwright.cli.serve import serve
 from cellwright.cli.trials import trials
 from cellwright.errors import CellwrightError
 
@@ -29,6 +30,7 @@ app = typer.Typer(
         cellwright run --help        # your own program, pictures, servos, JSON
         cellwright trials            # what else comes along
         cellwright eval lesson       # many runs, each judged, and a report
+        cellwright serve lesson      # for programs in other processes
         cellwright check trial.yaml  # is this file sound?""",
     epilog="Exit status: 0 done; 1 not done; 2 bad input, and nothing was started.",
     no_args_is_help=True,
@@ -40,6 +42,7 @@ app = typer.Typer(
 app.command()(run)
 app.command()(check)
 app.command("eval")(evaluate)
+app.command()(serve)
 app.command()(trials)
 
 

@@ -11,7 +11,7 @@ from rosbags.typesys.store import Typestore
 from rosbags.typesys.stores import ros2_kilted
 
 from cellwright.errors import UnknownNameError
-from cellwright.messages import control_msgs, osrf_gear, std_srvs
+from cellwright.messages import cellwright_msgs, control_msgs, osrf_gear, std_srvs
 from cellwright.messages.names import MESSAGE, SERVICE, Message, full_name, short_name
 from cellwright.messages.sources import parsed
 
@@ -49,7 +49,9 @@ class ServiceType:
 @cache
 def own_types() -> dict[str, type[Message]]:
     """The classes that the project brings, by full name."""
-    classes = (item for module in (osrf_gear, control_msgs, std_srvs) for item in vars(module).values())
+    classes = (
+        item for module in (cellwright_msgs, control_msgs, osrf_gear, std_srvs) for item in vars(module).values()
+    )
     return {
         item.__msgtype__: item
         for item in classes
