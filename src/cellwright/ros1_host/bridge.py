@@ -21,11 +21,6 @@ _PROGRAM = Path(cellwright.__file__).parent / "bridges" / "ros1" / "__main__.py"
 _READY = "ready"
 
 
-def state_publisher(installation: Installation) -> str | None:
-    """The path of the robot_state_publisher; None if it is not installed."""
-    return installation.node("robot_state_publisher", "robot_state_publisher")
-
-
 class Bridge:
     """One run of the bridge.
 
@@ -49,7 +44,6 @@ class Bridge:
                 str(_PROGRAM),
                 f"--connect={host}:{port}",
                 f"--name={NODE}",
-                f"--robot-state-publisher={state_publisher(installation) or 'none'}",
             ],
             installation.environment,
             python=installation.python,

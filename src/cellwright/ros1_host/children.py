@@ -18,11 +18,7 @@ _PIECE = 1 << 16
 _LONGEST_LINE = 1 << 14
 _NAP = 0.01  # [s]
 
-STOPPING: tuple[tuple[signal.Signals, float], ...] = (
-    (signal.SIGINT, 3.0),
-    (signal.SIGTERM, 1.0),
-    (signal.SIGKILL, 1.0),
-)
+STOPPING: tuple[tuple[signal.Signals, float], ...] = ((signal.SIGTERM, 3.0), (signal.SIGKILL, 1.0))
 """What a child is told to end with, and how long [s] it is given for it."""
 
 
@@ -40,18 +36,19 @@ class Lines:
         self._take = take
         self._rest = b""
 
-    def read(self) -> None:
-        """Take what has come, a piece at most: who says much must not stop everything else."""
+    def read(self) -> bool:
+        """Take what has come, a piece at most: who says much must not stop everything else. Whether there was any."""
         try:
             data = os.read(self._pipe, _PIECE)
         except OSError:
-            return
+            return False
         *lines, rest = (self._rest + data).split(b"\n")
         self._rest = rest[:_LONGEST_LINE]
         for line in lines:
             text = line.decode(errors="replace").rstrip()
             if text:
                 self._take(text)
+        return bool(data)
 
 
 class Child:
@@ -105,7 +102,8 @@ class Child:
         """Pass on what it has said; its exit status, minus the signal that ended it, or None while it runs."""
         status = self._process.poll()
         for pipe in self._pipes:
-            pipe.read()
+            while pipe.read() and status is not None:  # of one that has ended, all that is left
+                pass
         return status
 
     def stop(self, stopping: Sequence[tuple[signal.Signals, float]] = STOPPING) -> None:

@@ -16,7 +16,7 @@ from typing import Any, Self
 
 from cellwright.errors import UsageError
 from cellwright.ros1_host import installation as installations
-from cellwright.ros1_host.bridge import MASTER_IS_BACK, NODE, Bridge, state_publisher
+from cellwright.ros1_host.bridge import MASTER_IS_BACK, NODE, Bridge
 from cellwright.ros1_host.children import Patience, how_it_ended
 from cellwright.ros1_host.master import DEFAULT_URI, URI_VARIABLE, Master, MasterError
 from cellwright.ros1_host.own_master import OwnMaster
@@ -46,7 +46,7 @@ class Ros1:
         is_stopped: Callable[[], bool] = lambda: False,
         environment: Mapping[str, str] | None = None,
     ) -> None:
-        self._report = report
+        self.report = report
         self._is_stopped = is_stopped
         self._installation = installations.find(environment)
         here = self._installation.environment
@@ -83,7 +83,7 @@ class Ros1:
             if self.master.answers():
                 self._refuse_another()
             elif self.master.is_local:
-                self._own_master = OwnMaster(self._installation, self.master, self._report)
+                self._own_master = OwnMaster(self._installation, self.master, lambda line: self.report(line))
                 self._own_master.wait(self._is_stopped)
                 if self._is_stopped():
                     return
@@ -96,7 +96,7 @@ class Ros1:
         except MasterError as error:
             raise UsageError(f"the ROS master failed: {error}") from None
 
-    def join(self, address: tuple[str, int], parameters: Mapping[str, Any], serve: Serve) -> None:
+    def join(self, address: tuple[str, int], parameters: Mapping[str, Any], serve: Serve) -> bool:
         """Set the parameters, start the bridge, and serve the cell until all is registered.
 
         Args:
@@ -104,17 +104,15 @@ class Ros1:
             parameters: what the cell has on the parameter server, in nested dictionaries.
             serve: serves the cell, which the bridge attaches to.
 
+        Returns:
+            Whether all is there; not if there was a wish to end before.
+
         Raises:
             UsageError: it did not work; the text says why.
         """
         self._address, self._parameters = address, parameters
         if self._is_stopped():
-            return
-        if state_publisher(self._installation) is None:
-            self._report(
-                "robot_state_publisher is not installed, so the bridge tells the arm's frames itself; "
-                "apt install ros-robot-state-publisher"
-            )
+            return False
         try:
             self.master.set_parameters(parameters)
         except MasterError as error:
@@ -128,6 +126,7 @@ class Ros1:
                 how = f"is not ready after {READY_LIMIT:g} s" if status is None else how_it_ended(status)
                 raise UsageError(f"the ROS 1 bridge {how}" + (f": {bridge.last_line}" if bridge.last_line else ""))
         self._was_ready = bridge.is_ready
+        return bridge.is_ready
 
     # ---------------------------------------------------------------- while the cell runs
 
@@ -149,7 +148,7 @@ class Ros1:
         status = bridge.poll()
         if bridge.is_ready and not self._was_ready:
             self._was_ready = True
-            self._report(f"everything is registered again at {self.master.uri}")
+            self.report(f"everything is registered again at {self.master.uri}")
         if status is None:
             return
         self._bridge = None
@@ -158,12 +157,19 @@ class Ros1:
         self._again = time.monotonic()
         if status != MASTER_IS_BACK:
             self._again += self._patience.after(time.monotonic() - bridge.started)
-            self._report(f"the ROS 1 bridge {how_it_ended(status)}; it is started again")
+            self.report(f"the ROS 1 bridge {how_it_ended(status)}; it is started again")
 
     def _prepare_again(self) -> None:
-        """What a bridge needs at its start: the master's parameters. Waits for the master if need be."""
+        """What a bridge needs at its start: a master with the parameters, and that nobody else is the simulator."""
+        has_said = False
         while not self._closed.is_set():
             try:
+                if self.master.living_node(NODE) is not None:
+                    if not has_said:
+                        self.report(f"another node has taken the place of {NODE}; the cell's comes back when it ends")
+                    has_said = True
+                    self._closed.wait(_AGAIN)
+                    continue
                 if self._own_master is not None:
                     self._own_master.mark()
                 self.master.set_parameters(self._parameters)
@@ -186,8 +192,13 @@ class Ros1:
     # ---------------------------------------------------------------- inside
 
     def _start_bridge(self) -> Bridge:
-        self._bridge = Bridge(self._installation, self._address, lambda line: self._report(f"ROS 1: {line}"))
+        self._bridge = Bridge(self._installation, self._address, self._say)
         return self._bridge
+
+    def _say(self, line: str) -> None:
+        """Pass on what the bridge says; not what it complains of when it is cut off at the end."""
+        if not self._is_stopped():
+            self.report(f"ROS 1: {line}")
 
     def _refuse_another(self) -> None:
         node = self.master.living_node(NODE)

@@ -8,6 +8,7 @@ started this program is gone. Elsewhere the program runs untied. This file runs 
 
 import ctypes
 import os
+import signal
 import sys
 
 _PR_SET_PDEATHSIG = 1
@@ -16,6 +17,7 @@ _PR_SET_PDEATHSIG = 1
 def main() -> None:
     """Tie this process to its parent and become the program."""
     parent, number, program = int(sys.argv[1]), int(sys.argv[2]), sys.argv[3:]
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # a shell that starts something in the background has it ignored
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, number)
         if os.getppid() != parent:  # it was gone before
