@@ -23,7 +23,7 @@ def start_bridge(
 ) -> Process:
     """Start a bridge, `more` in its environment, and wait until it says that it is ready."""
     command = [str(ros_python()), str(PROGRAM), "--connect", cell.address, "--robot-state-publisher", frames, *options]
-    process = ground.start(command, **more)
+    process = ground.start(command, folder=None, **more)
     if ready:
         process.wait_for("^ready$", 15.0)
     return process
