@@ -1,4 +1,4 @@
-"""Processes that are killed, stopped and started again: the cell goes on, registers again, and leaves nothing behind."""
+"""Processes that are killed, stopped, started again: the cell goes on, registers again, leaves nothing behind."""
 
 import os
 import random
