@@ -127,7 +127,8 @@ class Ground:
             timeout=within,
             check=False,
         )
-        assert done.returncode == status, f"{command}: status {done.returncode}\n{done.stdout}\n{done.stderr}"
+        said = f"{done.stdout}\n{done.stderr}\n-- cells --\n{self.log()[-4000:]}"
+        assert done.returncode == status, f"{command}: status {done.returncode}\n{said}"
         return done.stdout
 
     def client(self, program: str | Callable[..., object], *arguments: Any, **more: str) -> Client:

@@ -41,9 +41,9 @@ def name(case: dict[str, Any]) -> str:
 
 @pytest.fixture(scope="module")
 def cell(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> Iterator[Ground]:
-    """The lesson in development mode, its competition not started."""
+    """The lesson in development mode, its competition not started; slow, so that a busy machine keeps up."""
     with ground(tmp_path_factory.mktemp("contract"), ros1_messages) as made:
-        made.serve("lesson", "-d")
+        made.serve("lesson", "-d", "--speed", "0.5")
         yield made
 
 

@@ -99,21 +99,21 @@ def test_rostopic_hz(cell: Ground) -> None:
     hz.wait_for("average rate")
     found = hz.wait_for(r"average rate: (\S+)", after=2)
     assert float(found[1]) == pytest.approx(50.0, rel=0.05)
-    hz.kill()
+    hz.interrupt()
 
 
 def test_rostopic_bw(cell: Ground) -> None:
     bw = cell.start(["rostopic", "bw", "/ariac/laser_profiler"])
     found = bw.wait_for(r"average: (\S+)KB/s\s+mean: (\S+)KB", after=1)
     assert 1.6 < float(found[2]) < 3.6  # 400 floats, and as many again if there are intensities
-    bw.kill()
+    bw.interrupt()
 
 
 def test_rostopic_delay(cell: Ground) -> None:
     delay = cell.start(["rostopic", "delay", "/ariac/joint_states"])
     found = delay.wait_for(r"average delay: (\S+)", after=1)
     assert -0.01 < float(found[1]) < 0.1
-    delay.kill()
+    delay.interrupt()
 
 
 def test_rostopic_pub_moves_the_arm(cell: Ground) -> None:
@@ -226,10 +226,10 @@ def test_rosrun_tf_echo(cell: Ground) -> None:
     echo = cell.start(["rosrun", "tf", "tf_echo", "world", "linear_arm_actuator"])
     said = echo.wait_for(r"Translation: \[(.*)\]")
     assert numbers(said[1]) == [0.3, 0.0, 0.9]
-    echo.kill()
+    echo.interrupt()
     camera = cell.start(["rosrun", "tf", "tf_echo", "world", "logical_camera_frame"])
     assert numbers(camera.wait_for(r"Translation: \[(.*)\]")[1]) == [-0.66, 0.22, 1.36]
-    camera.kill()
+    camera.interrupt()
 
 
 def package(folder: Path) -> str:
