@@ -114,6 +114,8 @@ class Cell:
         self.checkpoints = Checkpoints(report)
         for device in self._devices():
             self.simulation.add(device)
+        self.in_competition = competition
+        """Whether what a competition refuses is refused."""
         self.bus = Bus(lambda: self.simulation.now, report)
         bind(self.bus, self._contract_devices(), competition=competition)
         for brought in trial.devices:

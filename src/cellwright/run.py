@@ -13,6 +13,7 @@ from enum import StrEnum
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
+from typing import TypeAlias
 
 import mujoco
 import numpy as np
@@ -59,6 +60,7 @@ class RunOptions:
     Attributes:
         speed: simulated seconds a wall second; None: as fast as it goes.
         until: stop at this simulation time [s]; None: when the run is over.
+        ends_when_done: whether the run is over soon after the competition is; else it goes on.
         listen: topics to listen to besides; "all" stands for every topic.
         at: actions at given simulation times [s], such as taking a picture.
         on_progress: called ten times a simulated second.
@@ -69,12 +71,17 @@ class RunOptions:
 
     speed: float | None = None
     until: float | None = None
+    ends_when_done: bool = True
     listen: Sequence[str] = ()
     at: Sequence[tuple[Fraction, Callable[[Cell], None]]] = ()
     on_progress: Callable[[Cell], None] | None = None
     checkpoints: Sequence[tuple[Fraction, Path]] = ()
     start: Path | None = None
     log: RunLog | None = None
+
+
+Work: TypeAlias = Callable[[InProcess], tuple[Outcome, str]]
+"""Lets time pass until a run is over, by the deadline of the transport; says how it ended, and what went wrong."""
 
 
 @dataclass
@@ -109,11 +116,21 @@ def run_cell(cell: Cell, agent: Agent | None, options: RunOptions | None = None)
     options = options or RunOptions()
     if agent is None and options.until is None:
         raise UsageError("without an agent a run has no end: say until when")
+    return conduct(cell, partial(_work, cell, agent), options)
+
+
+def conduct(cell: Cell, work: Work, options: RunOptions) -> RunResult:
+    """Run a cell from the start, and let `work` step it through the client's end of it that it is given.
+
+    Raises:
+        UnknownNameError: a topic to listen to that does not exist.
+        CheckpointError: the checkpoint to begin from cannot be read, or is of another cell.
+    """
     with ExitStack() as leaving:  # the cell is left as it was found, for other runs to come
-        return _run_cell(cell, agent, options, leaving)
+        return _conduct(cell, work, options, leaving)
 
 
-def _run_cell(cell: Cell, agent: Agent | None, options: RunOptions, leaving: ExitStack) -> RunResult:
+def _conduct(cell: Cell, work: Work, options: RunOptions, leaving: ExitStack) -> RunResult:
     for when, path in options.checkpoints:
         cell.checkpoints.declare(nanoseconds(when), path)
         leaving.callback(cell.checkpoints.withdraw, nanoseconds(when))
@@ -128,7 +145,7 @@ def _run_cell(cell: Cell, agent: Agent | None, options: RunOptions, leaving: Exi
         transport.deadline = nanoseconds(options.until)
 
     def watch_for_the_end(effect: Effect) -> None:
-        if is_done(effect):
+        if is_done(effect) and options.ends_when_done:
             _end_soon(transport)
 
     heard = _listen(cell, options.listen, leaving)
@@ -137,10 +154,10 @@ def _run_cell(cell: Cell, agent: Agent | None, options: RunOptions, leaving: Exi
     leaving.callback(cell.competition.on_effect.remove, watch_for_the_end)
     if options.log is not None:
         _keep_log(cell, options.log, leaving)
-    if cell.competition.state == "done":  # it was so in the checkpoint
+    if cell.competition.state == "done" and options.ends_when_done:  # it was so in the checkpoint
         _end_soon(transport)
     begin = time.perf_counter()
-    outcome, error = _work(cell, agent, transport)
+    outcome, error = work(transport)
     cell.bus.refusals.flush()
     result = RunResult(
         outcome=outcome,
@@ -192,10 +209,15 @@ def _work(cell: Cell, agent: Agent | None, transport: InProcess) -> tuple[Outcom
         return Outcome.CRASHED, _told(raised)
     finally:
         client.close()
-    if cell.competition.state == "done":
-        return (Outcome.TIME_LIMIT if cell.competition.is_timed_out else Outcome.DONE), ""
     stopped = cell.simulation.now >= transport.deadline
-    return (Outcome.UNTIL if stopped else Outcome.GAVE_UP), ""
+    return how_it_ended(cell, otherwise=Outcome.UNTIL if stopped else Outcome.GAVE_UP), ""
+
+
+def how_it_ended(cell: Cell, *, otherwise: Outcome) -> Outcome:
+    """How a run ended that came to its end: by the competition, or otherwise."""
+    if cell.competition.state != "done":
+        return otherwise
+    return Outcome.TIME_LIMIT if cell.competition.is_timed_out else Outcome.DONE
 
 
 def _let_work(agent: Agent, client: Client) -> None:

@@ -1,8 +1,18 @@
 """Topics and services inside the process: no wire, no thread, one order of delivery."""
 
-from cellwright.bus.bus import Bus, ServiceInfo, TopicInfo
+from cellwright.bus.bus import Bus, ServiceInfo, TopicInfo, absolute
 from cellwright.bus.mailbox import Mailbox
 from cellwright.bus.refusals import Refusals
 from cellwright.bus.topics import Direction, Publisher, Subscription
 
-__all__ = ["Bus", "Direction", "Mailbox", "Publisher", "Refusals", "ServiceInfo", "Subscription", "TopicInfo"]
+__all__ = [
+    "Bus",
+    "Direction",
+    "Mailbox",
+    "Publisher",
+    "Refusals",
+    "ServiceInfo",
+    "Subscription",
+    "TopicInfo",
+    "absolute",
+]

@@ -109,7 +109,7 @@ class Bus:
             UnknownNameError: there is no service type of this name.
             UsageError: the name is not absolute, or the service is served already.
         """
-        if _absolute(service) in self._services:
+        if absolute(service) in self._services:
             raise UsageError(f"the service {service} is served already")
         self._services[service] = _Service(service_type(type_name), handler, node)
 
@@ -228,7 +228,7 @@ class Bus:
     def _topic(self, name: str) -> Topic:
         entry = self._topics.get(name)
         if entry is None:
-            entry = self._topics[_absolute(name)] = Topic(name)
+            entry = self._topics[absolute(name)] = Topic(name)
         return entry
 
     def _refused(self, name: str, node: str, error: E) -> E:
@@ -248,7 +248,7 @@ def _fitting(message: M, message_class: type[Message], name: str) -> M:
     return checked(message)
 
 
-def _absolute(name: str) -> str:
+def absolute(name: str) -> str:
     """The name itself, if it is absolute.
 
     Raises:

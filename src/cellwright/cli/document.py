@@ -12,6 +12,7 @@ from cellwright.kitting.evidence import Evidence
 from cellwright.kitting.evidence_json import evidence_to_json, trial_score_to_json
 from cellwright.kitting.trial_score import TrialScore
 from cellwright.run import RunResult, versions
+from cellwright.serving import Pace
 
 
 def of_run(
@@ -49,6 +50,11 @@ def of_run(
         "pictures": list(pictures),
         "versions": versions(),
     }
+
+
+def of_pace(pace: Pace | None) -> dict[str, float] | None:
+    """How time kept to the wall clock; lateness in s."""
+    return None if pace is None else asdict(pace)
 
 
 def of_score(found: Evidence, final: TrialScore | None = None) -> dict[str, Any]:

@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import json
 import os
-import signal
-import threading
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
-from types import FrameType
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
@@ -20,6 +16,7 @@ from cellwright.cli import options
 from cellwright.cli.eval_progress import EvalProgress
 from cellwright.cli.eval_table import show
 from cellwright.cli.exit_status import DONE, NOT_DONE
+from cellwright.cli.signals import stopped_by_signals
 from cellwright.description.catalogue import bundled_sensors
 from cellwright.description.gear2017 import load_trial
 from cellwright.errors import UsageError
@@ -166,31 +163,9 @@ def _work(
             problem = evaluation.check_agent(jobs[0].agent)
             if problem:
                 options.refuse(problem)
-            with _stopped_by_signals(evaluation):
+            with stopped_by_signals(evaluation.stop):
                 interrupted = not evaluation.run(jobs)
     return [store.results[job.key] for job in jobs if evaluation.is_settled(job)], interrupted
-
-
-@contextmanager
-def _stopped_by_signals(evaluation: Evaluation) -> Iterator[None]:
-    """Let the first Ctrl-C, or a CI service's wish to end, stop the evaluation between two steps; the second breaks."""
-    before: dict[int, Any] = {}
-
-    def stop(_number: int, _frame: FrameType | None) -> None:
-        evaluation.stop()
-        restore()
-
-    def restore() -> None:
-        while before:
-            signal.signal(*before.popitem())
-
-    if threading.current_thread() is threading.main_thread():
-        for number in (signal.SIGINT, signal.SIGTERM):
-            before[number] = signal.signal(number, stop)
-    try:
-        yield
-    finally:
-        restore()
 
 
 def _trials(names: Sequence[str], joined: Sequence[str]) -> list[EvaluatedTrial]:

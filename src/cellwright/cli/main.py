@@ -15,6 +15,7 @@ from cellwright.cli.exit_status import BAD_INPUT, NOT_DONE
 from cellwright.cli.ros1_env import ros1_env
 from cellwright.cli.ros1_workspace import ros1_workspace
 from cellwright.cli.run import run
+from cellwright.cli.serve import serve
 from cellwright.cli.trials import trials
 from cellwright.errors import CellwrightError
 
@@ -31,6 +32,7 @@ app = typer.Typer(
         cellwright run --help        # your own program, pictures, servos, JSON
         cellwright trials            # what else comes along
         cellwright eval lesson       # many runs, each judged, and a report
+        cellwright serve lesson      # for programs in other processes
         cellwright check trial.yaml  # is this file sound?""",
     epilog="Exit status: 0 done; 1 not done; 2 bad input, and nothing was started.",
     no_args_is_help=True,
@@ -42,6 +44,7 @@ app = typer.Typer(
 app.command()(run)
 app.command()(check)
 app.command("eval")(evaluate)
+app.command()(serve)
 app.command()(trials)
 app.command("ros1-env")(ros1_env)
 app.command("ros1-workspace")(ros1_workspace)

@@ -37,15 +37,26 @@ class Pacer:
         self._speed = speed
         self._clock = clock
         self._sleep = sleep
-        self._wall = clock()
-        self._simulated = simulation.now
+        self._begun = self._wall = clock()
+        self._begun_at = self._simulated = simulation.now
+        self.worst = 0.0
+        """How late [s] of wall time the latest tick came."""
 
-    def step(self) -> None:
-        """One tick, then the wait until it is time for it."""
+    @property
+    def factor(self) -> float:
+        """Simulated seconds a wall second, on average since the beginning; 0 before any time has passed."""
+        passed = self._clock() - self._begun
+        return (self._simulation.now - self._begun_at) / 1e9 / passed if passed > 0.0 else 0.0
+
+    def step(self) -> bool:
+        """One tick, then the wait until it is time for it; False when there was no time to wait."""
         simulation = self._simulation
         simulation.step()
         ahead = (simulation.now - self._simulated) / 1e9 / self._speed - (self._clock() - self._wall)
         if ahead > 0.0:
             self._sleep(ahead)
-        elif ahead < -_PATIENCE:
+            return True
+        self.worst = max(self.worst, -ahead)
+        if ahead < -_PATIENCE:
             self._wall, self._simulated = self._clock(), simulation.now
+        return False

@@ -23,7 +23,7 @@ class InProcess:
     def __init__(self, cell: Cell, *, node: str = "/client") -> None:
         self.cell = cell
         self.node = node
-        self.step = cell.simulation.step
+        self.step: Callable[[], object] = cell.simulation.step
         """What lets a tick pass: the simulation's own step, or a paced one."""
         self.deadline = NEVER
         """Simulation time [ns] past which `advance` raises: the run is over."""

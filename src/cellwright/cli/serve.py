@@ -1,0 +1,209 @@
+"""`cellwright serve`: a cell for programs in other processes."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from cellwright import variation
+from cellwright.cell import Cell
+from cellwright.cli import document, options, score_table
+from cellwright.cli.exit_status import DONE, NOT_DONE
+from cellwright.cli.progress import RunProgress
+from cellwright.cli.signals import stopped_by_signals
+from cellwright.description.trial import Trial
+from cellwright.recording.run_log import RunLog
+from cellwright.run import Outcome, RunOptions
+from cellwright.server import DEFAULT_PORT, Server
+from cellwright.server.server import LOOPBACK
+from cellwright.serving import Hooks, Pace, Serving
+
+_WORK, _END, _REACH, _OUTPUT = "What runs", "When it ends", "Where it is reached", "Output"
+
+EXIT_ON_COMPLETION = "ARIAC_EXIT_ON_COMPLETION"
+"""Environment variable of the original: with any value the simulator ends when the competition does."""
+
+
+def serve(
+    files: options.Files,
+    speed: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FACTOR",
+            help="Simulated seconds a second, or `max`; 1 when left out, and `max` in lockstep.",
+            rich_help_panel=_WORK,
+        ),
+    ] = None,
+    lockstep: Annotated[
+        bool,
+        typer.Option("--lockstep", metavar="", help="Let time pass only when a guest asks.", rich_help_panel=_WORK),
+    ] = False,
+    servo: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PROFILE",
+            help="Servos of the arm: `original` (soft, as in 2017) or `precise`; as the file says when left out.",
+            rich_help_panel=_WORK,
+        ),
+    ] = None,
+    seed: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Root of all chance; the file's own, else 0.", rich_help_panel=_WORK),
+    ] = None,
+    vary: Annotated[
+        bool,
+        typer.Option(
+            "--vary",
+            metavar="",
+            help="Move parts in bins, change friction and the phases of belt and gripper a little, by the seed.",
+            rich_help_panel=_WORK,
+        ),
+    ] = False,
+    development: Annotated[
+        bool,
+        typer.Option(
+            "--development-mode",
+            "-d",
+            metavar="",
+            help="Allow what a competition refuses, such as setting the belt's power.",
+            rich_help_panel=_WORK,
+        ),
+    ] = False,
+    until: Annotated[
+        float | None, typer.Option(metavar="T", help="Stop at this simulation time [s].", rich_help_panel=_END)
+    ] = None,
+    exit_on_completion: Annotated[
+        bool,
+        typer.Option(
+            "--exit-on-completion",
+            metavar="",
+            help=f"Stop when the competition is done; also with {EXIT_ON_COMPLETION} set.",
+            rich_help_panel=_END,
+        ),
+    ] = False,
+    host: Annotated[str, typer.Option(metavar="HOST", help="Address to listen at.", rich_help_panel=_REACH)] = LOOPBACK,
+    port: Annotated[
+        int, typer.Option(metavar="N", help="Port to listen at; 0 takes a free one.", rich_help_panel=_REACH)
+    ] = DEFAULT_PORT,
+    as_json: Annotated[
+        bool,
+        typer.Option(
+            "--json",
+            metavar="",
+            help="Print the result as JSON at the end, and nothing else on stdout.",
+            rich_help_panel=_OUTPUT,
+        ),
+    ] = False,
+    log: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.jsonl",
+            help="Write what happens to this file as it happens, with the evidence of each kit; a line of JSON each.",
+            rich_help_panel=_OUTPUT,
+        ),
+    ] = None,
+    verbose: Annotated[
+        bool,
+        typer.Option(
+            "--verbose", "-v", metavar="", help="Say also how time kept to the wall clock.", rich_help_panel=_OUTPUT
+        ),
+    ] = False,
+) -> None:
+    """Run a trial for programs in other processes, until Ctrl-C; then print its score.
+
+    Programs connect over a socket; what happens is a line each.
+
+        # the lesson's cell, in real time
+        cellwright serve lesson
+
+        # time passes only when a program asks for it: the same result on any host
+        cellwright serve lesson --lockstep
+
+    Exit status: 0 stopped, by whatever was asked for; 1 the simulation became unstable; 2 bad input, and nothing was
+    started.
+    """
+    wanted_speed = options.speed(("max" if lockstep else "1") if speed is None else speed)
+    wanted = RunOptions(
+        until=options.until(until),
+        ends_when_done=exit_on_completion or EXIT_ON_COMPLETION in os.environ,
+    )
+    log_file = options.log_file(log)
+    console = Console(stderr=as_json, highlight=False)
+    is_stopped = _Stop()
+    with stopped_by_signals(is_stopped.stop):
+        cell = Cell(
+            _trial(files, seed, is_varied=vary),
+            seed=options.seed(seed),
+            servo=options.servo(servo),
+            competition=not development,
+            report=partial(console.print, markup=False, soft_wrap=True, style="yellow"),
+        )
+        progress = RunProgress(console, cell, until=wanted.until)
+        server = Server(cell, host=host, port=port, lockstep=lockstep, report=partial(progress.line, style="yellow"))
+        if not server.is_local:
+            typer.echo(f"warning: {host}: anybody who reaches this machine can drive the cell", err=True)
+        hooks = Hooks(on_ready=lambda: _ready(console, cell, server, wanted_speed))
+        serving = Serving(cell, server, speed=wanted_speed, hooks=hooks)
+        is_stopped.follow(serving.stop)
+        kept = None if log_file is None else RunLog(log_file, about={"agent": "served"}, report=_warn)
+        with progress.running():
+            result = serving.run(replace(wanted, log=kept))
+    status = NOT_DONE if result.outcome is Outcome.UNSTABLE else DONE
+    if result.error:
+        typer.echo(result.error, err=True, nl=False)
+    pace = serving.pace
+    if as_json:
+        about = document.of_run(cell, "served", result, status, []) | {"pace": document.of_pace(pace)}
+        typer.echo(json.dumps(about, indent=2))
+    else:
+        score_table.show(console, result)
+        if verbose and pace is not None:
+            score_table.note(console, "pace", _pace_text(pace))
+    raise typer.Exit(status)
+
+
+class _Stop:
+    """A wish to end that may come before there is anything to end."""
+
+    def __init__(self) -> None:
+        self._has_come = False
+        self._stop: Callable[[], None] = lambda: None
+
+    def stop(self) -> None:
+        self._has_come = True
+        self._stop()
+
+    def follow(self, stop: Callable[[], None]) -> None:
+        self._stop = stop
+        if self._has_come:
+            stop()
+
+
+def _ready(console: Console, cell: Cell, server: Server, speed: float | None) -> None:
+    host, port = server.address
+    if server.lockstep:
+        pace = "lockstep"
+    else:
+        pace = "as fast as it goes" if speed is None else "real time" if speed == 1.0 else f"{speed:g} x real time"
+    console.print(f"ready: {cell.trial.name} at {host}:{port}, {pace}", markup=False, soft_wrap=True)
+
+
+def _pace_text(pace: Pace) -> str:
+    return f"{pace.factor:.4f} x real time, latest tick {pace.worst_lateness * 1e3:.1f} ms late"
+
+
+def _trial(files: list[str], seed: int | None, *, is_varied: bool) -> Trial:
+    trial, root = options.load(files), options.seed(seed)
+    return variation.vary(trial, trial.settings.seed if root is None else root) if is_varied else trial
+
+
+def _warn(line: str) -> None:
+    typer.echo(f"warning: {line}", err=True)

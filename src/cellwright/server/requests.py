@@ -1,0 +1,194 @@
+"""What guests ask for, carried out on the cell's bus."""
+
+from __future__ import annotations
+
+import json
+import logging
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, TypeAlias
+
+from cellwright import errors
+from cellwright.bus import Direction, absolute
+from cellwright.cell import Cell
+from cellwright.errors import CellwrightError, MessageError, ServiceFailedError, UnknownNameError, UsageError
+from cellwright.link.frames import PROTOCOL, Frame, FrameError, Kind, read_advance, time_frame
+from cellwright.messages import Message, ServiceType, message_type, service_type, type_of
+from cellwright.server.guest import Guest
+from cellwright.server.translation import ENCODINGS, Translation, from_bytes
+from cellwright.server.welcome import welcome
+
+MOST_SUBSCRIPTIONS = 1024
+"""Of one guest."""
+
+_LONGEST_NODE = 255
+
+Extra: TypeAlias = Callable[[dict[str, Any]], dict[str, Any]]
+"""A service of the server itself: takes a JSON object, answers with one; refuses with a CellwrightError."""
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A guest's wish that time pass: to `until` [ns], or for one tick; answered with `number`."""
+
+    guest: Guest
+    number: int
+    until: int
+    each_tick: bool
+
+
+class Requests:
+    """Carries out the frames of guests, in the order in which they are handed in.
+
+    Args:
+        cell: whose bus it is.
+        lockstep: whether time passes for guests that ask for it, and for nothing else.
+    """
+
+    def __init__(self, cell: Cell, *, lockstep: bool) -> None:
+        self._cell = cell
+        self._lockstep = lockstep
+        self._translation = Translation()
+        topics = cell.bus.topics()
+        self._heard = {info.name: message_type(info.type) for info in topics if info.direction is Direction.IN}
+        self._services = {info.name: service_type(info.type) for info in cell.bus.services()}
+        self.asked: deque[Asked] = deque()
+        """Wishes that time pass, in the order in which they came."""
+        self.extras: dict[str, Extra] = {}
+        """Services of the server itself, by name. They are not on the bus, and no bridge offers them."""
+        welcome(cell, lockstep=lockstep)  # works out all checksums now, while nobody waits
+
+    def carry_out(self, guest: Guest, frame: Frame) -> None:
+        """Do what a frame asks for, and answer.
+
+        Raises:
+            FrameError: it is nothing that a guest may say; the connection is worth nothing any more.
+        """
+        if not guest.node:
+            self._greet(guest, frame)
+            return
+        try:
+            self._act(guest, frame)
+        except CellwrightError as error:
+            guest.say(refusal(frame.number, error))
+        except FrameError:
+            raise
+        except Exception as error:  # a defect of ours that a guest came upon: it must not end the run of all others
+            log.exception("%s %s of %s", frame.kind.name, frame.name, guest.name)
+            failed = ServiceFailedError(f"the cell failed: {type(error).__name__}: {error}")
+            guest.say(refusal(frame.number, failed))
+
+    def answer(self, asked: Asked) -> None:
+        """Give time back to the guest that asked for it to pass."""
+        asked.guest.has_news = False
+        asked.guest.say(time_frame(asked.number, self._cell.simulation.now))
+
+    # ---------------------------------------------------------------- each kind of frame
+
+    def _act(self, guest: Guest, frame: Frame) -> None:
+        match frame.kind:
+            case Kind.SUBSCRIBE:
+                self._subscribe(guest, frame)
+            case Kind.UNSUBSCRIBE:
+                guest.subscriptions.pop(frame.number, _nothing)()
+            case Kind.PUBLISH:
+                self._publish(guest, frame)
+            case Kind.CALL:
+                self._call(guest, frame)
+            case Kind.ADVANCE:
+                self._advance(guest, frame)
+            case _:
+                again = " again" if frame.kind is Kind.HELLO else ""
+                raise FrameError(f"{frame.kind.name} is nothing that a guest may say{again}")
+
+    def _greet(self, guest: Guest, frame: Frame) -> None:
+        if frame.kind is not Kind.HELLO:
+            raise FrameError(f"the first word must be HELLO, not {frame.kind.name}")
+        said = frame.json()
+        protocol, node, encoding = (said.get(key) for key in ("protocol", "node", "encoding"))
+        if protocol != PROTOCOL:
+            raise FrameError(f"this cell speaks protocol {PROTOCOL}, not {protocol!r:.20}")
+        if not isinstance(node, str) or not node.startswith("/") or not 1 < len(node) <= _LONGEST_NODE:
+            raise FrameError(f"a node's name is like '/robot', not {node!r:.40}")
+        if encoding not in ENCODINGS:
+            raise FrameError(f"messages can be had as {' or '.join(ENCODINGS)}, not {encoding!r:.20}")
+        guest.node, guest.encoding = node, encoding
+        guest.say(welcome(self._cell, lockstep=self._lockstep))
+
+    def _subscribe(self, guest: Guest, frame: Frame) -> None:
+        if frame.number in guest.subscriptions:
+            raise UsageError(f"the number {frame.number} is in use for another subscription")
+        if len(guest.subscriptions) >= MOST_SUBSCRIPTIONS:
+            raise UsageError(f"no more than {MOST_SUBSCRIPTIONS} subscriptions are taken of one guest")
+        bus = self._cell.bus
+        cancel = _nothing
+        try:
+            bus.topic(frame.name)
+        except UnknownNameError:
+            absolute(frame.name)  # it is waited for, as in a process; but names from outside must not fill the bus
+        else:
+            deliver = partial(self._deliver, guest, frame.number)
+            cancel = bus.subscribe(frame.name, deliver, node=guest.node, origin=frame.node or None).cancel
+        guest.subscriptions[frame.number] = cancel
+        guest.say(Frame(Kind.DONE, frame.number))
+
+    def _deliver(self, guest: Guest, number: int, message: Message) -> None:
+        try:
+            data = self._translation.to_bytes(message, guest.encoding)
+        except CellwrightError as error:  # it has no such form
+            log.warning("%s cannot be told: %s", guest.name, error)
+        else:
+            guest.tell(number, data)
+
+    def _publish(self, guest: Guest, frame: Frame) -> None:
+        node = frame.node or guest.node
+        message_class = self._heard.get(frame.name)
+        message: Any = None  # the bus refuses a topic that it does not hear before it looks at the message
+        if message_class is not None:
+            message = self._read(guest, frame, message_class, type_of(message_class))
+        self._cell.bus.publish(frame.name, message, node=node)
+        if frame.number:
+            guest.say(Frame(Kind.DONE, frame.number))
+
+    def _call(self, guest: Guest, frame: Frame) -> None:
+        extra = self.extras.get(frame.name)
+        if extra is not None:
+            answer = json.dumps(extra(frame.json())).encode()
+        else:
+            self._cell.simulation.settle_inbox()
+            service: ServiceType | None = self._services.get(frame.name)
+            request: Any = None if service is None else self._read(guest, frame, service.request, service.name)
+            response = self._cell.bus.call(frame.name, request, node=frame.node or guest.node)
+            answer = self._translation.to_bytes(response, guest.encoding)
+        guest.say(Frame(Kind.ANSWER, frame.number, payload=answer))
+
+    def _advance(self, guest: Guest, frame: Frame) -> None:
+        until, each_tick = read_advance(frame)
+        if not self._lockstep:
+            raise UsageError("time passes by itself here; only in lockstep can it be asked for")
+        self.asked.append(Asked(guest, frame.number, until, each_tick))
+
+    def _read(self, guest: Guest, frame: Frame, message_class: type[Message], type_name: str) -> Message:
+        """The message in a frame; what is none is counted and reported, as the bus does with what it refuses."""
+        try:
+            if frame.type not in ("", type_name):
+                raise MessageError(f"it takes {type_name}, not {frame.type:.80}")
+            return from_bytes(frame.payload, message_class, guest.encoding)
+        except MessageError as error:
+            self._cell.bus.refusals.refuse(f"{frame.name} from {frame.node or guest.node}", str(error))
+            raise
+
+
+def refusal(number: int, error: BaseException) -> Frame:
+    """The answer that says why not, by the nearest class of error that every guest knows."""
+    kinds = type(error).__mro__
+    known = next((kind for kind in kinds if kind.__module__ == errors.__name__), CellwrightError)
+    return Frame(Kind.REFUSED, number, name=known.__name__, payload=str(error).encode(errors="replace"))
+
+
+def _nothing() -> None:
+    pass

@@ -1,0 +1,262 @@
+"""The server: takes guests in, and serves them while the simulation waits.
+
+One thread does everything. The loop that steps the cell calls `wait` between two ticks; commands that come then are
+carried out at that border. Time is looked at after every frame, so that a flood of them eats idle time and no more.
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import socket
+import time
+from collections.abc import Callable
+from ipaddress import ip_address
+
+from cellwright.cell import Cell
+from cellwright.errors import UsageError
+from cellwright.link.frames import Frame, FrameError, Kind
+from cellwright.server.guest import Guest
+from cellwright.server.requests import Asked, Extra, Requests, refusal
+
+DEFAULT_PORT = 11399
+LOOPBACK = "127.0.0.1"
+
+MOST_GUESTS = 200
+"""More connections than these are turned away; `select` can look at some 1000."""
+
+PATIENCE = 30.0
+"""So long [s] a guest may take nothing of what waits for it, or not say who it is, before it is cut off."""
+
+_FRAMES_A_TURN = 16
+_LOOK_AFTER = 1.0  # [s] of wall time between two looks at who is behind, stuck or silent
+
+
+class Server:
+    """A cell's bus on a TCP socket.
+
+    Args:
+        cell: whose bus it is.
+        host: the address to listen at; anything but loopback lets others in the network drive the cell.
+        port: the port to listen at; 0 takes a free one.
+        lockstep: whether time passes for guests that ask for it, and for nothing else.
+        report: takes a line about guests that misbehave, at most one a second for each.
+
+    Raises:
+        UsageError: the address cannot be listened at.
+    """
+
+    def __init__(
+        self,
+        cell: Cell,
+        *,
+        host: str = LOOPBACK,
+        port: int = DEFAULT_PORT,
+        lockstep: bool = False,
+        report: Callable[[str], None] = lambda _line: None,
+    ) -> None:
+        self._listener = _listen(host, port)
+        self._requests = Requests(cell, lockstep=lockstep)
+        self._report = report
+        self._guests: list[Guest] = []
+        self._turn = 0
+        self._cut_off: dict[str, list[str]] = {}
+        self._looked = time.monotonic()
+        self.lockstep = lockstep
+
+    @property
+    def address(self) -> tuple[str, int]:
+        """Host and port that it listens at."""
+        host, port = self._listener.getsockname()[:2]
+        return str(host), int(port)
+
+    @property
+    def is_local(self) -> bool:
+        """Whether only programs on this machine can reach it."""
+        return ip_address(self.address[0]).is_loopback
+
+    @property
+    def guests(self) -> tuple[str, ...]:
+        """The nodes that are there."""
+        return tuple(guest.node for guest in self._guests if guest.node)
+
+    @property
+    def asked(self) -> Asked | None:
+        """In lockstep: the wish that time pass whose turn it is; None when nobody has one."""
+        asked = self._requests.asked
+        while asked and asked[0].guest.is_gone:
+            asked.popleft()
+        return asked[0] if asked else None
+
+    def answer(self, asked: Asked, refused: BaseException | None = None) -> None:
+        """In lockstep: answer a wish with the time as it stands, or say why it will not pass."""
+        if asked in self._requests.asked:
+            self._requests.asked.remove(asked)
+        if refused is None:
+            self._requests.answer(asked)
+        else:
+            asked.guest.say(refusal(asked.number, refused))
+
+    def offer(self, service: str, handler: Extra) -> None:
+        """Offer a service of the server itself: JSON in and out. It is not on the bus."""
+        self._requests.extras[service] = handler
+
+    def wait(self, seconds: float) -> None:
+        """Serve guests for so long [s] of wall time. With 0 each still has its turn.
+
+        In lockstep it ends as soon as somebody wishes that time pass.
+        """
+        deadline = time.perf_counter() + seconds
+        self._flush()
+        while True:
+            busy = any(guest.has_frames for guest in self._guests)
+            left = 0.0 if busy else max(0.0, deadline - time.perf_counter())
+            self._look_at_sockets(min(left, _LOOK_AFTER))
+            in_time = self._take_turns(deadline)
+            self._look_after_guests()
+            if not in_time or time.perf_counter() >= deadline or (self.lockstep and self.asked is not None):
+                break
+        self._forget_those_gone()
+
+    @property
+    def is_anybody_behind(self) -> bool:
+        """Whether some guest has to read first before more can be told it, if nothing is to be lost."""
+        return any(guest.is_behind and not guest.is_gone for guest in self._guests)
+
+    def close(self, reason: str) -> None:
+        """Tell every guest that it is over and why, and let go of them."""
+        self._listener.close()
+        for guest in self._guests:
+            if guest.node and not guest.is_gone:
+                guest.say(Frame(Kind.ENDED, payload=reason.encode()))
+        deadline = time.monotonic() + 0.5  # those that read are told; nobody is waited for longer
+        while time.monotonic() < deadline:
+            self._flush()
+            behind = [guest.connection for guest in self._guests if guest.has_waiting and not guest.is_gone]
+            if not behind:
+                break
+            select.select((), behind, (), 0.05)
+        for guest in self._guests:
+            guest.close()
+        self._guests.clear()
+
+    # ---------------------------------------------------------------- one round
+
+    def _look_at_sockets(self, timeout: float) -> None:
+        """Wait until some socket is ready; take in what came, send what waits."""
+        readers: list[Guest | None] = [None, *(guest for guest in self._guests if guest.may_be_read)]
+        read = {_socket(guest, self._listener): guest for guest in readers}
+        write = {guest.connection: guest for guest in self._guests if guest.has_waiting and not guest.is_gone}
+        readable, writable, _ = select.select(list(read), list(write), (), timeout)
+        for connection in writable:
+            write[connection].flush()
+        for connection in readable:
+            guest = read[connection]
+            if guest is None:
+                self._accept()
+            else:
+                guest.read()
+        if readable or writable:
+            self._forget_those_gone()
+
+    def _take_turns(self, deadline: float) -> bool:
+        """Carry out frames that came, guest by guest; False when time ran out before all had a turn."""
+        guests = self._guests
+        count = len(guests)
+        for offset in range(count):
+            guest = guests[(self._turn + offset) % count]
+            if guest.has_frames:
+                self._serve(guest, deadline)
+                guest.flush()
+                if time.perf_counter() >= deadline and offset + 1 < count:
+                    self._turn = (self._turn + offset + 1) % count
+                    return False
+        return True
+
+    def _serve(self, guest: Guest, deadline: float) -> None:
+        try:
+            for _ in range(_FRAMES_A_TURN):
+                frame = guest.next_frame()
+                if frame is None:
+                    return
+                self._requests.carry_out(guest, frame)
+                if time.perf_counter() >= deadline:
+                    return
+        except FrameError as error:
+            self._cut(guest, error)
+
+    def _accept(self) -> None:
+        try:
+            connection, address = self._listener.accept()
+        except OSError:  # gone again, or there are no more descriptors to be had
+            return
+        try:
+            guest = Guest(connection, str(address[0]))
+        except OSError:
+            connection.close()
+            return
+        self._guests.append(guest)
+        if len(self._guests) > MOST_GUESTS:
+            self._cut(guest, FrameError(f"there are {MOST_GUESTS} guests already"))
+
+    def _flush(self) -> None:
+        for guest in self._guests:
+            guest.flush()
+
+    # ---------------------------------------------------------------- guests that misbehave
+
+    def _cut(self, guest: Guest, error: FrameError) -> None:
+        """Tell a guest why nothing more is heard from it; it leaves once it has been told."""
+        guest.say(refusal(0, error))
+        guest.stop_hearing()
+        self._cut_off.setdefault(guest.name, []).append(str(error))
+
+    def _forget_those_gone(self) -> None:
+        for guest in [guest for guest in self._guests if guest.is_gone]:
+            self._guests.remove(guest)
+            guest.close()
+
+    def _look_after_guests(self) -> None:
+        """Once a second: say what happened to guests, and part with those that are hopeless."""
+        now = time.monotonic()
+        if now - self._looked < _LOOK_AFTER:
+            return
+        self._looked = now
+        for guest in self._guests:
+            if guest.dropped:
+                self._report(f"{guest.name} does not read as fast as it is told: {guest.dropped} messages were dropped")
+                guest.dropped = 0
+            is_stuck = guest.stuck_since is not None and now - guest.stuck_since > PATIENCE
+            if is_stuck and (guest.is_behind or guest.is_leaving):
+                guest.is_gone = True
+                self._cut_off.setdefault(guest.name, []).append(f"it has read nothing for {PATIENCE:g} s")
+            elif not guest.node and not guest.is_leaving and now - guest.came > PATIENCE:
+                self._cut(guest, FrameError(f"it has not said who it is for {PATIENCE:g} s"))
+        for name, reasons in self._cut_off.items():
+            more = f" (and {len(reasons) - 1} more since the last report)" if len(reasons) > 1 else ""
+            self._report(f"cut off {name}: {reasons[0]}{more}")
+        self._cut_off.clear()
+
+
+def _socket(guest: Guest | None, listener: socket.socket) -> socket.socket:
+    return listener if guest is None else guest.connection
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    if not 0 <= port <= 65535:
+        raise UsageError(f"a port is from 0 to 65535, not {port}")
+    try:
+        family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+        listener = socket.socket(family, kind, protocol)
+    except OSError as error:
+        raise UsageError(f"{host}: cannot be listened at: {error.strerror or error}") from None
+    try:
+        if os.name == "posix":  # elsewhere it would let two servers share a port
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind(address)
+        listener.listen(64)
+    except OSError as error:
+        listener.close()
+        raise UsageError(f"{host}:{port}: cannot be listened at: {error.strerror or error}") from None
+    listener.setblocking(False)
+    return listener

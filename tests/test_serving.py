@@ -1,0 +1,115 @@
+"""A served cell as a program in another process meets it."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from cellwright.link.frames import Decoder, Frame, Kind, advance, hello, read_time
+
+COMMAND = [sys.executable, "-m", "cellwright", "serve"]
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
+
+
+@contextmanager
+def serving(folder: Path, *arguments: str, **more: str) -> Iterator[tuple[subprocess.Popen[str], tuple[str, int]]]:
+    """A process that serves, and the address at which it is ready."""
+    process = subprocess.Popen(
+        [*COMMAND, *arguments, "--port", "0"],
+        cwd=folder,
+        env={**os.environ, "PYTHONUNBUFFERED": "1", "COLUMNS": "80", **more},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        lines = process.stderr if "--json" in arguments else process.stdout
+        assert lines is not None
+        ready = lines.readline()
+        assert ready.startswith("ready: "), ready + process.communicate(timeout=10)[1]
+        host, _, port = ready.split()[3].rstrip(",").rpartition(":")
+        yield process, (host, int(port))
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def ended(process: subprocess.Popen[str], number: int = signal.SIGINT) -> tuple[int, str, str]:
+    """Ask a process to end; its status, and what it said."""
+    process.send_signal(number)
+    out, err = process.communicate(timeout=30)
+    assert "Traceback" not in out + err
+    return process.returncode, out, err
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_it_serves_until_it_is_told_to_end_and_prints_the_score(number: int, tmp_path: Path) -> None:
+    with (
+        serving(tmp_path, "lesson", "-v") as (process, address),
+        socket.create_connection(address, timeout=10) as connection,
+    ):
+        connection.sendall(hello("/me", "cdr").encode())
+        decoder = Decoder()
+        (welcome,) = decoder.feed(connection.recv(1 << 20))
+        assert welcome.json()["trial"] == "lesson"
+        status, out, _ = ended(process, number)
+        (end,) = decoder.feed(connection.recv(1 << 20))
+        assert end.kind is Kind.ENDED
+    assert status == 0
+    assert "score       0 of 12 points" in out
+    assert "pace " in out
+
+
+def test_in_lockstep_time_stands_until_it_is_asked_for(tmp_path: Path) -> None:
+    with serving(tmp_path, "lesson", "--lockstep", "--json") as (process, address):
+        with socket.create_connection(address, timeout=10) as connection:
+            connection.sendall(hello("/me", "cdr").encode())
+            decoder = Decoder()
+            (welcome,) = decoder.feed(connection.recv(1 << 20))
+            assert welcome.json()["lockstep"]
+            connection.sendall(advance(1, 100_000_000, each_tick=False).encode())
+            (answer,) = decoder.feed(connection.recv(1 << 20))
+            assert read_time(answer) == 100_000_000
+            connection.sendall(advance(2, 200_000_000, each_tick=True).encode())
+            (answer,) = decoder.feed(connection.recv(1 << 20))
+            assert read_time(answer) == 102_000_000
+        status, out, _ = ended(process)
+    assert status == 0
+    result = json.loads(out)
+    assert (result["steps"], result["simulated"], result["pace"]) == (51, 0.102, None)
+
+
+@pytest.mark.parametrize("way", ["option", "environment"])
+def test_it_ends_with_the_competition_when_that_is_asked_for(way: str, tmp_path: Path) -> None:
+    arguments = ["lesson", "--speed", "max", *(["--exit-on-completion"] if way == "option" else [])]
+    more = {"ARIAC_EXIT_ON_COMPLETION": ""} if way == "environment" else {}
+    with (
+        serving(tmp_path, *arguments, "--json", **more) as (process, address),
+        socket.create_connection(address, timeout=10) as connection,
+    ):
+        connection.sendall(hello("/me", "ros1").encode())
+        connection.sendall(Frame(Kind.CALL, 1, "/ariac/end_competition", "std_srvs/Trigger").encode())
+        out, _ = process.communicate(timeout=60)
+    result = json.loads(out)
+    assert (process.returncode, result["competition_state"], result["outcome"]) == (0, "done", "done")
+
+
+def test_a_port_in_use_is_one_line(tmp_path: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        ran = subprocess.run(
+            [*COMMAND, "lesson", "--port", port], cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False
+        )
+    assert ran.returncode == 2
+    assert ran.stderr.startswith(f"error: 127.0.0.1:{port}: cannot be listened at: ")
+    assert ran.stderr.count("\n") == 1
