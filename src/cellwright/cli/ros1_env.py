@@ -9,7 +9,7 @@ import typer
 
 from cellwright.cli.exit_status import DONE
 from cellwright.cli.options import refuse
-from cellwright.ros1.tools import find_tools
+from cellwright.ros1.system import find_system
 from cellwright.ros1.tree import SHELLS, cache_folder, ensure_tree, shell_lines, variables
 
 
@@ -38,7 +38,7 @@ def ros1_env(
     """
     if shell not in SHELLS:
         refuse(f"--shell {shell}: give one of {', '.join(SHELLS)}")
-    tools = find_tools()
-    tree = ensure_tree(tools, folder or cache_folder())
-    typer.echo(shell_lines(variables(tree, tools), shell))
+    ros = find_system()
+    tree = ensure_tree(ros, folder or cache_folder())
+    typer.echo(shell_lines(variables(tree, ros), shell))
     raise typer.Exit(DONE)

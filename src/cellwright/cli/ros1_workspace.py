@@ -11,7 +11,7 @@ import typer
 from cellwright.cli.exit_status import DONE
 from cellwright.cli.options import refuse
 from cellwright.ros1 import workspace
-from cellwright.ros1.tools import find_tools
+from cellwright.ros1.system import find_system
 
 
 def ros1_workspace(
@@ -38,15 +38,15 @@ def ros1_workspace(
     """
     if folder.exists() and not folder.is_dir():
         refuse(f"{folder}: is no folder")
-    tools = find_tools()
-    absent = workspace.missing(tools)
+    ros = find_system()
+    absent = workspace.missing(ros)
     if absent and is_built:
         refuse(workspace.lack(absent))
-    workspace.lay_out(tools, folder)
+    workspace.lay_out(ros, folder)
     typer.echo(f"laid out {folder / 'src' / workspace.GROUP}")
     if is_built:
         started = time.perf_counter()
-        workspace.build(tools, folder)
+        workspace.build(ros, folder)
         typer.echo(f"built in {time.perf_counter() - started:.0f} s")
         typer.echo(f"next: source {folder / 'devel' / 'setup.bash'}")
     raise typer.Exit(DONE)

@@ -7,16 +7,16 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from cellwright.errors import UsageError
-from cellwright.ros1.tools import Ros1Tools, environment
+from cellwright.ros1.system import RosSystem, environment
 
 _PATIENCE = 120.0  # [s] for one generator
 
 
-def generate(tools: Ros1Tools, packages: Path, names: Sequence[str], modules: Path) -> None:
+def generate(ros: RosSystem, packages: Path, names: Sequence[str], modules: Path) -> None:
     """Write the module of each package: `from osrf_gear.msg import Order`.
 
     Args:
-        tools: ROS 1.
+        ros: ROS 1.
         packages: the folder in which the packages lie.
         names: the packages.
         modules: the folder that is to be on the path of Python.
@@ -25,11 +25,11 @@ def generate(tools: Ros1Tools, packages: Path, names: Sequence[str], modules: Pa
         UsageError: a generator failed; the error has what it said last.
     """
     search = [f"-I{name}:{packages / name / 'msg'}" for name in names]
-    search += [f"-I{folder.parent.name}:{folder}" for folder in sorted(tools.share.glob("*/msg")) if folder.is_dir()]
+    search += [f"-I{folder.parent.name}:{folder}" for folder in sorted(ros.share.glob("*/msg")) if folder.is_dir()]
     running = [
-        (command, _started(command, tools))
+        (command, _started(command, ros))
         for name in names
-        for command in _commands(tools, packages / name, modules / name, search)
+        for command in _commands(ros, packages / name, modules / name, search)
     ]
     said = [(command, process, *process.communicate(timeout=_PATIENCE)) for command, process in running]
     for command, process, out, error in said:
@@ -43,19 +43,19 @@ def generate(tools: Ros1Tools, packages: Path, names: Sequence[str], modules: Pa
                 _initialise(modules / name / namespace)
 
 
-def _commands(tools: Ros1Tools, package: Path, modules: Path, search: Sequence[str]) -> Iterator[list[str]]:
+def _commands(ros: RosSystem, package: Path, modules: Path, search: Sequence[str]) -> Iterator[list[str]]:
     for namespace in ("msg", "srv"):
         definitions = sorted(map(str, (package / namespace).glob(f"*.{namespace}")))
         if definitions:
             out = modules / namespace
             out.mkdir(parents=True, exist_ok=True)
-            program = str(tools.generators / f"gen{namespace}_py.py")
-            yield [str(tools.python), program, *definitions, *search, "-p", package.name, "-o", str(out)]
+            program = str(ros.generators / f"gen{namespace}_py.py")
+            yield [str(ros.python), program, *definitions, *search, "-p", package.name, "-o", str(out)]
 
 
-def _started(command: Sequence[str], tools: Ros1Tools) -> subprocess.Popen[str]:
+def _started(command: Sequence[str], ros: RosSystem) -> subprocess.Popen[str]:
     return subprocess.Popen(  # noqa: S603
-        command, env=environment(tools), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        command, env=environment(ros), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
 
 

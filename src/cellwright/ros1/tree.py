@@ -21,7 +21,7 @@ from cellwright.ros1.generate import generate
 from cellwright.ros1.layout import write_package, write_programs
 from cellwright.ros1.packages import MESSAGE_PACKAGES, package_files
 from cellwright.ros1.stubs import unseen, write_stubs
-from cellwright.ros1.tools import Ros1Tools, wanted
+from cellwright.ros1.system import RosSystem, wanted
 
 SHELLS = ("sh", "fish")
 """Shells whose language the lines are in; `sh` is understood by bash and zsh as well."""
@@ -33,27 +33,27 @@ def cache_folder(variables: Mapping[str, str] = os.environ) -> Path:
     return (Path(base) if os.path.isabs(base) else Path.home() / ".cache") / "cellwright" / "ros1"
 
 
-def ensure_tree(tools: Ros1Tools, folder: Path) -> Path:
+def ensure_tree(ros: RosSystem, folder: Path) -> Path:
     """The tree of this version of Cellwright on this machine, made if it is not there yet.
 
     Its name carries the version and a digest of all that it is made of, so a tree is never stale. It appears whole or
     not at all, and two that are made at once do not harm each other.
 
     Args:
-        tools: ROS 1.
+        ros: ROS 1.
         folder: where trees are kept.
 
     Raises:
         UsageError: the folder cannot be written, or a generator failed.
     """
-    tree = folder.absolute() / f"{cellwright.__version__}-{_digest(tools)}"
+    tree = folder.absolute() / f"{cellwright.__version__}-{_digest(ros)}"
     if tree.is_dir():
         return tree
     try:
         tree.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".new-", dir=tree.parent) as name:
             new = Path(name) / tree.name
-            _make(tools, new, tree)
+            _make(ros, new, tree)
             try:
                 new.rename(tree)
             except OSError:
@@ -64,35 +64,35 @@ def ensure_tree(tools: Ros1Tools, folder: Path) -> Path:
     return tree
 
 
-def _make(tools: Ros1Tools, new: Path, tree: Path) -> None:
+def _make(ros: RosSystem, new: Path, tree: Path) -> None:
     share, modules = new / "share", new / "python"
-    ours = wanted(tools)
+    ours = wanted(ros)
     for name in ours:
         write_package(name, share / name, tree / "bin")
-    write_stubs(tools.share, share)
-    generate(tools, share, [name for name in MESSAGE_PACKAGES if name in ours], modules)
+    write_stubs(ros.share, share)
+    generate(ros, share, [name for name in MESSAGE_PACKAGES if name in ours], modules)
     shutil.copytree(share / "ariac_example" / "src" / "ariac_example", modules / "ariac_example")
-    write_programs(new / "bin", tools.python)
+    write_programs(new / "bin", ros.python)
 
 
-def _digest(tools: Ros1Tools) -> str:
+def _digest(ros: RosSystem) -> str:
     """A digest of everything that a tree is made of."""
     digest = hashlib.sha256()
-    for item in (tools.prefix, tools.python, tools.python.resolve(), *unseen(tools.share)):
+    for item in (ros.prefix, ros.python, ros.python.resolve(), *unseen(ros.share)):
         digest.update(f"{item}\0".encode())
-    for package in wanted(tools):
+    for package in wanted(ros):
         digest.update(f"{package}\0".encode())
         for path, file in package_files(package, Path("bin")).items():
             digest.update(f"{path} {len(file.content)}\0".encode() + file.content)
     return digest.hexdigest()[:12]
 
 
-def variables(tree: Path, tools: Ros1Tools, present: Mapping[str, str] = os.environ) -> dict[str, str]:
+def variables(tree: Path, ros: RosSystem, present: Mapping[str, str] = os.environ) -> dict[str, str]:
     """What a shell's variables are to be, with the tree in front; trees that were there before are left out.
 
     Args:
         tree: from `ensure_tree`.
-        tools: ROS 1.
+        ros: ROS 1.
         present: the variables as they are.
     """
 
@@ -102,7 +102,7 @@ def variables(tree: Path, tools: Ros1Tools, present: Mapping[str, str] = os.envi
         return os.pathsep.join([str(tree / part), *kept])
 
     return {
-        "ROS_PACKAGE_PATH": with_tree("ROS_PACKAGE_PATH", "share", str(tools.share)),
+        "ROS_PACKAGE_PATH": with_tree("ROS_PACKAGE_PATH", "share", str(ros.share)),
         "PYTHONPATH": with_tree("PYTHONPATH", "python"),
         "PATH": with_tree("PATH", "bin", os.defpath),
     }

@@ -17,7 +17,7 @@ from pathlib import Path
 from cellwright.errors import UsageError
 from cellwright.ros1.layout import write_file, write_package, write_programs
 from cellwright.ros1.packages import PackageFile
-from cellwright.ros1.tools import Ros1Tools, environment, wanted
+from cellwright.ros1.system import RosSystem, environment, wanted
 
 GROUP = "ariac"
 """The folder of our packages among the sources."""
@@ -69,7 +69,7 @@ _SETUP = """\
 _LAST_LINES = 30  # of the output of a build that failed
 
 
-def lay_out(tools: Ros1Tools, folder: Path) -> None:
+def lay_out(ros: RosSystem, folder: Path) -> None:
     """Lay the sources out in a folder, or bring them up to date there; other sources are not touched.
 
     Raises:
@@ -78,10 +78,10 @@ def lay_out(tools: Ros1Tools, folder: Path) -> None:
     folder = folder.absolute()
     programs = folder / ".cellwright" / "bin"
     try:
-        for package in wanted(tools):
+        for package in wanted(ros):
             write_package(package, folder / "src" / GROUP / package, programs)
-        write_programs(programs, tools.python)
-        _write(folder / "src" / "CMakeLists.txt", _top_level(tools))
+        write_programs(programs, ros.python)
+        _write(folder / "src" / "CMakeLists.txt", _top_level(ros))
         for shell in ("bash", "sh", "zsh"):
             setup = folder / "install" / f"setup.{shell}"
             if not setup.exists():
@@ -91,16 +91,16 @@ def lay_out(tools: Ros1Tools, folder: Path) -> None:
         raise UsageError(f"{folder}: a workspace cannot be laid out here: {error.strerror or error}") from None
 
 
-def missing(tools: Ros1Tools) -> list[str]:
+def missing(ros: RosSystem) -> list[str]:
     """What catkin would not find here: packages of ROS by name, and programs."""
-    packages = [name for name in NEEDED if not any(_configurations(tools, name))]
+    packages = [name for name in NEEDED if not any(_configurations(ros, name))]
     return packages + [name for name in ("cmake", "make", "g++") if shutil.which(name) is None]
 
 
-def _configurations(tools: Ros1Tools, name: str) -> Iterator[Path]:
+def _configurations(ros: RosSystem, name: str) -> Iterator[Path]:
     """Where CMake finds a package of ROS; Debian has those with libraries in a folder by architecture."""
     for folder in (f"share/{name}/cmake", f"lib/*/cmake/{name}"):
-        yield from tools.prefix.glob(f"{folder}/{name}Config.cmake")
+        yield from ros.prefix.glob(f"{folder}/{name}Config.cmake")
 
 
 def lack(names: Iterable[str]) -> str:
@@ -109,21 +109,21 @@ def lack(names: Iterable[str]) -> str:
     return f"catkin cannot build here, for want of {', '.join(names)}; on Debian: {remedy}"
 
 
-def build(tools: Ros1Tools, folder: Path) -> None:
+def build(ros: RosSystem, folder: Path) -> None:
     """Build all that lies in the workspace, with `catkin_make`.
 
     Raises:
         UsageError: something is missing, or the build failed; the error ends with the last that catkin said.
     """
-    if names := missing(tools):
+    if names := missing(ros):
         raise UsageError(lack(names))
-    setup = tools.prefix / "setup.sh"
+    setup = ros.prefix / "setup.sh"
     before = f". {shlex.quote(str(setup))} && " if setup.is_file() else ""
     command = ["sh", "-c", f"{before}exec catkin_make"]
     ran = subprocess.run(  # noqa: S603
         command,
         cwd=folder,
-        env=environment(tools) | {"PWD": str(folder)},
+        env=environment(ros) | {"PWD": str(folder)},
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
@@ -134,9 +134,9 @@ def build(tools: Ros1Tools, folder: Path) -> None:
         raise UsageError("\n".join(["catkin_make failed:", *ran.stdout.splitlines()[-_LAST_LINES:]]))
 
 
-def _top_level(tools: Ros1Tools) -> str:
-    toplevel = tools.share / "catkin" / "cmake" / "toplevel.cmake"
-    return _TOP_LEVEL.format(python=tools.python, toplevel=toplevel)
+def _top_level(ros: RosSystem) -> str:
+    toplevel = ros.share / "catkin" / "cmake" / "toplevel.cmake"
+    return _TOP_LEVEL.format(python=ros.python, toplevel=toplevel)
 
 
 def _write(path: Path, text: str) -> None:

@@ -15,7 +15,7 @@ _PATIENCE = 20.0  # [s] for an interpreter to say whether it has a module
 
 
 @dataclass(frozen=True, slots=True)
-class Ros1Tools:
+class RosSystem:
     """An installation of ROS 1.
 
     Attributes:
@@ -41,7 +41,7 @@ class Ros1Tools:
         return (self.share / name / "package.xml").is_file()
 
 
-def find_tools(root: Path = Path("/")) -> Ros1Tools:
+def find_system(root: Path = Path("/")) -> RosSystem:
     """The installation of ROS 1, the newest under `/opt/ros` first, then Debian's own.
 
     Args:
@@ -51,9 +51,9 @@ def find_tools(root: Path = Path("/")) -> Ros1Tools:
         UsageError: there is none that can generate messages.
     """
     for prefix in _prefixes(root):
-        tools = Ros1Tools(prefix, Path(os.environ.get("CELLWRIGHT_ROS1_PYTHON") or root / "usr" / "bin" / "python3"))
-        if (tools.generators / "genmsg_py.py").is_file() and _has_genpy(tools):
-            return tools
+        ros = RosSystem(prefix, Path(os.environ.get("CELLWRIGHT_ROS1_PYTHON") or root / "usr" / "bin" / "python3"))
+        if (ros.generators / "genmsg_py.py").is_file() and _has_genpy(ros):
+            return ros
     raise UsageError(
         "no ROS 1 that can generate messages was found: install it, on Debian and Ubuntu with "
         "`apt-get install ros-core rosbash`, or name its Python in CELLWRIGHT_ROS1_PYTHON"
@@ -65,24 +65,24 @@ def _prefixes(root: Path) -> Iterator[Path]:
     yield root / "usr"
 
 
-def _has_genpy(tools: Ros1Tools) -> bool:
-    command = [str(tools.python), "-c", "import genpy"]
+def _has_genpy(ros: RosSystem) -> bool:
+    command = [str(ros.python), "-c", "import genpy"]
     try:
-        ran = subprocess.run(command, env=environment(tools), capture_output=True, timeout=_PATIENCE, check=False)  # noqa: S603
+        ran = subprocess.run(command, env=environment(ros), capture_output=True, timeout=_PATIENCE, check=False)  # noqa: S603
     except (OSError, subprocess.TimeoutExpired):
         return False
     return ran.returncode == 0
 
 
-def wanted(tools: Ros1Tools) -> list[str]:
+def wanted(ros: RosSystem) -> list[str]:
     """Names of our packages that a shell is to have; the messages of controllers only where ROS itself lacks them."""
-    return [name for name in PACKAGES if name != "control_msgs" or not tools.has_package(name)]
+    return [name for name in PACKAGES if name != "control_msgs" or not ros.has_package(name)]
 
 
-def environment(tools: Ros1Tools) -> dict[str, str]:
+def environment(ros: RosSystem) -> dict[str, str]:
     """The environment in which ROS's tools are started: this process's, but with ROS's Python modules alone."""
     variables = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "PYTHONHOME")}
-    modules = tools.prefix / "lib" / "python3" / "dist-packages"
+    modules = ros.prefix / "lib" / "python3" / "dist-packages"
     if modules.is_dir():
         variables["PYTHONPATH"] = str(modules)
     return variables
