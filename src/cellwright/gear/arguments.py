@@ -84,7 +84,10 @@ def _parser() -> argparse.ArgumentParser:
         help="where configuration, robot description and launch file are written (default: %(default)s)",
     )
     parser.add_argument(
-        "-d", "--development-mode", action="store_true", help="allow what a competition refuses, such as the belt's power"
+        "-d",
+        "--development-mode",
+        action="store_true",
+        help="allow what a competition refuses, such as the belt's power",
     )
     parser.add_argument("--no-gui", action="store_true", help="taken for old scripts; there is no window to open")
     return parser

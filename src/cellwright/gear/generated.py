@@ -1,9 +1,9 @@
 """The files that say what the launcher starts; they stand in for those that the original generated.
 
-    config.yaml   the configuration as it was given, files joined
-    gear.yaml     what it comes to: every part, sensor, order and drop region with its figures
-    gear.urdf     the robot description
-    gear.launch   starts the same cell again: `roslaunch DIR/gear.launch`
+config.yaml   the configuration as it was given, files joined
+gear.yaml     what it comes to: every part, sensor, order and drop region with its figures
+gear.urdf     the robot description
+gear.launch   starts the same cell again: `roslaunch DIR/gear.launch`
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def resolved_text(loaded: Loaded) -> str:
 
 
 def _sensor(sensor: Sensor) -> dict[str, Any]:
-    xyz, rpy = ([float(value) for value in vector] for vector in (sensor.pose.position, sensor.pose.rpy()))
+    xyz, rpy = ([float(value) for value in vector] for vector in (sensor.pose.position, sensor.pose.rpy))
     return {"type": sensor.type, "xyz": xyz, "rpy": rpy}
 
 
