@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from typing import Tuple
 
 
-def address_of(text: str) -> Tuple[str, int]:
+def address_of(text: str) -> tuple[str, int]:
     """Host and port of `HOST:PORT`.
 
     Raises:

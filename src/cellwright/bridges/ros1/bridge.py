@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import Any, Dict, List, Optional, Tuple
+from typing import Any
 
 import rospy
 
@@ -13,7 +13,7 @@ from cellwright.bridges.ros1.loop import Loop
 from cellwright.bridges.ros1.master import Master, MasterGoneError, MasterWatch, listen_on_loopback
 from cellwright.bridges.ros1.node import StoppedError, begin_node, end_process, stop_by, stop_by_exception
 from cellwright.bridges.ros1.publications import Publication
-from cellwright.bridges.ros1.report import report
+from cellwright.bridges.ros1.report import report, say_ready
 from cellwright.bridges.ros1.sent import Sent
 from cellwright.bridges.ros1.services import Service, cell_service
 from cellwright.bridges.ros1.state_publisher import HOW_TO_GET_IT, NODE, StatePublisher, find_state_publisher
@@ -42,12 +42,12 @@ class Bridge:
         state_publisher: path of robot_state_publisher, `auto` to look for it, or `none` to do without.
     """
 
-    def __init__(self, address: Tuple[str, int], node: str, state_publisher: str) -> None:
+    def __init__(self, address: tuple[str, int], node: str, state_publisher: str) -> None:
         self._address = address
         self._node = node
         self._program = state_publisher
         self._loop = Loop()
-        self._frames: Optional[StatePublisher] = None
+        self._frames: StatePublisher | None = None
         self._is_node = False
 
     def run(self) -> None:
@@ -58,11 +58,11 @@ class Bridge:
             self._begin()
             self._loop.wake_by_signals()
             stop_by(lambda: self._loop.stop(ENDED))
-            print("ready", flush=True)
+            say_ready()
             status = self._loop.run()
         except (LinkError, MasterGoneError, rospy.ROSInitException) as error:
             report(str(error))
-        except (StoppedError, BrokenPipeError):
+        except StoppedError:
             status = ENDED
         end_process(status, before=self._begin_to_end, after=self._end)
 
@@ -90,7 +90,7 @@ class Bridge:
             server.services[service.resolved_name] = service.take
             service.register()
         if self._frames is not None:
-            _wait_for_state_publisher(master)
+            self._wait_for_frames(master, self._frames)
         for publication in publications:
             if publication.name == CLOCK:  # programs take it for the sign that all is there
                 publication.register()
@@ -101,7 +101,7 @@ class Bridge:
             on_replaced=lambda: self._loop.stop(ENDED),
         )
 
-    def _start_state_publisher(self, *, in_lockstep: bool) -> Optional[StatePublisher]:
+    def _start_state_publisher(self, *, in_lockstep: bool) -> StatePublisher | None:
         """Start it if it is wanted and there; without it the bridge publishes the arm's frames itself.
 
         In lockstep it is left out: it acts when it gets to it, and time would not wait.
@@ -116,7 +116,7 @@ class Bridge:
             return None
         return StatePublisher(self._loop, program)
 
-    def _publications(self, topics: List[Dict[str, Any]]) -> List[Publication]:
+    def _publications(self, topics: list[dict[str, Any]]) -> list[Publication]:
         """What the node publishes: all that leaves the cell, but for what robot_state_publisher does."""
         found = []
         for topic in topics:
@@ -132,11 +132,12 @@ class Bridge:
             found.append(Publication(self._loop, self._link, topic, node=origin, sent=self._sent))
         return found
 
-    def _hear(self, topics: List[Dict[str, Any]]) -> None:
+    def _hear(self, topics: list[dict[str, Any]]) -> None:
         """Subscribe to what the cell hears, and to what the original's node hears of itself."""
         in_lockstep = self._sent is not None
         self._heard = {
             topic["name"]: CommandTopic(
+                self._loop,
                 self._link,
                 topic,
                 queue=None if in_lockstep else QUEUE,
@@ -150,7 +151,7 @@ class Bridge:
             if topic["name"] in by_itself and topic["direction"] == "out":
                 OwnSubscription(topic["name"], topic["type"]).register()
 
-    def _services(self, services: List[Dict[str, Any]]) -> List[Service]:
+    def _services(self, services: list[dict[str, Any]]) -> list[Service]:
         found = [cell_service(self._loop, self._link, service) for service in services]
         if self._sent is not None:
             self._steps = StepService(self._loop, self._link, self._heard, self._sent)
@@ -160,9 +161,18 @@ class Bridge:
     def _look_at_steps(self) -> None:
         self._loop.call(self._steps.look)
 
+    def _wait_for_frames(self, master: Master, frames: StatePublisher) -> None:
+        """Wait a while until robot_state_publisher has come up, so that whoever finds the cell finds its frames."""
+        end = time.monotonic() + _PUBLISHER_PATIENCE
+        while not master.publishes(NODE, STATIC_FRAMES):
+            if time.monotonic() > end or not frames.is_alive:
+                report("robot_state_publisher has not come up: until it does, the frames of the arm are missing")
+                return
+            time.sleep(_PAUSE)
+
     # ---------------------------------------------------------------- ending
 
-    def _cell_ended(self, reason: Optional[str]) -> None:
+    def _cell_ended(self, reason: str | None) -> None:
         if reason is None:
             report("the cell is gone")
         self._loop.stop(ENDED)
@@ -174,13 +184,3 @@ class Bridge:
     def _end(self) -> None:
         if self._frames is not None:
             self._frames.stop(0.5)
-
-
-def _wait_for_state_publisher(master: Master) -> None:
-    """Wait a while until it has come up, so that whoever finds the cell finds its frames."""
-    end = time.monotonic() + _PUBLISHER_PATIENCE
-    while time.monotonic() < end:
-        if master.publishes(NODE, STATIC_FRAMES):
-            return
-        time.sleep(_PAUSE)
-    report("robot_state_publisher has not come up yet; it goes on without the frames of the arm until then")

@@ -1,7 +1,7 @@
 """Becomes another program that ends with this process's parent: `python3 child.py PARENT PROGRAM [ARGUMENT…]`.
 
-The kernel is asked to send SIGINT when the parent is gone, however it went. That must be asked for by the process itself
-before it becomes the other program, and may not be done between fork and exec of a parent that has threads.
+The kernel is asked to send SIGINT when the parent is gone, however it went. The process itself must ask for that before
+it becomes the other program; a parent with threads has no safe moment for it between fork and exec.
 """
 
 import ctypes

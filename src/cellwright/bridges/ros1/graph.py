@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, List
+from typing import Any
 
 from rospy.impl.registration import Registration, get_topic_manager
 
@@ -34,7 +34,7 @@ class OwnSubscription:
         """Whether there is a connection to a publisher: none is needed."""
         return True
 
-    def get_stats_info(self) -> List[Any]:
+    def get_stats_info(self) -> list[Any]:
         """The connections: none."""
         return []
 

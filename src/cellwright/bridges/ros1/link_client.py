@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import socket
 import threading
-from typing import Any, Callable, Dict, Optional, Tuple
+from typing import Any, Callable
 
 from cellwright.bridges.ros1.loop import Loop
 from cellwright.bridges.ros1.outlet import Outlet
@@ -39,20 +39,18 @@ class LinkClient:
         LinkError: nobody answers there, or not as a cell does.
     """
 
-    def __init__(
-        self, loop: Loop, address: Tuple[str, int], node: str, on_end: Callable[[Optional[str]], None]
-    ) -> None:
+    def __init__(self, loop: Loop, address: tuple[str, int], node: str, on_end: Callable[[str | None], None]) -> None:
         self._on_end = on_end
         self._decoder = Decoder()
         self._lock = threading.Lock()
         self._number = 0
-        self._answers: Dict[int, Answered] = {}
-        self._listeners: Dict[int, Callable[[bytes], None]] = {}
+        self._answers: dict[int, Answered] = {}
+        self._listeners: dict[int, Callable[[bytes], None]] = {}
         self._has_ended = False
         try:
             self._connection = socket.create_connection(address, timeout=PATIENCE)
             self._connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            self.welcome: Dict[str, Any] = self._greet(node)
+            self.welcome: dict[str, Any] = self._greet(node)
         except OSError as error:
             raise LinkError(f"no cell answers at {address[0]}:{address[1]}: {error}") from None
         except FrameError as error:
@@ -60,7 +58,7 @@ class LinkClient:
         self._connection.setblocking(False)
         self._outlet = Outlet(loop, self._connection, self._read)
 
-    def request(self, kind: Kind, answered: Optional[Answered], **fields: Any) -> int:
+    def request(self, kind: Kind, answered: Answered | None, **fields: Any) -> int:
         """Send a request, whose answer goes to `answered`; its number."""
         with self._lock:
             self._number = number = self._number % _NUMBERS + 1
@@ -90,7 +88,7 @@ class LinkClient:
         self._has_ended = True
         self._outlet.close()
 
-    def _greet(self, node: str) -> Dict[str, Any]:
+    def _greet(self, node: str) -> dict[str, Any]:
         self._connection.sendall(hello(node, "ros1").encode())
         while True:
             data = self._connection.recv(_PIECE)
@@ -131,7 +129,7 @@ class LinkClient:
             if answered is not None:
                 answered(frame)
 
-    def _end(self, reason: Optional[str]) -> None:
+    def _end(self, reason: str | None) -> None:
         if not self._has_ended:
             self.close()
             self._on_end(reason)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import heapq
 import itertools
 import logging
@@ -10,7 +11,7 @@ import signal
 import socket
 import time
 from collections import deque
-from typing import Any, Callable, Deque, List, Optional, Tuple
+from typing import Any, Callable
 
 from cellwright.bridges.ros1.report import report
 
@@ -25,15 +26,15 @@ class Loop:
 
     def __init__(self) -> None:
         self._selector = selectors.DefaultSelector()
-        self._asked: Deque[Tuple[Callable[..., None], Tuple[Any, ...]]] = deque()
-        self._timers: List[Tuple[float, int, Callback]] = []
+        self._asked: deque[tuple[Callable[..., None], tuple[Any, ...]]] = deque()
+        self._timers: list[tuple[float, int, Callback]] = []
         self._serial = itertools.count()
         self._ear, self._bell = socket.socketpair()
         self._ear.setblocking(False)
         self._bell.setblocking(False)
         self._selector.register(self._ear, selectors.EVENT_READ, (self._hear, None))
         self._is_awake = False
-        self._status: Optional[int] = None
+        self._status: int | None = None
 
     def wake_by_signals(self) -> None:
         """Let a signal end the wait at once; for a loop in the main thread."""
@@ -44,16 +45,14 @@ class Loop:
         self._asked.append((function, arguments))
         if not self._is_awake:
             self._is_awake = True
-            try:
+            with contextlib.suppress(OSError):  # the bell rings already, or nobody waits any more
                 self._bell.send(b"\0")
-            except OSError:  # the bell rings already, or nobody waits any more
-                pass
 
     def later(self, delay: float, function: Callback) -> None:
         """Have a function called after a delay [s]; from the loop's thread."""
         heapq.heappush(self._timers, (time.monotonic() + delay, next(self._serial), function))
 
-    def watch(self, source: Any, on_read: Callback, on_write: Optional[Callback] = None) -> None:
+    def watch(self, source: Any, on_read: Callback, on_write: Callback | None = None) -> None:
         """Call `on_read` while there is something to read from a socket or pipe, and `on_write` when it takes bytes.
 
         Called again for the same source it replaces what was said before.
@@ -66,10 +65,8 @@ class Loop:
 
     def forget(self, source: Any) -> None:
         """Watch a source no longer; before it is closed. One that is not watched is no error."""
-        try:
+        with contextlib.suppress(KeyError, ValueError):
             self._selector.unregister(source)
-        except (KeyError, ValueError):
-            pass
 
     def stop(self, status: int) -> None:
         """End `run` with a status; the first one that is given counts. From any thread, and from a signal handler."""
@@ -90,18 +87,16 @@ class Loop:
                 self._do(heapq.heappop(self._timers)[2])
         return self._status
 
-    def _patience(self) -> Optional[float]:
+    def _patience(self) -> float | None:
         if not self._timers:
             return None
         return max(0.0, self._timers[0][0] - time.monotonic())
 
     def _hear(self) -> None:
         self._is_awake = False
-        try:
+        with contextlib.suppress(OSError):
             while len(self._ear.recv(4096)) == 4096:
                 pass
-        except OSError:
-            pass
         for _ in range(len(self._asked)):
             function, arguments = self._asked.popleft()
             self._do(function, *arguments)

@@ -7,7 +7,7 @@ import os
 import threading
 import time
 import xmlrpc.client
-from typing import Any, Callable, Optional
+from typing import Any, Callable
 from urllib.parse import urlparse
 
 import rosgraph
@@ -39,7 +39,7 @@ class Master:
         self._node = node
         self._server = xmlrpc.client.ServerProxy(self.uri, transport=_Transport())
 
-    def ask(self, method: str, *arguments: Any) -> Optional[Any]:
+    def ask(self, method: str, *arguments: Any) -> Any | None:
         """Call a method of the master's API; its value, None when it says that it cannot.
 
         Raises:

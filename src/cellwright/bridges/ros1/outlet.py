@@ -5,7 +5,7 @@ from __future__ import annotations
 import socket
 import threading
 from collections import deque
-from typing import Callable, Deque, Optional
+from typing import Callable
 
 from cellwright.bridges.ros1.loop import Callback, Loop
 
@@ -29,7 +29,7 @@ class Outlet:
         connection: socket.socket,
         on_read: Callback,
         *,
-        limit: Optional[int] = None,
+        limit: int | None = None,
         on_drop: Callable[[], None] = lambda: None,
     ) -> None:
         self._loop = loop
@@ -40,8 +40,8 @@ class Outlet:
         self._lock = threading.Lock()
         self._rest = b""
         """The part of a piece whose beginning has been sent."""
-        self._waiting: Deque[bytes] = deque()
-        self._on_empty: Optional[Callback] = None
+        self._waiting: deque[bytes] = deque()
+        self._on_empty: Callback | None = None
         self.is_closed = False
         loop.watch(connection, on_read)
 

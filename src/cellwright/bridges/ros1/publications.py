@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 import socket
 import struct
-from typing import Any, Dict, List, Optional
+from typing import Any
 
 import rospy
 from rospy.impl.registration import Registration, get_topic_manager
@@ -19,8 +19,8 @@ from cellwright.bridges.ros1.link_client import LinkClient
 from cellwright.bridges.ros1.loop import Loop
 from cellwright.bridges.ros1.outlet import Outlet
 from cellwright.bridges.ros1.raw_types import ANY, has_header
-from cellwright.bridges.ros1.report import Tally
 from cellwright.bridges.ros1.sent import Sent
+from cellwright.bridges.ros1.tally import Tally
 from cellwright.bridges.ros1.tcpros import Header, handshake
 
 QUEUE = 1000
@@ -46,7 +46,7 @@ class Publication:
     """
 
     def __init__(
-        self, loop: Loop, link: LinkClient, topic: Dict[str, Any], *, node: str = "", sent: Optional[Sent] = None
+        self, loop: Loop, link: LinkClient, topic: dict[str, Any], *, node: str = "", sent: Sent | None = None
     ) -> None:
         self._loop = loop
         self._link = link
@@ -55,11 +55,11 @@ class Publication:
         self._has_header = has_header(topic["definition"])
         self._always = bool(topic["on_event"] and topic["latch"])
         self._latch = bool(topic["latch"])
-        self._newest: Optional[bytes] = None
+        self._newest: bytes | None = None
         self._count = 0
-        self._peers: List[Peer] = []
-        self._subscription: Optional[int] = None
-        self._tally = Tally("{count} messages for {subject} dropped: it does not read them")
+        self._peers: list[Peer] = []
+        self._subscription: int | None = None
+        self._tally = Tally(loop, "{count} messages for {subject} dropped: it does not read them")
         self.resolved_name = self.name = topic["name"]
         self.type = topic["type"]
         self.md5sum = topic["md5"]
@@ -75,7 +75,7 @@ class Publication:
 
     # ---------------------------------------------------------------- for the TCPROS server
 
-    def take(self, connection: socket.socket, header: Header) -> Optional[str]:
+    def take(self, connection: socket.socket, header: Header) -> str | None:
         """Take on a subscriber, which gets what is latched at once; or say why not."""
         for field, mine in (("type", self.type), ("md5sum", self.md5sum)):
             theirs = header.get(field, ANY)
@@ -97,7 +97,6 @@ class Publication:
         if peer not in self._peers:
             return
         self._peers.remove(peer)
-        self._tally.flush(f"{peer.caller} on {self.name}", now=True)
         if self._sent is not None and all(other.caller != peer.caller for other in self._peers):
             self._sent.end(peer.caller, self.name)
         if not self._peers and not self._always and self._subscription is not None:
@@ -142,7 +141,7 @@ class Publication:
 
     # ---------------------------------------------------------------- for rospy's topic manager
 
-    def get_stats_info(self) -> List[Any]:
+    def get_stats_info(self) -> list[Any]:
         """The connections, as `rosnode info` wants to know them."""
         return [
             (peer.identity, peer.caller, "o", "TCPROS", self.name, True, peer.description)

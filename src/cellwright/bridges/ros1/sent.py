@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Dict, List, Tuple
-
 
 class Sent:
     """Counts by caller and topic, since the caller connected."""
 
     def __init__(self) -> None:
-        self._counts: Dict[str, Dict[str, int]] = {}
+        self._counts: dict[str, dict[str, int]] = {}
 
     def begin(self, caller: str, topic: str) -> None:
         """A caller has connected to a topic; if it did before, that connection does not count any more."""
@@ -27,6 +25,6 @@ class Sent:
         counts = self._counts[caller]
         counts[topic] = counts.pop(topic) + 1
 
-    def of(self, caller: str) -> List[Tuple[str, int]]:
+    def of(self, caller: str) -> list[tuple[str, int]]:
         """Topics and how many messages the caller was sent, the topic of the newest message last."""
         return list(self._counts.get(caller, {}).items())

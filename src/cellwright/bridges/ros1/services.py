@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import socket
 import struct
-from typing import Any, Callable, Dict, Optional
+from typing import Any, Callable
 
-import rosgraph.network
 import rospy
 from rospy.impl.registration import get_service_manager
 from rospy.impl.tcpros_base import get_tcpros_server_address
@@ -57,7 +56,7 @@ class Service:
         """Announce the service to the master."""
         get_service_manager().register(self.resolved_name, self)
 
-    def take(self, connection: socket.socket, header: Header) -> Optional[str]:
+    def take(self, connection: socket.socket, header: Header) -> str | None:
         """Take on a caller's connection, or say why not."""
         if header["md5sum"] not in (ANY, self.md5sum):
             return f"{self.resolved_name} has md5sum {self.md5sum}, not {header['md5sum']}"
@@ -144,7 +143,7 @@ class Caller:
         self._service.handler(self, request)
 
 
-def cell_service(loop: Loop, link: LinkClient, service: Dict[str, Any]) -> Service:
+def cell_service(loop: Loop, link: LinkClient, service: dict[str, Any]) -> Service:
     """The service that passes everything on to the cell.
 
     Args:

@@ -10,7 +10,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import Any, List, Optional
+from typing import Any, cast
 
 from cellwright.bridges.ros1.loop import Loop
 from cellwright.bridges.ros1.report import report
@@ -26,7 +26,7 @@ _EXPECTED = re.compile(r"root link \S+ has an inertia")
 """It warns of that with every robot whose base is described with a mass, and there is nothing to be done about it."""
 
 
-def find_state_publisher() -> Optional[str]:
+def find_state_publisher() -> str | None:
     """The path of the program; None if it is not installed."""
     roots = [*PLACES, *(f"{prefix}/lib/robot_state_publisher" for prefix in _prefixes())]
     for root in roots:
@@ -37,7 +37,7 @@ def find_state_publisher() -> Optional[str]:
     return shutil.which("robot_state_publisher")
 
 
-def _prefixes() -> List[str]:
+def _prefixes() -> list[str]:
     return [prefix for prefix in os.environ.get("CMAKE_PREFIX_PATH", "").split(":") if prefix.startswith("/")]
 
 
@@ -62,6 +62,11 @@ class StatePublisher:
         self._is_stopping = False
         self._start()
 
+    @property
+    def is_alive(self) -> bool:
+        """Whether it runs at this moment."""
+        return self._process.poll() is None
+
     def begin_to_stop(self) -> None:
         """Tell it to end; it then signs off at the master."""
         self._is_stopping = True
@@ -82,10 +87,10 @@ class StatePublisher:
         child = str(Path(__file__).with_name("child.py"))
         command = [sys.executable, "-I", "-S", child, str(os.getpid()), *self._arguments]
         self._began = time.monotonic()
-        self._process: subprocess.Popen[bytes] = subprocess.Popen(
+        self._process: subprocess.Popen[bytes] = subprocess.Popen(  # noqa: S603 - a program found on this machine
             command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
         )
-        self._pipe: Any = self._process.stdout
+        self._pipe = cast("Any", self._process.stdout)
         os.set_blocking(self._pipe.fileno(), False)
         self._loop.watch(self._pipe, self._read)
 

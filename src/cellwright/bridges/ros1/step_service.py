@@ -11,7 +11,6 @@ import struct
 import time
 from collections import deque
 from dataclasses import dataclass
-from typing import Deque, Dict, List, Optional, Tuple
 
 from cellwright.bridges.ros1.link_client import LinkClient
 from cellwright.bridges.ros1.loop import Loop
@@ -48,9 +47,9 @@ class Step:
 
     caller: Caller
     duration: int
-    published: Dict[str, int]
+    published: dict[str, int]
     end: float = 0.0
-    until: Optional[int] = None
+    until: int | None = None
 
 
 class StepService:
@@ -63,12 +62,12 @@ class StepService:
         sent: counts what callers have been sent.
     """
 
-    def __init__(self, loop: Loop, link: LinkClient, topics: Dict[str, CommandTopic], sent: Sent) -> None:
+    def __init__(self, loop: Loop, link: LinkClient, topics: dict[str, CommandTopic], sent: Sent) -> None:
         self._loop = loop
         self._link = link
         self._topics = topics
         self._sent = sent
-        self._steps: Deque[Step] = deque()
+        self._steps: deque[Step] = deque()
         self._is_advancing = False
 
     def handle(self, caller: Caller, request: bytes) -> None:
@@ -80,11 +79,15 @@ class StepService:
             return
         unknown = [name for name in published if name not in self._topics]
         if duration < 0:
-            caller.respond(True, response(False, f"time does not go back: {duration / _NANOSECONDS:g} s", 0, []))
+            caller.respond(True, response(f"time does not go back: {duration / _NANOSECONDS:g} s", 0, []))
         elif unknown:
+<<<<<<< HEAD
             caller.respond(
                 True, response(False, f"the cell hears no {unknown[0]}; it hears {', '.join(self._topics)}", 0, [])
             )
+=======
+            caller.respond(True, response(f"the cell hears no {unknown[0]}; it hears {', '.join(self._topics)}", 0, []))
+>>>>>>> main
         else:
             self._steps.append(Step(caller, duration, published))
             if len(self._steps) == 1:
@@ -100,7 +103,7 @@ class StepService:
             self._is_advancing = True
             self._advance(0)  # the time that it is now: others may let time pass, too
         elif time.monotonic() > step.end:
-            self._finish(False, missing, 0)
+            self._finish(missing)
 
     def _begin(self) -> None:
         self._steps[0].end = time.monotonic() + PATIENCE
@@ -108,7 +111,7 @@ class StepService:
         if self._steps and not self._is_advancing:
             self._loop.later(PATIENCE + 0.001, self.look)
 
-    def _missing(self, step: Step) -> Optional[str]:
+    def _missing(self, step: Step) -> str | None:
         for name, count in step.published.items():
             come = self._topics[name].handed_over(step.caller.node)
             if come < count:
@@ -125,24 +128,24 @@ class StepService:
                 raise FrameError(frame.text())
             now = read_time(frame)
         except FrameError as error:
-            self._finish(False, str(error), 0)
+            self._finish(str(error))
             return
         if step.until is None:
             step.until = now + step.duration
         if now < step.until and not step.caller.is_gone:
             self._advance(step.until)
         else:
-            self._finish(True, "", now)
+            self._finish("", now)
 
-    def _finish(self, success: bool, message: str, now: int) -> None:
+    def _finish(self, message: str, now: int = 0) -> None:
         step = self._steps.popleft()
         self._is_advancing = False
-        step.caller.respond(True, response(success, message, now, self._sent.of(step.caller.node)))
+        step.caller.respond(True, response(message, now, self._sent.of(step.caller.node)))
         if self._steps:
             self._begin()
 
 
-def read_request(data: bytes) -> Tuple[int, Dict[str, int]]:
+def read_request(data: bytes) -> tuple[int, dict[str, int]]:
     """The duration [ns] of a request, and the numbers of messages published by topic.
 
     Raises:
@@ -170,9 +173,9 @@ def read_request(data: bytes) -> Tuple[int, Dict[str, int]]:
     return seconds * _NANOSECONDS + nanoseconds, dict(zip(names, published))
 
 
-def response(success: bool, message: str, now: int, sent: List[Tuple[str, int]]) -> bytes:
-    """The bytes of an answer; `now` in nanoseconds."""
-    parts = [bytes([success]), _text(message), _TIME.pack(*divmod(now, _NANOSECONDS)), _COUNT.pack(len(sent))]
+def response(failure: str, now: int, sent: list[tuple[str, int]]) -> bytes:
+    """The bytes of an answer: a success unless a failure is told; `now` in nanoseconds."""
+    parts = [bytes([not failure]), _text(failure), _TIME.pack(*divmod(now, _NANOSECONDS)), _COUNT.pack(len(sent))]
     parts += [_text(name) for name, _ in sent]
     parts.append(_COUNT.pack(len(sent)))
     parts += [_NUMBER.pack(count) for _, count in sent]

@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from typing import Any, Callable, Deque, Dict, Optional, Tuple
+from typing import Any, Callable
 
 import rospy
 
 from cellwright.bridges.ros1.link_client import LinkClient
+from cellwright.bridges.ros1.loop import Loop
 from cellwright.bridges.ros1.raw_types import raw_type
-from cellwright.bridges.ros1.report import Tally, report
+from cellwright.bridges.ros1.report import report
+from cellwright.bridges.ros1.tally import Tally
 from cellwright.bridges.ros1.tcpros import Header
 from cellwright.link.frames import Frame, FrameError, Kind
 
@@ -26,6 +28,7 @@ class CommandTopic:
     """One topic, subscribed to in ROS. Messages come in rospy's threads, one for each publisher.
 
     Args:
+        loop: counts what is dropped.
         link: the way to the cell.
         topic: what WELCOME said of it.
         queue: so many messages may wait; None for no limit.
@@ -34,20 +37,21 @@ class CommandTopic:
 
     def __init__(
         self,
+        loop: Loop,
         link: LinkClient,
-        topic: Dict[str, Any],
+        topic: dict[str, Any],
         *,
-        queue: Optional[int] = QUEUE,
-        on_handed_over: Optional[Callable[[], None]] = None,
+        queue: int | None = QUEUE,
+        on_handed_over: Callable[[], None] | None = None,
     ) -> None:
         self._link = link
         self._queue = queue
         self._on_handed_over = on_handed_over
         self._lock = threading.Lock()
-        self._waiting: Deque[Tuple[Header, bytes]] = deque()
+        self._waiting: deque[tuple[Header, bytes]] = deque()
         self._is_busy = False
-        self._counts: Dict[str, Tuple[Header, int]] = {}
-        self._tally = Tally("{count} messages on {subject} dropped: they come faster than the cell takes them")
+        self._counts: dict[str, tuple[Header, int]] = {}
+        self._tally = Tally(loop, "{count} messages on {subject} dropped: they come faster than the cell takes them")
         self.name = topic["name"]
         self._type = topic["type"]
         data_class = raw_type(topic["type"], topic["md5"], topic["definition"])

@@ -6,10 +6,11 @@ out all others, and which has a thread for each connection from then on.
 
 from __future__ import annotations
 
+import contextlib
 import socket
 import struct
 import threading
-from typing import Any, Callable, Dict, Mapping, Optional, Tuple
+from typing import Any, Callable, Dict, Mapping, Optional
 
 import rosgraph.network
 import rospy
@@ -40,8 +41,8 @@ class TcprosServer:
     """
 
     def __init__(self, loop: Loop) -> None:
-        self.topics: Dict[str, Taker] = {}
-        self.services: Dict[str, Taker] = {}
+        self.topics: dict[str, Taker] = {}
+        self.services: dict[str, Taker] = {}
         self._loop = loop
         family = socket.AF_INET6 if rosgraph.network.use_ipv6() else socket.AF_INET
         self._listener = socket.socket(family, socket.SOCK_STREAM)
@@ -52,7 +53,7 @@ class TcprosServer:
         self._rospy.tcp_ros_server = self
         self._watch()
 
-    def get_full_addr(self) -> Tuple[str, int]:
+    def get_full_addr(self) -> tuple[str, int]:
         """Host and port, as rospy tells them to other nodes."""
         return rosgraph.network.get_host_name(), self._listener.getsockname()[1]
 
@@ -72,10 +73,8 @@ class TcprosServer:
             self._loop.later(_PAUSE, self._watch)
             return
         connection.setblocking(False)
-        try:
+        with contextlib.suppress(OSError):  # it is gone again: reading will tell
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        except OSError:  # it is gone again: reading will tell
-            pass
         Handshake(self._loop, connection, lambda header: self._route(connection, address, header))
 
     def _route(self, connection: socket.socket, address: Any, header: Header) -> None:
@@ -173,7 +172,7 @@ def refuse(loop: Loop, connection: socket.socket, reason: str) -> None:
     outlet.close_when_empty()
 
 
-def _give_away(handler: Callable[..., Optional[str]], connection: socket.socket, address: Any, header: Header) -> None:
+def _give_away(handler: Callable[..., str | None], connection: socket.socket, address: Any, header: Header) -> None:
     """Let rospy handle a connection; it may block."""
     try:
         connection.settimeout(PATIENCE)
