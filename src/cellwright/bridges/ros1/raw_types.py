@@ -1,0 +1,50 @@
+"""Classes that rospy takes for message types, made from a name, a checksum and a definition: they hold bytes."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import genpy
+
+_HEADER = re.compile(r"^\s*(?:std_msgs/)?Header\s+header\s*(?:#.*)?$")
+_COMMENT = re.compile(r"^\s*(?:#.*)?$")
+ANY = "*"
+"""Checksum and type that stand for whatever the other side has."""
+
+
+def raw_type(name: str, md5: str = ANY, definition: str = "") -> Any:
+    """A message class of rospy's whose messages hold their bytes as `data` and are otherwise opaque."""
+    namespace = {
+        "__slots__": ["data"],
+        "__init__": _hold,
+        "serialize": _serialize,
+        "deserialize": _deserialize,
+        "_type": name,
+        "_md5sum": md5,
+        "_full_text": definition,
+        "_has_header": False,
+        "_slot_types": ["uint8[]"],
+    }
+    return type("Raw", (genpy.Message,), namespace)
+
+
+def has_header(definition: str) -> bool:
+    """Whether messages of this definition begin with a header, whose first four bytes count them."""
+    for line in definition.splitlines():
+        if not _COMMENT.match(line):
+            return _HEADER.match(line) is not None
+    return False
+
+
+def _hold(self: Any, data: bytes = b"") -> None:
+    self.data = data
+
+
+def _serialize(self: Any, buffer: Any) -> None:
+    buffer.write(self.data)
+
+
+def _deserialize(self: Any, data: bytes) -> Any:
+    self.data = bytes(data)
+    return self
