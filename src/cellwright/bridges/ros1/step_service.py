@@ -81,13 +81,7 @@ class StepService:
         if duration < 0:
             caller.respond(True, response(f"time does not go back: {duration / _NANOSECONDS:g} s", 0, []))
         elif unknown:
-<<<<<<< HEAD
-            caller.respond(
-                True, response(False, f"the cell hears no {unknown[0]}; it hears {', '.join(self._topics)}", 0, [])
-            )
-=======
             caller.respond(True, response(f"the cell hears no {unknown[0]}; it hears {', '.join(self._topics)}", 0, []))
->>>>>>> main
         else:
             self._steps.append(Step(caller, duration, published))
             if len(self._steps) == 1:
