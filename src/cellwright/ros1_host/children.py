@@ -18,7 +18,9 @@ _PIECE = 1 << 16
 _LONGEST_LINE = 1 << 14
 _NAP = 0.01  # [s]
 
-STOPPING: tuple[tuple[signal.Signals, float], ...] = ((signal.SIGTERM, 3.0), (signal.SIGKILL, 1.0))
+KILL: signal.Signals = getattr(signal, "SIGKILL", signal.SIGTERM)  # so that this can be loaded under Windows
+
+STOPPING: tuple[tuple[signal.Signals, float], ...] = ((signal.SIGTERM, 3.0), (KILL, 1.0))
 """What a child is told to end with, and how long [s] it is given for it."""
 
 
@@ -72,7 +74,7 @@ class Child:
         environment: Mapping[str, str],
         *,
         python: str,
-        parting: signal.Signals = signal.SIGKILL,
+        parting: signal.Signals = KILL,
         on_output: Callable[[str], None] | None = None,
         on_error: Callable[[str], None] = lambda _line: None,
     ) -> None:
