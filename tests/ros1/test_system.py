@@ -8,15 +8,24 @@ import pytest
 from cellwright.errors import UsageError
 from cellwright.ros1.packages import PACKAGES
 from cellwright.ros1.system import RosSystem, environment, find_system, wanted
+from cellwright.ros1_host.installation import Installation
 from tests.ros1.fake_system import fake_system
 
 __all__ = ["fake_system"]
 
 
-def test_a_machine_without_ros(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match=r"no ROS 1 that can generate messages .*apt-get install") as error:
-        find_system(tmp_path)
+def test_ros_without_generators(tmp_path: Path) -> None:
+    bare = Installation(sys.executable, {}, (tmp_path / "opt", tmp_path / "usr"))
+    with pytest.raises(
+        UsageError, match=r"^ROS 1 is here without its generator of messages, genpy; on Debian"
+    ) as error:
+        find_system(bare)
     assert "\n" not in str(error.value)
+
+
+def test_the_first_prefix_with_generators_is_taken(fake_system: RosSystem, tmp_path: Path) -> None:
+    found = Installation("/of/ros/python3", {}, (tmp_path / "overlay", fake_system.prefix))
+    assert find_system(found) == RosSystem(fake_system.prefix, Path("/of/ros/python3"))
 
 
 @pytest.mark.ros1

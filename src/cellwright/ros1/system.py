@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import os
-import subprocess
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from cellwright.errors import UsageError
 from cellwright.ros1.packages import PACKAGES
-
-_PATIENCE = 20.0  # [s] for an interpreter to say whether it has a module
+from cellwright.ros1_host import installation as installations
+from cellwright.ros1_host.installation import Installation
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,37 +39,23 @@ class RosSystem:
         return (self.share / name / "package.xml").is_file()
 
 
-def find_system(root: Path = Path("/")) -> RosSystem:
-    """The installation of ROS 1, the newest under `/opt/ros` first, then Debian's own.
+def find_system(installation: Installation | None = None) -> RosSystem:
+    """The ROS 1 of this machine.
 
     Args:
-        root: where to look from; another one in tests.
+        installation: which one, if it is not the one that a cell is served to.
 
     Raises:
-        UsageError: there is none that can generate messages.
+        UsageError: there is none, or it cannot generate messages.
     """
-    for prefix in _prefixes(root):
-        ros = RosSystem(prefix, Path(os.environ.get("CELLWRIGHT_ROS1_PYTHON") or root / "usr" / "bin" / "python3"))
-        if (ros.generators / "genmsg_py.py").is_file() and _has_genpy(ros):
+    found = installations.find() if installation is None else installation
+    for prefix in found.prefixes:
+        ros = RosSystem(prefix, Path(found.python))
+        if all((ros.generators / f"gen{kind}_py.py").is_file() for kind in ("msg", "srv")):
             return ros
     raise UsageError(
-        "no ROS 1 that can generate messages was found: install it, on Debian and Ubuntu with "
-        "`apt-get install ros-core rosbash`, or name its Python in CELLWRIGHT_ROS1_PYTHON"
+        f"ROS 1 is here without its generator of messages, genpy; {installations.HOW_TO_GET_IT.partition(';')[0]}"
     )
-
-
-def _prefixes(root: Path) -> Iterator[Path]:
-    yield from sorted((root / "opt" / "ros").glob("*"), reverse=True)
-    yield root / "usr"
-
-
-def _has_genpy(ros: RosSystem) -> bool:
-    command = [str(ros.python), "-c", "import genpy"]
-    try:
-        ran = subprocess.run(command, env=environment(ros), capture_output=True, timeout=_PATIENCE, check=False)  # noqa: S603
-    except (OSError, subprocess.TimeoutExpired):
-        return False
-    return ran.returncode == 0
 
 
 def wanted(ros: RosSystem) -> list[str]:

@@ -67,12 +67,12 @@ public:
     orders_.push_back(*message);
   }
 
-  /// The first word of the joints says how many there are: then the arm goes to its zero position, once.
+  /// Once the joints are heard of and the arm hears, it goes to its zero position.
   void jointStateCallback(const sensor_msgs::JointState::ConstPtr & message)
   {
     ROS_INFO_STREAM_THROTTLE(kPrintPeriod, "joint states:\n" << *message);
     joint_state_ = *message;
-    if (!has_been_zeroed_)
+    if (!has_been_zeroed_ && trajectory_publisher_.getNumSubscribers() > 0)
     {
       has_been_zeroed_ = true;
       sendArmToZero();
