@@ -58,7 +58,6 @@ class Ground:
             "ROS_IP": "127.0.0.1",
             "ROS_HOME": str(home),
             "ROS_LOG_DIR": str(home / "log"),
-            "ROSCONSOLE_CONFIG_FILE": "",
         }
 
     @property
@@ -153,7 +152,8 @@ class Ground:
         """
         where = self.folder / "cell"
         where.mkdir(parents=True, exist_ok=True)
-        environment = {**os.environ, **self.ros, "HOME": str(self.folder), "COLUMNS": "120", **more}
+        kept = {name: value for name, value in os.environ.items() if not name.startswith("ROS")}
+        environment = {**kept, **self.ros, "HOME": str(self.folder), "COLUMNS": "120", **more}
         process = Process([sys.executable, "-m", "cellwright", *arguments], environment, where)
         self._started.append(process)
         self._served.append(process)
