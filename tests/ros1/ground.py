@@ -152,8 +152,7 @@ class Ground:
         """
         where = self.folder / "cell"
         where.mkdir(parents=True, exist_ok=True)
-        kept = {name: value for name, value in os.environ.items() if not name.startswith("ROS")}
-        environment = {**kept, **self.ros, "HOME": str(self.folder), "COLUMNS": "120", **more}
+        environment = {**os.environ, **self.ros, "HOME": str(self.folder), "COLUMNS": "120", **more}
         process = Process([sys.executable, "-m", "cellwright", *arguments], environment, where)
         self._started.append(process)
         self._served.append(process)

@@ -74,7 +74,12 @@ def test_where_somebody_else_runs_one_meanwhile_it_is_left_to_them(own: Own, no_
     os.kill(no_master.ask("getPid"), signal.SIGKILL)
     until(lambda: not master.is_port_taken(), LIMIT, "end of the master")
     no_master.start_master()
-    until(lambda: made.poll() or len(said) == 2, LIMIT, "two reports")
+
+    def has_said_both() -> bool:
+        made.poll()
+        return len(said) == 2
+
+    until(has_said_both, LIMIT, "two reports")
     assert "was ended by SIGKILL; it is started again" in said[0]
     assert "somebody else listens" in said[1]
     made.poll()
