@@ -18,6 +18,7 @@ from cellwright.cell import Cell
 from cellwright.cli import document, options, score_table
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.progress import RunProgress
+from cellwright.cli.served_result import offer_result
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.description.trial import Trial
 from cellwright.recording.run_log import RunLog
@@ -127,6 +128,9 @@ def serve(
         # time passes only when a program asks for it: the same result on any host
         cellwright serve lesson --lockstep
 
+        # then, in another terminal: your program works that cell
+        cellwright run --connect 127.0.0.1:11399 --agent my_robot.py:MyRobot
+
     Exit status: 0 stopped, by whatever was asked for; 1 the simulation became unstable; 2 bad input, and nothing was
     started.
     """
@@ -152,6 +156,7 @@ def serve(
             typer.echo(f"warning: {host}: anybody who reaches this machine can drive the cell", err=True)
         hooks = Hooks(on_ready=lambda: _ready(console, cell, server, wanted_speed))
         serving = Serving(cell, server, speed=wanted_speed, hooks=hooks)
+        offer_result(serving)
         is_stopped.follow(serving.stop)
         kept = None if log_file is None else RunLog(log_file, about={"agent": "served"}, report=_warn)
         with progress.running():

@@ -12,6 +12,7 @@ from cellwright.errors import CellwrightError, RunEndedError, UnknownNameError, 
 from cellwright.link.frames import Decoder, Frame, FrameError, Kind, hello
 
 _PIECE = 1 << 18
+_SMALL = 1 << 14  # bytes that the system takes at once, for a cell that reads now and then
 
 
 class Connection:
@@ -43,7 +44,7 @@ class Connection:
         except (OSError, OverflowError) as error:
             raise UsageError(f"no cell answers at {where}: {getattr(error, 'strerror', None) or error}") from None
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._socket.setblocking(False)
+        self._socket.setblocking(True)
         self._decoder = Decoder()
         self._numbers = itertools.cycle(range(1, 1 << 32))
         self._on_frame = on_frame
@@ -97,7 +98,7 @@ class Connection:
         """
         if self._end is not None:
             raise RunEndedError(self._end)
-        if not select.select([self._socket], (), (), timeout)[0]:
+        if timeout is not None and not select.select([self._socket], (), (), timeout)[0]:
             return False
         self._read()
         return True
@@ -118,18 +119,28 @@ class Connection:
         return self._answers[0]
 
     def _send(self, data: bytes) -> None:
-        """Send bytes; what comes meanwhile is taken in, so that neither end waits for the other."""
+        try:
+            if len(data) <= _SMALL:
+                self._socket.sendall(data)
+            else:
+                self._send_much(data)
+        except OSError:
+            self._is_over("the cell is gone")
+            raise RunEndedError(self._end) from None
+
+    def _send_much(self, data: bytes) -> None:
+        """Send what the system may not take at once; what comes meanwhile is read, so that no end waits for the other."""
         rest = memoryview(data)
-        while rest:
-            try:
-                rest = rest[self._socket.send(rest) :]
-            except (BlockingIOError, InterruptedError):
-                readable, _, _ = select.select([self._socket], [self._socket], ())
+        self._socket.setblocking(False)
+        try:
+            while rest and self._end is None:
+                readable, writable, _ = select.select([self._socket], [self._socket], ())
                 if readable:
                     self._read()
-            except OSError:
-                self._is_over("the cell is gone")
-                raise RunEndedError(self._end) from None
+                if writable:
+                    rest = rest[self._socket.send(rest) :]
+        finally:
+            self._socket.setblocking(True)
 
     def _read(self) -> None:
         try:
