@@ -251,12 +251,12 @@ def let_work(agent: Agent, client: Client) -> None:
             raise
 
 
-def told(error: Exception | SystemExit) -> str:
-    """The error and how the agent came to it; the frames of this file are of no interest to its author."""
+def told(error: Exception | SystemExit, *files: str) -> str:
+    """The error and how the agent came to it; frames of this file and of `files` are of no interest to its author."""
     if isinstance(error, SystemExit):
         return f"the agent exited with {error.code!r}\n"
     inner = error.__traceback__
-    while inner is not None and inner.tb_frame.f_code.co_filename == __file__:
+    while inner is not None and inner.tb_frame.f_code.co_filename in (__file__, *files):
         inner = inner.tb_next
     return "".join(traceback.format_exception(type(error), error, inner or error.__traceback__))
 

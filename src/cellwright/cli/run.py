@@ -29,10 +29,12 @@ from cellwright.recording.run_log import RunLog
 from cellwright.run import Outcome, RunOptions, run_cell
 
 _WORK, _END, _LOOK, _SAVE, _OUTPUT = "What runs", "When it ends", "Looking on", "Checkpoints", "Output"
+_OF_THE_AGENT = ("connect", "agent", "min_score", "as_json", "verbose", "picture")
 _PROCESSES = "Agent and cell in two processes"
 
 
 def run(
+    context: typer.Context,
     files: Annotated[
         list[str] | None,
         typer.Argument(
@@ -214,8 +216,7 @@ def run(
     """
     least = options.min_score(min_score)
     if connect is not None:
-        if files or over is not None or lockstep:
-            options.refuse("--connect: the cell is there already; give neither a trial nor --over nor --lockstep")
+        _refuse_what_is_settled(context)
         run_over.connected(agent, connect, as_json=as_json, min_score=least)
     if not files:
         options.refuse("give a trial, such as lesson; cellwright trials lists those that come along")
@@ -282,6 +283,16 @@ def finals_score(trial: Trial, score: GameScore, spent: Averages) -> TrialScore 
     except UsageError as error:
         _warn(f"the trial has no score: {error}")
         return None
+
+
+def _refuse_what_is_settled(context: typer.Context) -> None:
+    """With --connect the cell is there already: refuse options that would make one, or look into it."""
+    for parameter in context.command.params:
+        name = parameter.name or ""
+        source = context.get_parameter_source(name)
+        if source is not None and source.name == "COMMANDLINE" and name not in _OF_THE_AGENT:
+            given = max(parameter.opts, key=len) if name != "files" else "TRIAL"
+            options.refuse(f"--connect: the cell is there already, and {given} is for the one who serves it")
 
 
 def _trial(files: Sequence[str], seed: int | None, *, is_varied: bool) -> Trial:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import subprocess
@@ -35,6 +36,7 @@ class AgentProcess:
         self, agent: str, address: tuple[str, int], *, node: str, level: int, say: Callable[[str], None]
     ) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="cellwright-")
+        self._said: dict[str, str] | None = None
         self._report = Path(self._folder.name) / "report.json"
         command = [sys.executable, "-m", "cellwright.remote.program"]
         # a session of its own: Ctrl-C is for the parent, which ends the run in good order
@@ -56,12 +58,8 @@ class AgentProcess:
         """Whether the process is still there."""
         return self._process.poll() is None
 
-    def finish(self, patience: float = _LEAVING) -> Worked:
-        """Wait for the process, so long [s]; end it if need be. How the agent left its cell.
-
-        Raises:
-            AgentError: there is no such agent, or it could not be made.
-        """
+    def end(self, patience: float = _LEAVING) -> None:
+        """Wait for the process, so long [s]; end it if need be."""
         process = self._process
         try:
             process.wait(patience)
@@ -73,12 +71,19 @@ class AgentProcess:
                 process.kill()
                 process.wait()
         self._reader.join(_LEAVING)
-        try:
-            said = json.loads(self._report.read_text(encoding="utf-8"))
-        except (OSError, ValueError):
+        with contextlib.suppress(OSError, ValueError):
+            self._said = json.loads(self._report.read_text(encoding="utf-8"))
+        self._folder.cleanup()
+
+    def worked(self) -> Worked:
+        """How the agent left its cell, when the process has ended.
+
+        Raises:
+            AgentError: there is no such agent, or it could not be made.
+        """
+        said = self._said
+        if said is None:
             return Worked(Parting.CRASHED, f"the agent's process ended with status {self._process.returncode}\n")
-        finally:
-            self._folder.cleanup()
         if said["parting"] == REFUSED:
             raise AgentError(said["error"])
         return Worked(Parting(said["parting"]), said["error"])

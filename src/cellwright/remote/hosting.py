@@ -80,9 +80,10 @@ class Host:
             outcome, error = serving.work(course)
         finally:
             server.close("the run is over")
-            worked = child.finish()
+            child.end()
         if self._is_interrupted:
             return Outcome.INTERRUPTED, ""
+        worked = child.worked()
         if outcome is Outcome.UNSTABLE:
             return outcome, error
         return self._outcome(worked, course)

@@ -48,7 +48,7 @@ def work(agent: Agent, transport: Transport, afterwards: Callable[[Client], None
     except KeyboardInterrupt:
         parting = Parting.INTERRUPTED
     except (Exception, SystemExit) as raised:
-        parting, error = Parting.CRASHED, told(raised)
+        parting, error = Parting.CRASHED, told(raised, __file__)
     finally:
         transport.close()
     return Worked(parting, error)

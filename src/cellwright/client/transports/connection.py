@@ -129,7 +129,7 @@ class Connection:
             raise RunEndedError(self._end) from None
 
     def _send_much(self, data: bytes) -> None:
-        """Send what the system may not take at once; what comes meanwhile is read, so that no end waits for the other."""
+        """Send what the system may not take at once; what comes meanwhile is read, so that neither end waits."""
         rest = memoryview(data)
         self._socket.setblocking(False)
         try:
