@@ -1,16 +1,21 @@
-# The two commands: `make run` and `make test`. Everything is installed into .venv, nothing anywhere else.
+# The two commands: `make run` and `make test`. Everything is installed into .venv, but for
+# ROS 1, which tests use and which comes with the system's packages.
 PYTHON ?= python3
 BIN := .venv/bin
 JOBS ?= 2
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: run test check bench format clean
+.PHONY: run test ros1 check bench format clean
 
 run: .venv/.installed
 	$(BIN)/cellwright run lesson
 
-test: check
+test: ros1 check
 	$(BIN)/pytest -n $(JOBS)
+
+# Into the system, and only where that is allowed without asking; tests of it are skipped where it is not.
+ros1:
+	scripts/install-ros1
 
 check: .venv/.installed-dev
 	$(BIN)/ruff format --check .

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -20,8 +21,10 @@ from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.progress import RunProgress
 from cellwright.cli.served_result import offer_result
 from cellwright.cli.signals import stopped_by_signals
+from cellwright.contracts.gear_parameters import parameters
 from cellwright.description.trial import Trial
 from cellwright.recording.run_log import RunLog
+from cellwright.ros1_host import Ros1
 from cellwright.run import Outcome, RunOptions
 from cellwright.server import DEFAULT_PORT, Server
 from cellwright.server.server import LOOPBACK
@@ -94,6 +97,15 @@ def serve(
     port: Annotated[
         int, typer.Option(metavar="N", help="Port to listen at; 0 takes a free one.", rich_help_panel=_REACH)
     ] = DEFAULT_PORT,
+    ros1: Annotated[
+        bool,
+        typer.Option(
+            "--ros1",
+            metavar="",
+            help="Be the simulator of ROS 1 programs too, at the master that ROS_MASTER_URI names.",
+            rich_help_panel=_REACH,
+        ),
+    ] = False,
     as_json: Annotated[
         bool,
         typer.Option(
@@ -131,6 +143,9 @@ def serve(
         # then, in another terminal: your program works that cell
         cellwright run --connect 127.0.0.1:11399 --agent my_robot.py:MyRobot
 
+        # the same cell for programs of ROS 1, with a master if there is none
+        cellwright serve lesson --ros1
+
     Exit status: 0 stopped, by whatever was asked for; 1 the simulation became unstable; 2 bad input, and nothing was
     started.
     """
@@ -142,19 +157,29 @@ def serve(
     log_file = options.log_file(log)
     console = Console(stderr=as_json, highlight=False)
     is_stopped = _Stop()
-    with stopped_by_signals(is_stopped.stop):
+    with stopped_by_signals(is_stopped.stop), ExitStack() as to_close:
+        trial = _trial(files, seed, is_varied=vary)
+        warn = partial(console.print, markup=False, soft_wrap=True, style="yellow")
+        ros = to_close.enter_context(Ros1(warn, lambda: is_stopped.has_come)) if ros1 else None
+        if ros is not None:
+            ros.prepare()
         cell = Cell(
-            _trial(files, seed, is_varied=vary),
+            trial,
             seed=options.seed(seed),
             servo=options.servo(servo),
             competition=not development,
-            report=partial(console.print, markup=False, soft_wrap=True, style="yellow"),
+            report=warn,
         )
         progress = RunProgress(console, cell, until=wanted.until)
+        if ros is not None:
+            ros.report = partial(progress.line, style="yellow")
         server = Server(cell, host=host, port=port, lockstep=lockstep, report=partial(progress.line, style="yellow"))
         if not server.is_local:
             typer.echo(f"warning: {host}: anybody who reaches this machine can drive the cell", err=True)
-        hooks = Hooks(on_ready=lambda: _ready(console, cell, server, wanted_speed))
+        hooks = Hooks(
+            on_ready=lambda: _begin(console, cell, server, wanted_speed, ros),
+            on_poll=_nothing if ros is None else ros.poll,
+        )
         serving = Serving(cell, server, speed=wanted_speed, hooks=hooks)
         offer_result(serving)
         is_stopped.follow(serving.stop)
@@ -179,26 +204,39 @@ class _Stop:
     """A wish to end that may come before there is anything to end."""
 
     def __init__(self) -> None:
-        self._has_come = False
+        self.has_come = False
+        """Whether there is the wish."""
         self._stop: Callable[[], None] = lambda: None
 
     def stop(self) -> None:
-        self._has_come = True
+        self.has_come = True
         self._stop()
 
     def follow(self, stop: Callable[[], None]) -> None:
         self._stop = stop
-        if self._has_come:
+        if self.has_come:
             stop()
 
 
-def _ready(console: Console, cell: Cell, server: Server, speed: float | None) -> None:
+def _begin(console: Console, cell: Cell, server: Server, speed: float | None, ros: Ros1 | None) -> None:
+    """Have ROS know the cell, if it is to; then say that it is ready."""
+    if ros is None:
+        _ready(console, cell, server, speed)
+    elif ros.join(server.address, parameters(cell.trial, competition=cell.in_competition), server.wait):
+        _ready(console, cell, server, speed, f", ROS 1 at {ros.master.uri}")
+
+
+def _ready(console: Console, cell: Cell, server: Server, speed: float | None, more: str = "") -> None:
     host, port = server.address
     if server.lockstep:
         pace = "lockstep"
     else:
         pace = "as fast as it goes" if speed is None else "real time" if speed == 1.0 else f"{speed:g} x real time"
-    console.print(f"ready: {cell.trial.name} at {host}:{port}, {pace}", markup=False, soft_wrap=True)
+    console.print(f"ready: {cell.trial.name} at {host}:{port}, {pace}{more}", markup=False, soft_wrap=True)
+
+
+def _nothing() -> None:
+    pass
 
 
 def _pace_text(pace: Pace) -> str:

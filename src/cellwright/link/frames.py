@@ -32,7 +32,7 @@ import json
 import struct
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any, Dict, Iterator, Tuple  # noqa: UP035
+from typing import Any, Dict, Iterator, Tuple
 
 PROTOCOL = 1
 LONGEST_FRAME = 16 << 20

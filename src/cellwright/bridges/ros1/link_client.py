@@ -1,0 +1,141 @@
+"""The bridge as a guest of the cell: one connection, requests that are answered later, messages as they come."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from typing import Any, Callable
+
+from cellwright.bridges.ros1.loop import Loop
+from cellwright.bridges.ros1.outlet import Outlet
+from cellwright.bridges.ros1.report import report
+from cellwright.link.frames import Decoder, Frame, FrameError, Kind, hello
+
+PATIENCE = 10.0
+"""How long the cell may take to answer HELLO [s]."""
+
+_PIECE = 1 << 18
+_NUMBERS = (1 << 32) - 1
+
+Answered = Callable[[Frame], None]
+"""Takes the frame that answers a request; called by the loop's thread."""
+
+
+class LinkError(Exception):
+    """The cell cannot be attached to; the text says why."""
+
+
+class LinkClient:
+    """A connection to a cell.
+
+    Requests may be made from any thread; answers and messages are delivered by the loop's.
+
+    Args:
+        loop: what serves the connection.
+        address: host and port of the cell.
+        node: the name to be known by.
+        on_end: called once: with the reason when the cell has ended, with None when it is gone without a word.
+
+    Raises:
+        LinkError: nobody answers there, or not as a cell does.
+    """
+
+    def __init__(self, loop: Loop, address: tuple[str, int], node: str, on_end: Callable[[str | None], None]) -> None:
+        self._on_end = on_end
+        self._decoder = Decoder()
+        self._lock = threading.Lock()
+        self._number = 0
+        self._answers: dict[int, Answered] = {}
+        self._listeners: dict[int, Callable[[bytes], None]] = {}
+        self._has_ended = False
+        try:
+            self._connection = socket.create_connection(address, timeout=PATIENCE)
+            self._connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            self.welcome: dict[str, Any] = self._greet(node)
+        except OSError as error:
+            raise LinkError(f"no cell answers at {address[0]}:{address[1]}: {error}") from None
+        except FrameError as error:
+            raise LinkError(f"what answers at {address[0]}:{address[1]} is no cell: {error}") from None
+        self._connection.setblocking(False)
+        self._outlet = Outlet(loop, self._connection, self._read)
+
+    def request(self, kind: Kind, answered: Answered | None, **fields: Any) -> int:
+        """Send a request, whose answer goes to `answered`; its number."""
+        with self._lock:
+            self._number = number = self._number % _NUMBERS + 1
+            if answered is not None:
+                self._answers[number] = answered
+        try:
+            self._outlet.send(Frame(kind, number, **fields).encode())
+        except FrameError:
+            with self._lock:
+                self._answers.pop(number, None)
+            raise
+        return number
+
+    def subscribe(self, topic: str, node: str, listener: Callable[[bytes], None]) -> int:
+        """Have the messages of a topic given to `listener`, from one publishing node or from all (empty); a number."""
+        number = self.request(Kind.SUBSCRIBE, _ignore, name=topic, node=node)
+        self._listeners[number] = listener
+        return number
+
+    def unsubscribe(self, number: int) -> None:
+        """End a subscription; what is still on its way is not delivered any more."""
+        self._listeners.pop(number, None)
+        self._outlet.send(Frame(Kind.UNSUBSCRIBE, number).encode())
+
+    def close(self) -> None:
+        """Let go of the cell."""
+        self._has_ended = True
+        self._outlet.close()
+
+    def _greet(self, node: str) -> dict[str, Any]:
+        self._connection.sendall(hello(node, "ros1").encode())
+        while True:
+            data = self._connection.recv(_PIECE)
+            if not data:
+                raise FrameError("it has hung up")
+            for frame in self._decoder.feed(data):
+                if frame.kind is Kind.WELCOME:
+                    return frame.json()
+                raise FrameError(frame.text() or frame.kind.name)
+
+    def _read(self) -> None:
+        try:
+            data = self._connection.recv(_PIECE)
+        except (BlockingIOError, InterruptedError):
+            return
+        except OSError:
+            data = b""
+        if not data:
+            self._end(None)
+            return
+        try:
+            for frame in self._decoder.feed(data):
+                if not self._has_ended:
+                    self._take(frame)
+        except FrameError as error:
+            report(f"what the cell says makes no sense: {error}")
+            self._end("")
+
+    def _take(self, frame: Frame) -> None:
+        if frame.kind is Kind.MESSAGE:
+            listener = self._listeners.get(frame.number)
+            if listener is not None:
+                listener(frame.payload)
+        elif frame.kind is Kind.ENDED:
+            self._end(frame.text())
+        else:
+            with self._lock:
+                answered = self._answers.pop(frame.number, None)
+            if answered is not None:
+                answered(frame)
+
+    def _end(self, reason: str | None) -> None:
+        if not self._has_ended:
+            self.close()
+            self._on_end(reason)
+
+
+def _ignore(_frame: Frame) -> None:
+    pass

@@ -1,0 +1,86 @@
+"""The ROS node that this process is: its beginning, and an end that is clean and short whatever hangs."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+import time
+from typing import Any, Callable
+
+import rospy
+import rospy.core
+
+from cellwright.bridges.ros1.report import report
+
+PATIENCE = 0.8
+"""How long signing off may take [s]."""
+
+
+class StoppedError(BaseException):
+    """A signal has come before there was a loop to stop."""
+
+
+def stop_by_exception() -> None:
+    """Let SIGINT and SIGTERM raise a StoppedError; until `stop_by` is called."""
+
+    def stop(_number: int, _frame: Any) -> None:
+        raise StoppedError
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, stop)
+
+
+def stop_by(function: Callable[[], None]) -> None:
+    """Let SIGINT and SIGTERM call a function."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda _number, _frame: function())
+
+
+def begin_node(name: str) -> None:
+    """Become the node of an absolute name. The master must answer.
+
+    Time stays the wall's: what carries messages has no use for another, and a subscription to /clock would show.
+    """
+    threading.excepthook = _thread_failed
+    sys.setswitchinterval(0.0005)  # Python's own 5 ms would show in the time that a message takes
+    namespace, _, base = name.rpartition("/")
+    if namespace:
+        os.environ["ROS_NAMESPACE"] = namespace
+    else:
+        os.environ.pop("ROS_NAMESPACE", None)
+    rospy.init_node(base, argv=[sys.argv[0]], disable_signals=True, disable_rostime=True)
+
+
+def end_process(status: int, *, before: Callable[[], None] = lambda: None, after: Callable[[], None]) -> None:
+    """Sign off at the master and end the process with a status, in a second at most.
+
+    rospy leaves threads behind that wait for others; nothing is waited for here.
+
+    Args:
+        status: exit status.
+        before: called first.
+        after: called when the node has signed off.
+    """
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
+    watchdog = threading.Timer(PATIENCE, os._exit, [status])
+    watchdog.daemon = True
+    watchdog.start()
+    sys.stderr.flush()
+    sys.stderr = open(os.devnull, "w")  # noqa: SIM115 - what threads say of connections that break now is no news
+    before()
+    rospy.core.signal_shutdown("the bridge ends")
+    end = time.monotonic() + PATIENCE
+    while not rospy.core.is_shutdown() and time.monotonic() < end:  # another thread may have begun with it
+        time.sleep(0.01)
+    after()
+    os._exit(status)
+
+
+def _thread_failed(arguments: Any) -> None:
+    """One line in place of a traceback, which goes to the log."""
+    error = arguments.exc_value
+    rospy.core.rospyerr("a thread has failed", exc_info=(type(error), error, arguments.exc_traceback))
+    report(f"a connection has failed: {type(error).__name__}: {error}")

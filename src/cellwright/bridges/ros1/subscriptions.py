@@ -1,0 +1,101 @@
+"""Topics that the cell hears: each message goes over the link under the name of the node that published it.
+
+The cell carries commands out at its own pace. Of each topic one message is with the cell, the others wait here: up to a
+number, beyond which the oldest is dropped and counted.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from typing import Any, Callable
+
+import rospy
+
+from cellwright.bridges.ros1.link_client import LinkClient
+from cellwright.bridges.ros1.loop import Loop
+from cellwright.bridges.ros1.raw_types import raw_type
+from cellwright.bridges.ros1.report import report
+from cellwright.bridges.ros1.tally import Tally
+from cellwright.bridges.ros1.tcpros import Header
+from cellwright.link.frames import Frame, FrameError, Kind
+
+QUEUE = 100
+"""So many messages of a topic wait for the cell."""
+
+
+class CommandTopic:
+    """One topic, subscribed to in ROS. Messages come in rospy's threads, one for each publisher.
+
+    Args:
+        loop: counts what is dropped.
+        link: the way to the cell.
+        topic: what WELCOME said of it.
+        queue: so many messages may wait; None for no limit.
+        on_handed_over: called when a message has been given to the cell, and then messages are counted; in lockstep.
+    """
+
+    def __init__(
+        self,
+        loop: Loop,
+        link: LinkClient,
+        topic: dict[str, Any],
+        *,
+        queue: int | None = QUEUE,
+        on_handed_over: Callable[[], None] | None = None,
+    ) -> None:
+        self._link = link
+        self._queue = queue
+        self._on_handed_over = on_handed_over
+        self._lock = threading.Lock()
+        self._waiting: deque[tuple[Header, bytes]] = deque()
+        self._is_busy = False
+        self._counts: dict[str, tuple[Header, int]] = {}
+        self._tally = Tally(loop, "{count} messages on {subject} dropped: they come faster than the cell takes them")
+        self.name = topic["name"]
+        self._type = topic["type"]
+        data_class = raw_type(topic["type"], topic["md5"], topic["definition"])
+        self._subscriber = rospy.Subscriber(self.name, data_class, self._take, tcp_nodelay=True)
+
+    def handed_over(self, caller: str) -> int:
+        """How many messages of a node have been given to the cell since it connected; in lockstep."""
+        with self._lock:
+            _, count = self._counts.get(caller, ({}, 0))
+            return count
+
+    def _take(self, message: Any) -> None:
+        with self._lock:
+            dropped = self._queue is not None and len(self._waiting) >= self._queue
+            if dropped:
+                self._waiting.popleft()
+            self._waiting.append((message._connection_header, message.data))
+            if not self._is_busy:
+                self._hand_over()
+        if dropped:
+            self._tally.count(self.name)
+
+    def _hand_over(self) -> None:
+        """Give the cell the message that has waited longest; under the lock."""
+        while self._waiting:
+            header, data = self._waiting.popleft()
+            caller = header.get("callerid", "")
+            try:
+                self._link.request(
+                    Kind.PUBLISH, self._answered, name=self.name, type=self._type, node=caller, payload=data
+                )
+            except FrameError as error:
+                report(f"a message on {self.name} cannot be carried: {error}")
+                continue
+            self._is_busy = True
+            if self._on_handed_over is not None:
+                before, count = self._counts.get(caller, (header, 0))
+                self._counts[caller] = (header, count + 1 if before is header else 1)
+                self._on_handed_over()
+            return
+        self._is_busy = False
+
+    def _answered(self, _frame: Frame) -> None:
+        """The cell is done with one; that it was refused, and why, the cell says itself."""
+        with self._lock:
+            self._is_busy = False
+            self._hand_over()

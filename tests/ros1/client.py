@@ -1,0 +1,63 @@
+"""A client of its own process under the system's Python: a function, or the text of a program."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import textwrap
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from tests.ros1.processes import Process
+from tests.ros1.requirement import ros_python
+
+_RESULT = "result of the client: "
+_CALL = """
+if __name__ == "__main__":
+    import json, sys
+    print({result!r} + json.dumps({name}(*json.loads(sys.argv[1]))), flush=True)
+"""
+
+
+class Client(Process):
+    """A running client."""
+
+    def __init__(
+        self,
+        program: str | Callable[..., object],
+        arguments: tuple[Any, ...],
+        environment: Mapping[str, str],
+        folder: Path,
+    ) -> None:
+        """Start it.
+
+        Args:
+            program: the text of a program; or a function, which has to import what it needs in its own body.
+            arguments: of the function, as JSON can say them; or of the program, as text.
+            environment: all of its environment.
+            folder: where it runs; the program is written there.
+        """
+        python = ros_python()
+        assert python is not None
+        if callable(program):
+            text = textwrap.dedent(inspect.getsource(program)) + _CALL.format(result=_RESULT, name=program.__name__)
+            name, said = program.__name__, [json.dumps(arguments)]
+        else:
+            text, name, said = program, "program", [str(argument) for argument in arguments]
+        folder.mkdir(parents=True, exist_ok=True)
+        path = folder / f"{name}.py"
+        path.write_text(text)
+        super().__init__([python, str(path), *said], environment, folder)
+
+    def value(self, within: float = 30.0) -> Any:
+        """What the function returned, through JSON; a traceback of the client fails the test.
+
+        Args:
+            within: the limit [s].
+        """
+        status = self.finish(within)
+        lines = [line for line in self.out.splitlines() if line.startswith(_RESULT)]
+        assert (status, len(lines)) == (0, 1), self._tell(f"status {status}")
+        assert "Traceback" not in self.err, self._tell("a traceback")
+        return json.loads(lines[0].removeprefix(_RESULT))

@@ -1,0 +1,242 @@
+"""A ROS 1 of one's own: a master on a free port, clients, tools and cells around it, all on the loopback."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import xmlrpc.client
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, cast
+
+from tests.ros1.client import Client
+from tests.ros1.ports import free_port
+from tests.ros1.processes import Process, name_of
+from tests.ros1.requirement import system_path
+from tests.ros1.waiting import until
+
+READY = 15.0
+"""How long a cell may take until it is ready [s]; the product promises 5 on a machine that does nothing else."""
+
+_OURS = ("ROS", "PYTHON", "VIRTUAL_ENV", "CMAKE_PREFIX_PATH", "CELLWRIGHT", "ARIAC", "COLUMNS")
+
+
+class Ground:
+    """One master's surroundings. Everything that was started here is ended with it."""
+
+    def __init__(self, folder: Path, messages: Path, *, roscore: bool = False) -> None:
+        """Choose a port; nothing runs yet.
+
+        Args:
+            folder: for logs, programs and working folders.
+            messages: folder of generated message modules.
+            roscore: the master is a whole roscore, with rosout and parameters, not a bare rosmaster.
+
+        The attribute `process` is the master, None where it does not run.
+        """
+        self.folder = folder
+        self.port = free_port()
+        self._messages = messages
+        self._roscore = roscore
+        self.process: Process | None = None
+        self._started: list[Process] = []
+        self._served: list[Process] = []
+
+    @property
+    def uri(self) -> str:
+        return f"http://127.0.0.1:{self.port}/"
+
+    @property
+    def ros(self) -> dict[str, str]:
+        """The variables that lead a program to this master."""
+        home = self.folder / "ros"
+        return {
+            "ROS_MASTER_URI": self.uri,
+            "ROS_IP": "127.0.0.1",
+            "ROS_HOME": str(home),
+            "ROS_LOG_DIR": str(home / "log"),
+            "ROSCONSOLE_CONFIG_FILE": "",
+        }
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """The whole environment of a client: nothing of this Python's, and the generated messages."""
+        kept = {name: value for name, value in os.environ.items() if not name.startswith(_OURS)}
+        return {**kept, **self.ros, "PATH": system_path(), "PYTHONPATH": str(self._messages), "HOME": str(self.folder)}
+
+    def ask(self, call: str, *arguments: Any) -> Any:
+        """The value that the master answers to one call of its API, as in `ask("getSystemState")`.
+
+        Args:
+            call: name of the call, such as "getPublishedTopics".
+            arguments: of the call, after the caller's name.
+        """
+        with xmlrpc.client.ServerProxy(self.uri) as master:
+            code, message, value = cast("tuple[int, str, Any]", getattr(master, call)("/test", *arguments))
+        assert code == 1, f"{call}: {message}"
+        return value
+
+    def start_master(self) -> None:
+        """Start the master, and wait until it answers. It keeps its port when it was stopped before."""
+        options = ["roscore", "-p"] if self._roscore else ["rosmaster", "--core", "-p"]
+        self.process = self.start([*options, str(self.port)])
+        until(self._answers, 20.0, f"answer of the master at {self.uri}")
+        if self._roscore:
+            until(lambda: self._has("/rosout"), 20.0, "rosout")
+
+    def stop_master(self, number: int = signal.SIGINT) -> None:
+        """End the master by a signal, and wait until it is gone."""
+        assert self.process is not None
+        self.process.signal(number)
+        self.process.finish(20.0)
+        self.process = None
+
+    def start(self, command: list[str], *, folder: Path | None = None, **more: str) -> Process:
+        """Start a system program, such as `rostopic hz /clock`.
+
+        Args:
+            command: program and arguments.
+            folder: where it runs, a folder for tests if left out.
+            more: further variables of its environment.
+        """
+        where = folder or self.folder / "work"
+        where.mkdir(parents=True, exist_ok=True)
+        process = Process([_found(command[0]), *command[1:]], {**self.environment, **more}, where)
+        self._started.append(process)
+        return process
+
+    def tool(self, *command: str, within: float = 30.0, status: int = 0, **more: str) -> str:
+        """Run a system program to its end; what it printed.
+
+        Args:
+            command: program and arguments.
+            within: the limit [s].
+            status: the exit status that is expected.
+            more: further variables of its environment.
+        """
+        where = self.folder / "work"
+        where.mkdir(parents=True, exist_ok=True)
+        done = subprocess.run(
+            [_found(command[0]), *command[1:]],
+            env={**self.environment, **more},
+            cwd=where,
+            capture_output=True,
+            text=True,
+            timeout=within,
+            check=False,
+        )
+        assert done.returncode == status, f"{command}: status {done.returncode}\n{done.stdout}\n{done.stderr}"
+        return done.stdout
+
+    def client(self, program: str | Callable[..., object], *arguments: Any, **more: str) -> Client:
+        """Start a client under the system's Python; see `Client`.
+
+        Args:
+            program: a function, or the text of a program.
+            arguments: of it.
+            more: further variables of its environment.
+        """
+        folder = self.folder / f"client{len(self._started)}"
+        client = Client(program, arguments, {**self.environment, **more}, folder)
+        self._started.append(client)
+        return client
+
+    def cellwright(self, *arguments: str, **more: str) -> Process:
+        """Start the command `cellwright`, with this Python, and this master's variables.
+
+        Args:
+            arguments: of the command.
+            more: further variables of its environment.
+        """
+        where = self.folder / "cell"
+        where.mkdir(parents=True, exist_ok=True)
+        environment = {**os.environ, **self.ros, "HOME": str(self.folder), "COLUMNS": "120", **more}
+        process = Process([sys.executable, "-m", "cellwright", *arguments], environment, where)
+        self._started.append(process)
+        self._served.append(process)
+        return process
+
+    def serve(self, trial: str, *options: str, **more: str) -> Process:
+        """Start `cellwright serve … --ros1`, and wait until it says that it is ready.
+
+        Args:
+            trial: name or file.
+            options: of the command.
+            more: further variables of its environment.
+        """
+        cell = self.cellwright("serve", trial, "--ros1", "--port", "0", *options, **more)
+        cell.wait_for("^ready", READY)
+        return cell
+
+    def close(self) -> None:
+        """End everything. A cell has to end in time and in order, and to leave nothing behind."""
+        try:
+            for cell in self._served:
+                check_end(cell)
+        finally:
+            for process in reversed(self._started):
+                process.kill()
+
+    def _answers(self) -> bool:
+        assert self.process is not None
+        try:
+            pid = self.ask("getPid")
+        except OSError:
+            assert self.process.running, f"the master has ended:\n{self.process.out}\n{self.process.err}"
+            return False
+        # On a port that somebody else took first, another master would answer.
+        assert self._roscore or pid == self.process.pid
+        return True
+
+    def _has(self, node: str) -> bool:
+        return any(node in nodes for role in self.ask("getSystemState") for _, nodes in role)
+
+
+def check_end(cell: Process, within: float = 10.0, gone_within: float = 3.0) -> None:
+    """End a cell as Ctrl-C does, and check how: in time, status 0, no traceback, nothing left behind.
+
+    Args:
+        cell: may have ended before.
+        within: how long it may take to end [s].
+        gone_within: how long its own processes may outlive it [s].
+    """
+    was_running = cell.running
+    status = cell.interrupt(within)
+    said = f"\n-- out --\n{cell.out[-4000:]}\n-- err --\n{cell.err[-4000:]}"
+    assert "Traceback" not in cell.out + cell.err, said
+    if was_running:
+        assert status == 0, f"status {status}{said}"
+    try:
+        until(lambda: not cell.relatives(), gone_within, "end of all processes")
+    except AssertionError:
+        raise AssertionError(f"left behind: {[name_of(pid) for pid in cell.relatives()]}{said}") from None
+
+
+@contextmanager
+def ground(folder: Path, messages: Path, *, roscore: bool = False, master: bool = True) -> Iterator[Ground]:
+    """A ground for as long as a block lasts; for fixtures that several tests share.
+
+    Args:
+        folder: for its files.
+        messages: folder of generated message modules.
+        roscore: a whole roscore, not a bare rosmaster.
+        master: start it; without, a port is reserved and nobody answers there.
+    """
+    made = Ground(folder, messages, roscore=roscore)
+    try:
+        if master:
+            made.start_master()
+        yield made
+    finally:
+        made.close()
+
+
+def _found(program: str) -> str:
+    """Where a program of the system lies; the search path of this process may begin with another Python's."""
+    for folder in system_path().split(":"):
+        if os.access(path := Path(folder, program), os.X_OK):
+            return str(path)
+    raise AssertionError(f"no program {program}")

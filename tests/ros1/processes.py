@@ -1,0 +1,161 @@
+"""Processes that a test starts: what they print, how they end, and what they leave behind."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import threading
+import time
+import uuid
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import IO
+
+FAMILY = "CELLWRIGHT_TEST_FAMILY"
+"""A variable that a process gives on to all that it starts, so that they are found even when it is gone."""
+
+
+class Process:
+    """A process whose output is read as it comes."""
+
+    def __init__(self, command: Sequence[str], environment: Mapping[str, str], folder: Path) -> None:
+        """Start it, in a session of its own.
+
+        Args:
+            command: program and arguments.
+            environment: all of its environment.
+            folder: where it runs.
+        """
+        self.command = list(command)
+        self.family = uuid.uuid4().hex
+        self._process = subprocess.Popen(
+            self.command,
+            env={**environment, FAMILY: self.family, "PYTHONUNBUFFERED": "1"},
+            cwd=folder,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            errors="replace",
+            start_new_session=True,
+        )
+        self._changed = threading.Condition()
+        self._out: list[str] = []
+        self._err: list[str] = []
+        self._readers = [
+            threading.Thread(target=self._read, args=args, daemon=True)
+            for args in ((self._process.stdout, self._out), (self._process.stderr, self._err))
+        ]
+        for reader in self._readers:
+            reader.start()
+
+    @property
+    def pid(self) -> int:
+        return self._process.pid
+
+    @property
+    def out(self) -> str:
+        """What it has printed so far."""
+        with self._changed:
+            return "".join(self._out)
+
+    @property
+    def err(self) -> str:
+        """What it has printed on standard error so far."""
+        with self._changed:
+            return "".join(self._err)
+
+    @property
+    def running(self) -> bool:
+        return self._process.poll() is None
+
+    def wait_for(self, pattern: str, within: float = 20.0, *, after: int = 0) -> re.Match[str]:
+        """Wait for a pattern in what it prints, on either stream.
+
+        Args:
+            pattern: a regular expression, `^` and `$` stand for ends of lines.
+            within: the limit [s].
+            after: how many times it has been seen already.
+        """
+        search = re.compile(pattern, re.MULTILINE)
+        end = time.monotonic() + within
+        while True:
+            with self._changed:
+                text = "".join((*self._out, *self._err))
+                found = list(search.finditer(text))
+                if len(found) > after:
+                    return found[after]
+                left = end - time.monotonic()
+                if left <= 0 or not (self.running or self._reading()):
+                    raise AssertionError(self._tell(f"no {pattern!r} within {within:g} s"))
+                self._changed.wait(min(left, 0.2))
+
+    def signal(self, number: int) -> None:
+        self._process.send_signal(number)
+
+    def finish(self, within: float = 20.0) -> int:
+        """Wait for its end and the end of its output.
+
+        Args:
+            within: the limit [s]; a process that takes longer is a failure.
+
+        Returns:
+            Its exit status.
+        """
+        try:
+            status = self._process.wait(within)
+        except subprocess.TimeoutExpired:
+            raise AssertionError(self._tell(f"still there after {within:g} s")) from None
+        for reader in self._readers:
+            reader.join(0.5)  # somebody whom it has left behind may hold the pipes
+        return status
+
+    def interrupt(self, within: float = 10.0) -> int:
+        """End it as Ctrl-C does; its exit status."""
+        if self.running:
+            self.signal(signal.SIGINT)
+        return self.finish(within)
+
+    def kill(self) -> None:
+        """End it at once, and all that it has started."""
+        for pid in [self.pid] * self.running + self.relatives():
+            try:
+                os.kill(pid, signal.SIGKILL)
+            except ProcessLookupError:
+                continue
+        self._process.wait()
+
+    def relatives(self) -> list[int]:
+        """The processes that it has started, and those have started, which are still there; itself left out."""
+        mark = f"{FAMILY}={self.family}".encode()
+        found = []
+        for folder in Path("/proc").glob("[0-9]*"):
+            try:
+                if mark in (folder / "environ").read_bytes().split(b"\0") and int(folder.name) != self.pid:
+                    found.append(int(folder.name))
+            except OSError:  # it has ended meanwhile, or is a zombie
+                continue
+        return found
+
+    def _read(self, stream: IO[str], lines: list[str]) -> None:
+        for line in stream:
+            with self._changed:
+                lines.append(line)
+                self._changed.notify_all()
+        stream.close()
+
+    def _reading(self) -> bool:
+        return any(reader.is_alive() for reader in self._readers)
+
+    def _tell(self, what: str) -> str:
+        return f"{what}: {' '.join(self.command)}\n-- out --\n{self.out[-4000:]}\n-- err --\n{self.err[-4000:]}"
+
+
+def name_of(pid: int) -> str:
+    """How a process was called; empty when it is gone."""
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace").strip()
+    except OSError:
+        return ""

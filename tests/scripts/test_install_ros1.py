@@ -1,0 +1,139 @@
+"""The script that installs ROS 1, with the system's programs played by others: what it asks of them, and when."""
+
+import os
+import subprocess
+from pathlib import Path
+
+import pytest
+
+SCRIPT = Path(__file__).parents[2] / "scripts" / "install-ros1"
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="a script for Debian")
+
+
+class Machine:
+    """A folder of programs that the script finds in place of the system's, and what they were called with."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.calls = folder / "calls"
+        self.calls.touch()
+        for name in ("bash", "sed", "awk", "grep", "tee", "tail", "cat", "mktemp", "rm", "env", "true"):
+            source = next(path for root in ("/usr/bin", "/bin") if (path := Path(root, name)).exists())
+            (folder / name).symlink_to(source)
+        self.program("dpkg-query", "exit 1")
+        self.program("apt-get", "exit 0")
+        self.program("id", "echo 0")
+
+    def program(self, name: str, text: str) -> None:
+        path = self.folder / name
+        path.write_text(f'#!/bin/sh\necho "{name} $*" >> {self.calls}\n{text}\n')
+        path.chmod(0o755)
+
+    def run(self, *arguments: str, ci: bool = False) -> tuple[int, str]:
+        done = subprocess.run(
+            [str(self.folder / "bash"), str(SCRIPT), *arguments],
+            env={"PATH": str(self.folder), "LC_ALL": "C"} | ({"CI": "true"} if ci else {}),
+            capture_output=True,
+            text=True,
+            timeout=30,
+            check=False,
+        )
+        assert done.stderr == ""
+        return done.returncode, done.stdout
+
+    def called(self, *words: str) -> int:
+        """How many calls had all these words."""
+        return sum(set(words) <= set(line.split()) for line in self.calls.read_text().splitlines())
+
+
+@pytest.fixture
+def machine(tmp_path: Path) -> Machine:
+    return Machine(tmp_path)
+
+
+def packages() -> list[str]:
+    done = subprocess.run([str(SCRIPT), "--list"], capture_output=True, text=True, timeout=30, check=True)
+    return done.stdout.split()
+
+
+def there(names: list[str]) -> str:
+    return "\n".join(f"echo installed:{name}" for name in names)
+
+
+def test_each_package_is_named_once() -> None:
+    names = packages()
+    assert len(names) == len(set(names)) > 20
+    assert {"ros-core", "catkin", "ros-robot-state-publisher", "libroscpp-dev"} < set(names)
+
+
+@pytest.mark.parametrize("ci", [False, True])
+def test_nothing_is_done_where_all_is_there(machine: Machine, ci: bool) -> None:
+    machine.program("dpkg-query", there(packages()))
+    assert machine.run(ci=ci) == (0, "install-ros1: ROS 1 is there\n")
+    assert not machine.called("apt-get")
+
+
+def test_only_what_is_missing_is_installed(machine: Machine) -> None:
+    machine.program("dpkg-query", there(packages()[1:]) + "\necho config-files:ros-core")
+    status, said = machine.run(ci=True)
+    assert status == 0
+    assert "installing 1 packages" in said
+    assert machine.called("apt-get", "install", "--yes", "--no-install-recommends", "ros-core") == 1
+    assert not machine.called("apt-get", "catkin")
+    assert not machine.called("update")
+
+
+def test_progress_is_told(machine: Machine) -> None:
+    machine.program("apt-get", "i=0; while [ $i -lt 120 ]; do echo 'Setting up ros (1)'; i=$((i+1)); done")
+    status, said = machine.run()
+    assert status == 0
+    assert [line for line in said.splitlines() if "ready" in line] == ["  50 packages ready", "  100 packages ready"]
+
+
+def test_old_lists_are_read_anew(machine: Machine) -> None:
+    machine.program(
+        "apt-get",
+        f'case "$*" in *update*) : >{machine.folder}/new;; *) [ -e {machine.folder}/new ] || exit 100;; esac',
+    )
+    status, said = machine.run(ci=True)
+    assert status == 0
+    assert "reading the package lists" in said
+    assert machine.called("apt-get", "update") == 1
+    assert machine.called("apt-get", "install", "--yes") == 1
+
+
+@pytest.mark.parametrize("ci", [False, True])
+def test_without_the_right_it_says_what_to_type(machine: Machine, ci: bool) -> None:
+    machine.program("id", "echo 1000")
+    machine.program("sudo", "exit 1")
+    status, said = machine.run(ci=ci)
+    assert status == (1 if ci else 0)
+    assert "as root: apt-get update && apt-get install --no-install-recommends ros-core" in said
+    assert said.count("\n") == 1
+    assert not machine.called("apt-get")
+
+
+def test_sudo_without_a_password_is_enough(machine: Machine) -> None:
+    machine.program("id", "echo 1000")
+    machine.program("sudo", 'shift; exec "$@"')
+    status, _ = machine.run(ci=True)
+    assert status == 0
+    assert machine.called("sudo", "-n", "apt-get", "--yes") == 1
+
+
+@pytest.mark.parametrize("ci", [False, True])
+def test_a_failed_installation_shows_why(machine: Machine, ci: bool) -> None:
+    machine.program("apt-get", "echo 'E: no network'; exit 100")
+    status, said = machine.run(ci=ci)
+    assert status == (1 if ci else 0)
+    assert "E: no network" in said
+    assert "could not install ROS 1; by hand, as root: apt-get update &&" in said
+
+
+@pytest.mark.parametrize("ci", [False, True])
+def test_a_system_without_apt(machine: Machine, ci: bool) -> None:
+    (machine.folder / "apt-get").unlink()
+    status, said = machine.run(ci=ci)
+    assert status == (1 if ci else 0)
+    assert "there is no apt-get here" in said
