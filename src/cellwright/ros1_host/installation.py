@@ -71,7 +71,7 @@ def find(environment: Mapping[str, str] | None = None, *, root: Path = Path("/op
     for each in (here, *_sourced(root, here)):
         if _has_rospy(SYSTEM_PYTHON, each):
             return _installation(SYSTEM_PYTHON, each)
-    raise UsageError(f"--ros1 needs ROS 1, and {SYSTEM_PYTHON} has no rospy; {HOW_TO_GET_IT}")
+    raise UsageError(f"ROS 1 is needed, and {SYSTEM_PYTHON} has no rospy; {HOW_TO_GET_IT}")
 
 
 def _installation(python: str, environment: Mapping[str, str]) -> Installation:
