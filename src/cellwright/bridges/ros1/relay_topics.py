@@ -34,8 +34,8 @@ class HeardTopic:
 
     @property
     def is_connected(self) -> bool:
-        """Whether there is a publisher that it gets messages of."""
-        return bool(self._subscriber.get_num_connections())
+        """Whether there is a publisher that it gets messages of: one that has answered its handshake."""
+        return any(connection.header for connection in self._subscriber.impl.connections)
 
     @property
     def is_wanted(self) -> bool:
