@@ -1,7 +1,25 @@
-"""`python -m cellwright`: the command line, where the command itself is not on the path."""
+"""The command line's way in: `cellwright`, and `python -m cellwright` where the command itself is not on the path."""
 
+from __future__ import annotations
+
+import signal
 import sys
 
-from cellwright.cli.main import main
 
-sys.exit(main())
+def main() -> int:
+    """Run the command line; its exit status.
+
+    Loading it takes half a second, in which a Ctrl-C has nothing to tidy up: it ends the process, and nothing is said.
+    """
+    is_usual = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if is_usual:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    from cellwright.cli.main import main as run_command_line
+
+    if is_usual:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    return run_command_line()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -12,7 +12,7 @@ from tests.cli.conftest import CommandLine
 HELP = Path(__file__).parents[1] / "data" / "help"
 
 
-@pytest.mark.parametrize("command", ["", "run", "eval", "serve", "check", "trials"])
+@pytest.mark.parametrize("command", ["", "run", "eval", "serve", "check", "trials", "ros1-env", "ros1-workspace"])
 @pytest.mark.parametrize("option", ["--help", "-h"])
 def test_help_reads_as_it_did(command: str, option: str, cellwright: CommandLine) -> None:
     ran = cellwright(*command.split(), option)

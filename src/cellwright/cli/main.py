@@ -12,6 +12,8 @@ import cellwright
 from cellwright.cli.check import check
 from cellwright.cli.eval import evaluate
 from cellwright.cli.exit_status import BAD_INPUT, NOT_DONE
+from cellwright.cli.ros1_env import ros1_env
+from cellwright.cli.ros1_workspace import ros1_workspace
 from cellwright.cli.run import run
 from cellwright.cli.serve import serve
 from cellwright.cli.trials import trials
@@ -44,6 +46,8 @@ app.command()(check)
 app.command("eval")(evaluate)
 app.command()(serve)
 app.command()(trials)
+app.command("ros1-env")(ros1_env)
+app.command("ros1-workspace")(ros1_workspace)
 
 
 def _version(wanted: bool) -> None:  # noqa: FBT001

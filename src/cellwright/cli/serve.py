@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable
-from dataclasses import replace
+from contextlib import ExitStack
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -19,8 +20,10 @@ from cellwright.cli import document, options, score_table
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.progress import RunProgress
 from cellwright.cli.signals import stopped_by_signals
+from cellwright.contracts.gear_parameters import parameters
 from cellwright.description.trial import Trial
 from cellwright.recording.run_log import RunLog
+from cellwright.ros1_host import Ros1
 from cellwright.run import Outcome, RunOptions
 from cellwright.server import DEFAULT_PORT, Server
 from cellwright.server.server import LOOPBACK
@@ -93,6 +96,15 @@ def serve(
     port: Annotated[
         int, typer.Option(metavar="N", help="Port to listen at; 0 takes a free one.", rich_help_panel=_REACH)
     ] = DEFAULT_PORT,
+    ros1: Annotated[
+        bool,
+        typer.Option(
+            "--ros1",
+            metavar="",
+            help="Be the simulator of ROS 1 programs too, at the master that ROS_MASTER_URI names.",
+            rich_help_panel=_REACH,
+        ),
+    ] = False,
     as_json: Annotated[
         bool,
         typer.Option(
@@ -127,73 +139,162 @@ def serve(
         # time passes only when a program asks for it: the same result on any host
         cellwright serve lesson --lockstep
 
+        # the same cell for programs of ROS 1, with a master if there is none
+        cellwright serve lesson --ros1
+
     Exit status: 0 stopped, by whatever was asked for; 1 the simulation became unstable; 2 bad input, and nothing was
     started.
     """
-    wanted_speed = options.speed(("max" if lockstep else "1") if speed is None else speed)
-    wanted = RunOptions(
+    wanted = ServeOptions(
+        speed=options.speed(("max" if lockstep else "1") if speed is None else speed),
+        lockstep=lockstep,
+        servo=servo,
+        seed=options.seed(seed),
+        competition=not development,
         until=options.until(until),
         ends_when_done=exit_on_completion or EXIT_ON_COMPLETION in os.environ,
+        host=host,
+        port=port,
+        ros1=ros1,
+        as_json=as_json,
+        log=options.log_file(log),
+        verbose=verbose,
     )
-    log_file = options.log_file(log)
-    console = Console(stderr=as_json, highlight=False)
+    raise typer.Exit(serve_trial(partial(_trial, files, seed, is_varied=vary), wanted))
+
+
+@dataclass(frozen=True)
+class ServeOptions:
+    """What serving a trial may be told.
+
+    Attributes:
+        speed: simulated seconds a wall second; None: as fast as it goes.
+        lockstep: let time pass only when a guest asks.
+        servo: servos of the arm; None: as the trial says.
+        seed: root of all chance; None: the trial's own.
+        competition: refuse what a competition refuses.
+        until: stop at this simulation time [s]; None: when somebody stops it.
+        ends_when_done: stop when the competition is done.
+        host: address to listen at.
+        port: port to listen at; 0 takes a free one.
+        ros1: be the simulator of ROS 1 programs too.
+        as_json: print the result as JSON, and nothing else on stdout.
+        log: file for what happens.
+        verbose: say also how time kept to the wall clock.
+    """
+
+    speed: float | None = 1.0
+    lockstep: bool = False
+    servo: str | None = None
+    seed: int | None = None
+    competition: bool = True
+    until: float | None = None
+    ends_when_done: bool = False
+    host: str = LOOPBACK
+    port: int = DEFAULT_PORT
+    ros1: bool = False
+    as_json: bool = False
+    log: Path | None = None
+    verbose: bool = False
+
+
+def serve_trial(
+    load: Callable[[], Trial], wanted: ServeOptions, on_cell: Callable[[Cell], None] = lambda _cell: None
+) -> int:
+    """Serve a trial until it is over or a signal ends it, and print what came of it.
+
+    Args:
+        load: gives the trial.
+        wanted: how.
+        on_cell: called with the cell before its time passes.
+
+    Returns:
+        The exit status.
+    """
+    console = Console(stderr=wanted.as_json, highlight=False)
     is_stopped = _Stop()
-    with stopped_by_signals(is_stopped.stop):
+    with stopped_by_signals(is_stopped.stop), ExitStack() as to_close:
+        trial = load()
+        warn = partial(console.print, markup=False, soft_wrap=True, style="yellow")
+        ros = to_close.enter_context(Ros1(warn, lambda: is_stopped.has_come)) if wanted.ros1 else None
+        if ros is not None:
+            ros.prepare()
         cell = Cell(
-            _trial(files, seed, is_varied=vary),
-            seed=options.seed(seed),
-            servo=options.servo(servo),
-            competition=not development,
-            report=partial(console.print, markup=False, soft_wrap=True, style="yellow"),
+            trial,
+            seed=wanted.seed,
+            servo=options.servo(wanted.servo),
+            competition=wanted.competition,
+            report=warn,
         )
+        on_cell(cell)
         progress = RunProgress(console, cell, until=wanted.until)
-        server = Server(cell, host=host, port=port, lockstep=lockstep, report=partial(progress.line, style="yellow"))
+        report = partial(progress.line, style="yellow")
+        if ros is not None:
+            ros.report = report
+        server = Server(cell, host=wanted.host, port=wanted.port, lockstep=wanted.lockstep, report=report)
         if not server.is_local:
-            typer.echo(f"warning: {host}: anybody who reaches this machine can drive the cell", err=True)
-        hooks = Hooks(on_ready=lambda: _ready(console, cell, server, wanted_speed))
-        serving = Serving(cell, server, speed=wanted_speed, hooks=hooks)
+            typer.echo(f"warning: {wanted.host}: anybody who reaches this machine can drive the cell", err=True)
+        hooks = Hooks(
+            on_ready=lambda: _begin(console, cell, server, wanted.speed, ros),
+            on_poll=_nothing if ros is None else ros.poll,
+        )
+        serving = Serving(cell, server, speed=wanted.speed, hooks=hooks)
         is_stopped.follow(serving.stop)
-        kept = None if log_file is None else RunLog(log_file, about={"agent": "served"}, report=_warn)
+        kept = None if wanted.log is None else RunLog(wanted.log, about={"agent": "served"}, report=_warn)
         with progress.running():
-            result = serving.run(replace(wanted, log=kept))
+            run = RunOptions(until=wanted.until, ends_when_done=wanted.ends_when_done, log=kept)
+            result = serving.run(run)
     status = NOT_DONE if result.outcome is Outcome.UNSTABLE else DONE
     if result.error:
         typer.echo(result.error, err=True, nl=False)
     pace = serving.pace
-    if as_json:
+    if wanted.as_json:
         about = document.of_run(cell, "served", result, status, []) | {"pace": document.of_pace(pace)}
         typer.echo(json.dumps(about, indent=2))
     else:
         score_table.show(console, result)
-        if verbose and pace is not None:
+        if wanted.verbose and pace is not None:
             score_table.note(console, "pace", _pace_text(pace))
-    raise typer.Exit(status)
+    return status
 
 
 class _Stop:
     """A wish to end that may come before there is anything to end."""
 
     def __init__(self) -> None:
-        self._has_come = False
+        self.has_come = False
+        """Whether there is the wish."""
         self._stop: Callable[[], None] = lambda: None
 
     def stop(self) -> None:
-        self._has_come = True
+        self.has_come = True
         self._stop()
 
     def follow(self, stop: Callable[[], None]) -> None:
         self._stop = stop
-        if self._has_come:
+        if self.has_come:
             stop()
 
 
-def _ready(console: Console, cell: Cell, server: Server, speed: float | None) -> None:
+def _begin(console: Console, cell: Cell, server: Server, speed: float | None, ros: Ros1 | None) -> None:
+    """Have ROS know the cell, if it is to; then say that it is ready."""
+    if ros is None:
+        _ready(console, cell, server, speed)
+    elif ros.join(server.address, parameters(cell.trial, competition=cell.in_competition), server.wait):
+        _ready(console, cell, server, speed, f", ROS 1 at {ros.master.uri}")
+
+
+def _ready(console: Console, cell: Cell, server: Server, speed: float | None, more: str = "") -> None:
     host, port = server.address
     if server.lockstep:
         pace = "lockstep"
     else:
         pace = "as fast as it goes" if speed is None else "real time" if speed == 1.0 else f"{speed:g} x real time"
-    console.print(f"ready: {cell.trial.name} at {host}:{port}, {pace}", markup=False, soft_wrap=True)
+    console.print(f"ready: {cell.trial.name} at {host}:{port}, {pace}{more}", markup=False, soft_wrap=True)
+
+
+def _nothing() -> None:
+    pass
 
 
 def _pace_text(pace: Pace) -> str:

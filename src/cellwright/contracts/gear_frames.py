@@ -27,6 +27,13 @@ BIN_FRAME_YAW = 1.5708
 
 _FLANGE = Pose((0.0, 0.0922, 0.0))  # UR10, d6
 
+LINK_FRAMES = (
+    Frame("base_link", "base", Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, -math.pi))),
+    Frame("wrist_3_link", "ee_link", _FLANGE @ Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, math.pi / 2))),
+    Frame("wrist_3_link", "tool0", _FLANGE @ Pose.from_rpy((0.0, 0.0, 0.0), (-math.pi / 2, 0.0, 0.0))),
+)
+"""Frames without a body that are fixed to a link of the arm."""
+
 
 def static_frames(trial: Trial) -> list[Frame]:
     """Frames that never move: bins, load points, belt, sensors, and what is fixed to a link of the arm."""
@@ -49,9 +56,7 @@ def fixed_arm_frames(simulation: Simulation) -> list[Frame]:
     """Frames that are fixed to a link of the arm or to the world."""
     return [
         Frame("world", "linear_arm_actuator", relative(simulation, "world", "linear_arm_actuator")),
-        Frame("base_link", "base", Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, -math.pi))),
-        Frame("wrist_3_link", "ee_link", _FLANGE @ Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, math.pi / 2))),
-        Frame("wrist_3_link", "tool0", _FLANGE @ Pose.from_rpy((0.0, 0.0, 0.0), (-math.pi / 2, 0.0, 0.0))),
+        *LINK_FRAMES,
         Frame("wrist_3_link", "vacuum_gripper_link", relative(simulation, "wrist_3_link", "vacuum_gripper_link")),
     ]
 

@@ -41,6 +41,7 @@ class ArmJoint:
         gains: of the original's effort controller.
         limit: the joint runs from -limit to limit [rad] or [m].
         effort: largest force [N] or torque [N m] of the drive.
+        velocity: published limit [m/s] or [rad/s]. As in the original, nothing holds a command to it.
         damping: viscous [N s/m] or [N m s/rad].
         friction: dry [N] or [N m].
         stiffness: position gain of the `precise` profile.
@@ -54,6 +55,7 @@ class ArmJoint:
     gains: JointGains
     limit: float
     effort: float
+    velocity: float
     damping: float
     friction: float
     stiffness: float
@@ -94,31 +96,31 @@ _BENT = (0.0, math.pi / 2, 0.0)
 JOINTS: tuple[ArmJoint, ...] = (
     ArmJoint(
         "linear_arm_actuator_joint", "base_link", Pose((0.0, 0.0, 0.1)), _Y,
-        JointGains(10000, 500, 0, 1), 2.1, 1000, 20, 500, 6e5, 10.0,
+        JointGains(10000, 500, 0, 1), 2.1, 1000, 3.0, 20, 500, 6e5, 10.0,
     ),
     ArmJoint(
         "shoulder_pan_joint", "shoulder_link", Pose((0.0, 0.0, 0.1273)), _Z,
-        JointGains(10000, 150, 0, 1), _TURN, 530, 20, 20, 1.2e5, 1.0,
+        JointGains(10000, 150, 0, 1), _TURN, 530, 2.16, 20, 20, 1.2e5, 1.0,
     ),
     ArmJoint(
         "shoulder_lift_joint", "upper_arm_link", Pose.from_rpy((0.0, 0.220941, 0.0), _BENT), _Y,
-        JointGains(50000, 150, 10, 50), _TURN, 330, 20, 0, 1.2e5, 1.0,
+        JointGains(50000, 150, 10, 50), _TURN, 330, 2.16, 20, 0, 1.2e5, 1.0,
     ),
     ArmJoint(
         "elbow_joint", "forearm_link", Pose((0.0, -0.1719, 0.612)), _Y,
-        JointGains(50000, 150, 1, 25), _TURN, 150, 20, 0, 1.2e5, 0.5,
+        JointGains(50000, 150, 1, 25), _TURN, 150, 3.15, 20, 0, 1.2e5, 0.5,
     ),
     ArmJoint(
         "wrist_1_joint", "wrist_1_link", Pose.from_rpy((0.0, 0.0, 0.5723), _BENT), _Y,
-        JointGains(100, 5, 0, 1), _TURN, 54, 1, 0, 1.2e4, 0.1,
+        JointGains(100, 5, 0, 1), _TURN, 54, 3.2, 1, 0, 1.2e4, 0.1,
     ),
     ArmJoint(
         "wrist_2_joint", "wrist_2_link", Pose((0.0, 0.1149, 0.0)), _Z,
-        JointGains(75, 2, 0, 1), _TURN, 54, 1, 0, 1.2e4, 0.1,
+        JointGains(75, 2, 0, 1), _TURN, 54, 3.2, 1, 0, 1.2e4, 0.1,
     ),
     ArmJoint(
         "wrist_3_joint", "wrist_3_link", Pose((0.0, 0.0, 0.1157)), _Y,
-        JointGains(25, 1, 0, 1), _TURN, 54, 0.5, 0, 1.2e4, 0.1,
+        JointGains(25, 1, 0, 1), _TURN, 54, 3.2, 0.5, 0, 1.2e4, 0.1,
     ),
 )  # fmt: skip
 """The joints in the order of the chain, which is the controller's order."""
@@ -128,9 +130,10 @@ JOINT_NAMES = tuple(joint.name for joint in JOINTS)
 INITIAL_POSITIONS: Mapping[str, float] = dict(zip(JOINT_NAMES, (0.0, 3.14, -1.13, 1.51, 3.77, -1.51, 0.0), strict=True))
 """Where the joints [rad], [m] are when nothing else is asked for."""
 
-_WRIST_3_T_GRIPPER = Pose.from_rpy((0.0, 0.1, 0.0), (90 * 0.0174533, 0.0, 0.0))
+WRIST_3_T_GRIPPER = Pose.from_rpy((0.0, 0.1, 0.0), (90 * 0.0174533, 0.0, 0.0))
+"""The cup on the last link, turned with the original's rounding."""
 
-_BODIES: Mapping[str, Cylinder] = {
+BODIES: Mapping[str, Cylinder] = {
     "base_link": Cylinder(4.0, 0.075, 0.038),
     "shoulder_link": Cylinder(7.778, 0.075, 0.178),
     "upper_arm_link": Cylinder(12.93, 0.075, 0.612, 0.306),
@@ -140,6 +143,7 @@ _BODIES: Mapping[str, Cylinder] = {
     "wrist_3_link": Cylinder(0.202, 0.075, 0.12),
     GRIPPER: Cylinder(0.01, 0.05, 0.01),
 }
+"""Mass and form of each link that the arm moves."""
 
 
 def gains_of(settings: ArmSettings) -> dict[str, JointGains]:
@@ -180,7 +184,7 @@ def add_arm(spec: Any, settings: ArmSettings, contact_time: float) -> None:
     link = rail
     for joint in JOINTS:
         link = link.add_body(name=joint.link, pos=joint.pose.position, quat=joint.pose.quaternion)
-        _give_mass(link, _BODIES[joint.link], settings.servo)
+        _give_mass(link, BODIES[joint.link], settings.servo)
         _add_joint(spec, link, joint, settings, gains[joint.name])
         arm_looks.dress_link(link, joint.link)
         if joint.link == "base_link":
@@ -190,8 +194,8 @@ def add_arm(spec: Any, settings: ArmSettings, contact_time: float) -> None:
         ("tool0", Pose.from_rpy((0.0, 0.0922, 0.0), (-math.pi / 2, 0.0, 0.0))),
     ):
         link.add_site(name=name, pos=pose.position, quat=pose.quaternion)
-    gripper = link.add_body(name=GRIPPER, pos=_WRIST_3_T_GRIPPER.position, quat=_WRIST_3_T_GRIPPER.quaternion)
-    _give_mass(gripper, _BODIES[GRIPPER], settings.servo)
+    gripper = link.add_body(name=GRIPPER, pos=WRIST_3_T_GRIPPER.position, quat=WRIST_3_T_GRIPPER.quaternion)
+    _give_mass(gripper, BODIES[GRIPPER], settings.servo)
     arm_looks.dress_cup(spec, gripper, CUP_GEOM, CUP_FACE_GEOM, contact_time)
 
 

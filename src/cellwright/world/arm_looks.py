@@ -39,7 +39,7 @@ def _along_z(radius: float, low: float, high: float, y: float = 0.0, colour: Col
     return cylinder(radius, high - low, at(y=y, z=(low + high) / 2), colour)
 
 
-_SOLID: Mapping[str, tuple[Shape, ...]] = {
+SOLID: Mapping[str, tuple[Shape, ...]] = {
     "base_link": (
         box(0.26, 0.34, 0.05, at(z=-0.025), colours.RAIL),
         _along_z(0.075, 0.0, 0.038),
@@ -68,8 +68,9 @@ _SOLID: Mapping[str, tuple[Shape, ...]] = {
     ),
     "wrist_3_link": (_along_y(0.045, 0.0616, 0.0921, 0.0),),
 }
+"""What each link touches with, in its own frame; it is seen as well."""
 
-_SEEN: Mapping[str, tuple[Shape, ...]] = {
+SEEN: Mapping[str, tuple[Shape, ...]] = {
     "base_link": (
         box(0.2, 0.2, 0.008, at(z=0.004), colours.STEEL_DARK),
         box(0.27, 0.05, 0.03, at(y=0.15, z=-0.02), colours.LINE_YELLOW),
@@ -103,11 +104,18 @@ _SEEN: Mapping[str, tuple[Shape, ...]] = {
     ),
     "wrist_3_link": (_along_y(0.031, 0.0921, 0.0945, 0.0, colours.STEEL_DARK),),
 }
+"""What is only seen of each link, in its own frame."""
+
+BEAM = box(0.2, 4.6, 0.1, HERE, colours.RAIL)
+"""The rail's beam, in the rail's frame."""
+
+CUP = cylinder(0.05, 0.01, HERE, colours.CUP)
+"""The plain disc that the suction cup stands for, in its link's frame."""
 
 
 def dress_rail(rail: Any, world: Any) -> None:
     """The beam. It belongs to the robot, so the arm passes through it as it did in the original."""
-    add_shape(rail, box(0.2, 4.6, 0.1, HERE, colours.RAIL), Role.BOTH, Touch.ROBOT)
+    add_shape(rail, BEAM, Role.BOTH, Touch.ROBOT)
     for side in (1.0, -1.0):
         add_shape(world, box(0.025, 4.6, 0.014, at(0.075 * side, 0.0, 0.055), colours.ALUMINIUM).moved(RAIL), Role.SEEN)
         add_shape(world, box(0.24, 0.03, 0.16, at(0.0, 2.315 * side, 0.02), colours.LINE_YELLOW).moved(RAIL), Role.SEEN)
@@ -118,9 +126,9 @@ def dress_rail(rail: Any, world: Any) -> None:
 
 def dress_link(body: Any, link: str) -> None:
     """Give a link of the arm its shapes."""
-    for shape in _SOLID[link]:
+    for shape in SOLID[link]:
         add_shape(body, shape, Role.BOTH, Touch.ROBOT)
-    for shape in _SEEN[link]:
+    for shape in SEEN[link]:
         add_shape(body, shape, Role.SEEN)
 
 
@@ -139,7 +147,7 @@ def dress_cup(spec: Any, gripper: Any, name: str, face: str, contact_time: float
     cup.priority = 1
     cup.gap = 0.001
     cup.solref = (contact_time, 1.0)
-    add_shape(gripper, cylinder(0.05, 0.01, HERE, colours.CUP), Role.UNSEEN, name=face)
+    add_shape(gripper, CUP, Role.UNSEEN, name=face)
     for shape in (
         cylinder(0.026, 0.004, at(z=0.0065), colours.ALUMINIUM),
         cylinder(0.0375, 0.0006, at(z=-0.0049), colours.LINE_YELLOW),

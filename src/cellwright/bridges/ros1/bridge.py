@@ -17,7 +17,8 @@ from cellwright.bridges.ros1.report import report, say_ready
 from cellwright.bridges.ros1.sent import Sent
 from cellwright.bridges.ros1.services import Service, cell_service
 from cellwright.bridges.ros1.state_publisher import HOW_TO_GET_IT, NODE, StatePublisher, find_state_publisher
-from cellwright.bridges.ros1.step_service import MD5, NAME, TYPE, StepService
+from cellwright.bridges.ros1.step_bytes import MD5, TYPE
+from cellwright.bridges.ros1.step_service import NAME, StepService
 from cellwright.bridges.ros1.subscriptions import QUEUE, CommandTopic
 from cellwright.bridges.ros1.tcpros import TcprosServer
 

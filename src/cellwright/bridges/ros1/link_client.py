@@ -8,6 +8,7 @@ from typing import Any, Callable
 
 from cellwright.bridges.ros1.loop import Loop
 from cellwright.bridges.ros1.outlet import Outlet
+from cellwright.bridges.ros1.report import report
 from cellwright.link.frames import Decoder, Frame, FrameError, Kind, hello
 
 PATIENCE = 10.0
@@ -33,7 +34,7 @@ class LinkClient:
         loop: what serves the connection.
         address: host and port of the cell.
         node: the name to be known by.
-        on_end: called once when the cell has ended (with its reason) or is gone (with None).
+        on_end: called once: with the reason when the cell has ended, with None when it is gone without a word.
 
     Raises:
         LinkError: nobody answers there, or not as a cell does.
@@ -114,7 +115,8 @@ class LinkClient:
                 if not self._has_ended:
                     self._take(frame)
         except FrameError as error:
-            self._end(f"what it says makes no sense: {error}")
+            report(f"what the cell says makes no sense: {error}")
+            self._end("")
 
     def _take(self, frame: Frame) -> None:
         if frame.kind is Kind.MESSAGE:

@@ -74,8 +74,14 @@ class Loop:
             self._status = status
         self.call(_nothing)
 
+    def close(self) -> None:
+        """Let go of what it waits with. What it watched is not closed."""
+        self._selector.close()
+        self._ear.close()
+        self._bell.close()
+
     def run(self) -> int:
-        """Wait and call until stopped; the status."""
+        """Wait and call until stopped; the status. Then it may run again."""
         while self._status is None:
             for key, events in self._selector.select(self._patience()):
                 on_read, on_write = key.data
@@ -85,7 +91,8 @@ class Loop:
                     self._do(on_read)
             while self._timers and self._timers[0][0] <= time.monotonic():
                 self._do(heapq.heappop(self._timers)[2])
-        return self._status
+        status, self._status = self._status, None
+        return status
 
     def _patience(self) -> float | None:
         if not self._timers:

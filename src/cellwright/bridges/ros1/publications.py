@@ -15,10 +15,11 @@ from typing import Any
 import rospy
 from rospy.impl.registration import Registration, get_topic_manager
 
+from cellwright.bridges.ros1.headers import has_header
 from cellwright.bridges.ros1.link_client import LinkClient
 from cellwright.bridges.ros1.loop import Loop
 from cellwright.bridges.ros1.outlet import Outlet
-from cellwright.bridges.ros1.raw_types import ANY, has_header
+from cellwright.bridges.ros1.raw_types import ANY
 from cellwright.bridges.ros1.sent import Sent
 from cellwright.bridges.ros1.tally import Tally
 from cellwright.bridges.ros1.tcpros import Header, handshake

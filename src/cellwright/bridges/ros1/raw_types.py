@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from typing import Any
 
 import genpy
 
-_HEADER = re.compile(r"^\s*(?:std_msgs/)?Header\s+header\s*(?:#.*)?$")
-_COMMENT = re.compile(r"^\s*(?:#.*)?$")
 ANY = "*"
 """Checksum and type that stand for whatever the other side has."""
 
@@ -27,14 +24,6 @@ def raw_type(name: str, md5: str = ANY, definition: str = "") -> Any:
         "_slot_types": ["uint8[]"],
     }
     return type("Raw", (genpy.Message,), namespace)
-
-
-def has_header(definition: str) -> bool:
-    """Whether messages of this definition begin with a header, whose first four bytes count them."""
-    for line in definition.splitlines():
-        if not _COMMENT.match(line):
-            return _HEADER.match(line) is not None
-    return False
 
 
 def _hold(self: Any, data: bytes = b"") -> None:

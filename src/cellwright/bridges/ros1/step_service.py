@@ -16,21 +16,16 @@ from cellwright.bridges.ros1.link_client import LinkClient
 from cellwright.bridges.ros1.loop import Loop
 from cellwright.bridges.ros1.sent import Sent
 from cellwright.bridges.ros1.services import Caller
+from cellwright.bridges.ros1.step_bytes import TYPE, read_request, response
 from cellwright.bridges.ros1.subscriptions import CommandTopic
 from cellwright.link.frames import Frame, FrameError, Kind, advance, read_time
 
 NAME = "/cellwright/step"
-TYPE = "cellwright_msgs/Step"
-MD5 = "7e9a558e71e0b64a2a795a7415a8d616"
 
 PATIENCE = 5.0
 """How long published messages may take to come [s]."""
 
 _NANOSECONDS = 1_000_000_000
-_DURATION = struct.Struct("<ii")
-_TIME = struct.Struct("<II")
-_COUNT = struct.Struct("<I")
-_NUMBER = struct.Struct("<Q")
 
 
 @dataclass
@@ -137,45 +132,3 @@ class StepService:
         step.caller.respond(True, response(message, now, self._sent.of(step.caller.node)))
         if self._steps:
             self._begin()
-
-
-def read_request(data: bytes) -> tuple[int, dict[str, int]]:
-    """The duration [ns] of a request, and the numbers of messages published by topic.
-
-    Raises:
-        struct.error, ValueError: these bytes are no request.
-    """
-    seconds, nanoseconds = _DURATION.unpack_from(data)
-    position = _DURATION.size
-    (count,) = _COUNT.unpack_from(data, position)
-    position += _COUNT.size
-    names = []
-    for _ in range(count):
-        (length,) = _COUNT.unpack_from(data, position)
-        position += _COUNT.size
-        if position + length > len(data):
-            raise ValueError("it is cut off")
-        names.append(data[position : position + length].decode())
-        position += length
-    (numbers,) = _COUNT.unpack_from(data, position)
-    position += _COUNT.size
-    if numbers and numbers != count:
-        raise ValueError(f"{count} topics and {numbers} numbers of messages")
-    if len(data) != position + numbers * _NUMBER.size:
-        raise ValueError("its length is wrong")
-    published = [_NUMBER.unpack_from(data, position + index * _NUMBER.size)[0] for index in range(numbers)]
-    return seconds * _NANOSECONDS + nanoseconds, dict(zip(names, published))
-
-
-def response(failure: str, now: int, sent: list[tuple[str, int]]) -> bytes:
-    """The bytes of an answer: a success unless a failure is told; `now` in nanoseconds."""
-    parts = [bytes([not failure]), _text(failure), _TIME.pack(*divmod(now, _NANOSECONDS)), _COUNT.pack(len(sent))]
-    parts += [_text(name) for name, _ in sent]
-    parts.append(_COUNT.pack(len(sent)))
-    parts += [_NUMBER.pack(count) for _, count in sent]
-    return b"".join(parts)
-
-
-def _text(text: str) -> bytes:
-    data = text.encode()
-    return _COUNT.pack(len(data)) + data

@@ -1,0 +1,1 @@
+"""A module to build programs on that work the kit-building cell."""

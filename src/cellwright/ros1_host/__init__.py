@@ -1,0 +1,8 @@
+"""What the cell's process does for ROS 1: finds it, has a master, starts the bridge and keeps it going.
+
+Nothing of ROS is imported here: the bridge is a process of its own, under the interpreter that has rospy.
+"""
+
+from cellwright.ros1_host.ros1 import Ros1
+
+__all__ = ["Ros1"]

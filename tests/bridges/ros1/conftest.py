@@ -1,0 +1,50 @@
+"""A bridge between a fake cell and a real master."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import cellwright
+from tests.bridges.ros1.fake_cell import FakeCell
+from tests.bridges.ros1.wire import OPENED
+from tests.ros1.ground import Ground
+from tests.ros1.processes import Process
+from tests.ros1.requirement import ros_python
+
+PROGRAM = Path(cellwright.__file__).parent / "bridges/ros1/__main__.py"
+
+
+def start_bridge(
+    ground: Ground, cell: FakeCell, *options: str, frames: str = "none", ready: bool = True, **more: str
+) -> Process:
+    """Start a bridge, `more` in its environment, and wait until it says that it is ready."""
+    command = [str(ros_python()), str(PROGRAM), "--connect", cell.address, "--robot-state-publisher", frames, *options]
+    process = ground.start(command, folder=None, **more)
+    if ready:
+        process.wait_for("^ready$", 15.0)
+    return process
+
+
+@pytest.fixture
+def make_cell() -> Iterator[Callable[..., FakeCell]]:
+    """Makes fake cells."""
+    made: list[FakeCell] = []
+
+    def make(topics: list[dict[str, Any]], services: list[dict[str, Any]] | None = None, **more: Any) -> FakeCell:
+        made.append(FakeCell(topics, services, **more))
+        return made[-1]
+
+    yield make
+    for cell in made:
+        cell.close()
+
+
+@pytest.fixture(autouse=True)
+def no_connection_outlives_its_test() -> Iterator[None]:
+    yield
+    while OPENED:
+        OPENED.pop().close()

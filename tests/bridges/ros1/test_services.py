@@ -1,0 +1,148 @@
+"""Services over ROS: answers, failures, callers that vanish and callers that talk nonsense."""
+
+from __future__ import annotations
+
+import socket
+import struct
+import time
+from collections.abc import Callable
+
+import pytest
+
+from cellwright.link.frames import Frame, Kind
+from cellwright.messages import md5
+from tests.bridges.ros1.conftest import start_bridge
+from tests.bridges.ros1.fake_cell import FakeCell, service
+from tests.bridges.ros1.wire import Calls, address_of_service, encoded
+from tests.ros1.ground import Ground
+from tests.ros1.waiting import until
+
+pytestmark = pytest.mark.ros1
+
+MakeCell = Callable[..., FakeCell]
+START = "/ariac/start_competition"
+
+
+@pytest.fixture
+def cell(master: Ground, make_cell: MakeCell) -> FakeCell:
+    made = make_cell([], [service(START)])
+    start_bridge(master, made)
+    return made
+
+
+def answering(cell: FakeCell, kind: Kind, payload: bytes, name: str = "") -> None:
+    def answer(frame: Frame) -> Frame | None:
+        if frame.kind is Kind.CALL:
+            return Frame(kind, frame.number, name=name, payload=payload)
+        return cell.usual(frame)
+
+    cell.answer = answer
+
+
+def test_a_call_goes_there_and_back(master: Ground, cell: FakeCell) -> None:
+    answering(cell, Kind.ANSWER, b"\1\2\0\0\0ok")
+    calls = Calls(master, START, caller="/team", md5sum=md5("std_srvs/Trigger"))
+    assert calls.header["type"] == "std_srvs/Trigger"
+    assert calls.header["md5sum"] == md5("std_srvs/Trigger")
+    assert calls.call(b"") == (True, b"\1\2\0\0\0ok")
+    with pytest.raises(EOFError):  # one call a connection
+        calls.read(1)
+    (frame,) = cell.of(Kind.CALL)
+    assert (frame.name, frame.type, frame.node, frame.payload) == (START, "std_srvs/Trigger", "/team", b"")
+
+
+def test_calls_on_one_connection(master: Ground, cell: FakeCell) -> None:
+    cell.answer = lambda frame: Frame(Kind.ANSWER, frame.number, payload=frame.payload[::-1])
+    calls = Calls(master, START, persistent="1")
+    assert [calls.call(data) for data in (b"abc", b"", b"xy")] == [(True, b"cba"), (True, b""), (True, b"yx")]
+    for data in (b"one", b"two", b"three"):  # not waiting for answers
+        calls.ask(data)
+    assert [calls.answer() for _ in range(3)] == [(True, b"eno"), (True, b"owt"), (True, b"eerht")]
+
+
+def test_no_answer_fails_as_a_cpp_service_that_returns_false(master: Ground, cell: FakeCell) -> None:
+    answering(cell, Kind.REFUSED, b"the state is not go", "ServiceFailedError")
+    assert Calls(master, START).call(b"") == (False, b"")
+
+
+def test_a_refusal_fails_with_its_reason_in_one_line(master: Ground, cell: FakeCell) -> None:
+    answering(cell, Kind.REFUSED, b"no\n  such", "MessageError")
+    calls = Calls(master, START, persistent="1")
+    assert calls.call(b"") == (False, b"no such")
+    answering(cell, Kind.ANSWER, b"\1")
+    assert calls.call(b"") == (True, b"\1")
+
+
+def test_another_checksum_is_refused(master: Ground, cell: FakeCell) -> None:
+    header = Calls(master, START, md5sum="0" * 32).header
+    assert header["error"].startswith(f"{START} has md5sum 937c9679")
+
+
+def test_a_caller_that_is_killed_in_mid_service_harms_nobody(master: Ground, cell: FakeCell) -> None:
+    waiting: list[Frame] = []
+
+    def keep(frame: Frame) -> Frame | None:
+        if frame.kind is not Kind.CALL:
+            return cell.usual(frame)
+        waiting.append(frame)
+        return None
+
+    cell.answer = keep
+    calls = Calls(master, START)
+    calls.ask(b"")
+    until(lambda: waiting, 5.0, "call")
+    calls.close()
+    cell.send(Frame(Kind.ANSWER, waiting[0].number, payload=b"\1"))
+    answering(cell, Kind.ANSWER, b"\2")
+    assert Calls(master, START).call(b"") == (True, b"\2")
+
+
+def test_a_request_too_long_ends_the_connection(master: Ground, cell: FakeCell) -> None:
+    calls = Calls(master, START, persistent="1")
+    calls.socket.sendall(struct.pack("<I", 0xFFFFFFFF))
+    with pytest.raises(EOFError):
+        calls.read(1)
+    assert Calls(master, START).call(b"")[0]
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        struct.pack("<I", 0xFFFFFFF0) + b"x",
+        b"GET / HTTP/1.1\r\n\r\n",
+        struct.pack("<II", 8, 100) + b"abcd",
+        struct.pack("<II", 7, 3) + b"abc",
+        struct.pack("<II", 6, 2) + b"\xff=",
+        encoded({"callerid": "/x"}),
+        encoded({"service": START, "callerid": "/x"}),
+        encoded({"topic": "/none", "callerid": "/x", "md5sum": "*"}),
+    ],
+)
+def test_nonsense_is_turned_away(data: bytes, master: Ground, cell: FakeCell) -> None:
+    with socket.create_connection(address_of_service(master, START), 5.0) as connection:
+        connection.sendall(data)
+        connection.settimeout(5.0)
+        connection.shutdown(socket.SHUT_WR)
+        while connection.recv(4096):
+            pass
+    assert Calls(master, START).call(b"")[0]
+
+
+def test_silent_connections_shut_nobody_out(master: Ground, cell: FakeCell) -> None:
+    address = address_of_service(master, START)
+    silent = [socket.create_connection(address, 5.0) for _ in range(50)]
+    begin = time.monotonic()
+    assert Calls(master, START).call(b"")[0]
+    assert time.monotonic() - begin < 1.0
+    for connection in silent:
+        connection.close()
+
+
+def test_the_tools_know_it(master: Ground, cell: FakeCell) -> None:
+    answering(cell, Kind.ANSWER, b"\1\2\0\0\0ok")
+    assert master.tool("rosservice", "type", START) == "std_srvs/Trigger\n"
+    assert "success: True" in master.tool("rosservice", "call", START)
+    assert "Args: \n" in master.tool("rosservice", "info", START)
+    answering(cell, Kind.REFUSED, b"not so", "RejectedCommandError")
+    master.tool("rosservice", "call", START, status=2)
+    assert "rospy.topics" in master.tool("rosservice", "call", "/gazebo/get_loggers")  # rospy's own still work

@@ -1,0 +1,85 @@
+"""What comes in over ROS: whole, in order, under the name of whoever sent it; a flood is cut, and counted."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+import pytest
+
+from cellwright.link.frames import Frame, Kind
+from cellwright.messages import from_ros1
+from cellwright.messages.standard import String
+from tests.bridges.ros1.conftest import start_bridge
+from tests.bridges.ros1.fake_cell import FakeCell, heard
+from tests.ros1.ground import Ground
+from tests.ros1.waiting import until
+
+pytestmark = pytest.mark.ros1
+
+MakeCell = Callable[..., FakeCell]
+
+
+def say(node: str, topic: str, count: int) -> None:
+    import rospy
+    from std_msgs.msg import String as RosString
+
+    rospy.init_node(node)
+    publisher = rospy.Publisher(topic, RosString, queue_size=count, tcp_nodelay=True)
+    while publisher.get_num_connections() == 0:
+        rospy.sleep(0.01)
+    for number in range(count):
+        publisher.publish(str(number))
+    rospy.sleep(0.5)  # the queue empties in a thread of its own
+
+
+def words(cell: FakeCell) -> list[tuple[str, str]]:
+    return [(frame.node, from_ros1(frame.payload, String).data) for frame in cell.of(Kind.PUBLISH)]
+
+
+def test_commands_come_whole_in_order_and_by_name(master: Ground, make_cell: MakeCell) -> None:
+    cell = make_cell([heard("/words")])
+    start_bridge(master, cell)
+    master.client(say, "team", "/words", 50).value()
+    until(lambda: len(cell.of(Kind.PUBLISH)) == 50, 5.0, "messages")
+    assert words(cell) == [("/team", str(number)) for number in range(50)]
+    frame = cell.of(Kind.PUBLISH)[0]
+    assert (frame.name, frame.type) == ("/words", "std_msgs/String")
+
+
+def test_one_at_a_time_and_the_oldest_dropped(master: Ground, make_cell: MakeCell) -> None:
+    cell = make_cell([heard("/words")])
+    held: list[Frame] = []
+    is_open = threading.Event()
+
+    def answer(frame: Frame) -> Frame | None:
+        if frame.kind is Kind.PUBLISH and not is_open.is_set():
+            held.append(frame)
+            return None
+        return cell.usual(frame)
+
+    cell.answer = answer
+    bridge = start_bridge(master, cell)
+    master.client(say, "team", "/words", 500).value()
+    assert len(cell.of(Kind.PUBLISH)) == 1
+    bridge.wait_for(r"\d+ messages on /words dropped: they come faster than the cell takes them")
+    is_open.set()
+    cell.send(Frame(Kind.REFUSED, held[0].number, name="MessageError", payload=b"no"))
+    until(lambda: len(cell.of(Kind.PUBLISH)) == 101, 5.0, "rest")
+    assert [word for _, word in words(cell)] == ["0", *map(str, range(400, 500))]
+
+
+def test_in_lockstep_nothing_is_dropped(master: Ground, make_cell: MakeCell) -> None:
+    cell = make_cell([heard("/words")], lockstep=True)
+    start_bridge(master, cell)
+    master.client(say, "team", "/words", 3000).value()
+    until(lambda: len(cell.of(Kind.PUBLISH)) == 3000, 20.0, "messages")
+    assert [word for _, word in words(cell)] == list(map(str, range(3000)))
+
+
+def test_rostopic_pub(master: Ground, make_cell: MakeCell) -> None:
+    cell = make_cell([heard("/words")])
+    start_bridge(master, cell)
+    master.tool("rostopic", "pub", "-1", "/words", "std_msgs/String", "hello")
+    until(lambda: cell.of(Kind.PUBLISH), 5.0, "message")
+    assert words(cell)[0][1] == "hello"

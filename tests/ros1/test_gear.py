@@ -1,0 +1,220 @@
+"""The launcher, the messages and the example package as ROS's own tools meet them."""
+
+import stat
+from pathlib import Path
+
+import pytest
+
+from cellwright.messages import md5
+from cellwright.ros1.system import find_system
+from cellwright.ros1.tree import ensure_tree, variables
+from tests.ros1.ground import READY, Ground
+from tests.ros1.processes import Process
+from tests.ros1.requirement import system_path
+from tests.ros1.waiting import until
+
+pytestmark = pytest.mark.ros1
+
+LAUNCH = """\
+<launch>
+  <arg name="config" default="$(find osrf_gear)/config/sample.yaml" />
+  <node pkg="osrf_gear" type="gear.py" name="ariac_node" output="screen" {more}
+        args="--development-mode -f $(arg config) -o {out}" />
+</launch>
+"""
+
+PROGRAM = """\
+#!/usr/bin/env python
+import rospy
+from ariac_example import ariac_example as ariac
+from osrf_gear.msg import Order
+
+rospy.init_node("program")
+competition = ariac.MyCompetitionClass()
+ariac.connect_callbacks(competition)
+assert ariac.start_competition()
+assert not ariac.start_competition()
+while competition.joint_trajectory_publisher.get_num_connections() == 0:
+    rospy.sleep(0.02)
+goal = [2.5, 0.3, -1.2, 3.2, 3.5, -1.51, 0.0]
+competition.send_arm_to_state(goal)
+while competition.current_comp_state != "go" or not competition.received_orders:
+    rospy.sleep(0.02)
+assert isinstance(competition.received_orders[0], Order)
+names = competition.arm_joint_names
+def arrived():
+    at = dict(zip(competition.current_joint_state.name, competition.current_joint_state.position))
+    return all(abs(at[name] - value) < 0.05 for name, value in zip(names, goal))
+end = rospy.Time.now() + rospy.Duration(10)
+while not arrived():
+    assert rospy.Time.now() < end
+    rospy.sleep(0.02)
+assert ariac.control_gripper(True)
+while not competition.current_gripper_state.enabled:
+    rospy.sleep(0.02)
+assert ariac.control_agv(1, "order_0_kit_0")
+assert not ariac.control_agv(1, "order_0_kit_0")
+while competition.current_comp_state != "done":
+    rospy.sleep(0.02)
+print("all went well")
+"""
+
+
+class Shell:
+    """A shell that has evaluated `cellwright ros1-env`."""
+
+    def __init__(self, ros: Ground, paths: dict[str, str]) -> None:
+        """Take the ground it stands on, and the variables."""
+        self._ros = ros
+        self._paths = paths
+
+    def start(self, *command: str, exits: bool = False) -> Process:
+        """Start a program; with `exits` the simulator ends with its trial.
+
+        Args:
+            command: program and arguments.
+            exits: set the variable that asks for it.
+        """
+        path, python, packages = (self._paths[name] for name in ("PATH", "PYTHONPATH", "ROS_PACKAGE_PATH"))
+        more = {"ARIAC_EXIT_ON_COMPLETION": "1"} if exits else {}
+        return self._ros.start(
+            list(command), folder=None, PATH=path, PYTHONPATH=python, ROS_PACKAGE_PATH=packages, **more
+        )
+
+    def tool(self, *command: str, within: float = 30.0) -> str:
+        """What a program printed that ended well.
+
+        Args:
+            command: program and arguments.
+            within: the limit [s].
+        """
+        program = self.start(*command)
+        assert program.finish(within) == 0, program.out + program.err
+        return program.out
+
+    def launched(self, folder: Path, more: str = "", *, exits: bool = False) -> Process:
+        """A launch file with the cell in it, that is ready.
+
+        Args:
+            folder: for the file, and what the launcher writes.
+            more: attributes of the node.
+            exits: the simulator ends with its trial.
+        """
+        file = folder / "simulate.launch"
+        file.write_text(LAUNCH.format(more=more, out=folder / "out"))
+        launch = self.start("roslaunch", str(file), exits=exits)
+        launch.wait_for("^ready: sample ", 2 * READY)
+        return launch
+
+
+@pytest.fixture(scope="module")
+def paths(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    ros = find_system()
+    tree = ensure_tree(ros, tmp_path_factory.mktemp("cache"))
+    return variables(tree, ros, {"PATH": system_path()})
+
+
+@pytest.fixture
+def alone(no_master: Ground, paths: dict[str, str]) -> Shell:
+    """A shell where no master runs."""
+    return Shell(no_master, paths)
+
+
+@pytest.fixture
+def shell(full_master: Ground, paths: dict[str, str]) -> Shell:
+    """A shell where a roscore runs."""
+    return Shell(full_master, paths)
+
+
+def test_messages_are_known_to_the_tools(alone: Shell) -> None:
+    assert alone.tool("rosmsg", "md5", "osrf_gear/Order").strip() == md5("osrf_gear/Order")
+    shown = alone.tool("rosmsg", "show", "osrf_gear/Order").splitlines()
+    assert shown[:3] == ["string order_id", "osrf_gear/Kit[] kits", "  string kit_type"]
+    assert "  geometry_msgs/Pose pose" in alone.tool("rosmsg", "show", "osrf_gear/LogicalCameraImage")
+    assert alone.tool("rosmsg", "show", "std_msgs/String").strip() == "string data"
+    assert alone.tool("rossrv", "md5", "osrf_gear/AGVControl").strip() == md5("osrf_gear/AGVControl")
+    assert alone.tool("rossrv", "show", "std_srvs/Trigger").split() == [
+        *("---", "bool", "success", "string", "message")
+    ]
+    action = alone.tool("rosmsg", "md5", "control_msgs/FollowJointTrajectoryAction").strip()
+    assert action == md5("control_msgs/FollowJointTrajectoryAction")
+    assert set(alone.tool("rosmsg", "package", "osrf_gear").split()) >= {
+        "osrf_gear/Kit",
+        "osrf_gear/Order",
+    }
+
+
+def test_packages_are_found(alone: Shell) -> None:
+    found = Path(alone.tool("rospack", "find", "osrf_gear").strip())
+    assert (found / "config" / "qual1a.yaml").is_file()
+    assert alone.tool("rospack", "depends1", "ariac_example").split() >= ["osrf_gear"]
+
+
+def test_a_dry_run(alone: Shell, tmp_path: Path) -> None:
+    script = 'rosrun osrf_gear gear.py -n -f "$(rospack find osrf_gear)/config/sample.yaml" __log:=x'
+    printed = alone.tool("bash", "-c", script)
+    assert [line for line in printed.splitlines() if line.startswith("# file: ")] == [
+        *("# file: config.yaml", "# file: gear.yaml", "# file: gear.urdf", "# file: gear.launch")
+    ]
+    assert not (tmp_path / ".ariac").exists()
+
+
+def test_a_program_of_the_time_and_the_end_of_its_trial(shell: Shell, tmp_path: Path) -> None:
+    """A launch file starts the cell, an old shebang the program; with the trial the simulator ends."""
+    launch = shell.launched(tmp_path, 'required="true"', exits=True)
+    program = tmp_path / "program.py"
+    program.write_text(PROGRAM)
+    program.chmod(program.stat().st_mode | stat.S_IXUSR)
+    assert "all went well\n" in shell.tool(str(program), within=60.0)
+    assert launch.finish(30.0) == 0
+    assert not launch.relatives()
+    log = (tmp_path / ".ariac" / "log" / "performance.log").read_text()
+    assert "<game_score>\nTotal game score: [0]\n" in log
+    assert "<kit_score order_0_kit_0>\nTotal kit score: [0]\nComplete: [false]\nSubmitted: [true]\n" in log
+    for output in (launch.out, launch.err):
+        assert "Traceback" not in output
+
+
+def test_the_launch_file_that_is_written_starts_the_same_cell(shell: Shell, tmp_path: Path) -> None:
+    launch = shell.launched(tmp_path)
+    assert (tmp_path / "out" / "config.yaml").is_file()
+    launch.interrupt(20.0)
+    assert not launch.relatives()
+    again = shell.start("roslaunch", str(tmp_path / "out" / "gear.launch"))
+    ready = again.wait_for(r"^ready: (\S+) ", 2 * READY)
+    assert ready[1] == "config"
+    topics = shell.tool("rostopic", "list").split()
+    assert "/ariac/logical_camera_over_agv1" in topics
+    again.interrupt(20.0)
+    assert not again.relatives()
+
+
+def test_the_example_node_in_python(shell: Shell, tmp_path: Path) -> None:
+    """It lies in the package as the launcher does, and moves the arm to zero."""
+    launch = shell.launched(tmp_path)
+    node = shell.start("rosrun", "ariac_example", "ariac_example_node.py")
+    until(lambda: "competition state: go" in node.out + node.err, 20.0, "start of the competition")
+
+    def position() -> list[float]:
+        text = shell.tool("rostopic", "echo", "-n1", "/ariac/joint_states/position")
+        return [float(number) for number in text.splitlines()[0].strip("[]()").split(",")]
+
+    until(lambda: max(map(abs, position())) < 0.1, 20.0, "arm at zero")
+    node.interrupt()
+    launch.interrupt(20.0)
+
+
+def test_ctrl_c_while_it_starts(shell: Shell, tmp_path: Path) -> None:
+    for later in (False, True):
+        gear = shell.start("rosrun", "osrf_gear", "gear.py", "-o", str(tmp_path / "out"))
+        if later:
+            until(lambda: (tmp_path / "out" / "gear.launch").exists(), 20.0, "files")
+        gear.interrupt(20.0)
+        assert "Traceback" not in gear.out + gear.err
+        assert not gear.relatives()
+
+
+def test_a_configuration_with_errors(alone: Shell) -> None:
+    gear = alone.start("rosrun", "osrf_gear", "gear.py", "-f", "/nowhere.yaml")
+    assert gear.finish(20.0) == 1
+    assert gear.err == "Error: /nowhere.yaml: cannot be read: No such file or directory\n"

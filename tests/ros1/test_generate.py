@@ -1,0 +1,53 @@
+"""Modules of messages come from ROS's generators; what they complain of is passed on."""
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from cellwright.errors import UsageError
+from cellwright.messages import md5
+from cellwright.messages.names import short_name
+from cellwright.messages.sources import sources
+from cellwright.ros1.generate import generate
+from cellwright.ros1.layout import write_package
+from cellwright.ros1.packages import MESSAGE_PACKAGES
+from cellwright.ros1.system import RosSystem, environment, find_system
+from tests.ros1.fake_system import fake_system
+
+__all__ = ["fake_system"]
+
+
+def test_modules_know_all_of_their_package(fake_system: RosSystem, tmp_path: Path) -> None:
+    write_package("osrf_gear", tmp_path / "osrf_gear", tmp_path)
+    generate(fake_system, tmp_path, ["osrf_gear"], tmp_path / "python")
+    messages = (tmp_path / "python" / "osrf_gear" / "msg" / "__init__.py").read_text()
+    assert "from ._Order import *\n" in messages
+    assert "from ._AGVControl import *\n" in (tmp_path / "python" / "osrf_gear" / "srv" / "__init__.py").read_text()
+    assert (tmp_path / "python" / "osrf_gear" / "__init__.py").is_file()
+
+
+def test_the_generators_complaint_is_the_error(fake_system: RosSystem, tmp_path: Path) -> None:
+    (tmp_path / "mine" / "msg").mkdir(parents=True)
+    (tmp_path / "mine" / "msg" / "Bad.msg").write_text("what is this")
+    with pytest.raises(UsageError, match=r"genmsg_py\.py failed for .*mine/msg: this is no message$"):
+        generate(fake_system, tmp_path, ["mine"], tmp_path / "python")
+
+
+@pytest.mark.ros1
+def test_generated_types_are_the_originals(tmp_path: Path) -> None:
+    ros = find_system()
+    for package in MESSAGE_PACKAGES:
+        write_package(package, tmp_path / package, tmp_path)
+    generate(ros, tmp_path, MESSAGE_PACKAGES, tmp_path / "python")
+    names = [name for name in sources() if name.split("/")[0] in MESSAGE_PACKAGES]
+    program = (
+        "import importlib, sys\n"
+        "sys.path.insert(0, sys.argv[1])\n"
+        "for name in sys.argv[2:]:\n"
+        "    package, namespace, last = name.split('/')\n"
+        "    print(getattr(importlib.import_module(package + '.' + namespace), last)._md5sum)\n"
+    )
+    command = [str(ros.python), "-c", program, str(tmp_path / "python"), *names]
+    ran = subprocess.run(command, env=environment(ros), capture_output=True, text=True, timeout=60, check=True)
+    assert ran.stdout.split() == [md5(short_name(name)) for name in names]

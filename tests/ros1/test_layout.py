@@ -1,0 +1,53 @@
+"""Files are written when they have to be, and nobody's work is lost."""
+
+import os
+from pathlib import Path
+
+from cellwright.ros1.layout import write_file, write_package, write_programs
+from cellwright.ros1.packages import PackageFile, package_files
+
+
+def test_a_package_is_laid_out_whole(tmp_path: Path) -> None:
+    write_package("osrf_gear", tmp_path / "osrf_gear", tmp_path / "bin")
+    expected = package_files("osrf_gear", tmp_path / "bin")
+    there = {path.relative_to(tmp_path / "osrf_gear").as_posix() for path in tmp_path.rglob("*") if path.is_file()}
+    assert there == expected.keys()
+    assert os.access(tmp_path / "osrf_gear" / "script" / "gear.py", os.X_OK)
+    assert not os.access(tmp_path / "osrf_gear" / "package.xml", os.X_OK)
+
+
+def test_what_is_as_it_should_be_is_left_alone(tmp_path: Path) -> None:
+    write_package("cellwright_msgs", tmp_path, tmp_path)
+    manifest = tmp_path / "package.xml"
+    os.utime(manifest, (1.0, 1.0))
+    write_package("cellwright_msgs", tmp_path, tmp_path)
+    assert manifest.stat().st_mtime == 1.0
+    assert not list(tmp_path.rglob("*~"))
+
+
+def test_what_somebody_changed_is_kept_beside(tmp_path: Path) -> None:
+    write_package("cellwright_msgs", tmp_path, tmp_path)
+    (tmp_path / "package.xml").write_text("mine")
+    (tmp_path / "notes.txt").write_text("mine too")
+    write_package("cellwright_msgs", tmp_path, tmp_path)
+    assert (tmp_path / "package.xml~").read_text() == "mine"
+    assert (tmp_path / "notes.txt").read_text() == "mine too"
+    assert (tmp_path / "package.xml").read_bytes() == package_files("cellwright_msgs", tmp_path)["package.xml"].content
+
+
+def test_a_program_is_made_executable_again(tmp_path: Path) -> None:
+    program = tmp_path / "program"
+    write_file(program, PackageFile(b"#!/bin/sh\n"))
+    program.chmod(0o644)
+    write_file(program, PackageFile(b"#!/bin/sh\n"))
+    assert os.access(program, os.X_OK)
+
+
+def test_python_of_the_time_is_the_python_of_ros(tmp_path: Path) -> None:
+    folder = tmp_path / "bin"
+    write_programs(folder, Path("/usr/bin/python3.1"))
+    write_programs(folder, Path("/usr/bin/python3"))
+    assert {path.name: path.readlink() for path in folder.iterdir()} == {
+        "python": Path("/usr/bin/python3"),
+        "python3": Path("/usr/bin/python3"),
+    }

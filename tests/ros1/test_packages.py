@@ -1,0 +1,122 @@
+"""The packages as they are laid out: one source for each file, and the paths of this installation where needed."""
+
+import ast
+import re
+import sys
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+
+import cellwright
+from cellwright.description.catalogue import bundled, bundled_sensors, find_trial
+from cellwright.description.gear2017 import load_trial
+from cellwright.errors import UnknownNameError
+from cellwright.messages import source
+from cellwright.ros1.packages import MESSAGE_PACKAGES, PACKAGES, PackageFile, package_files
+
+BIN = Path("/somewhere/bin")
+NOT_OURS = {"catkin", "actionlib_msgs", "geometry_msgs", "message_generation", "message_runtime", "roscpp", "rospy"} | {
+    "sensor_msgs",
+    "std_msgs",
+    "std_srvs",
+    "trajectory_msgs",
+}
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_manifests_are_sound(package: str) -> None:
+    root = ET.fromstring(package_files(package, BIN)["package.xml"].content)
+    assert root.findtext("name") == package
+    assert all(root.findtext(tag) for tag in ("version", "description", "maintainer", "license"))
+    needed = {item.text for item in root if item.tag.endswith("depend")}
+    assert needed <= NOT_OURS | set(PACKAGES)
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_what_is_built_with_is_in_the_manifest(package: str) -> None:
+    files = package_files(package, BIN)
+    found = re.search(rb"COMPONENTS([^)]*)\)", files["CMakeLists.txt"].content)
+    assert found
+    for name in found[1].decode().split():
+        assert f"<depend>{name}<" in (text := files["package.xml"].content.decode()) or f"<build_depend>{name}<" in text
+
+
+@pytest.mark.parametrize("package", MESSAGE_PACKAGES)
+def test_definitions_are_those_of_the_messages(package: str) -> None:
+    files = package_files(package, BIN)
+    definitions = [path for path in files if path.endswith((".msg", ".srv"))]
+    assert definitions
+    for path in definitions:
+        namespace, name = Path(path).parts
+        full = f"{package}/{namespace}/{Path(name).stem}"
+        assert files[path].content.decode() == source(full)
+
+
+def test_the_action_has_its_seven_messages() -> None:
+    names = {Path(path).stem for path in package_files("control_msgs", BIN)}
+    for part in ("Action", "ActionGoal", "ActionResult", "ActionFeedback", "Goal", "Result", "Feedback"):
+        assert f"FollowJointTrajectory{part}" in names
+
+
+def test_every_bundled_trial_is_among_the_configurations() -> None:
+    files = package_files("osrf_gear", BIN)
+    for name in (*bundled(), *bundled_sensors()):
+        assert files[f"config/{name}.yaml"].content == find_trial(name).read_bytes()
+    for name in ("sample", "sample_scenario1", "comp_conf1", "qual3b", "final15", "example_custom_config"):
+        assert f"config/{name}.yaml" in files
+
+
+def test_own_configurations_can_be_used(tmp_path: Path) -> None:
+    for package in PACKAGES:
+        for path, file in package_files(package, BIN).items():
+            if path.startswith("config/"):
+                (tmp_path / Path(path).name).write_bytes(file.content)
+    team = tmp_path / "sample_user_config.yaml"
+    custom = load_trial([tmp_path / "example_custom_config.yaml", team])
+    assert not custom.warnings
+    assert custom.trial.has_arm
+    assert [len(order.kits) for order in custom.trial.orders] == [1, 1]
+    final = load_trial([tmp_path / "final01.yaml", team]).trial
+    assert {sensor.type for sensor in final.sensors} == {
+        "break_beam",
+        "proximity_sensor",
+        "logical_camera",
+        "laser_profiler",
+    }
+    example = load_trial([tmp_path / "sample_gear_conf.yaml"]).trial
+    node = package_files("ariac_example", BIN)["src/ariac_example_node.cpp"].content.decode()
+    for sensor in example.sensors:
+        assert f'"/ariac/{sensor.name}' in node
+
+
+def test_paths_of_this_installation_are_put_in() -> None:
+    files = package_files("osrf_gear", BIN)
+    values = {
+        target.id: ast.literal_eval(statement.value)
+        for statement in ast.parse(files["script/gear.py"].content).body
+        if isinstance(statement, ast.Assign)
+        for target in statement.targets
+        if isinstance(target, ast.Name)
+    }
+    assert values["PYTHON"] == sys.executable
+    assert Path(values["PLACE"]) == Path(cellwright.__file__).parents[1]
+    assert str(BIN) in files["env-hooks/50.cellwright.sh"].content.decode()
+    left = [
+        f"{package}/{path}" for package in PACKAGES for path, file in _all(package) if b"@CELLWRIGHT" in file.content
+    ]
+    assert left == []
+
+
+def test_programs_are_those_that_say_what_runs_them() -> None:
+    programs = {path for package in PACKAGES for path, file in _all(package) if file.is_program}
+    assert programs == {"script/gear.py", "script/ariac_example_node.py"}
+
+
+def test_an_unknown_package() -> None:
+    with pytest.raises(UnknownNameError, match="did you mean osrf_gear"):
+        package_files("osrf_gaer", BIN)
+
+
+def _all(package: str) -> list[tuple[str, PackageFile]]:
+    return list(package_files(package, BIN).items())

@@ -1,0 +1,40 @@
+"""Definitions without a manifest get one."""
+
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+
+from cellwright.ros1.stubs import unseen, write_stubs
+
+
+@pytest.fixture
+def share(tmp_path: Path) -> Path:
+    """Packages: two without a manifest, one with, one without definitions."""
+    share = tmp_path / "share"
+    for path in (
+        "a_msgs/msg/A.msg",
+        "a_msgs/srv/A.srv",
+        "b_srvs/srv/B.srv",
+        "c_msgs/msg/C.msg",
+        "c_msgs/package.xml",
+        "d/msg/readme.txt",
+    ):
+        (share / path).parent.mkdir(parents=True, exist_ok=True)
+        (share / path).write_text("string data\n")
+    return share
+
+
+def test_packages_that_nobody_sees(share: Path) -> None:
+    assert unseen(share) == ["a_msgs", "b_srvs"]
+    assert unseen(share / "none") == []
+
+
+def test_stubs_lead_to_the_definitions(share: Path, tmp_path: Path) -> None:
+    packages = tmp_path / "packages"
+    assert write_stubs(share, packages) == ["a_msgs", "b_srvs"]
+    for name in ("a_msgs", "b_srvs"):
+        assert ET.parse(packages / name / "package.xml").getroot().findtext("name") == name
+    assert (packages / "a_msgs" / "msg" / "A.msg").read_text() == "string data\n"
+    assert not (packages / "b_srvs" / "msg").exists()
+    assert unseen(packages) == []

@@ -1,0 +1,56 @@
+"""Which ROS 1 is taken."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from cellwright.errors import UsageError
+from cellwright.ros1.packages import PACKAGES
+from cellwright.ros1.system import RosSystem, environment, find_system, wanted
+from cellwright.ros1_host.installation import Installation
+from tests.ros1.fake_system import fake_system
+
+__all__ = ["fake_system"]
+
+
+def test_ros_without_generators(tmp_path: Path) -> None:
+    bare = Installation(sys.executable, {}, (tmp_path / "opt", tmp_path / "usr"))
+    with pytest.raises(
+        UsageError, match=r"^ROS 1 is here without its generator of messages, genpy; on Debian"
+    ) as error:
+        find_system(bare)
+    assert "\n" not in str(error.value)
+
+
+def test_the_first_prefix_with_generators_is_taken(fake_system: RosSystem, tmp_path: Path) -> None:
+    found = Installation("/of/ros/python3", {}, (tmp_path / "overlay", fake_system.prefix))
+    assert find_system(found) == RosSystem(fake_system.prefix, Path("/of/ros/python3"))
+
+
+@pytest.mark.ros1
+def test_the_system_of_this_machine() -> None:
+    ros = find_system()
+    assert ros.has_package("rospy")
+    assert (ros.generators / "genmsg_py.py").is_file()
+    assert not ros.has_package("osrf_gear")
+
+
+def test_only_the_controllers_messages_may_be_the_systems(fake_system: RosSystem) -> None:
+    assert wanted(fake_system) == list(PACKAGES)
+    for package in PACKAGES:
+        (fake_system.share / package).mkdir()
+        (fake_system.share / package / "package.xml").write_text("<package/>")
+    assert wanted(fake_system) == [name for name in PACKAGES if name != "control_msgs"]
+
+
+def test_tools_do_not_see_this_pythons_modules(fake_system: RosSystem, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PYTHONPATH", "/of/this/python")
+    monkeypatch.setenv("PYTHONHOME", sys.prefix)
+    monkeypatch.setenv("HERE", "yes")
+    seen = environment(fake_system)
+    assert seen["HERE"] == "yes"
+    assert not {"PYTHONPATH", "PYTHONHOME"} & seen.keys()
+    modules = fake_system.prefix / "lib" / "python3" / "dist-packages"
+    modules.mkdir(parents=True)
+    assert environment(fake_system)["PYTHONPATH"] == str(modules)

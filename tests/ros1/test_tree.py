@@ -1,0 +1,135 @@
+"""The tree for a shell: whole or not there, never stale, and put on the paths once."""
+
+import os
+import shlex
+import subprocess
+import threading
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.errors import UsageError
+from cellwright.ros1.system import RosSystem
+from cellwright.ros1.tree import cache_folder, ensure_tree, shell_lines, variables
+from tests.ros1.fake_system import fake_system
+
+__all__ = ["fake_system"]
+
+
+def test_a_tree_holds_all_that_a_shell_needs(fake_system: RosSystem, tmp_path: Path) -> None:
+    tree = ensure_tree(fake_system, tmp_path / "cache")
+    for path in (
+        "share/osrf_gear/package.xml",
+        "share/osrf_gear/config/sample.yaml",
+        "share/control_msgs/msg/JointTolerance.msg",
+        "share/std_msgs/msg/String.msg",
+        "python/osrf_gear/msg/_Order.py",
+        "python/cellwright_msgs/srv/_Step.py",
+        "python/ariac_example/ariac_example.py",
+        "bin/python",
+    ):
+        assert (tree / path).exists(), path
+    assert not (tree / "share" / "geometry_msgs").exists()
+    assert os.access(tree / "share" / "osrf_gear" / "script" / "gear.py", os.X_OK)
+    assert str(tree / "bin") in (tree / "share" / "osrf_gear" / "env-hooks" / "50.cellwright.sh").read_text()
+
+
+def test_a_tree_is_made_once(fake_system: RosSystem, tmp_path: Path) -> None:
+    first = ensure_tree(fake_system, tmp_path)
+    (first / "mark").touch()
+    assert ensure_tree(fake_system, tmp_path) == first
+    assert (first / "mark").exists()
+
+
+def test_another_system_has_another_tree(fake_system: RosSystem, tmp_path: Path) -> None:
+    first = ensure_tree(fake_system, tmp_path / "cache")
+    (fake_system.share / "std_msgs" / "package.xml").write_text("<package/>")
+    second = ensure_tree(fake_system, tmp_path / "cache")
+    assert second != first
+    assert not (second / "share" / "std_msgs").exists()
+
+
+def test_messages_that_the_system_has_are_its_own(fake_system: RosSystem, tmp_path: Path) -> None:
+    (fake_system.share / "control_msgs").mkdir()
+    (fake_system.share / "control_msgs" / "package.xml").write_text("<package/>")
+    tree = ensure_tree(fake_system, tmp_path / "cache")
+    assert not (tree / "share" / "control_msgs").exists()
+    assert not (tree / "python" / "control_msgs").exists()
+
+
+def test_several_at_once(fake_system: RosSystem, tmp_path: Path) -> None:
+    trees: list[Path] = []
+    threads = [
+        threading.Thread(target=lambda: trees.append(ensure_tree(fake_system, tmp_path / "cache"))) for _ in range(4)
+    ]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(60.0)
+    assert len(trees) == 4
+    assert len(set(trees)) == 1
+    assert [path.name for path in (tmp_path / "cache").iterdir()] == [trees[0].name]
+
+
+def test_a_generator_that_fails_leaves_nothing(fake_system: RosSystem, tmp_path: Path) -> None:
+    (fake_system.generators / "gensrv_py.py").write_text("import sys; sys.exit('no')")
+    with pytest.raises(UsageError, match=r"gensrv_py\.py failed"):
+        ensure_tree(fake_system, tmp_path / "cache")
+    assert list((tmp_path / "cache").iterdir()) == []
+
+
+def test_a_folder_that_is_a_file(fake_system: RosSystem, tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(UsageError, match=r"file: ROS packages cannot be laid out here: "):
+        ensure_tree(fake_system, tmp_path / "file")
+
+
+def test_the_cache_is_the_users(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert cache_folder({"XDG_CACHE_HOME": "/var/cache/me"}) == Path("/var/cache/me/cellwright/ros1")
+    monkeypatch.setenv("HOME", "/home/me")
+    assert cache_folder({"XDG_CACHE_HOME": "relative"}) == Path("/home/me/.cache/cellwright/ros1")
+
+
+SYSTEM = RosSystem(Path("/usr"), Path("/usr/bin/python3"))
+
+
+def test_the_tree_comes_first_and_once() -> None:
+    new, old = Path("/cache/0.1.0-b"), Path("/cache/0.1.0-a")
+    present = {"PATH": f"{old}/bin:/bin", "PYTHONPATH": "/mine", "ROS_PACKAGE_PATH": f"/ws/src:{old}/share"}
+    once = variables(new, SYSTEM, present)
+    assert once == {
+        "ROS_PACKAGE_PATH": f"{new}/share:/ws/src",
+        "PYTHONPATH": f"{new}/python:/mine",
+        "PATH": f"{new}/bin:/bin",
+    }
+    assert variables(new, SYSTEM, once) == once
+
+
+def test_without_any_paths_rospack_still_sees_the_system() -> None:
+    assert variables(Path("/cache/a"), SYSTEM, {})["ROS_PACKAGE_PATH"] == "/cache/a/share:/usr/share"
+
+
+@given(st.text(st.characters(exclude_characters="\0", codec="utf-8"), max_size=30))
+def test_a_shell_reads_what_was_meant(value: str) -> None:
+    assert shlex.split(shell_lines({"PYTHONPATH": value}, "sh"), comments=False) == ["export", f"PYTHONPATH={value}"]
+
+
+def test_bash_evaluates_the_lines(tmp_path: Path) -> None:
+    awkward = "a 'quoted' $HOME `pwd` \\ path"
+    ran = subprocess.run(
+        ["bash", "-c", 'eval "$1"; printf %s "$PYTHONPATH"', "bash", shell_lines({"PYTHONPATH": awkward}, "sh")],
+        capture_output=True,
+        text=True,
+        timeout=20,
+        check=True,
+    )
+    assert ran.stdout == awkward
+
+
+def test_lines_for_fish() -> None:
+    assert shell_lines({"PATH": "/a:/it's", "PYTHONPATH": "/a:/b"}, "fish").splitlines() == [
+        "set -gx PATH '/a' '/it\\'s'",
+        "set -gx PYTHONPATH '/a:/b'",
+    ]

@@ -1,0 +1,89 @@
+"""The catkin workspace: laid out, brought up to date, and built with what is there."""
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from cellwright.errors import UsageError
+from cellwright.ros1.system import RosSystem
+from cellwright.ros1.workspace import NEEDED, build, lack, lay_out, missing
+from tests.ros1.fake_system import fake_system
+
+__all__ = ["fake_system"]
+
+
+def test_sources_are_laid_out(fake_system: RosSystem, tmp_path: Path) -> None:
+    folder = tmp_path / "ws"
+    lay_out(fake_system, folder)
+    assert sorted(path.name for path in (folder / "src" / "ariac").iterdir()) == [
+        "ariac_example",
+        "cellwright_msgs",
+        "control_msgs",
+        "osrf_gear",
+    ]
+    top = (folder / "src" / "CMakeLists.txt").read_text()
+    assert f'set(PYTHON_EXECUTABLE "{fake_system.python}" CACHE' in top
+    assert str(fake_system.share / "catkin" / "cmake" / "toplevel.cmake") in top
+    hook = (folder / "src" / "ariac" / "osrf_gear" / "env-hooks" / "50.cellwright.sh").read_text()
+    assert f'_cellwright_bin="{folder}/.cellwright/bin"' in hook
+
+
+def test_a_shell_finds_the_python_of_ros_once(fake_system: RosSystem, tmp_path: Path) -> None:
+    lay_out(fake_system, tmp_path)
+    hook = tmp_path / "src" / "ariac" / "osrf_gear" / "env-hooks" / "50.cellwright.sh"
+    ran = subprocess.run(
+        ["sh", "-c", f". '{hook}'; . '{hook}'; printf %s \"$PATH\""],
+        env={"PATH": "/usr/bin:/bin"},
+        capture_output=True,
+        text=True,
+        timeout=20,
+        check=True,
+    )
+    assert ran.stdout == f"{tmp_path}/.cellwright/bin:/usr/bin:/bin"
+
+
+def test_a_workspace_that_is_there_keeps_its_own(fake_system: RosSystem, tmp_path: Path) -> None:
+    own = tmp_path / "src" / "my_robot" / "package.xml"
+    own.parent.mkdir(parents=True)
+    own.write_text("mine")
+    (tmp_path / "src" / "CMakeLists.txt").symlink_to("/usr/share/catkin/cmake/toplevel.cmake")
+    installed = tmp_path / "install" / "setup.bash"
+    installed.parent.mkdir()
+    installed.write_text("catkin's own")
+    lay_out(fake_system, tmp_path)
+    lay_out(fake_system, tmp_path)
+    assert own.read_text() == "mine"
+    assert installed.read_text() == "catkin's own"
+    assert not (tmp_path / "src" / "CMakeLists.txt").is_symlink()
+    assert not list(tmp_path.rglob("*~"))
+
+
+def test_install_stands_in_for_devel(fake_system: RosSystem, tmp_path: Path) -> None:
+    folder = tmp_path / "a workspace"
+    lay_out(fake_system, folder)
+    (folder / "devel").mkdir()
+    (folder / "devel" / "setup.bash").write_text("export SEEN=devel\n")
+    command = ["bash", "-c", 'source "$1/install/setup.bash"; printf %s "$SEEN"', "bash", str(folder)]
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=20, check=True)
+    assert ran.stdout == "devel"
+
+
+def test_what_is_missing_is_named_with_its_remedy(fake_system: RosSystem, tmp_path: Path) -> None:
+    absent = missing(fake_system)
+    assert set(NEEDED) <= set(absent)
+    (fake_system.share / "catkin" / "cmake").mkdir(parents=True)
+    (fake_system.share / "catkin" / "cmake" / "catkinConfig.cmake").touch()
+    by_architecture = fake_system.prefix / "lib" / "x86_64-linux-gnu" / "cmake" / "roscpp"
+    by_architecture.mkdir(parents=True)
+    (by_architecture / "roscppConfig.cmake").touch()
+    assert set(absent) - set(missing(fake_system)) == {"catkin", "roscpp"}
+    with pytest.raises(UsageError, match=r"for want of actionlib_msgs, .*apt-get install .*libroscpp-dev"):
+        build(fake_system, tmp_path)
+    assert lack(["catkin"]).startswith("catkin cannot build here, for want of catkin; on Debian: apt-get install ")
+
+
+def test_a_folder_that_cannot_be_written(fake_system: RosSystem, tmp_path: Path) -> None:
+    (tmp_path / "src").touch()
+    with pytest.raises(UsageError, match="a workspace cannot be laid out here: Not a directory"):
+        lay_out(fake_system, tmp_path)
