@@ -24,7 +24,7 @@ import sys
 
 os.environ["PATH"] = os.path.dirname(sys.executable) + os.pathsep + os.environ["PATH"]"""
 
-_REMEMBERED = re.compile("cd |source |export ")  # what changes the shell itself
+_REMEMBERED = re.compile("cd |source |export |eval ")  # what changes the shell itself
 
 
 @dataclass(frozen=True)

@@ -43,6 +43,12 @@ class PerformTaskClass(ariac.MyCompetitionClass):
     def beam_breaker_callback(self, message):
         self.break_beam_state = message.object_detected
 
+    def joint_state_callback(self, message):  # the inherited two also print what they get, every ten seconds
+        self.current_joint_state = message
+
+    def gripper_state_callback(self, message):
+        self.current_gripper_state = message
+
     def connect_callbacks(self):
         ariac.connect_callbacks(self)
         self.beam_sub = rospy.Subscriber("/ariac/break_beam", Proximity, self.beam_breaker_callback)
