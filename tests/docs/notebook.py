@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import re
 import shlex
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -18,11 +19,15 @@ LIMIT = 60
 """How long a cell waits for a program that goes on running to print what it prints first [s]."""
 
 _PREPARE = """\
-# The commands of this Python's environment, such as `cellwright`, for all the cells below.
+# For all the cells below: plain text, and the command `cellwright` of this Python's environment.
 import os
+import shutil
 import sys
 
-os.environ["PATH"] = os.path.dirname(sys.executable) + os.pathsep + os.environ["PATH"]"""
+for name in ("FORCE_COLOR", "CLICOLOR_FORCE"):
+    os.environ.pop(name, None)
+if shutil.which("cellwright") is None:
+    os.environ["PATH"] = os.path.dirname(sys.executable) + os.pathsep + os.environ["PATH"]"""
 
 _REMEMBERED = re.compile("cd |source |export |eval ")  # what changes the shell itself
 
@@ -101,6 +106,23 @@ def document(made: list[Cell], outputs: dict[int, list[Any]] | None = None) -> d
 def as_text(notebook: dict[str, Any]) -> str:
     """A notebook as the text of a file."""
     return json.dumps(notebook, indent=1, ensure_ascii=False) + "\n"
+
+
+def printed(outputs: list[dict[str, Any]]) -> str:
+    """What the outputs of a cell say."""
+    return "".join("".join(output.get("text", "")) for output in outputs)
+
+
+def as_output(said: str, names: Mapping[str, str]) -> list[dict[str, Any]]:
+    """Text as the output of a cell.
+
+    Args:
+        said: the text.
+        names: folders of this machine, and what to call them, in this order.
+    """
+    for name, better in names.items():
+        said = said.replace(name, better)
+    return [{"name": "stdout", "output_type": "stream", "text": said.splitlines(keepends=True)}]
 
 
 def _as_json(number: int, cell: Cell, outputs: list[Any]) -> dict[str, Any]:
