@@ -6,7 +6,7 @@ import platform
 import time
 import traceback
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -80,10 +80,6 @@ class RunOptions:
     log: RunLog | None = None
 
 
-Work: TypeAlias = Callable[[InProcess], tuple[Outcome, str]]
-"""Lets time pass until a run is over, by the deadline of the transport; says how it ended, and what went wrong."""
-
-
 @dataclass
 class RunResult:
     """What came of a run. Times in seconds."""
@@ -105,6 +101,43 @@ class RunResult:
         return self.simulated / self.wall if self.wall > 0 else 0.0
 
 
+class Course:
+    """A run under way.
+
+    Args:
+        cell: what runs.
+        transport: what lets its time pass, up to the deadline that it has.
+        heard: how many messages were counted so far, by topic.
+    """
+
+    def __init__(self, cell: Cell, transport: InProcess, heard: Mapping[str, int]) -> None:
+        self.cell = cell
+        self.transport = transport
+        self._heard = heard
+        self._tick = cell.simulation.clock.tick
+        self._wall = time.perf_counter()
+
+    def result(self, outcome: Outcome, error: str = "") -> RunResult:
+        """What has come of it by now."""
+        cell, clock = self.cell, self.cell.simulation.clock
+        return RunResult(
+            outcome=outcome,
+            competition_state=cell.competition.state,
+            score=cell.competition.score(),
+            evidence=cell.competition.evidence(),
+            state_hash=cell.state_hash(),
+            simulated=cell.simulation.time - self._tick * float(clock.timestep),
+            wall=time.perf_counter() - self._wall,
+            steps=clock.tick - self._tick,
+            error=error,
+            heard=dict(self._heard),
+        )
+
+
+Work: TypeAlias = Callable[[Course], tuple[Outcome, str]]
+"""Lets time pass until a run is over; says how it ended, and what went wrong."""
+
+
 def run_cell(cell: Cell, agent: Agent | None, options: RunOptions | None = None) -> RunResult:
     """Run a cell from the start until it is over; without an agent, until the time asked for.
 
@@ -116,11 +149,11 @@ def run_cell(cell: Cell, agent: Agent | None, options: RunOptions | None = None)
     options = options or RunOptions()
     if agent is None and options.until is None:
         raise UsageError("without an agent a run has no end: say until when")
-    return conduct(cell, partial(_work, cell, agent), options)
+    return conduct(cell, partial(_work, agent), options)
 
 
 def conduct(cell: Cell, work: Work, options: RunOptions) -> RunResult:
-    """Run a cell from the start, and let `work` step it through the client's end of it that it is given.
+    """Run a cell from the start, with `work` to let its time pass.
 
     Raises:
         UnknownNameError: a topic to listen to that does not exist.
@@ -137,7 +170,6 @@ def _conduct(cell: Cell, work: Work, options: RunOptions, leaving: ExitStack) ->
     cell.reset()
     if options.start is not None:
         read_checkpoint(cell.simulation, options.start)
-    begun = cell.simulation.clock.tick
     transport = InProcess(cell, node="/agent")
     if options.speed is not None:
         transport.step = Pacer(cell.simulation, options.speed).step
@@ -156,21 +188,10 @@ def _conduct(cell: Cell, work: Work, options: RunOptions, leaving: ExitStack) ->
         _keep_log(cell, options.log, leaving)
     if cell.competition.state == "done" and options.ends_when_done:  # it was so in the checkpoint
         _end_soon(transport)
-    begin = time.perf_counter()
-    outcome, error = work(transport)
+    course = Course(cell, transport, heard)
+    outcome, error = work(course)
     cell.bus.refusals.flush()
-    result = RunResult(
-        outcome=outcome,
-        competition_state=cell.competition.state,
-        score=cell.competition.score(),
-        evidence=cell.competition.evidence(),
-        state_hash=cell.state_hash(),
-        simulated=cell.simulation.time - begun * float(cell.simulation.clock.timestep),
-        wall=time.perf_counter() - begin,
-        steps=cell.simulation.clock.tick - begun,
-        error=error,
-        heard=dict(heard),
-    )
+    result = course.result(outcome, error)
     if options.log is not None:
         more = {"competition_state": result.competition_state, "state_hash": result.state_hash, "error": result.error}
         counts = {"simulated": result.simulated, "wall": result.wall, "steps": result.steps}
@@ -189,24 +210,25 @@ def _keep_log(cell: Cell, log: RunLog, leaving: ExitStack) -> None:
     leaving.callback(cell.competition.on_effect.remove, keep)
 
 
-def _work(cell: Cell, agent: Agent | None, transport: InProcess) -> tuple[Outcome, str]:
+def _work(agent: Agent | None, course: Course) -> tuple[Outcome, str]:
+    cell, transport = course.cell, course.transport
     client = Client(transport)
     try:
         if agent is None:
             client.wait_until(lambda: False)
         else:
-            _let_work(agent, client)
-            _wait_for_kits(cell, client)
+            let_work(agent, client)
+            wait_for_kits(cell, client)
     except RunEndedError:
         pass  # the ordinary end of a program that works until it is stopped
     except KeyboardInterrupt:
         return Outcome.INTERRUPTED, ""
     except SystemExit as stop:
-        return Outcome.CRASHED, f"the agent exited with {stop.code!r}\n"
+        return Outcome.CRASHED, told(stop)
     except SimulationError as error:
         return Outcome.UNSTABLE, f"{error}\n"
     except Exception as raised:  # whatever somebody's program raises is reported, and the run still has its score
-        return Outcome.CRASHED, _told(raised)
+        return Outcome.CRASHED, told(raised)
     finally:
         client.close()
     stopped = cell.simulation.now >= transport.deadline
@@ -220,7 +242,7 @@ def how_it_ended(cell: Cell, *, otherwise: Outcome) -> Outcome:
     return Outcome.TIME_LIMIT if cell.competition.is_timed_out else Outcome.DONE
 
 
-def _let_work(agent: Agent, client: Client) -> None:
+def let_work(agent: Agent, client: Client) -> None:
     """Let an agent work. A program may end itself, and says with its status whether it came to its end."""
     try:
         agent.run(client)
@@ -229,15 +251,17 @@ def _let_work(agent: Agent, client: Client) -> None:
             raise
 
 
-def _told(error: Exception) -> str:
-    """The error and how the agent came to it; the frames of this file are of no interest to its author."""
+def told(error: Exception | SystemExit, *files: str) -> str:
+    """The error and how the agent came to it; frames of this file and of `files` are of no interest to its author."""
+    if isinstance(error, SystemExit):
+        return f"the agent exited with {error.code!r}\n"
     inner = error.__traceback__
-    while inner is not None and inner.tb_frame.f_code.co_filename == __file__:
+    while inner is not None and inner.tb_frame.f_code.co_filename in (__file__, *files):
         inner = inner.tb_next
     return "".join(traceback.format_exception(type(error), error, inner or error.__traceback__))
 
 
-def _wait_for_kits(cell: Cell, client: Client) -> None:
+def wait_for_kits(cell: Cell, client: Client) -> None:
     """The agent has returned; kits that it sent off still arrive, and the competition may still end."""
     competition, agvs = cell.competition, tuple(cell.agvs.values())
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 
 from cellwright.cell import Cell
 from cellwright.client.transports.in_process import InProcess
-from cellwright.errors import SimulationError
-from cellwright.run import Outcome, RunOptions, RunResult, conduct, how_it_ended
+from cellwright.errors import RunEndedError, SimulationError, UsageError
+from cellwright.run import Course, Outcome, RunOptions, RunResult, conduct, how_it_ended
 from cellwright.server import Server
 from cellwright.server.requests import Asked
 from cellwright.simulation.pacing import Pacer
@@ -58,22 +58,36 @@ class Serving:
         server: where.
         speed: simulated seconds a wall second; None: as fast as it goes.
         hooks: what others do meanwhile.
+        patience: in lockstep, how long [s] of wall time to go on serving when there is no more time to be had: who
+            asks for some is told so, and may still ask for other things.
     """
 
     cell: Cell
     server: Server
     speed: float | None = 1.0
     hooks: Hooks = field(default_factory=Hooks)
+    patience: float = 0.0
     pace: Pace | None = None
     """How time kept to the wall clock, when all is over; None where it did not have to."""
 
     def __post_init__(self) -> None:
         self._stopped = False
         self._polled = self._served = 0.0
+        self._course: Course | None = None
 
     def stop(self) -> None:
         """Let the serving end before the next tick; to be called from anywhere, a signal's handler included."""
         self._stopped = True
+
+    def result_by_now(self) -> RunResult:
+        """What has come of the run so far.
+
+        Raises:
+            UsageError: it has not begun.
+        """
+        if self._course is None:
+            raise UsageError("the run has not begun")
+        return self._course.result(how_it_ended(self.cell, otherwise=Outcome.UNTIL))
 
     def run(self, options: RunOptions) -> RunResult:
         """Serve from the start until `options` say that it is over, or until `stop`.
@@ -84,13 +98,15 @@ class Serving:
         """
         reason = "the cell has stopped"
         try:
-            result = conduct(self.cell, self._work, options)
+            result = conduct(self.cell, self.work, options)
             reason = f"the run is over: {result.outcome}"
             return result
         finally:
             self.server.close(reason)
 
-    def _work(self, transport: InProcess) -> tuple[Outcome, str]:
+    def work(self, course: Course) -> tuple[Outcome, str]:
+        """Let time pass; how that ended, and what went wrong. The server is left open."""
+        self._course, transport = course, course.transport
         self.hooks.on_ready()
         pacer = None if self.speed is None else Pacer(self.cell.simulation, self.speed, sleep=self._serve)
         step = self.cell.simulation.step if pacer is None else pacer.step
@@ -112,11 +128,17 @@ class Serving:
             self._look_around()
 
     def _pass_time_on_request(self, step: Callable[[], object], transport: InProcess) -> None:
-        clock = self.cell.simulation.clock
-        while not self._stopped and clock.now < transport.deadline:
+        clock, end = self.cell.simulation.clock, float("inf")
+        while not self._stopped and time.perf_counter() < end:
+            is_over = clock.now >= transport.deadline
+            if is_over and end == float("inf"):
+                end = time.perf_counter() + self.patience
+                continue
             asked = self.server.asked
             if asked is None:
                 self._serve(_POLL / 2)
+            elif is_over and asked.until > clock.now:
+                self.server.answer(asked, RunEndedError(transport.reason))
             else:
                 self._grant(asked, step, transport)
             self._look_around()

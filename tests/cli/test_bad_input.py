@@ -126,7 +126,7 @@ def test_topics(cellwright: CommandLine) -> None:
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("run",), "Missing argument 'TRIAL'"),
+        (("run",), "give a trial, such as lesson"),
         (("rn",), "No such command 'rn'"),
         (("check",), "Missing argument 'TRIAL'"),
     ],

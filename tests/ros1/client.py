@@ -41,7 +41,11 @@ class Client(Process):
         python = ros_python()
         assert python is not None
         if callable(program):
-            text = textwrap.dedent(inspect.getsource(program)) + _CALL.format(result=_RESULT, name=program.__name__)
+            text = (
+                "from __future__ import annotations\n"
+                + textwrap.dedent(inspect.getsource(program))
+                + _CALL.format(result=_RESULT, name=program.__name__)
+            )
             name, said = program.__name__, [json.dumps(arguments)]
         else:
             text, name, said = program, "program", [str(argument) for argument in arguments]

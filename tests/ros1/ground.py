@@ -58,7 +58,6 @@ class Ground:
             "ROS_IP": "127.0.0.1",
             "ROS_HOME": str(home),
             "ROS_LOG_DIR": str(home / "log"),
-            "ROSCONSOLE_CONFIG_FILE": "",
         }
 
     @property
@@ -128,7 +127,8 @@ class Ground:
             timeout=within,
             check=False,
         )
-        assert done.returncode == status, f"{command}: status {done.returncode}\n{done.stdout}\n{done.stderr}"
+        said = f"{done.stdout}\n{done.stderr}\n-- cells --\n{self.log()[-4000:]}"
+        assert done.returncode == status, f"{command}: status {done.returncode}\n{said}"
         return done.stdout
 
     def client(self, program: str | Callable[..., object], *arguments: Any, **more: str) -> Client:
@@ -170,6 +170,10 @@ class Ground:
         cell = self.cellwright("serve", trial, "--ros1", "--port", "0", *options, **more)
         cell.wait_for("^ready", READY)
         return cell
+
+    def log(self) -> str:
+        """What the cells have printed so far, on both streams."""
+        return "".join(cell.out + cell.err for cell in self._served)
 
     def close(self) -> None:
         """End everything. A cell has to end in time and in order, and to leave nothing behind."""

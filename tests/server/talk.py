@@ -15,8 +15,8 @@ from cellwright.link.frames import Decoder, Frame, Kind, hello
 from cellwright.messages import Message, to_cdr, to_ros1, type_of
 from cellwright.server import Server
 
-LIMIT = 5.0
-"""So long [s] an answer is waited for."""
+LIMIT = 60.0
+"""So long [s] an answer is waited for, on a machine that has much else to do."""
 
 
 class Talker:
@@ -57,7 +57,7 @@ class Talker:
         """Have the server serve until something is so."""
         deadline = time.monotonic() + LIMIT
         while not condition():
-            assert time.monotonic() < deadline, f"not so after {LIMIT} s; heard {self.heard}"
+            assert time.monotonic() < deadline, f"not so after {LIMIT} s; heard {self.heard[-3:]}"
             self.server.wait(0.001)
             self.listen()
 

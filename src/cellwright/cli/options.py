@@ -172,6 +172,14 @@ def averages(text: str | None, trial: Trial) -> Averages | None:
     return given
 
 
+def address(option: str, text: str) -> tuple[str, int]:
+    """Host and port from `HOST:PORT`."""
+    host, _, port = text.rpartition(":")
+    if not host or not port.isascii() or not port.isdigit() or not 0 < int(port) <= 65535:
+        refuse(f"{option} {text}: give a host and a port, such as 127.0.0.1:11399")
+    return host, int(port)
+
+
 def servo(name: str | None) -> ServoProfile | None:
     """The servo profile of this name; None for None."""
     for profile in get_args(ServoProfile):

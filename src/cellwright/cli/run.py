@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext, redirect_stdout
 from dataclasses import replace
 from functools import partial
@@ -17,7 +17,7 @@ from rich.console import Console
 from cellwright import variation
 from cellwright.agents.agent import BUNDLED, Agent, find_agent
 from cellwright.cell import Cell
-from cellwright.cli import document, exit_status, options, score_table
+from cellwright.cli import document, exit_status, options, run_over, score_table
 from cellwright.cli.pictures import Pictures
 from cellwright.cli.progress import RunProgress, bar
 from cellwright.description.catalogue import bundled_sensors
@@ -29,10 +29,21 @@ from cellwright.recording.run_log import RunLog
 from cellwright.run import Outcome, RunOptions, run_cell
 
 _WORK, _END, _LOOK, _SAVE, _OUTPUT = "What runs", "When it ends", "Looking on", "Checkpoints", "Output"
+_OF_THE_AGENT = ("connect", "agent", "min_score", "as_json", "verbose", "picture")
+_PROCESSES = "Agent and cell in two processes"
 
 
 def run(
-    files: options.Files,
+    context: typer.Context,
+    files: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="TRIAL",
+            help="A trial that comes with Cellwright, such as `lesson`, or a YAML file; several are joined, "
+            "as by the original's launcher: `final01 kitter_sensors`.",
+            show_default=False,
+        ),
+    ] = None,
     agent: Annotated[
         str,
         typer.Option(
@@ -63,13 +74,39 @@ def run(
         ),
     ] = False,
     speed: Annotated[
-        str,
+        str | None,
         typer.Option(
             metavar="FACTOR",
-            help="Simulated seconds a second: `1` is real time, `max` as fast as it goes.",
+            help="Simulated seconds a second: `1` is real time, `max` as fast as it goes. `max` when left out, but "
+            "`1` with --over and no --lockstep.",
             rich_help_panel=_WORK,
         ),
-    ] = "max",
+    ] = None,
+    over: Annotated[
+        str | None,
+        typer.Option(
+            metavar="WAY",
+            help="Run the agent in a process of its own, that reaches the cell over: `socket`.",
+            rich_help_panel=_PROCESSES,
+        ),
+    ] = None,
+    lockstep: Annotated[
+        bool,
+        typer.Option(
+            "--lockstep",
+            metavar="",
+            help="With --over: let time pass only while the agent waits; the same result as in one process.",
+            rich_help_panel=_PROCESSES,
+        ),
+    ] = False,
+    connect: Annotated[
+        str | None,
+        typer.Option(
+            metavar="HOST:PORT",
+            help="Work the cell that `cellwright serve` has there, instead of one of TRIAL.",
+            rich_help_panel=_PROCESSES,
+        ),
+    ] = None,
     development: Annotated[
         bool,
         typer.Option(
@@ -168,20 +205,29 @@ def run(
         # in CI: status 1 below 8 points, and the result as JSON
         cellwright run trial.yaml --agent my_robot.py:MyRobot --min-score 8 --json
 
+        # the same in two processes, as a program of its own would meet the cell
+        cellwright run lesson --over socket --lockstep
+
         # nobody at work: the cell itself, seen by the belt after ten seconds
         cellwright run lesson --agent none --until 10 --view belt
 
     Exit status: 0 done; 1 not done (time limit, agent gave up or crashed, stopped, below --min-score); 2 bad input,
     and nothing was started.
     """
+    least = options.min_score(min_score)
+    if connect is not None:
+        _refuse_what_is_settled(context)
+        run_over.connected(agent, connect, as_json=as_json, min_score=least)
+    if not files:
+        options.refuse("give a trial, such as lesson; cellwright trials lists those that come along")
+    way = run_over.way(over, lockstep=lockstep)
     wanted = RunOptions(
-        speed=options.speed(speed),
+        speed=options.speed(speed or ("max" if way is None or lockstep else "1")),
         until=options.until(until),
         listen=listen or (),
         checkpoints=[options.timed_file("--checkpoint", text, ".npz") for text in checkpoint or ()],
         start=resume,
     )
-    least = options.min_score(min_score)
     log_file = options.log_file(log)
     pictures = Pictures(
         options.camera(view), [options.timed_file("--snapshot", text, ".png") for text in snapshot or ()], _warn
@@ -191,8 +237,9 @@ def run(
         cell = _build(_trial(files, seed, is_varied=vary), seed, servo, console, competition=not development)
         options.topics(wanted.listen, cell)
         spent = options.averages(averages, cell.trial)
-        worker = _worker(agent, wanted)
-        if worker and not cell.trial.has_arm:
+        maker = _maker(agent, wanted)
+        worker = maker() if maker is not None and way is None else None
+        if maker and not cell.trial.has_arm:
             _miss_arm(cell.trial.name, agent)
         varied = ", varied" if vary else ""
         console.print(
@@ -202,12 +249,15 @@ def run(
         kept = None if log_file is None else RunLog(log_file, about={"agent": agent}, report=_warn)
         wanted = replace(wanted, at=pictures.actions(), on_progress=progress.update, log=kept)
         with progress.running():
-            result = run_cell(cell, worker, wanted)
+            if maker is None or way is None:
+                result = run_cell(cell, worker, wanted)
+            else:
+                result = run_over.hosted(cell, agent, wanted, lockstep=lockstep, verbose=verbose)
     pictures.finish(cell.simulation.time)
     final = None if spent is None else finals_score(cell.trial, result.score, spent)
     if result.error:
         sys.stderr.write(result.error)
-    status = exit_status.of_run(result, has_agent=worker is not None, min_score=least)
+    status = exit_status.of_run(result, has_agent=maker is not None, min_score=least)
     if pictures.missed:
         status = status or exit_status.NOT_DONE
     if not as_json:
@@ -235,6 +285,16 @@ def finals_score(trial: Trial, score: GameScore, spent: Averages) -> TrialScore 
         return None
 
 
+def _refuse_what_is_settled(context: typer.Context) -> None:
+    """With --connect the cell is there already: refuse options that would make one, or look into it."""
+    for parameter in context.command.params:
+        name = parameter.name or ""
+        source = context.get_parameter_source(name)
+        if source is not None and source.name == "COMMANDLINE" and name not in _OF_THE_AGENT:
+            given = max(parameter.opts, key=len) if name != "files" else "TRIAL"
+            options.refuse(f"--connect: the cell is there already, and {given} is for the one who serves it")
+
+
 def _trial(files: Sequence[str], seed: int | None, *, is_varied: bool) -> Trial:
     trial, root = options.load(files), options.seed(seed)
     return variation.vary(trial, trial.settings.seed if root is None else root) if is_varied else trial
@@ -250,9 +310,9 @@ def _build(trial: Trial, seed: int | None, servo: str | None, console: Console, 
     )
 
 
-def _worker(name: str, wanted: RunOptions) -> Agent | None:
+def _maker(name: str, wanted: RunOptions) -> Callable[[], Agent] | None:
     if name != "none":
-        return find_agent(name)()
+        return find_agent(name)
     if wanted.until is None:
         options.refuse("--agent none: without an agent a run has no end; say --until SECONDS")
     return None

@@ -19,6 +19,7 @@ from cellwright.cell import Cell
 from cellwright.cli import document, options, score_table
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.progress import RunProgress
+from cellwright.cli.served_result import offer_result
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.contracts.gear_parameters import parameters
 from cellwright.description.trial import Trial
@@ -139,6 +140,9 @@ def serve(
         # time passes only when a program asks for it: the same result on any host
         cellwright serve lesson --lockstep
 
+        # then, in another terminal: your program works that cell
+        cellwright run --connect 127.0.0.1:11399 --agent my_robot.py:MyRobot
+
         # the same cell for programs of ROS 1, with a master if there is none
         cellwright serve lesson --ros1
 
@@ -239,6 +243,7 @@ def serve_trial(
             on_poll=_nothing if ros is None else ros.poll,
         )
         serving = Serving(cell, server, speed=wanted.speed, hooks=hooks)
+        offer_result(serving)
         is_stopped.follow(serving.stop)
         kept = None if wanted.log is None else RunLog(wanted.log, about={"agent": "served"}, report=_warn)
         with progress.running():

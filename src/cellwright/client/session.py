@@ -40,7 +40,7 @@ class Session:
         """
         if not 0.0 <= duration < float("inf"):
             raise UsageError(f"cannot sleep for {duration} s")
-        self._advance(self.transport.now() + round(duration * 1e9), _never)
+        self._advance(self.transport.now() + round(duration * 1e9), None)
 
     def wait_until(self, condition: Callable[[], bool], timeout: float | None = None) -> bool:
         """Let time pass until `condition()` is true, looked at after each tick; what it was in the end.
@@ -69,7 +69,7 @@ class Session:
         """A rhythm of `frequency` [Hz]: `rate.sleep()` waits for the next beat."""
         return Rate(self, frequency)
 
-    def _advance(self, until: int | None, finished: Callable[[], bool]) -> None:
+    def _advance(self, until: int | None, finished: Callable[[], bool] | None) -> None:
         self._refuse_nesting()
         self._waiting = True
         try:
@@ -157,7 +157,3 @@ class Latest:
         """The next message to come; None if none has come in time [s]."""
         seen = self.count
         return self.message if self._session.wait_until(lambda: self.count > seen, timeout) else None
-
-
-def _never() -> bool:
-    return False

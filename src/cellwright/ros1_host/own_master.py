@@ -44,6 +44,7 @@ class OwnMaster:
         self._program = program
         self._patience = Patience()
         self._again = 0.0
+        self._is_left_to_others = False
         self._said = ""
         self._rosout: Child | None = None
         self._child: Child | None = self._start()
@@ -84,9 +85,13 @@ class OwnMaster:
                 self._report(f"the ROS master at {self._master.uri} {how_it_ended(status)}; it is started again")
                 self._stop_children()
                 self._again = time.monotonic() + wait
-        elif time.monotonic() >= self._again:
-            self._child = self._start()
-            self._start_rosout()
+        elif time.monotonic() >= self._again and not self._is_left_to_others:
+            if self._master.is_port_taken():
+                self._is_left_to_others = True
+                self._report(f"somebody else listens at {self._master.uri} now; it is left to run the master")
+            else:
+                self._child = self._start()
+                self._start_rosout()
 
     def stop(self) -> None:
         """End it."""

@@ -36,7 +36,7 @@ class InProcess:
         """Simulation time [ns]."""
         return self.cell.simulation.now
 
-    def advance(self, until: int | None, finished: Callable[[], bool]) -> None:
+    def advance(self, until: int | None, finished: Callable[[], bool] | None = None) -> None:
         """Step to `until` [ns], or until `finished()`; deliver what comes after each step."""
         clock, step, mail = self.cell.simulation.clock, self.step, self._mail
         while until is None or clock.now < until:
@@ -45,7 +45,7 @@ class InProcess:
             step()
             if mail:
                 self._deliver()
-            if finished():
+            if finished is not None and finished():
                 return
 
     def subscribe(self, topic: str, callback: Callback) -> Callable[[], None]:

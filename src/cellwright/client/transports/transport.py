@@ -17,7 +17,7 @@ class Transport(Protocol):
     def now(self) -> int:
         """Simulation time [ns]."""
 
-    def advance(self, until: int | None, finished: Callable[[], bool]) -> None:
+    def advance(self, until: int | None, finished: Callable[[], bool] | None = None) -> None:
         """Let time go on to `until` [ns] (None: without end), or until `finished()` after a tick.
 
         Callbacks of subscriptions are called from here, in the order in which messages came.

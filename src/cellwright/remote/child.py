@@ -1,0 +1,97 @@
+"""An agent's process, as its parent sees it."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import IO
+
+from cellwright.agents.agent import AgentError
+from cellwright.remote.program import REFUSED
+from cellwright.remote.working import Parting, Worked
+
+_LEAVING = 2.0
+"""So long [s] a process that is over may take to end by itself, and again when it is told to."""
+
+
+class AgentProcess:
+    """Runs an agent in a process of its own, which ends when its connection to the cell does.
+
+    Args:
+        agent: the agent's name.
+        address: host and port of the cell.
+        node: the agent's node name.
+        level: what the agent logs from this level on is passed on.
+        say: takes each line that the process prints; called from another thread.
+    """
+
+    def __init__(
+        self, agent: str, address: tuple[str, int], *, node: str, level: int, say: Callable[[str], None]
+    ) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="cellwright-")
+        self._said: dict[str, str] | None = None
+        self._report = Path(self._folder.name) / "report.json"
+        command = [sys.executable, "-m", "cellwright.remote.program"]
+        # a session of its own: Ctrl-C is for the parent, which ends the run in good order
+        self._process = subprocess.Popen(  # noqa: S603 - our own interpreter and module
+            [*command, address[0], str(address[1]), node, agent, str(self._report), str(level)],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            encoding="utf-8",
+            errors="replace",
+            env={**os.environ, "PYTHONUNBUFFERED": "1", "PYTHONIOENCODING": "utf-8"},
+            start_new_session=os.name == "posix",
+        )
+        self._reader = threading.Thread(target=_pass_on, args=(self._process.stdout, say), daemon=True)
+        self._reader.start()
+
+    @property
+    def is_running(self) -> bool:
+        """Whether the process is still there."""
+        return self._process.poll() is None
+
+    def end(self, patience: float = _LEAVING) -> None:
+        """Wait for the process, so long [s]; end it if need be."""
+        process = self._process
+        try:
+            process.wait(patience)
+        except subprocess.TimeoutExpired:
+            process.terminate()
+            try:
+                process.wait(_LEAVING)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+        self._reader.join(_LEAVING)
+        with contextlib.suppress(OSError, ValueError):
+            self._said = json.loads(self._report.read_text(encoding="utf-8"))
+        self._folder.cleanup()
+
+    def worked(self) -> Worked:
+        """How the agent left its cell, when the process has ended.
+
+        Raises:
+            AgentError: there is no such agent, or it could not be made.
+        """
+        said = self._said
+        if said is None:
+            return Worked(Parting.CRASHED, f"the agent's process ended with status {self._process.returncode}\n")
+        if said["parting"] == REFUSED:
+            raise AgentError(said["error"])
+        return Worked(Parting(said["parting"]), said["error"])
+
+
+def _pass_on(lines: IO[str] | None, say: Callable[[str], None]) -> None:
+    """Pass on lines as they come."""
+    if lines is not None:
+        with lines:
+            for line in lines:
+                say(line.rstrip("\n"))

@@ -1,0 +1,103 @@
+"""A run whose agent works in a process of its own, over a socket; all else is as in one process."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+from cellwright.cell import Cell
+from cellwright.client.client import Client
+from cellwright.errors import RunEndedError
+from cellwright.remote.child import AgentProcess
+from cellwright.remote.working import Parting, Worked
+from cellwright.run import Course, Outcome, RunOptions, RunResult, conduct, how_it_ended, wait_for_kits
+from cellwright.server import Server
+from cellwright.serving import Hooks, Serving
+
+NODE = "/agent"
+
+_PATIENCE = 60.0
+"""So long [s] of wall time an agent may go on when its run is over."""
+
+
+@dataclass
+class Host:
+    """Hosts a cell for one agent.
+
+    Args:
+        cell: the cell.
+        agent: the agent's name, as `find_agent` takes it.
+        lockstep: whether time passes only while the agent waits; then the result is that of a run in one process.
+        level: what the agent logs from this level on is passed on.
+        say: takes each line that the agent prints; called from another thread.
+    """
+
+    cell: Cell
+    agent: str
+    lockstep: bool = False
+    level: int = logging.WARNING
+    say: Callable[[str], None] = print
+
+    def __post_init__(self) -> None:
+        self._serving: Serving | None = None
+        self._is_interrupted = False
+
+    def interrupt(self) -> None:
+        """End the run before the next tick; to be called from anywhere, a signal's handler included."""
+        self._is_interrupted = True
+        if self._serving is not None:
+            self._serving.stop()
+
+    def run(self, options: RunOptions) -> RunResult:
+        """Run the cell until it is over.
+
+        Raises:
+            AgentError: there is no such agent, or it could not be made.
+            UnknownNameError: a topic to listen to that does not exist.
+            CheckpointError: the checkpoint to begin from cannot be read, or is of another cell.
+        """
+        return conduct(self.cell, partial(self._work, options), options)
+
+    def _work(self, options: RunOptions, course: Course) -> tuple[Outcome, str]:
+        server = Server(self.cell, port=0, lockstep=self.lockstep)
+        child = AgentProcess(self.agent, server.address, node=NODE, level=self.level, say=self.say)
+
+        def await_agent() -> None:
+            while child.is_running and NODE not in server.guests and not self._is_interrupted:
+                server.wait(0.02)
+
+        def look_after() -> None:
+            if not child.is_running:
+                serving.stop()
+
+        hooks = Hooks(on_ready=await_agent, on_poll=look_after)
+        serving = self._serving = Serving(self.cell, server, speed=options.speed, hooks=hooks, patience=_PATIENCE)
+        try:
+            if self._is_interrupted:
+                serving.stop()
+            outcome, error = serving.work(course)
+        finally:
+            server.close("the run is over")
+            child.end()
+        if self._is_interrupted:
+            return Outcome.INTERRUPTED, ""
+        worked = child.worked()
+        if outcome is Outcome.UNSTABLE:
+            return outcome, error
+        return self._outcome(worked, course)
+
+    def _outcome(self, worked: Worked, course: Course) -> tuple[Outcome, str]:
+        if worked.parting is Parting.CRASHED:
+            return Outcome.CRASHED, worked.error
+        if worked.parting is Parting.RETURNED:
+            client = Client(course.transport)
+            try:
+                wait_for_kits(self.cell, client)
+            except RunEndedError:
+                pass
+            finally:
+                client.close()
+        is_stopped = self.cell.simulation.now >= course.transport.deadline
+        return how_it_ended(self.cell, otherwise=Outcome.UNTIL if is_stopped else Outcome.GAVE_UP), ""

@@ -1,0 +1,58 @@
+"""The process of an agent: `python -m cellwright.remote.program HOST PORT NODE AGENT REPORT LEVEL`.
+
+It connects, lets the agent work, and writes to the file REPORT how that ended, as JSON. What the agent logs at LEVEL
+or above is printed with the simulation time.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from cellwright.agents.agent import find_agent
+from cellwright.client.transports.socket import SocketTransport
+from cellwright.errors import CellwrightError
+from cellwright.remote.working import work
+
+REFUSED = "refused"
+"""Said in place of how the agent left: it could not begin."""
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Work the cell as the command line says."""
+    host, port, node, name, report, level = arguments
+    try:
+        agent = find_agent(name)()
+        transport = SocketTransport((host, int(port)), node=node)
+    except CellwrightError as error:
+        said = {"parting": REFUSED, "error": str(error)}
+    else:
+        log = logging.getLogger()
+        log.addHandler(_LogLines(transport))
+        log.setLevel(int(level))
+        worked = work(agent, transport)
+        said = {"parting": worked.parting, "error": worked.error}
+    sys.stdout.flush()
+    Path(report).write_text(json.dumps(said), encoding="utf-8")
+
+
+class _LogLines(logging.Handler):
+    """Prints what is logged, with the simulation time."""
+
+    def __init__(self, transport: SocketTransport) -> None:
+        super().__init__()
+        self._transport = transport
+
+    def emit(self, record: logging.LogRecord) -> None:
+        for line in self.format(record).splitlines():
+            sys.stdout.write(f"{self._transport.now() / 1e9:9.3f} s  {line}\n")
+
+
+if __name__ == "__main__":
+    try:
+        main(sys.argv[1:])
+    except KeyboardInterrupt:
+        sys.exit(130)

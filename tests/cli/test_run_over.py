@@ -1,0 +1,75 @@
+"""Agent and cell in different processes, from the command line."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import CommandLine
+from tests.test_serving import ended, serving
+
+HASH = "2529c836"
+"""How the state hash begins when kitter has worked the lesson's cell, in any process."""
+
+
+def test_in_lockstep_kitter_leaves_the_same_state_as_in_one_process(cellwright: CommandLine) -> None:
+    ran = cellwright("run", "lesson", "--over", "socket", "--lockstep", "--json", "--no-picture")
+    result = json.loads(ran.out)
+    assert (ran.status, result["outcome"], result["score"]["total"]) == (0, "done", 8.0)
+    assert result["state_hash"].startswith(HASH)
+
+
+def test_the_table_comes_as_in_one_process(cellwright: CommandLine, agents: str) -> None:
+    ran = cellwright("run", "lesson", "--over", "socket", "--lockstep", "--agent", f"{agents}:Ends", "--no-picture")
+    assert ran.status == 0
+    assert "something that the agent prints\n" in ran.out
+    assert "outcome     done\n" in ran.out
+
+
+def test_an_agent_that_crashes_is_told_of(cellwright: CommandLine, agents: str) -> None:
+    ran = cellwright("run", "lesson", "--over", "socket", "--lockstep", "--agent", f"{agents}:Crashes", "--no-picture")
+    assert ran.status == 1
+    assert ran.err.endswith("ValueError: no idea\n")
+    assert "outcome     the agent crashed\n" in ran.out
+
+
+def test_a_cell_that_is_served_already_can_be_worked(cellwright: CommandLine, agents: str, tmp_path: Path) -> None:
+    with serving(tmp_path, "lesson", "--lockstep") as (process, (host, port)):
+        at = f"{host}:{port}"
+        ran = cellwright("run", "--connect", at, "--agent", f"{agents}:Waits2", "--min-score", "1")
+        assert (ran.status, ran.err.count("\n")) == (2, 1)
+        ran = cellwright("run", "--connect", at, "--agent", f"{agents}:Ends", "--min-score", "1")
+        assert ran.status == 1
+        assert ran.out.startswith(f"trial lesson, agent {agents}:Ends, at {at}\n")
+        assert "score       0 of 12 points\n" in ran.out
+        assert "not enough  1 points were asked for\n" in ran.out
+        again = cellwright("run", "--connect", at, "--agent", f"{agents}:Crashes", "--json")
+        result = json.loads(again.out)
+        assert (again.status, result["competition_state"], result["trial"]) == (1, "done", "lesson")
+        assert result["error"].endswith("ValueError: no idea\n")
+        status, out, _ = ended(process)
+        assert status == 0
+        assert f"state hash  {result['state_hash']}\n" in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (["--connect", "localhost"], "give a host and a port, such as 127.0.0.1:11399"),
+        (["--connect", "localhost:0"], "give a host and a port"),
+        (["--connect", "127.0.0.1:1"], "no cell answers at 127.0.0.1:1: "),
+        (["lesson", "--connect", "127.0.0.1:1"], "TRIAL is for the one who serves it"),
+        (["--connect", "127.0.0.1:1", "--seed", "3"], "--seed is for the one who serves it"),
+        (["lesson", "--over", "pigeon"], "--over pigeon: give socket"),
+        (["lesson", "--lockstep"], "say over what as well"),
+        (["lesson", "--over", "socket", "--agent", "nobody"], "unknown agent 'nobody'"),
+        ([], "give a trial"),
+    ],
+)
+def test_bad_input_is_one_line(arguments: list[str], reason: str, cellwright: CommandLine) -> None:
+    ran = cellwright("run", *arguments)
+    assert (ran.status, ran.out) == (2, "")
+    assert reason in ran.err
+    assert ran.err.count("\n") == 1

@@ -1,0 +1,91 @@
+"""`cellwright serve`: what it says and refuses; that it ends well whenever it is told to."""
+
+from __future__ import annotations
+
+import json
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import CommandLine
+from tests.test_serving import COMMAND, ended, serving
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (["no.yaml"], "no.yaml: there is no such file"),
+        (["lesson", "--speed", "0"], "--speed 0: give a factor above 0"),
+        (["lesson", "--port", "70000"], "a port is from 0 to 65535"),
+        (["lesson", "--host", "no.such.host.invalid"], "no.such.host.invalid: cannot be listened at"),
+        (["lesson", "--until", "-1"], "--until -1: give a time"),
+        (["lesson", "--log", "run.txt"], "give a file such as run.jsonl"),
+    ],
+)
+def test_bad_input_is_one_line(arguments: list[str], reason: str, cellwright: CommandLine) -> None:
+    ran = cellwright("serve", *arguments)
+    assert (ran.status, ran.out) == (2, "")
+    assert reason in ran.err
+    assert ran.err.count("\n") == 1
+
+
+def test_it_stops_at_the_time_that_was_asked_for(cellwright: CommandLine, tmp_path: Path) -> None:
+    ran = cellwright(
+        "serve", "lesson", "--port", "0", "--speed", "max", "--until", "0.5", "--json", "--log", "run.jsonl"
+    )
+    result = json.loads(ran.out)
+    assert (ran.status, result["simulated"], result["outcome"], result["agent"]) == (0, 0.5, "until", "served")
+    assert result["pace"] is None
+    assert ran.err.startswith("ready: lesson at 127.0.0.1:")
+    assert ran.err.endswith(", as fast as it goes\n")
+    log = [json.loads(line)["kind"] for line in (tmp_path / "run.jsonl").read_text().splitlines()]
+    assert (log[0], log[-1]) == ("run", "result")
+
+
+def test_who_lets_in_the_network_is_warned(cellwright: CommandLine) -> None:
+    ran = cellwright("serve", "lesson", "--port", "0", "--speed", "max", "--until", "0.1", "--host", "0.0.0.0")
+    assert ran.status == 0
+    assert ran.err == "warning: 0.0.0.0: anybody who reaches this machine can drive the cell\n"
+
+
+def test_how_time_kept_to_the_clock_is_told(cellwright: CommandLine) -> None:
+    ran = cellwright("serve", "lesson", "--port", "0", "--speed", "4", "--until", "2", "--json")
+    pace = json.loads(ran.out)["pace"]
+    assert pace["factor"] == pytest.approx(4.0, rel=0.2)
+    assert 0.0 <= pace["worst_lateness"] < 5.0
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
+@pytest.mark.parametrize("arguments", [[], ["--lockstep"], ["--speed", "max"]])
+def test_ctrl_c_at_any_moment_ends_it_well(arguments: list[str], tmp_path: Path) -> None:
+    """While it serves; the score is printed, and the status is 0."""
+    with serving(tmp_path, "lesson", *arguments) as (process, _):
+        time.sleep(random.uniform(0.0, 0.3))
+        status, out, _ = ended(process)
+    assert status == 0
+    assert "outcome     stopped before the competition was done\n" in out
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
+def test_ctrl_c_while_it_starts_ends_it_without_a_traceback(share: float, tmp_path: Path) -> None:
+    began = time.monotonic()
+    with serving(tmp_path, "lesson"):
+        whole = time.monotonic() - began
+    process = subprocess.Popen(
+        [*COMMAND, "lesson", "--port", "0"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    time.sleep(whole * share)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=30)
+    assert "Traceback" not in out + err
+    assert process.returncode in (0, 1, -signal.SIGINT)

@@ -1,0 +1,214 @@
+"""A client whose cell is served; here by a thread of this process, which nobody else uses the cell from."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from cellwright.cell import Cell
+from cellwright.client.client import Client
+from cellwright.client.transports.in_process import InProcess
+from cellwright.client.transports.socket import SocketTransport
+from cellwright.client.transports.transport import Transport
+from cellwright.errors import (
+    MessageError,
+    RejectedCommandError,
+    RunEndedError,
+    ServiceFailedError,
+    UnknownNameError,
+    UsageError,
+)
+from cellwright.link.frames import Frame, Kind, hello
+from cellwright.messages.osrf_gear import AGVControlRequest, SubmitTrayRequest
+from cellwright.messages.std_srvs import TriggerRequest
+from cellwright.run import RunOptions, RunResult
+from cellwright.server import Server
+from cellwright.serving import Serving
+from tests.cells import ARM_ONLY, INITIAL, KITTING, WHOLE, way
+
+
+class Home:
+    """A served cell; `result` is there when it is over."""
+
+    def __init__(self, cell: Cell, *, lockstep: bool, speed: float | None, options: RunOptions) -> None:
+        self.server = Server(cell, port=0, lockstep=lockstep)
+        self.serving = Serving(cell, self.server, speed=speed)
+        self.result: RunResult | None = None
+        self.thread = threading.Thread(target=self._run, args=(options,))
+        self.address = self.server.address
+        self.thread.start()
+
+    def _run(self, options: RunOptions) -> None:
+        self.result = self.serving.run(options)
+
+    def end(self) -> RunResult:
+        self.serving.stop()
+        self.thread.join(10)
+        assert self.result is not None
+        return self.result
+
+
+@contextmanager
+def served(
+    cell: Cell, *, lockstep: bool = True, speed: float | None = None, options: RunOptions | None = None
+) -> Iterator[Home]:
+    home = Home(cell, lockstep=lockstep, speed=speed, options=options or RunOptions(ends_when_done=False))
+    try:
+        yield home
+    finally:
+        home.serving.stop()
+        home.thread.join(10)
+
+
+@contextmanager
+def connected(home: Home, *, node: str = "/client", encoding: str = "cdr") -> Iterator[SocketTransport]:
+    transport = SocketTransport(home.address, node=node, encoding=encoding)
+    try:
+        yield transport
+    finally:
+        transport.close()
+
+
+def story(transport: Transport) -> list[object]:
+    """What a program sees that does a bit of everything."""
+    seen: list[object] = []
+    client = Client(transport)
+    client.subscribe("/ariac/gripper/state", lambda message: seen.append((transport.now(), message.attached)))
+    client.subscribe("/ariac/arm/command", lambda message: seen.append((transport.now(), list(message.joint_names))))
+    client.subscribe("/ariac/nothing", seen.append)
+    cancel = client.on_sensor("logical_camera_1", lambda message: seen.append((transport.now(), len(message.models))))
+    seen.append(client.start_competition())
+    order = client.wait_for_order(timeout=1.0)
+    assert order is not None
+    seen += [order.order_id, client.time]
+    client.control_gripper(True)
+    seen.append(client.wait_until(lambda: client.gripper_attached, timeout=2.0))
+    client.send_arm([[1.5, 0.0, -1.1, 3.1, 3.7, -1.5, 0.0]])
+    client.sleep(0.25)
+    cancel()
+    seen += [client.time, dict(client.joint_positions), client.competition_state]
+    seen.append(client.material_locations("gear_part"))
+    seen.append(client.control_agv(1, "order_0_kit_0"))
+    seen.append(client.wait_until(lambda: client.score > 0, timeout=12.0))
+    seen += [client.time, client.score]
+    return seen
+
+
+@pytest.mark.parametrize("encoding", ["cdr", "ros1"])
+def test_in_lockstep_a_program_sees_the_same_and_leaves_the_same_state(encoding: str) -> None:
+    cell = Cell(WHOLE)
+    expected = story(InProcess(cell, node="/client"))
+    assert len(expected) > 100
+    with served(Cell(WHOLE)) as home, connected(home, encoding=encoding) as transport:
+        assert story(transport) == expected
+        assert home.end().state_hash == cell.state_hash()
+
+
+def test_errors_are_those_of_the_cells_own_process() -> None:
+    for lockstep in (True, False):
+        with (
+            served(Cell(ARM_ONLY, competition=False), lockstep=lockstep, speed=1.0) as home,
+            connected(home) as transport,
+        ):
+            with pytest.raises(UnknownNameError, match="unknown topic to publish on '/ariac/arm/comand'"):
+                transport.publish("/ariac/arm/comand", way(INITIAL))
+            with pytest.raises(UnknownNameError, match="unknown service '/ariac/agv1'"):
+                transport.call("/ariac/agv1", AGVControlRequest(""))
+            with pytest.raises(RejectedCommandError, match="joint"):
+                transport.publish("/ariac/arm/command", way(INITIAL, names=("elbow_joint", *["none"] * 6)))
+            with pytest.raises(MessageError, match="takes trajectory_msgs/JointTrajectory"):
+                transport.publish("/ariac/arm/command", TriggerRequest())
+            with pytest.raises(MessageError, match="is no message"):
+                transport.publish("/ariac/arm/command", "go")
+            with pytest.raises(ServiceFailedError):
+                transport.call("/ariac/submit_tray", SubmitTrayRequest("agv1::kit_tray_1", "kit"))
+            with pytest.raises(UsageError, match="absolute"):
+                transport.subscribe("clock", print)
+
+
+def test_time_passes_by_itself_where_it_is_not_in_lockstep() -> None:
+    with served(Cell(KITTING), lockstep=False, speed=4.0) as home, connected(home) as transport:
+        client = Client(transport)
+        assert client.start_competition()
+        order = client.wait_for_order(timeout=5.0)
+        assert order is not None
+        begin = client.time
+        client.sleep(0.5)
+        assert 0.5 <= client.time - begin < 2.0
+        before = transport.now()
+        assert client.wait_until(lambda: False, timeout=0.1) is False
+        assert transport.now() - before >= 100_000_000
+
+
+def test_the_end_of_the_run_reaches_whoever_waits() -> None:
+    cell = Cell(KITTING)
+    with served(cell, options=RunOptions(until=0.1)) as home, connected(home) as transport:
+        client = Client(transport)
+        with pytest.raises(RunEndedError):
+            client.sleep(1.0)
+        with pytest.raises(RunEndedError):
+            client.sleep(1.0)
+        assert client.time == pytest.approx(0.1)
+        with pytest.raises(RunEndedError):
+            client.start_competition()
+
+
+def test_who_has_left_hears_nothing_more() -> None:
+    with served(Cell(KITTING)) as home, connected(home) as transport:
+        got: list[str] = []
+        leave = [transport.subscribe("/clock", lambda _, name=name: got.append(name)) for name in "ab"]  # type: ignore[misc]
+        transport.advance(2_000_000)
+        leave[0]()
+        leave[0]()
+        transport.advance(6_000_000)
+        assert got == ["a", "b", "b", "b"]
+        transport.close()
+        with pytest.raises(RunEndedError, match="closed"):
+            transport.advance(8_000_000)
+
+
+def test_several_guests_in_lockstep_share_time() -> None:
+    with served(Cell(KITTING)) as home, connected(home, node="/one") as one, connected(home, node="/two") as two:
+        one.advance(10_000_000)
+        two.advance(6_000_000)
+        assert two.now() == 10_000_000
+        threads = [threading.Thread(target=each.advance, args=(50_000_000,)) for each in (one, two)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(10)
+        assert (one.now(), two.now()) == (50_000_000, 50_000_000)
+    assert home.result is not None
+    assert home.result.steps == 25
+
+
+def test_where_no_cell_is_there_is_one_line() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        address = taken.getsockname()[:2]
+    with pytest.raises(UsageError, match=f"no cell answers at 127.0.0.1:{address[1]}: "):
+        SocketTransport(address)
+
+
+@pytest.mark.parametrize(
+    "said",
+    [b"HTTP/1.1 400 Bad Request\r\n\r\n", b"", Frame(Kind.REFUSED, name="UsageError", payload=b"not you").encode()],
+)
+def test_what_is_no_cell_is_told_from_one(said: bytes) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        address = listener.getsockname()[:2]
+
+        def answer() -> None:
+            connection, _ = listener.accept()
+            with connection:
+                connection.recv(len(hello("/client", "cdr").encode()))
+                connection.sendall(said)
+
+        thread = threading.Thread(target=answer)
+        thread.start()
+        with pytest.raises(UsageError, match="no cell answers at"):
+            SocketTransport(address)
+        thread.join(10)

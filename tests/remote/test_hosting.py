@@ -1,0 +1,169 @@
+"""Agents in processes of their own."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from cellwright.agents.agent import AgentError, find_agent
+from cellwright.cell import Cell
+from cellwright.remote.child import AgentProcess
+from cellwright.remote.hosting import Host
+from cellwright.run import Outcome, RunOptions, run_cell
+from tests.cells import KITTING
+
+AGENTS = """
+import logging, os, sys, time
+
+class Delivers:
+    def run(self, client):
+        logging.getLogger("robot").info("off it goes")
+        print("something that the agent prints")
+        client.start_competition()
+        client.wait_for_order()
+        client.control_agv(1, "order_0_kit_0")
+
+class Waits:
+    def run(self, client):
+        client.start_competition()
+        try:
+            client.wait_until(lambda: False)
+        except Exception:
+            print("never")
+
+class Crashes:
+    def run(self, client):
+        client.sleep(0.1)
+        raise ValueError("no idea")
+
+class Exits:
+    def run(self, client):
+        sys.exit(3)
+
+class Dies:
+    def run(self, client):
+        os._exit(7)
+
+class Clings:
+    def run(self, client):
+        while True:
+            try:
+                client.sleep(1.0)
+            except BaseException:
+                time.sleep(0.1)
+
+class CannotBeMade:
+    def __init__(self, name):
+        pass
+
+    def run(self, client):
+        pass
+"""
+
+
+@pytest.fixture
+def agents(tmp_path: Path) -> str:
+    file = tmp_path / "agents.py"
+    file.write_text(AGENTS)
+    return str(file)
+
+
+def test_the_result_is_that_of_a_run_in_one_process(agents: str) -> None:
+    agent = f"{agents}:Delivers"
+    here = run_cell(Cell(KITTING), find_agent(agent)())
+    lines: list[str] = []
+    there = Host(Cell(KITTING), agent, lockstep=True, level=20, say=lines.append).run(RunOptions())
+    assert there.outcome is here.outcome is Outcome.DONE
+    assert (there.state_hash, there.steps, there.score) == (here.state_hash, here.steps, here.score)
+    assert lines == ["    0.000 s  off it goes", "something that the agent prints"]
+
+
+def test_without_lockstep_time_keeps_to_the_clock(agents: str) -> None:
+    result = Host(Cell(KITTING), f"{agents}:Delivers").run(RunOptions(speed=10.0))
+    assert result.outcome is Outcome.DONE
+    assert result.score.total > 0
+    assert result.wall > result.simulated / 10.0 * 0.9
+
+
+@pytest.mark.parametrize("lockstep", [True, False])
+def test_a_run_ends_when_it_is_to(agents: str, lockstep: bool) -> None:
+    result = Host(Cell(KITTING), f"{agents}:Waits", lockstep=lockstep).run(RunOptions(until=0.5, speed=None))
+    assert result.outcome is Outcome.UNTIL
+    assert result.simulated == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(
+    ("name", "error"),
+    [
+        ("Crashes", "ValueError: no idea\n"),
+        ("Exits", "the agent exited with 3\n"),
+        ("Dies", "the agent's process ended with status 7\n"),
+    ],
+)
+def test_an_agent_that_fails_is_told_of(agents: str, name: str, error: str) -> None:
+    result = Host(Cell(KITTING), f"{agents}:{name}", lockstep=True).run(RunOptions())
+    assert result.outcome is Outcome.CRASHED
+    assert result.error.endswith(error)
+    assert "src/cellwright" not in result.error.partition("client.sleep")[0]
+
+
+def test_an_agent_that_cannot_be_made_is_bad_input(agents: str) -> None:
+    with pytest.raises(AgentError, match="cannot be made"):
+        Host(Cell(KITTING), f"{agents}:CannotBeMade", lockstep=True).run(RunOptions())
+
+
+def test_it_can_be_interrupted_at_any_moment(agents: str) -> None:
+    host = Host(Cell(KITTING), f"{agents}:Waits")
+    timer = threading.Timer(1.5, host.interrupt)
+    timer.start()
+    result = host.run(RunOptions(speed=1.0))
+    timer.join()
+    assert result.outcome is Outcome.INTERRUPTED
+
+
+def test_an_agent_that_clings_to_its_cell_is_ended(agents: str) -> None:
+    said: list[str] = []
+    child = AgentProcess(f"{agents}:Clings", ("127.0.0.1", 1), node="/agent", level=30, say=said.append)
+    child.end(20.0)
+    with pytest.raises(AgentError, match="no cell answers"):
+        child.worked()
+    host = Host(Cell(KITTING), f"{agents}:Clings")
+    begin = time.monotonic()
+    result = host.run(RunOptions(until=0.2, speed=1.0))
+    assert result.outcome is Outcome.CRASHED
+    assert time.monotonic() - begin < 15.0
+
+
+def test_a_killed_parent_leaves_no_agent_behind(agents: str, tmp_path: Path) -> None:
+    """The agent's connection ends, and with it the agent."""
+    beat = tmp_path / "beat"
+    (tmp_path / "beating.py").write_text(
+        "import pathlib\n"
+        "class Beats:\n"
+        "    def run(self, client):\n"
+        "        while True:\n"
+        f"            pathlib.Path({str(beat)!r}).write_text(str(client.time))\n"
+        "            client.sleep(0.05)\n"
+    )
+    command = [sys.executable, "-m", "cellwright", "run", "lesson", "--over", "socket", "--no-picture"]
+    parent = subprocess.Popen(
+        [*command, "--agent", f"{tmp_path}/beating.py:Beats"], cwd=tmp_path, stdout=subprocess.DEVNULL
+    )
+    deadline = time.monotonic() + 30
+    while not beat.exists():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    parent.send_signal(signal.SIGKILL)
+    parent.wait(10)
+    last, still = "", 0
+    while still < 10:  # for half a second
+        assert time.monotonic() < deadline
+        now = beat.read_text()
+        still, last = (still + 1 if now == last else 0), now
+        time.sleep(0.05)

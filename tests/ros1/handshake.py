@@ -1,0 +1,68 @@
+"""What two nodes tell each other before the first message: the connection headers of topics and services.
+
+Asked for without registering anything at the master, so that the node graph stays as it is.
+"""
+
+import socket
+import struct
+import xmlrpc.client
+from typing import Any, cast
+from urllib.parse import urlparse
+
+from tests.ros1.ground import Ground
+
+_LIMIT = 10.0
+
+
+def publisher_header(ground: Ground, topic: str, node: str) -> dict[str, str]:
+    """What a publisher says to a subscriber that takes any type.
+
+    Args:
+        ground: where both live.
+        topic: its full name.
+        node: the publishing node.
+    """
+    with xmlrpc.client.ServerProxy(ground.ask("lookupNode", node)) as slave:
+        answer = cast("tuple[int, str, Any]", slave.requestTopic("/probe", topic, [["TCPROS"]]))
+    assert answer[0] == 1, answer
+    protocol, host, port = answer[2]
+    assert protocol == "TCPROS"
+    return _exchange((host, port), {"topic": topic, "type": "*", "md5sum": "*"})
+
+
+def service_header(ground: Ground, service: str) -> dict[str, str]:
+    """What the server of a service says to a client that only probes.
+
+    Args:
+        ground: where it lives.
+        service: its full name.
+    """
+    place = urlparse(ground.ask("lookupService", service))
+    assert place.scheme == "rosrpc"
+    assert place.hostname is not None
+    assert place.port is not None
+    return _exchange((place.hostname, place.port), {"service": service, "md5sum": "*", "probe": "1"})
+
+
+def _exchange(address: tuple[str, int], said: dict[str, str]) -> dict[str, str]:
+    fields = [f"{name}={value}".encode() for name, value in {"callerid": "/probe", **said}.items()]
+    body = b"".join(struct.pack("<I", len(field)) + field for field in fields)
+    with socket.create_connection(address, _LIMIT) as connection:
+        connection.sendall(struct.pack("<I", len(body)) + body)
+        (length,) = struct.unpack("<I", _exactly(connection, 4))
+        answer, found = _exactly(connection, length), {}
+    while answer:
+        (length,) = struct.unpack_from("<I", answer)
+        name, _, value = answer[4 : 4 + length].decode().partition("=")
+        found[name] = value
+        answer = answer[4 + length :]
+    return found
+
+
+def _exactly(connection: socket.socket, length: int) -> bytes:
+    found = b""
+    while len(found) < length:
+        more = connection.recv(length - len(found))
+        assert more, f"the connection ended after {len(found)} of {length} bytes"
+        found += more
+    return found

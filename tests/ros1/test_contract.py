@@ -1,0 +1,146 @@
+"""The contract as ROS 1 clients find it: names, types, checksums, latches, rates, and who speaks to whom.
+
+What is expected is written out in tests/data/gear_ros1_cases.json, for the trial `lesson`.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from cellwright.bus.topics import Direction
+from cellwright.contracts.gear import rows
+from cellwright.contracts.table import Kind
+from cellwright.description.catalogue import find_trial
+from cellwright.description.gear2017 import load_trial
+from cellwright.messages import md5
+from tests.conftest import load_cases
+from tests.ros1.ground import Ground, ground
+from tests.ros1.handshake import publisher_header, service_header
+from tests.ros1.meters import measure_rates, subscriber_headers
+
+pytestmark = pytest.mark.ros1
+
+CASES = load_cases("gear_ros1_cases.json")
+TOPICS = [case for case in CASES if case["kind"] == "topic"]
+SERVICES = [case for case in CASES if case["kind"] == "service"]
+SAID = [case for case in TOPICS if case["direction"] == "out"]
+TAKEN = [case for case in TOPICS if case["direction"] == "in"]
+
+EVERY_STEP = [case for case in SAID if case["rate"] == "step"]
+SLOWER = [case for case in SAID if case["rate"] not in (None, "step")]
+STEPS = 500
+"""Steps of the cell in a second of simulation time."""
+
+
+def name(case: dict[str, Any]) -> str:
+    return str(case["name"])
+
+
+@pytest.fixture(scope="module")
+def cell(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> Iterator[Ground]:
+    """The lesson in development mode, its competition not started; slow, so that a busy machine keeps up."""
+    with ground(tmp_path_factory.mktemp("contract"), ros1_messages) as made:
+        made.serve("lesson", "-d", "--speed", "0.5")
+        yield made
+
+
+def graph(cell: Ground) -> tuple[dict[str, list[str]], dict[str, list[str]], dict[str, list[str]]]:
+    """Publishers, subscribers and service nodes by name, what every node has of itself left out."""
+    loggers = ("/get_loggers", "/set_logger_level")
+    publishers, subscribers, services = (dict(role) for role in cell.ask("getSystemState"))
+    for role in (publishers, subscribers):
+        role.pop("/rosout", None)
+        role.pop("/rosout_agg", None)
+    return publishers, subscribers, {key: nodes for key, nodes in services.items() if not key.endswith(loggers)}
+
+
+def test_the_table_of_the_project_says_the_same() -> None:
+    trial = load_trial([find_trial("lesson")]).trial
+    found = {
+        (row.name, "service" if row.kind is Kind.SERVICE else "topic", row.type, md5(row.type))
+        for row in rows(trial, competition=False)
+        if row.kind is not Kind.ACTION
+    }
+    assert found == {(case["name"], case["kind"], case["type"], case["md5"]) for case in CASES}
+    for row in rows(trial, competition=False):
+        if row.kind is Kind.TOPIC:
+            (case,) = [case for case in TOPICS if case["name"] == row.name]
+            assert case["direction"] == ("out" if row.direction is Direction.OUT else "in"), row.name
+            assert case.get("latch", False) == row.latch, row.name
+
+
+def test_the_steps_of_the_cell() -> None:
+    assert load_trial([find_trial("lesson")]).trial.settings.timestep == (1, STEPS)
+
+
+def test_all_names_are_there_and_no_others(cell: Ground) -> None:
+    publishers, subscribers, services = graph(cell)
+    assert sorted({*publishers, *subscribers}) == sorted(map(name, TOPICS))
+    assert sorted(services) == sorted(map(name, SERVICES))
+
+
+@pytest.mark.parametrize("case", TOPICS, ids=name)
+def test_who_publishes_and_who_subscribes(cell: Ground, case: dict[str, Any]) -> None:
+    publishers, subscribers, _ = graph(cell)
+    assert sorted(publishers.get(case["name"], [])) == case["publishers"]
+    assert sorted(subscribers.get(case["name"], [])) == case["subscribers"]
+    assert dict(cell.ask("getTopicTypes"))[case["name"]] == case["type"]
+
+
+@pytest.mark.parametrize("case", SAID, ids=name)
+def test_what_a_publisher_says_of_its_topic(cell: Ground, case: dict[str, Any]) -> None:
+    for node in case["publishers"]:
+        header = publisher_header(cell, case["name"], node)
+        assert (header["type"], header["md5sum"]) == (case["type"], case["md5"])
+        assert header["callerid"] == node
+        assert (header.get("latching", "0") == "1") == case["latch"]
+        assert md5_of(header["message_definition"], case["type"]) == case["md5"]
+
+
+def md5_of(definition: str, kind: str) -> str:
+    """The checksum of a definition, by a library that is not ours."""
+    store = get_typestore(Stores.EMPTY)
+    full = kind.replace("/", "/msg/")
+    store.register(get_types_from_msg(definition, full))
+    return store.generate_msgdef(full, ros_version=1)[1]
+
+
+def test_what_the_subscribers_say(cell: Ground) -> None:
+    headers = cell.client(subscriber_headers, {case["name"]: case["type"] for case in TAKEN}).value()
+    for case in TAKEN:
+        (header,) = headers[case["name"]]
+        assert (header["type"], header["md5sum"], header["callerid"]) == (case["type"], case["md5"], "/gazebo")
+
+
+@pytest.mark.parametrize("case", SERVICES, ids=name)
+def test_what_a_server_says_of_its_service(cell: Ground, case: dict[str, Any]) -> None:
+    assert graph(cell)[2][case["name"]] == [case["node"]]
+    header = service_header(cell, case["name"])
+    assert (header["type"], header["md5sum"], header["callerid"]) == (case["type"], case["md5"], case["node"])
+    assert header["request_type"] == f"{case['type']}Request"
+    assert header["response_type"] == f"{case['type']}Response"
+
+
+def assert_rates(measured: dict[str, dict[str, float]], cases: list[dict[str, Any]]) -> None:
+    for case in cases:
+        speakers = measured[case["name"]]
+        rate = STEPS if case["rate"] == "step" else case["rate"]
+        wanted = rate if isinstance(rate, dict) else {"/gazebo": rate}
+        assert {who.split()[0] for who in speakers} == set(wanted), (case["name"], speakers)
+        for who, found in speakers.items():
+            assert found == pytest.approx(wanted[who.split()[0]], rel=0.05), (case["name"], who)
+
+
+def test_rates(cell: Ground) -> None:
+    measured = cell.client(measure_rates, list(map(name, SLOWER)), 4.0).value(60.0)
+    assert_rates(measured, SLOWER)
+    assert len(measured["/ariac/trays"]) == 2
+    assert "/gazebo logical_camera_frame" in measured["/tf"]
+
+
+@pytest.mark.parametrize("case", EVERY_STEP, ids=name)
+def test_rates_of_what_comes_with_every_step(cell: Ground, case: dict[str, Any]) -> None:
+    assert_rates(cell.client(measure_rates, [case["name"]], 1.0).value(60.0), [case])

@@ -1,0 +1,141 @@
+"""Processes that are killed, stopped, started again: the cell goes on, registers again, leaves nothing behind."""
+
+import os
+import random
+import re
+import signal
+import time
+
+import pytest
+
+from tests.ros1.ground import Ground, check_end
+from tests.ros1.processes import Process, name_of
+from tests.ros1.waiting import until
+
+pytestmark = pytest.mark.ros1
+
+NODES = {"/gazebo", "/robot_state_publisher"}
+
+
+def bridge_of(process: Process) -> int:
+    found = [pid for pid in process.relatives() if re.search(r"bridges/ros1(/__main__\.py)? ", name_of(pid) + " ")]
+    (pid,) = [pid for pid in found if "robot_state_publisher" not in name_of(pid).split()[0]]
+    return pid
+
+
+def simulated(process: Ground) -> float:
+    """Simulation time, asked from ROS 1."""
+    said = process.tool("rostopic", "echo", "-n", "1", "/clock")
+    found = re.search(r"secs: (\d+)\s+nsecs:\s*(\d+)", said)
+    assert found is not None
+    return int(found[1]) + int(found[2]) / 1e9
+
+
+def is_whole(master: Ground) -> bool:
+    """Whether all is registered: both nodes, and what the lesson's cell says."""
+    try:
+        publishers, subscribers, services = (dict(role) for role in master.ask("getSystemState"))
+    except OSError:
+        return False
+    return (
+        {node for role in (publishers, subscribers) for nodes in role.values() for node in nodes} >= NODES
+        and "/ariac/joint_states" in publishers
+        and "/ariac/arm/command" in subscribers
+        and "/ariac/agv1" in services
+    )
+
+
+def test_a_bridge_that_is_killed_is_started_again(master: Ground) -> None:
+    process = master.serve("lesson", "-d")
+    before = simulated(master)
+    killed = bridge_of(process)
+    begin = time.monotonic()
+    os.kill(killed, signal.SIGKILL)
+    until(
+        lambda: master.ask("lookupNode", "/gazebo") and bridge_of_or_none(process) not in (None, killed), 10.0, "bridge"
+    )
+    until(lambda: is_answering(master), 10.0, "answer of the new bridge")
+    after = simulated(master)
+    assert after - before == pytest.approx(time.monotonic() - begin, abs=2.0), "the cell went on meanwhile"
+    assert set(master.tool("rosnode", "list").split()) >= NODES
+    assert "success: True" in master.tool("rosservice", "call", "/ariac/start_competition")
+    assert "order_0" in master.tool("rostopic", "echo", "-n", "1", "/ariac/orders")
+
+
+def bridge_of_or_none(process: Process) -> int | None:
+    try:
+        return bridge_of(process)
+    except ValueError:
+        return None
+
+
+def is_answering(master: Ground) -> bool:
+    """Whether the node /gazebo that the master knows is there."""
+    ping = master.start(["rosnode", "ping", "-c", "1", "/gazebo"])
+    ping.finish()
+    return "xmlrpc reply" in ping.out
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+def test_a_master_that_stops_and_comes_back(master: Ground, number: int) -> None:
+    process = master.serve("lesson", "-d")
+    assert "success: True" in master.tool("rosservice", "call", "/ariac/start_competition")
+    master.stop_master(number)
+    process.wait_for("(?i)master .*", 10.0)
+    lost = len(master.log())
+    master.start_master()
+    until(lambda: is_whole(master), 20.0, lambda: f"registration at the new master: {master.log()}")
+    until(lambda: is_answering(master), 10.0, "answer of the bridge")
+    assert master.log()[lost:], "it says that the master is back"
+    assert master.ask("getParam", "/use_sim_time") is True
+    assert master.ask("getParam", "/robot_description").startswith("<")
+    assert 'data: "go"' in master.tool("rostopic", "echo", "-n", "1", "/ariac/competition_state")
+
+
+def test_sigint_at_any_moment(master: Ground) -> None:
+    """From the first import on until the competition runs; what the moments were is told when one is bad."""
+    chance = random.Random(0)
+    moments = [0.15, 0.5, 0.9, *(chance.uniform(0.2, 3.5) for _ in range(5))]
+    for moment in moments:
+        process = master.cellwright("serve", "lesson", "--ros1", "--port", "0")
+        time.sleep(moment)  # the moment is what is tested
+        try:
+            end(process)
+        except AssertionError as error:
+            raise AssertionError(f"after {moment:.2f} s: {error}") from None
+        until(lambda: not published(master), 5.0, lambda: f"end of the registrations {published(master)}")
+
+
+def end(process: Process) -> None:
+    """Ctrl-C. Before the command has begun the program dies of the signal, or says no more than that."""
+    status = process.interrupt(10.0)
+    said = process.out + process.err
+    if status == -signal.SIGINT or (status, said) == (1, "interrupted\n"):
+        return
+    assert status == 0, f"status {status}: {said}"
+    check_end(process)
+
+
+def published(master: Ground) -> list[str]:
+    """What nodes of a cell have registered at the master."""
+    return [name for role in master.ask("getSystemState") for name, nodes in role if NODES & set(nodes)]
+
+
+def names(process: Process) -> list[str]:
+    return [name_of(pid) for pid in process.relatives()]
+
+
+@pytest.mark.parametrize("moment", [1.0, None])
+def test_sigkill_leaves_nothing(no_master: Ground, moment: float | None) -> None:
+    """The operating system ends the cell's process, and all that it started, a roscore too, ends by itself."""
+    process = no_master.cellwright("serve", "lesson", "--ros1", "--port", "0")
+    if moment is None:
+        process.wait_for("^ready", 20.0)
+    else:
+        time.sleep(moment)
+    process.signal(signal.SIGKILL)
+    process.finish()
+    until(lambda: not process.relatives(), 5.0, lambda: f"end of {names(process)}")
+    with pytest.raises(ConnectionRefusedError):
+        no_master.ask("getPid")
+    assert "Traceback" not in process.out + process.err

@@ -1,0 +1,251 @@
+"""A cell served to real ROS 1: how it starts, what it survives, and that it ends with all that belongs to it."""
+
+from __future__ import annotations
+
+import os
+import random
+import re
+import signal
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.ros1.ground import Ground, check_end
+from tests.ros1.ports import free_port
+from tests.ros1.processes import Process
+from tests.ros1.waiting import until
+
+pytestmark = pytest.mark.ros1
+
+GAZEBO, PUBLISHER = "/gazebo", "/robot_state_publisher"
+LIMIT = 20.0
+
+
+def nodes(ground: Ground) -> set[str]:
+    """The nodes that the master knows as publishers."""
+    published, _, _ = ground.ask("getSystemState")
+    return {node for _, publishers in published for node in publishers}
+
+
+def parameter(ground: Ground, name: str) -> Any:
+    return ground.ask("getParam", name)
+
+
+def pid_of(cell: Process, word: str) -> int:
+    """The process of a cell's family that has a word in its command line."""
+    found = [pid for pid in cell.relatives() if pid != cell.pid and word in command_of(pid)]
+    assert len(found) == 1, [command_of(pid) for pid in cell.relatives()]
+    return found[0]
+
+
+def command_of(pid: int) -> str:
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_bytes().replace(b"\0", b" ").decode()
+    except OSError:
+        return ""
+
+
+def refused(ground: Ground, *options: str, **more: str) -> str:
+    """The one line with which a cell that cannot be served is refused."""
+    cell = ground.cellwright("serve", "lesson", "--ros1", "--port", "0", *options, **more)
+    assert cell.finish(LIMIT) == 2
+    lines = [line for line in (cell.out + cell.err).splitlines() if line.strip()]
+    assert len(lines) == 1, lines
+    return lines[0]
+
+
+# ---------------------------------------------------------------- start
+
+
+def test_it_is_ready_with_everything_there(master: Ground) -> None:
+    cell = master.serve("lesson")
+    ready = re.search(r"^ready: lesson at 127\.0\.0\.1:\d+, real time, ROS 1 at (\S+)$", cell.out, re.MULTILINE)
+    assert ready is not None
+    assert ready[1] == master.uri.rstrip("/")
+    assert nodes(master) >= {GAZEBO, PUBLISHER}
+    assert parameter(master, "/use_sim_time") is True
+    assert parameter(master, "/gazebo/enable_ros_network") is False
+    assert parameter(master, "/ariac/arm/joints")[0] == "linear_arm_actuator_joint"
+    assert parameter(master, "/robot_description").startswith("<?xml")
+
+
+def test_time_is_said_to_be_simulated_before_the_cell_is_there(master: Ground) -> None:
+    cell = master.cellwright("serve", "lesson", "--ros1", "--port", "0")
+    until(lambda: master.ask("hasParam", "/use_sim_time"), LIMIT, "use_sim_time")
+    assert not master.ask("hasParam", "/robot_description")
+    assert "ready" not in cell.out
+    cell.wait_for("^ready", LIMIT)
+
+
+def test_a_master_is_started_where_there_is_none_and_ends_with_the_cell(no_master: Ground) -> None:
+    cell = no_master.serve("lesson")
+    until(lambda: "/rosout" in nodes(no_master), LIMIT, "rosout")
+    assert no_master.ask("hasParam", "/run_id")
+    check_end(cell)
+    with pytest.raises(OSError):  # noqa: PT011 - whatever it is, nobody answers
+        no_master.ask("getPid")
+
+
+@pytest.mark.skipif(not Path("/usr/bin/ss").exists(), reason="ss is not installed (iproute2)")
+def test_nobody_outside_of_this_machine_is_let_in(no_master: Ground) -> None:
+    """But for nodes in C++, whose library listens for calls of other nodes at every address."""
+    cell = no_master.serve("lesson", ROS_IP="")
+    ours = {pid for pid in cell.relatives() if "rosout" not in command_of(pid) and PUBLISHER not in command_of(pid)}
+    sockets = [line.split() for line in no_master.tool("ss", "-Hltnp").splitlines()]
+    places = [words[3] for words in sockets if any(f"pid={pid}," in words[-1] for pid in ours)]
+    assert len(places) >= 3  # the cell, the master, the bridge
+    assert {place.rpartition(":")[0] for place in places} == {"127.0.0.1"}
+
+
+def test_a_second_simulator_at_the_same_master_is_refused(master: Ground) -> None:
+    first = master.serve("lesson")
+    said = refused(master)
+    assert re.match(r"error: a simulator is there already at http://\S+: its node /gazebo answers at http://", said)
+    assert first.running
+    assert GAZEBO in nodes(master)
+
+
+def test_one_that_was_killed_does_not_stand_in_the_way(master: Ground) -> None:
+    first = master.serve("lesson")
+    first.signal(signal.SIGKILL)
+    first.finish(LIMIT)
+    assert master.serve("lesson").running
+
+
+def test_without_rospy_it_says_how_to_get_it(no_master: Ground) -> None:
+    said = refused(no_master, CELLWRIGHT_ROS1_PYTHON=sys.executable)
+    assert said.startswith(f"error: CELLWRIGHT_ROS1_PYTHON is {sys.executable}, which has no rospy; on Debian 12")
+
+
+def test_a_master_elsewhere_must_be_there(no_master: Ground) -> None:
+    said = refused(no_master, ROS_MASTER_URI="http://nowhere.invalid:11311")
+    assert said == (
+        "error: no ROS master answers at http://nowhere.invalid:11311, which is not on this machine; see ROS_MASTER_URI"
+    )
+    assert refused(no_master, ROS_MASTER_URI="nonsense").startswith("error: ROS_MASTER_URI is 'nonsense', which is no")
+
+
+def test_something_else_at_the_master_s_address(no_master: Ground) -> None:
+    other = no_master.start(["python3", "-m", "http.server", "--bind", "127.0.0.1", str(no_master.port)])
+    other.wait_for("Serving HTTP", LIMIT)
+    assert f"what listens at http://127.0.0.1:{no_master.port} is no ROS master" in refused(no_master)
+
+
+def test_a_bad_file_is_refused_before_a_master_is_started(no_master: Ground) -> None:
+    cell = no_master.cellwright("serve", "no-such-trial", "--ros1", "--port", "0")
+    assert cell.finish(LIMIT) == 2
+    assert not cell.relatives()
+    assert "no-such-trial" in cell.err
+
+
+def test_a_socket_that_cannot_be_had(master: Ground) -> None:
+    port = free_port()
+    master.cellwright("serve", "lesson", "--port", str(port)).wait_for("^ready", LIMIT)
+    cell = master.cellwright("serve", "lesson", "--ros1", "--port", str(port))
+    assert cell.finish(LIMIT) == 2
+    assert f"127.0.0.1:{port}" in cell.err
+    until(lambda: GAZEBO not in nodes(master), LIMIT, "node less")
+
+
+# ---------------------------------------------------------------- faults
+
+
+def test_a_bridge_that_is_killed_comes_back(master: Ground) -> None:
+    cell = master.serve("lesson")
+    os.kill(pid_of(cell, "bridges/ros1/__main__.py"), signal.SIGKILL)
+    cell.wait_for("the ROS 1 bridge was ended by SIGKILL; it is started again", LIMIT)
+    cell.wait_for("everything is registered again", LIMIT)
+    state = master.tool("rostopic", "echo", "-n", "1", "/ariac/competition_state")
+    assert "init" in state
+    assert nodes(master) >= {GAZEBO, PUBLISHER}
+
+
+def test_a_master_that_is_stopped_and_started_again(master: Ground) -> None:
+    cell = master.serve("lesson")
+    master.stop_master()
+    lost = cell.wait_for(".*master at .* is gone.*", LIMIT)[0]
+    assert "parameters" in lost
+    assert cell.running
+    master.start_master()
+    cell.wait_for("everything is registered again at", LIMIT)
+    until(lambda: nodes(master) >= {GAZEBO, PUBLISHER}, LIMIT, "nodes")
+    assert parameter(master, "/use_sim_time") is True
+    assert parameter(master, "/ariac/arm/type") == "effort_controllers/JointTrajectoryController"
+    assert "init" in master.tool("rostopic", "echo", "-n", "1", "/ariac/competition_state")
+
+
+def test_a_master_of_our_own_that_is_killed_is_started_again(no_master: Ground) -> None:
+    cell = no_master.serve("lesson")
+    run = parameter(no_master, "/run_id")
+    os.kill(pid_of(cell, "rosmaster"), signal.SIGKILL)
+    cell.wait_for("the ROS master at .* was ended by SIGKILL; it is started again", LIMIT)
+    cell.wait_for("everything is registered again at", LIMIT)
+    assert nodes(no_master) >= {GAZEBO, PUBLISHER}
+    assert parameter(no_master, "/run_id") != run
+
+
+def test_a_node_that_is_told_to_end_comes_back(master: Ground) -> None:
+    cell = master.serve("lesson")
+    master.tool("rosnode", "kill", GAZEBO)
+    cell.wait_for("everything is registered again", LIMIT)
+    assert GAZEBO in nodes(master)
+
+
+def test_another_simulator_that_takes_the_name_is_given_way_to(master: Ground) -> None:
+    cell = master.serve("lesson")
+    program = "import rospy; rospy.init_node('gazebo'); print('there', flush=True); rospy.spin()"
+    usurper = master.client(program)
+    usurper.wait_for("there", LIMIT)
+    cell.wait_for("another node has taken the place of /gazebo", LIMIT)
+    assert cell.running
+    assert "registered again" not in cell.out
+    usurper.signal(signal.SIGKILL)
+    usurper.finish(LIMIT)
+    cell.wait_for("everything is registered again", LIMIT)
+
+
+# ---------------------------------------------------------------- end
+
+
+def test_ctrl_c_ends_all_and_leaves_the_master_tidy(master: Ground) -> None:
+    cell = master.serve("lesson")
+    check_end(cell)
+    assert not {GAZEBO, PUBLISHER} & nodes(master)
+    _, _, services = master.ask("getSystemState")
+    assert not services
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL], ids=lambda each: each.name)
+@pytest.mark.parametrize("part", range(3))
+def test_it_can_be_ended_at_any_moment(no_master: Ground, number: signal.Signals, part: int) -> None:
+    """The start is cut into parts, of which each is met somewhere; `Ground.close` looks for what is left behind."""
+    moment = random.Random(f"{number}{part}").uniform(0.8 * part, 0.8 * (part + 1))
+    cell = no_master.cellwright("serve", "lesson", "--ros1", "--port", "0")
+    if part == 2:
+        cell.wait_for("^ready", LIMIT)
+    else:
+        with_limit(moment, cell)
+    cell.signal(number)
+    status = cell.finish(10.0)
+    assert status in (0, -number)
+    assert "Traceback" not in cell.out + cell.err
+    assert "error" not in cell.out + cell.err
+    until(lambda: not cell.relatives(), 5.0, "end of all processes")
+
+
+def with_limit(moment: float, cell: Process) -> None:
+    """Wait for a moment [s] of the start."""
+    with pytest.raises(AssertionError):
+        until(lambda: not cell.running, moment, "end")
+
+
+def test_a_cell_in_the_background_of_a_script_ends_too(no_master: Ground) -> None:
+    """A shell without job control has its background programs ignore Ctrl-C, and their children after them."""
+    script = f"{sys.executable} -m cellwright serve lesson --ros1 --port 0 & wait"
+    shell = no_master.start(["sh", "-c", script], PYTHONPATH=os.environ.get("PYTHONPATH", ""))
+    shell.wait_for("^ready", LIMIT)
+    os.kill(pid_of(shell, "-m cellwright serve"), signal.SIGTERM)
+    assert shell.finish(10.0) == 0
+    until(lambda: not shell.relatives(), 5.0, "end of all processes")

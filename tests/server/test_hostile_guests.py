@@ -1,0 +1,285 @@
+"""Guests that misbehave: they cost themselves the connection, and nobody else anything."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import struct
+import time
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from cellwright.cell import Cell
+from cellwright.link.frames import Decoder, Frame, Kind, hello
+from cellwright.messages import to_cdr
+from cellwright.messages.osrf_gear import AGVControlRequest
+from cellwright.messages.std_srvs import TriggerRequest
+from cellwright.server import server as server_module
+from cellwright.server.guest import BEHIND, FULL
+from cellwright.server.requests import MOST_SUBSCRIPTIONS
+from cellwright.server.server import MOST_GUESTS
+from cellwright.simulation.pacing import Pacer
+from tests.cells import ARM_ONLY, INITIAL, KITTING, start, way
+from tests.server.talk import Hall, Talker, as_json, served
+
+
+def is_answered(guest: Talker) -> bool:
+    """Whether a guest still gets answers."""
+    return guest.call("/ariac/material_locations", TriggerRequest()).kind is Kind.REFUSED
+
+
+def rude(hall: Hall, said: bytes) -> Talker:
+    """A guest that says something before it has said who it is; what it is told then."""
+    guest = hall.guest(node="")
+    guest.connection.sendall(said)
+    guest.wait_until(lambda: guest.is_over)
+    return guest
+
+
+@pytest.mark.parametrize(
+    ("said", "reason"),
+    [
+        (b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n", "bytes long"),
+        (struct.pack("<I", 1 << 31) + b"x" * 40, "bytes long"),
+        (Frame(Kind.SUBSCRIBE, 1, "/clock").encode(), "must be HELLO"),
+        (Frame(Kind.WELCOME).encode(), "must be HELLO"),
+        (Frame(Kind.HELLO, payload=b"[]").encode(), "no JSON object"),
+        (Frame(Kind.HELLO, payload=as_json(protocol=9, node="/a", encoding="cdr")).encode(), "speaks protocol 1"),
+        (Frame(Kind.HELLO, payload=as_json(protocol=1, node="a", encoding="cdr")).encode(), "like '/robot'"),
+        (Frame(Kind.HELLO, payload=as_json(protocol=1, node=["/a"], encoding="cdr")).encode(), "like '/robot'"),
+        (Frame(Kind.HELLO, payload=as_json(protocol=1, node="/a", encoding="xml")).encode(), "cdr or ros1"),
+        (Frame(Kind.HELLO, payload=as_json(protocol=1, node="/a", encoding={})).encode(), "cdr or ros1"),
+        (hello("/a", "cdr").encode() * 2, "nothing that a guest may say again"),
+        (hello("/a", "cdr").encode() + Frame(Kind.MESSAGE, 1).encode(), "MESSAGE is nothing that a guest may say"),
+        (hello("/a", "cdr").encode() + Frame(Kind.ADVANCE, 1, payload=b"x").encode(), "ADVANCE is wrong"),
+    ],
+)
+def test_who_makes_no_sense_is_told_and_cut_off(said: bytes, reason: str) -> None:
+    with served(Cell(KITTING)) as hall:
+        other = hall.guest("/other")
+        guest = rude(hall, said)
+        last = guest.heard[-1]
+        assert (last.kind, last.number) == (Kind.REFUSED, 0)
+        assert reason in last.text()
+        assert is_answered(other)
+        assert hall.server.guests == ("/other",)
+
+
+def test_who_is_cut_off_is_reported_once_a_second(monkeypatch: pytest.MonkeyPatch) -> None:
+    with served(Cell(KITTING)) as hall:
+        for _ in range(20):
+            rude(hall, b"rubbish " * 4)
+        assert hall.lines == []
+        monkeypatch.setattr(server_module, "_LOOK_AFTER", 0.0)
+        hall.server.wait(0.0)
+        (line,) = hall.lines
+        assert line.startswith("cut off a connection from 127.0.0.1: a frame cannot be ")
+        assert line.endswith("(and 19 more since the last report)")
+
+
+@pytest.fixture(scope="module")
+def hall() -> object:
+    cell = Cell(KITTING)
+    with served(cell) as hall:
+        hall.guest("/other")
+        yield hall
+
+
+pieces = st.one_of(
+    st.binary(max_size=80),
+    st.builds(
+        lambda kind, number, name, payload: Frame(kind, number, name, payload=payload).encode(),
+        st.sampled_from(Kind),
+        st.integers(0, 2**32 - 1),
+        st.sampled_from(["", "/clock", "/ariac/agv1", "/ariac/orders", "\0", "/ariac/end_competition"]),
+        st.one_of(st.binary(max_size=40), st.just(to_cdr(TriggerRequest()))),
+    ),
+)
+
+
+@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.booleans(), st.lists(pieces, max_size=6))
+def test_no_bytes_break_it(hall: Hall, is_greeted: bool, said: list[bytes]) -> None:
+    with socket.create_connection(hall.server.address) as connection:
+        connection.sendall((hello("/rude", "cdr").encode() if is_greeted else b"") + b"".join(said))
+        for _ in range(3):
+            hall.server.wait(0.001)
+    assert is_answered(hall.guests[0])
+
+
+def test_a_flood_of_commands_eats_idle_time_only() -> None:
+    """10,000 commands a second, for as long as they last: each is answered, and the pace is kept."""
+    cell = Cell(ARM_ONLY)
+    with served(cell) as hall:
+        guest, count, burst = hall.guest(), 10_000, 20
+        data = to_cdr(way(INITIAL))
+        frames = [Frame(Kind.PUBLISH, number, "/ariac/arm/command", payload=data) for number in range(1, count + 1)]
+        pacer = Pacer(cell.simulation, 1.0, sleep=hall.server.wait)
+        begin, sent = time.perf_counter(), 0
+        while sent < count:
+            if (time.perf_counter() - begin) * count > sent:
+                guest.say(*frames[sent : sent + burst])
+                sent += burst
+            pacer.step()
+            guest.listen()
+        guest.wait_until(lambda: len(guest.heard) == count)
+        assert {frame.kind for frame in guest.heard} == {Kind.DONE}
+        assert [frame.number for frame in guest.heard] == list(range(1, count + 1))
+
+
+def test_time_is_looked_at_between_frames() -> None:
+    cell = Cell(ARM_ONLY)
+    with served(cell) as hall:
+        guest, other = hall.guest(), hall.guest("/other")
+        data = Frame(Kind.PUBLISH, 0, "/ariac/arm/command", payload=to_cdr(way(*[INITIAL] * 100))).encode()
+        guest.connection.setblocking(False)
+        try:
+            while True:
+                guest.connection.send(data)
+        except BlockingIOError:
+            guest.connection.setblocking(True)
+        for _ in range(5):
+            begin = time.thread_time()  # of this thread alone, whatever else the machine does
+            hall.server.wait(0.005)
+            assert time.thread_time() - begin < 0.05
+        assert is_answered(other)  # others have their turn meanwhile
+
+
+def test_a_guest_that_never_reads_loses_its_messages_and_nobody_else_any(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(server_module, "_LOOK_AFTER", 0.0)
+    cell = Cell(ARM_ONLY)
+    with served(cell) as hall:
+        deaf, other = hall.guest("/deaf"), hall.guest("/other")
+        other.ask(Frame(Kind.SUBSCRIBE, 5, "/clock"))
+        deaf.connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        deaf.say(*[Frame(Kind.SUBSCRIBE, 1000 + number, "/ariac/joint_states") for number in range(800)])
+        hall.server.wait(0.2)
+        ticks = 0
+        while not hall.lines and ticks < 2000:
+            cell.step()
+            hall.server.wait(0.0)
+            other.listen()
+            ticks += 1
+        assert hall.lines[0].startswith("/deaf does not read as fast as it is told: ")
+        assert sum(guest.has_waiting for guest in hall.server._guests) == 1
+        assert all(len(guest._out) < FULL + BEHIND for guest in hall.server._guests)
+        assert hall.server.is_anybody_behind
+        other.wait_until(lambda: len(other.messages(5)) == ticks)
+
+
+def test_a_guest_that_takes_nothing_for_long_is_cut_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(server_module, "_LOOK_AFTER", 0.0)
+    monkeypatch.setattr(server_module, "PATIENCE", 0.05)
+    cell = Cell(ARM_ONLY)
+    with served(cell) as hall:
+        deaf, other = hall.guest("/deaf"), hall.guest("/other")
+        deaf.connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        deaf.say(*[Frame(Kind.SUBSCRIBE, 1000 + number, "/ariac/joint_states") for number in range(800)])
+        hall.server.wait(0.2)
+        for _ in range(3000):
+            cell.step()
+            hall.server.wait(0.0)
+            if hall.server.guests == ("/other",):
+                break
+        assert hall.server.guests == ("/other",)
+        assert any(line.startswith("cut off /deaf: it has read nothing for") for line in hall.lines)
+        assert is_answered(other)
+
+
+def test_who_asks_and_never_reads_the_answers_is_not_heard_any_more() -> None:
+    cell = Cell(KITTING)
+    with served(cell) as hall:
+        deaf = hall.guest("/deaf")
+        question = Frame(Kind.CALL, 1, "/no/such/service/" + "x" * 2000).encode()
+        deaf.connection.setblocking(False)
+        (guest,) = hall.server._guests
+        more, rest, deadline = 50, b"", time.monotonic() + 60.0
+        while more:  # until it is behind, and then for a while yet
+            assert time.monotonic() < deadline
+            rest = rest or question * 20
+            with contextlib.suppress(BlockingIOError):
+                rest = rest[deaf.connection.send(rest) :]
+            hall.server.wait(0.001)
+            more -= guest.is_behind
+        assert BEHIND <= len(guest._out) < FULL
+
+
+def test_who_says_nothing_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(server_module, "_LOOK_AFTER", 0.0)
+    monkeypatch.setattr(server_module, "PATIENCE", 0.05)
+    with served(Cell(KITTING)) as hall:
+        guest = hall.guest(node="")
+        guest.wait_until(lambda: guest.is_over)
+        assert "has not said who it is" in guest.heard[-1].text()
+
+
+def test_a_guest_that_dies_in_mid_call_leaves_what_it_asked_for() -> None:
+    cell = Cell(KITTING)
+    with served(cell) as hall:
+        guest, other = hall.guest(), hall.guest("/other")
+        guest.ask(Frame(Kind.SUBSCRIBE, 5, "/clock"))
+        call = Frame(Kind.CALL, 1, "/ariac/agv1", payload=to_cdr(AGVControlRequest("")))
+        guest.say(call)
+        guest.connection.sendall(call.encode()[:-3])  # and half of another one
+        guest.connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        guest.connection.close()
+        other.wait_until(lambda: hall.server.guests == ("/other",))
+        for _ in range(5):
+            cell.step()
+            hall.server.wait(0.0)
+        assert cell.bus.topic("/clock").subscribers == ()
+
+
+def test_a_guest_in_lockstep_that_dies_leaves_no_wish() -> None:
+    with served(Cell(KITTING), lockstep=True) as hall:
+        guest = hall.guest()
+        guest.say(Frame(Kind.ADVANCE, 1, payload=struct.pack("<qB", 10**12, 0)))
+        hall.server.wait(1.0)
+        asked = hall.server.asked
+        assert asked is not None
+        assert asked.until == 10**12
+        guest.connection.close()
+        hall.server.wait(0.01)
+        assert hall.server.asked is None
+
+
+def test_there_is_a_limit_to_guests_and_subscriptions() -> None:
+    with served(Cell(KITTING)) as hall:
+        guest = hall.guest()
+        for number in range(1, MOST_SUBSCRIPTIONS + 1):
+            guest.say(Frame(Kind.SUBSCRIBE, number, f"/nothing_{number}"))
+        assert guest.ask(Frame(Kind.SUBSCRIBE, 77_777, "/clock")).name == "UsageError"
+        crowd: list[socket.socket] = []
+        while len(crowd) < MOST_GUESTS:
+            crowd.append(socket.create_connection(hall.server.address))
+            hall.server.wait(0.0)
+        guest.wait_until(lambda: len(hall.server._guests) == MOST_GUESTS)
+        (answer,) = Decoder().feed(crowd[-1].recv(4096))
+        assert f"{MOST_GUESTS} guests already" in answer.text()
+        guest.heard.clear()
+        assert is_answered(guest)
+        for connection in crowd:
+            connection.close()
+
+
+def test_watching_leaves_the_state_as_it_is() -> None:
+    hashes = set()
+    for is_watched in (False, True):
+        cell = Cell(KITTING)
+        with served(cell) as hall:
+            if is_watched:
+                for encoding in ("cdr", "ros1"):
+                    guest = hall.guest(f"/{encoding}", encoding)
+                    for number, info in enumerate(cell.bus.topics(), start=1):
+                        guest.ask(Frame(Kind.SUBSCRIBE, number, info.name))
+            start(cell)
+            for _ in range(500):
+                cell.step()
+                hall.server.wait(0.0)
+                for guest in hall.guests:
+                    guest.listen()
+            assert all(len(guest.heard) > 500 for guest in hall.guests)
+        hashes.add(cell.state_hash())
+    assert len(hashes) == 1

@@ -1,0 +1,66 @@
+"""The command line's way in."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+LIMIT = 20.0
+
+
+def test_the_command_is_the_module() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert project["scripts"] == {"cellwright": "cellwright.__main__:main"}
+
+
+def test_the_module_is_the_command_line() -> None:
+    ran = subprocess.run(
+        [sys.executable, "-m", "cellwright", "--version"], capture_output=True, text=True, timeout=LIMIT, check=True
+    )
+    assert ran.stdout.startswith("cellwright ")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a Ctrl-C cannot be sent to one process there")
+@pytest.mark.parametrize("modules", ["numpy", "mujoco", "typer"])
+def test_ctrl_c_while_it_is_being_loaded_says_nothing(modules: str, tmp_path: Path) -> None:
+    """A module on the way stops to be interrupted there."""
+    (tmp_path / f"{modules}.py").write_text("print('loading', flush=True)\nimport time\ntime.sleep(60)\n")
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "cellwright", "trials"],
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "loading\n"
+        begin = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=LIMIT)
+    finally:
+        process.kill()
+    assert time.monotonic() - begin < 5.0
+    assert (out, err) == ("", "")
+    assert process.returncode == -signal.SIGINT
+
+
+def test_ctrl_c_is_what_it_was_when_it_is_loaded(monkeypatch: pytest.MonkeyPatch) -> None:
+    from cellwright import __main__ as way_in
+
+    before = signal.getsignal(signal.SIGINT)
+    monkeypatch.setattr(sys, "argv", ["cellwright", "--version"])
+    for handler in (signal.default_int_handler, signal.SIG_IGN):
+        signal.signal(signal.SIGINT, handler)
+        try:
+            assert way_in.main() == 0
+            assert signal.getsignal(signal.SIGINT) is handler
+        finally:
+            signal.signal(signal.SIGINT, before)
