@@ -3,10 +3,8 @@
 import ast
 import json
 import os
-import shlex
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +17,6 @@ from cellwright.description.resolved import resolved
 from tests.docs import notebook
 from tests.docs.pages import File, missing, steps
 from tests.docs.session import follow
-from tests.ros1.ground import Ground
-from tests.ros1.processes import FAMILY, members, name_of
-from tests.ros1.waiting import until
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "lesson.md"
@@ -32,31 +27,6 @@ LIMIT = 300.0
 
 WRITE = "CELLWRIGHT_WRITE_NOTEBOOK"
 """With this variable set, the notebook is written anew, with what it prints."""
-
-
-@pytest.fixture
-def newcomer(no_master: Ground, tmp_path: Path) -> Iterator[dict[str, str]]:
-    """The environment of somebody who has installed Cellwright and ROS 1, and done nothing else yet.
-
-    Their home folder is empty; of this Python there is the command `cellwright` on their path. In the end nothing that
-    they have started may be left.
-    """
-    programs = tmp_path / "bin"
-    programs.mkdir()
-    command = programs / "cellwright"
-    ours = f"PYTHONPATH={shlex.quote(os.environ['PYTHONPATH'])} " if "PYTHONPATH" in os.environ else ""
-    command.write_text(f'#!/bin/sh\n{ours}exec {shlex.quote(sys.executable)} -m cellwright "$@"\n')
-    command.chmod(0o755)
-    home = tmp_path / "home"
-    home.mkdir()
-    kept = {
-        name: value
-        for name, value in no_master.environment.items()
-        if name not in ("PYTHONPATH", "ROSCONSOLE_CONFIG_FILE")
-    }
-    family = f"lesson {no_master.port}"
-    yield {**kept, "PATH": f"{programs}:{kept['PATH']}", "HOME": str(home), FAMILY: family}
-    until(lambda: not members(family), 10.0, f"end of {[name_of(pid) for pid in members(family)]}")
 
 
 @pytest.mark.ros1
