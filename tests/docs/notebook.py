@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from tests.docs.pages import INTERRUPT, Command, File, Step, pieces
+from tests.docs.terminal import plain
 
 LIMIT = 60
 """How long a cell waits for a program that goes on running to print what it prints first [s]."""
@@ -110,7 +111,7 @@ def as_text(notebook: dict[str, Any]) -> str:
 
 def printed(outputs: list[dict[str, Any]]) -> str:
     """What the outputs of a cell say."""
-    return "".join("".join(output.get("text", "")) for output in outputs)
+    return plain("".join("".join(output.get("text", "")) for output in outputs))
 
 
 def as_output(said: str, names: Mapping[str, str]) -> list[dict[str, Any]]:

@@ -18,6 +18,11 @@ _ESCAPES = re.compile(r"\x1b\][^\x07]*\x07|\x1b\[[0-9;?]*[A-Za-z]")
 _PREPARE = r"stty -echo -onlcr cols 200; unset PROMPT_COMMAND; PS2=; PS1='«$?»'; bind 'set enable-bracketed-paste off'"
 
 
+def plain(text: str) -> str:
+    """Text without colours, titles of windows and carriage returns."""
+    return _ESCAPES.sub("", text).replace("\r", "")
+
+
 class Terminal:
     """One bash, with job control: what it starts gets Ctrl-C as it would from a keyboard.
 
@@ -46,7 +51,7 @@ class Terminal:
     @property
     def printed(self) -> str:
         """What the last command has printed so far, without colours."""
-        return _PROMPT.sub("", _ESCAPES.sub("", self._printed).replace("\r", ""))
+        return _PROMPT.sub("", plain(self._printed))
 
     @property
     def status(self) -> int | None:
