@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
 from pathlib import Path
 
@@ -51,6 +52,12 @@ def test_the_one_that_is_named_is_taken_and_no_other(bare: Path) -> None:
     for name in (bad, "/no/such/python"):
         with pytest.raises(UsageError, match=f"{PYTHON_VARIABLE} is {name}, which has no rospy"):
             find({PYTHON_VARIABLE: name, "HAS_ROSPY": "1"}, root=bare)
+
+
+@pytest.mark.skipif(shutil.which("ps") is None, reason="ps is not installed")
+def test_ctrl_c_on_the_terminal_does_not_make_an_interpreter_say_no(bare: Path) -> None:
+    alone = script(bare / "alone", """[ "$(ps -o sid= -p $$ | tr -d ' ')" = "$$" ]""")
+    assert find({PYTHON_VARIABLE: alone, "PATH": os.environ["PATH"]}, root=bare).python == alone
 
 
 def test_one_under_opt_is_sourced(bare: Path) -> None:

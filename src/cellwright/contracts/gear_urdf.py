@@ -23,6 +23,7 @@ ROBOT = "ariac"
 
 _RAIL_LINK = "linear_arm_actuator"
 _UPWARD = (0.0, 0.0, 1.0)
+_HARDLY = 1e-6  # [rad]; readers of URDF take equal limits for none, or refuse them
 
 
 def robot_description(trial: Trial) -> str:
@@ -70,7 +71,7 @@ def _add_arm(robot: Element) -> None:
 
 
 def _add_cup(robot: Element, before: str) -> None:
-    """The cup, on a joint without any way to go.
+    """The cup, on a joint that does not turn.
 
     The joint states name it, and robot_state_publisher complains of a name that belongs to no joint or to a fixed one.
     """
@@ -82,7 +83,7 @@ def _add_cup(robot: Element, before: str) -> None:
         (before, GRIPPER),
         WRIST_3_T_GRIPPER,
         _UPWARD,
-        range_=(0.0, 0.0),
+        range_=(-_HARDLY, _HARDLY),
         effort=0.0,
         velocity=0.0,
     )

@@ -94,6 +94,7 @@ def _sourced(root: Path, environment: Mapping[str, str]) -> Iterator[dict[str, s
                 capture_output=True,
                 timeout=_PATIENCE,
                 check=False,
+                start_new_session=True,
             )
         except (OSError, subprocess.TimeoutExpired):
             continue
@@ -110,6 +111,7 @@ def _has_rospy(python: str, environment: Mapping[str, str]) -> bool:
             capture_output=True,
             timeout=_PATIENCE,
             check=False,
+            start_new_session=True,  # a Ctrl-C on the terminal would make it say no
         )
     except (OSError, subprocess.TimeoutExpired):
         return False
