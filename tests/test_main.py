@@ -64,3 +64,15 @@ def test_ctrl_c_is_what_it_was_when_it_is_loaded(monkeypatch: pytest.MonkeyPatch
             assert signal.getsignal(signal.SIGINT) is handler
         finally:
             signal.signal(signal.SIGINT, before)
+
+
+def test_ctrl_c_where_nobody_waits_for_one(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    from cellwright import __main__ as way_in
+    from cellwright.cli import main as command_line
+
+    def interrupt() -> int:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(command_line, "main", interrupt)
+    assert way_in.main() == 1
+    assert capsys.readouterr().err == "interrupted\n"

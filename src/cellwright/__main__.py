@@ -16,9 +16,13 @@ def main() -> int:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     from cellwright.cli.main import main as run_command_line
 
-    if is_usual:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-    return run_command_line()
+    try:
+        if is_usual:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+        return run_command_line()
+    except KeyboardInterrupt:  # between two lines of ours, where nobody waits for one
+        sys.stderr.write("interrupted\n")
+        return 1
 
 
 if __name__ == "__main__":

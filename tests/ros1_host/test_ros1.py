@@ -12,6 +12,8 @@ from typing import Any
 
 import pytest
 
+from cellwright.errors import UsageError
+from cellwright.ros1_host import Ros1
 from tests.ros1.ground import Ground, check_end
 from tests.ros1.ports import free_port
 from tests.ros1.processes import Process
@@ -229,7 +231,7 @@ def test_it_can_be_ended_at_any_moment(no_master: Ground, number: signal.Signals
         with_limit(moment, cell)
     cell.signal(number)
     status = cell.finish(10.0)
-    assert status in (0, -number)
+    assert status in (0, -number) or (status, cell.err) == (1, "interrupted\n")
     assert "Traceback" not in cell.out + cell.err
     assert "error" not in cell.out + cell.err
     until(lambda: not cell.relatives(), 5.0, "end of all processes")
@@ -249,3 +251,25 @@ def test_a_cell_in_the_background_of_a_script_ends_too(no_master: Ground) -> Non
     os.kill(pid_of(shell, "-m cellwright serve"), signal.SIGTERM)
     assert shell.finish(10.0) == 0
     until(lambda: not shell.relatives(), 5.0, "end of all processes")
+
+
+def test_what_cannot_be_started_just_now_is_tried_again(master: Ground, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As on a machine that has no process left for the bridge."""
+    said: list[str] = []
+    with Ros1(said.append, environment=master.environment) as ros:
+        ros.prepare()
+
+        def fail(*_: Any) -> None:
+            raise OSError(11, "Resource temporarily unavailable")
+
+        monkeypatch.setattr("cellwright.ros1_host.ros1.Bridge", fail)
+        with pytest.raises(UsageError, match=r"bridge could not be started: .*temporarily unavailable"):
+            ros.join(("127.0.0.1", 9), {"x": 1}, lambda _seconds: None)
+
+        def has_said(count: int) -> bool:
+            ros.poll()
+            return len(said) >= count
+
+        until(lambda: has_said(3), LIMIT, "three reports")
+    assert {line.partition(":")[0] for line in said} == {"a program of ROS 1 could not be started"}
+    assert parameter(master, "/x") == 1

@@ -58,6 +58,10 @@ cmake_minimum_required(VERSION 3.0.2)
 if(NOT DEFINED PYTHON_EXECUTABLE)
   set(PYTHON_EXECUTABLE "{python}" CACHE FILEPATH "The Python that has ROS")
 endif()
+# Messages are wanted in C++ and Python; other languages are left out unless somebody says otherwise.
+if(NOT DEFINED ENV{{ROS_LANG_DISABLE}})
+  set(ENV{{ROS_LANG_DISABLE}} "geneus:genlisp:gennodejs")
+endif()
 include("{toplevel}")
 """
 

@@ -90,6 +90,7 @@ class OwnMaster:
                 self._is_left_to_others = True
                 self._report(f"somebody else listens at {self._master.uri} now; it is left to run the master")
             else:
+                self._again = time.monotonic() + self._patience.after(0.0)
                 self._child = self._start()
                 self._start_rosout()
 

@@ -95,6 +95,8 @@ class Ros1:
             self.master.set_parameter("/use_sim_time", value=True)
         except MasterError as error:
             raise UsageError(f"the ROS master failed: {error}") from None
+        except OSError as error:
+            raise UsageError(f"the ROS master could not be started: {error}") from None
 
     def join(self, address: tuple[str, int], parameters: Mapping[str, Any], serve: Serve) -> bool:
         """Set the parameters, start the bridge, and serve the cell until all is registered.
@@ -115,9 +117,11 @@ class Ros1:
             return False
         try:
             self.master.set_parameters(parameters)
+            bridge = self._start_bridge()
         except MasterError as error:
             raise UsageError(f"the ROS master failed: {error}") from None
-        bridge = self._start_bridge()
+        except OSError as error:
+            raise UsageError(f"the ROS 1 bridge could not be started: {error}") from None
         end = time.monotonic() + READY_LIMIT
         while not bridge.is_ready and not self._is_stopped():
             serve(_NAP)
@@ -132,6 +136,13 @@ class Ros1:
 
     def poll(self) -> None:
         """Look after master and bridge, and start anew what has ended; to be called often, and by the same thread."""
+        try:
+            self._look_after()
+        except OSError as error:  # no memory, no process, no file left on this machine
+            self._again = time.monotonic() + self._patience.after(0.0)
+            self.report(f"a program of ROS 1 could not be started: {error}; it is tried again")
+
+    def _look_after(self) -> None:
         if self._own_master is not None:
             self._own_master.poll()
         if self._bridge is not None:

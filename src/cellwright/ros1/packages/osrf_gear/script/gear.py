@@ -21,7 +21,7 @@ except KeyboardInterrupt:  # before there was anything to end
 
 if __name__ == "__main__":
     try:
-        os.execv(PYTHON, [PYTHON, "-I", "-c", START.format(PLACE)] + sys.argv[1:])
+        os.execv(PYTHON, [PYTHON, "-E", "-P", "-c", START.format(PLACE)] + sys.argv[1:])
     except OSError as error:
         sys.stderr.write("Error: Cellwright's Python cannot be started: {}: {}\n".format(PYTHON, error.strerror))
         sys.stderr.write(

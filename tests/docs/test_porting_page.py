@@ -1,0 +1,92 @@
+"""The page on porting: what it says of Python 3 is so."""
+
+import ast
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.ros1.ground import Ground
+
+PAGE = (Path(__file__).parents[2] / "docs" / "porting.md").read_text(encoding="utf-8")
+ROWS = [
+    [cell.strip() for cell in line.strip("|").split("|")]
+    for line in PAGE.splitlines()
+    if line.startswith("| `") and line.count("|") >= 3
+]
+SECTION = re.compile(r"^## (.*)$", re.MULTILINE)
+
+
+def codes(cell: str) -> list[str]:
+    return re.findall(r"`([^`]+)`", cell)
+
+
+def is_python(text: str) -> bool:
+    """Whether it can be read as Python 3, a clause alone included."""
+    text = text.replace("…", "each")
+    try:
+        ast.parse(f"try:\n    pass\n{text}\n    pass\n" if text.startswith("except") else text)
+    except SyntaxError:
+        return False
+    return True
+
+
+def test_the_page_has_its_tables() -> None:
+    assert len(ROWS) > 15
+    assert {"print", "Lists in messages", "Division", "The first line"} <= set(SECTION.findall(PAGE))
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: row[0])
+def test_what_to_write_can_be_read(row: list[str]) -> None:
+    assert codes(row[1])
+    for code in codes(row[1]):
+        assert is_python(code), code
+
+
+@pytest.mark.parametrize(
+    "gone",
+    [
+        'print "state:", state',
+        "except rospy.ServiceException, error:",
+        'raise ValueError, "no part"',
+        "0755",
+    ],
+)
+def test_what_is_said_to_fail_does(gone: str) -> None:
+    assert f"`{gone}`" in PAGE
+    assert not is_python(gone)
+
+
+def test_lists_division_and_comparison_are_as_said() -> None:
+    assert list({f"point_{n}": n for n in range(11)}.values()) == list(range(11))
+    half: Any = len("abc") / 2
+    with pytest.raises(TypeError, match="'float' object cannot be interpreted as an integer"):
+        range(half)
+    nothing: Any = None
+    with pytest.raises(TypeError):
+        assert nothing < 3
+
+
+def send_what_is_no_list() -> list[str]:
+    """What rospy says to messages with a map, and with the values of a dictionary."""
+    import io
+
+    from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+    said = []
+    point = JointTrajectoryPoint(positions=map(float, ["1"]))
+    for points in ([point], {"point_0": JointTrajectoryPoint()}.values()):
+        try:
+            JointTrajectory(points=points).serialize(io.BytesIO())
+            said.append("sent")
+        except Exception as error:
+            said.append(str(error))
+    return said
+
+
+@pytest.mark.ros1
+def test_rospy_refuses_what_is_said_to_be_refused(no_master: Ground) -> None:
+    refusal, answer = no_master.client(send_what_is_no_list).value()
+    assert f"`{refusal}`" in PAGE.replace("\n", " ")
+    assert answer == "sent"

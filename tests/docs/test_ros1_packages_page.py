@@ -1,0 +1,49 @@
+"""The page on ROS 1 packages: its options, files and launch file are the launcher's."""
+
+import re
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+
+from cellwright.description.gear2017 import load_trial
+from cellwright.gear.arguments import parse
+from cellwright.gear.generated import generated
+from cellwright.ros1.packages import PACKAGES, package_files
+
+PAGE = (Path(__file__).parents[2] / "docs" / "ros1-packages.md").read_text(encoding="utf-8")
+
+
+def test_the_options_are_those_of_the_launcher(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        parse(["--help"], {})
+    taken = set(re.findall(r"--[a-z][a-z-]+", capsys.readouterr().out)) - {"--help"}
+    table = PAGE[PAGE.index("| option |") : PAGE.index("A configuration that cannot be used")]
+    assert set(re.findall(r"--[a-z][a-z-]+", table)) == taken
+
+
+def test_the_files_are_those_that_are_written() -> None:
+    table = PAGE[PAGE.index("| file |") : PAGE.index("The score goes to")]
+    names = re.findall(r"^\| `([^`]+)`", table, re.MULTILINE)
+    assert names == list(generated(load_trial(text=""), "", competition=True))
+
+
+def test_the_launch_file_starts_what_is_there() -> None:
+    found = re.search(r"```xml\n(.*?)```", PAGE, re.DOTALL)
+    assert found
+    (node,) = ET.fromstring(found[1]).iter("node")
+    files = package_files(str(node.get("pkg")), Path("bin"))
+    assert f"script/{node.get('type')}" in files
+    arguments = parse(str(node.get("args")).split(), {})
+    assert not arguments.competition
+    # `$(find osrf_gear)/config/sample.yaml` is in two words here, as roslaunch has not replaced it
+    assert f"config/{Path(arguments.files[-1]).name}" in files
+
+
+def test_packages_and_files_that_are_named_are_there() -> None:
+    for package in ("osrf_gear", "control_msgs", "ariac_example"):
+        assert f"`{package}`" in PAGE
+        assert package in PACKAGES
+    example = package_files("ariac_example", Path("bin"))
+    for path in re.findall(r"`ariac_example/(\S+?)`", PAGE):
+        assert path in example, path
