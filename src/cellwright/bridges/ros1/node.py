@@ -53,7 +53,9 @@ def begin_node(name: str) -> None:
     rospy.init_node(base, argv=[sys.argv[0]], disable_signals=True, disable_rostime=True)
 
 
-def end_process(status: int, *, before: Callable[[], None] = lambda: None, after: Callable[[], None]) -> None:
+def end_process(
+    status: int, *, before: Callable[[], None] = lambda: None, after: Callable[[], None] = lambda: None
+) -> None:
     """Sign off at the master and end the process with a status, in a second at most.
 
     rospy leaves threads behind that wait for others; nothing is waited for here.
