@@ -45,10 +45,17 @@ def test_the_wheel_holds_the_package_and_nothing_else(wheel: Path) -> None:
     assert any(name.endswith("LICENSE") for name in inside)
 
 
-def test_the_wheel_runs_in_a_fresh_environment(wheel: Path, tmp_path: Path) -> None:
-    venv.create(tmp_path / "venv", with_pip=True)
-    scripts = tmp_path / "venv" / ("Scripts" if sys.platform == "win32" else "bin")
-    run([str(scripts / "python"), "-m", "pip", "install", "--quiet", str(wheel)], tmp_path)
+@pytest.fixture(scope="module")
+def scripts(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where the programs of a fresh environment are, into which the wheel was installed."""
+    folder = tmp_path_factory.mktemp("fresh")
+    venv.create(folder / "venv", with_pip=True)
+    scripts = folder / "venv" / ("Scripts" if sys.platform == "win32" else "bin")
+    run([str(scripts / "python"), "-m", "pip", "install", "--quiet", str(wheel)], folder)
+    return scripts
+
+
+def test_the_wheel_runs_in_a_fresh_environment(scripts: Path, tmp_path: Path) -> None:
     cellwright = str(scripts / "cellwright")
     assert run([cellwright, "check", "lesson"], tmp_path) == "ok\n"
     command = [cellwright, "run", "lesson", "--until", "5", "--agent", "none", "--listen", "all", "--json"]
@@ -56,4 +63,17 @@ def test_the_wheel_runs_in_a_fresh_environment(wheel: Path, tmp_path: Path) -> N
     assert result["simulated"] == pytest.approx(5.0)
     assert result["heard"]["/clock"] == result["steps"]
     where = run([str(scripts / "python"), "-c", "import cellwright; print(cellwright.__file__)"], tmp_path)
-    assert Path(where.strip()).is_relative_to(tmp_path)
+    assert Path(where.strip()).is_relative_to(scripts.parent)
+
+
+@pytest.mark.ros1
+def test_the_launcher_of_the_wheel_is_run_by_its_environment(scripts: Path, tmp_path: Path) -> None:
+    """As ROS starts it: an executable, from another folder, with other modules on the path of Python."""
+    lines = run([str(scripts / "cellwright"), "ros1-env", "--dir", str(tmp_path / "tree")], tmp_path)
+    (gear,) = tmp_path.glob("tree/*/share/osrf_gear/script/gear.py")
+    assert str(scripts / "python") in gear.read_text()
+    (tmp_path / "yaml.py").write_text("raise ImportError('not the library')\n")
+    script = 'eval "$1"; export PYTHONPATH=$PWD; exec "$2" -n "time_limit: 7"'
+    printed = run(["bash", "-c", script, "bash", lines, str(gear)], tmp_path)
+    assert "\ntime_limit: 7.0\n" in printed or "\ntime_limit: 7\n" in printed
+    assert "# file: gear.launch\n" in printed

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from cellwright.ros1.stubs import unseen, write_stubs
+from tests.ros1.ground import Ground
 
 
 @pytest.fixture
@@ -38,3 +39,13 @@ def test_stubs_lead_to_the_definitions(share: Path, tmp_path: Path) -> None:
     assert (packages / "a_msgs" / "msg" / "A.msg").read_text() == "string data\n"
     assert not (packages / "b_srvs" / "msg").exists()
     assert unseen(packages) == []
+
+
+@pytest.mark.ros1
+def test_rosmsg_shows_what_it_did_not_see(share: Path, tmp_path: Path, no_master: Ground) -> None:
+    write_stubs(share, tmp_path / "packages")
+    shown = no_master.tool("rosmsg", "show", "a_msgs/A", ROS_PACKAGE_PATH=str(tmp_path / "packages"))
+    assert shown.strip() == "string data"
+    assert no_master.tool("rospack", "find", "b_srvs", ROS_PACKAGE_PATH=str(tmp_path / "packages")).strip() == str(
+        tmp_path / "packages" / "b_srvs"
+    )

@@ -13,7 +13,9 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-_TETHER = Path(__file__).with_name("tether.py")
+from cellwright import link
+
+_TETHER = Path(link.__file__).with_name("tether.py")
 _PIECE = 1 << 16
 _LONGEST_LINE = 1 << 14
 _NAP = 0.01  # [s]

@@ -12,6 +12,7 @@ import time
 from pathlib import Path
 from typing import Any, cast
 
+from cellwright import link
 from cellwright.bridges.ros1.loop import Loop
 from cellwright.bridges.ros1.report import report
 
@@ -84,8 +85,8 @@ class StatePublisher:
     def _start(self) -> None:
         if self._is_stopping:
             return
-        child = str(Path(__file__).with_name("child.py"))
-        command = [sys.executable, "-I", "-S", child, str(os.getpid()), *self._arguments]
+        tether = [str(Path(link.__file__).with_name("tether.py")), str(os.getpid()), str(int(signal.SIGINT))]
+        command = [sys.executable, "-I", "-S", *tether, *self._arguments]
         self._began = time.monotonic()
         self._process: subprocess.Popen[bytes] = subprocess.Popen(  # noqa: S603 - a program found on this machine
             command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT

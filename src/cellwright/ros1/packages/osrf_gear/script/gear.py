@@ -9,15 +9,7 @@ import sys
 
 PYTHON = "@CELLWRIGHT_PYTHON@"
 PLACE = "@CELLWRIGHT_PLACE@"
-START = """
-import sys
-sys.path.insert(0, {!r})
-try:
-    from cellwright.gear.launcher import main
-    sys.exit(main(sys.argv[1:]))
-except KeyboardInterrupt:  # before there was anything to end
-    sys.exit(130)
-"""
+START = "import sys; sys.path.insert(0, {!r}); from cellwright.gear.__main__ import main; sys.exit(main())"
 
 if __name__ == "__main__":
     try:
