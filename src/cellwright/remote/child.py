@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -13,16 +14,19 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import IO
 
+from cellwright import link
 from cellwright.agents.agent import AgentError
 from cellwright.remote.program import REFUSED
 from cellwright.remote.working import Parting, Worked
+
+_TETHER = Path(link.__file__).with_name("tether.py")
 
 _LEAVING = 2.0
 """So long [s] a process that is over may take to end by itself, and again when it is told to."""
 
 
 class AgentProcess:
-    """Runs an agent in a process of its own, which ends when its connection to the cell does.
+    """Runs an agent in a process of its own, which ends when this one does, or its connection to the cell.
 
     Args:
         agent: the agent's name.
@@ -50,6 +54,8 @@ class AgentProcess:
         self._said: dict[str, str] | None = None
         self._report = Path(self._folder.name) / "report.json"
         command = [sys.executable, "-m", "cellwright.remote.program"]
+        if sys.platform == "linux":  # elsewhere it ends with its connection
+            command = [sys.executable, str(_TETHER), str(os.getpid()), str(int(signal.SIGTERM)), *command]
         # a session of its own: Ctrl-C is for the parent, which ends the run in good order
         self._process = subprocess.Popen(  # noqa: S603 - our own interpreter and module
             [*command, way, address[0], str(address[1]), node, agent, str(self._report), str(level)],
