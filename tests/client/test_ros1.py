@@ -39,7 +39,6 @@ from tests.ros1.ground import Ground
 from tests.ros1.requirement import ros_python
 from tests.ros1.waiting import until
 
-pytest_plugins = ["tests.bridges.ros1.conftest"]
 pytestmark = pytest.mark.ros1
 
 MakeCell = Callable[..., FakeCell]
@@ -188,11 +187,11 @@ def test_in_lockstep_the_order_of_messages_is_that_of_their_making(locked: tuple
     for topic in ("/words", "/more"):
         transport.subscribe(topic, lambda message: got.append((transport.now() // TICK, message.data)))
     transport.advance(rounds * TICK)
-    expected = []
-    for number in range(1, rounds + 1):
-        for topic in ("/words", "/more")[:: 1 if number % 2 else -1]:
-            expected.append((number, f"{topic} {number}"))
-    assert got == expected
+    assert got == [
+        (number, f"{topic} {number}")
+        for number in range(1, rounds + 1)
+        for topic in ("/words", "/more")[:: 1 if number % 2 else -1]
+    ]
     assert transport.now() == rounds * TICK
 
 
@@ -257,7 +256,7 @@ def test_without_a_master_it_says_so(no_master: Ground) -> None:
 
 
 def test_without_a_simulator_it_says_so(master: Ground) -> None:
-    with pytest.raises(UsageError, match="there is no simulator at .*: nobody publishes /clock"):
+    with pytest.raises(UsageError, match=r"there is no simulator at .*: nobody publishes /clock"):
         Ros1Transport(str(ros_python()), environment=master.environment, patience=0.5)
 
 

@@ -104,7 +104,7 @@ class FakeCell:
         self._connection.sendall(data)
 
     def usual(self, frame: Frame) -> Frame | None:
-        """What a cell answers when nothing is wrong: it grants time to the next tick, and every service says nothing."""
+        """What a cell answers when nothing is wrong: it grants all time, and every service says nothing."""
         if frame.kind is Kind.ADVANCE:
             until = int.from_bytes(frame.payload[:8], "little", signed=True)
             self.now = max(self.now, -(-until // TICK) * TICK)
