@@ -25,6 +25,9 @@ from tests.test_serving import COMMAND, ended, serving
         (["lesson", "--host", "no.such.host.invalid"], "no.such.host.invalid: cannot be listened at"),
         (["lesson", "--until", "-1"], "--until -1: give a time"),
         (["lesson", "--log", "run.txt"], "give a file such as run.jsonl"),
+        (["lesson", "--picture", "cell.jpg"], "--picture cell.jpg: give a file such as cell.png"),
+        (["lesson", "--picture", "no/cell.png"], "--picture no/cell.png: there is no folder no"),
+        (["lesson", "--view", "nowhere"], "--view: unknown view 'nowhere'"),
     ],
 )
 def test_bad_input_is_one_line(arguments: list[str], reason: str, cellwright: CommandLine) -> None:
@@ -45,6 +48,17 @@ def test_it_stops_at_the_time_that_was_asked_for(cellwright: CommandLine, tmp_pa
     assert ran.err.endswith(", as fast as it goes\n")
     log = [json.loads(line)["kind"] for line in (tmp_path / "run.jsonl").read_text().splitlines()]
     assert (log[0], log[-1]) == ("run", "result")
+
+
+def test_a_picture_is_taken_at_the_end(cellwright: CommandLine, tmp_path: Path) -> None:
+    options = ["--port", "0", "--speed", "max", "--until", "0.1", "--json"]
+    seen = {}
+    for view in ("overview", "agv1"):
+        ran = cellwright("serve", "lesson", *options, "--picture", f"{view}.png", "--view", view)
+        assert (ran.status, json.loads(ran.out)["pictures"]) == (0, [f"{view}.png"])
+        seen[view] = (tmp_path / f"{view}.png").read_bytes()
+        assert seen[view].startswith(b"\x89PNG")
+    assert seen["overview"] != seen["agv1"]
 
 
 def test_who_lets_in_the_network_is_warned(cellwright: CommandLine) -> None:

@@ -4,16 +4,24 @@ What counts: a fenced block under `<!-- file: NAME -->` is a file to write; any 
 run; each line `$ cellwright …` in a `console` block is a command to give, and the lines below it are what it prints, in
 that order, where `…` stands for anything and a line `…` for any lines. `<!-- status: N -->` above a block says how its
 commands exit, 0 when left out. Blocks of other languages are for reading.
+
+A page with `<!-- terminal: NAME -->` above its blocks is one whose commands are typed into terminals, whatever they
+are. A line that begins with `> ` continues a command, and `^C` presses Ctrl-C. A command that Ctrl-C ends later on runs
+meanwhile, while other terminals are used; a block that begins with no command shows what it has printed by then.
 """
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import takewhile
 from pathlib import Path
 
 _BLOCK = re.compile(
-    r"(?:^<!-- (?P<key>file|status): (?P<value>\S+) -->\n)?^```(?P<language>\w*)\n(?P<body>.*?)^```$",
+    r"(?:^<!-- (?P<key>file|status|terminal): (?P<value>\S+) -->\n)?^```(?P<language>\w*)\n(?P<body>.*?)^```$",
     re.MULTILINE | re.DOTALL,
 )
+
+INTERRUPT = "^C"
+"""Stands where Ctrl-C is pressed."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +40,8 @@ class Command:
     line: str
     output: tuple[str, ...]
     status: int
+    terminal: str = ""
+    goes_on: bool = False
 
 
 Step = File | Program | Command
@@ -39,23 +49,50 @@ Step = File | Program | Command
 
 def steps(page: Path) -> list[Step]:
     """The steps of a page, in order."""
-    found: list[Step] = []
-    for block in _BLOCK.finditer(page.read_text(encoding="utf-8")):
-        key, value, body = block["key"], block["value"], block["body"]
-        if key == "file":
-            found.append(File(value, body))
-        elif block["language"] == "console":
-            found += _commands(body, int(value) if key == "status" else 0)
-        elif block["language"] == "python":
-            found.append(Program(body))
-    return found
+    return [step for piece in pieces(page.read_text(encoding="utf-8")) if not isinstance(piece, str) for step in piece]
 
 
-def _commands(body: str, status: int) -> list[Command]:
-    found = []
-    for part in re.split(r"^\$ ", body, flags=re.MULTILINE)[1:]:
-        line, *output = part.splitlines()
-        found.append(Command(line, tuple(output), status))
+def pieces(text: str) -> list[str | list[Step]]:
+    """A page cut where its steps are: what is for reading, and the steps of each block, in order."""
+    found: list[str | list[Step]] = []
+    since = 0
+    for block in _BLOCK.finditer(text):
+        if taken := _steps(block):
+            found += [text[since : block.start()], taken]
+            since = block.end()
+    _mark_what_goes_on([piece for piece in found if not isinstance(piece, str)])
+    return [*found, text[since:]]
+
+
+def _mark_what_goes_on(blocks: list[list[Step]]) -> None:
+    """Mark each command that is still looked at, or ended, by the next step in its terminal."""
+    following: dict[str, str] = {}
+    for block in reversed(blocks):
+        for number in reversed(range(len(block))):
+            step = block[number]
+            if isinstance(step, Command) and step.terminal:
+                goes_on = step.line != INTERRUPT and following.get(step.terminal) in ("", INTERRUPT)
+                block[number] = replace(step, goes_on=goes_on)
+                following[step.terminal] = step.line
+
+
+def _steps(block: re.Match[str]) -> list[Step]:
+    key, value, body = block["key"], block["value"], block["body"]
+    if key == "file":
+        return [File(value, body)]
+    if block["language"] == "console":
+        return [*_commands(body, int(value) if key == "status" else 0, value if key == "terminal" else "")]
+    return [Program(body)] if block["language"] == "python" else []
+
+
+def _commands(body: str, status: int, terminal: str) -> list[Command]:
+    later, *parts = re.split(r"^(?:\$ |(?=\^C$))", body, flags=re.MULTILINE)
+    found = [Command("", tuple(later.splitlines()), status, terminal)] if later.strip() and terminal else []
+    for part in parts:
+        lines = part.splitlines()
+        count = 1 + len(list(takewhile(lambda line: line.startswith("> "), lines[1:])))
+        typed = "\n".join([lines[0], *(line[2:] for line in lines[1:count])])
+        found.append(Command(typed, tuple(lines[count:]), status, terminal))
     return found
 
 

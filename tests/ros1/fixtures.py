@@ -4,6 +4,9 @@ A test that uses them is marked `ros1`. `master` is what most need: `master.serv
 `master.client(function, …).value()` what a client found, `master.tool("rostopic", "list")` what a tool printed.
 """
 
+import os
+import shlex
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,6 +14,8 @@ import pytest
 
 from tests.ros1.ground import Ground, ground
 from tests.ros1.messages import generate
+from tests.ros1.processes import FAMILY, members, name_of
+from tests.ros1.waiting import until
 
 
 @pytest.fixture(scope="session")
@@ -40,3 +45,24 @@ def no_master(tmp_path: Path, ros1_messages: Path) -> Iterator[Ground]:
     """A free port at which no master answers yet."""
     with ground(tmp_path, ros1_messages, master=False) as made:
         yield made
+
+
+@pytest.fixture
+def newcomer(no_master: Ground) -> Iterator[dict[str, str]]:
+    """The environment of somebody who has installed Cellwright and ROS 1, and done nothing else yet.
+
+    Their home folder is empty; of this Python there is the command `cellwright` on their path. In the end nothing that
+    they have started may be left.
+    """
+    programs, home = no_master.folder / "bin", no_master.folder / "home"
+    for folder in (programs, home):
+        folder.mkdir()
+    command = programs / "cellwright"
+    modules = f"PYTHONPATH={shlex.quote(os.environ['PYTHONPATH'])} " if "PYTHONPATH" in os.environ else ""
+    command.write_text(f'#!/bin/sh\n{modules}exec {shlex.quote(sys.executable)} -m cellwright "$@"\n')
+    command.chmod(0o755)
+    foreign = ("PYTHONPATH", "ROSCONSOLE_CONFIG_FILE")
+    kept = {name: value for name, value in no_master.environment.items() if name not in foreign}
+    family = f"newcomer at {no_master.port}"
+    yield {**kept, "PATH": f"{programs}:{kept['PATH']}", "HOME": str(home), FAMILY: family}
+    until(lambda: not members(family), 10.0, f"end of {[name_of(pid) for pid in members(family)]}")

@@ -135,15 +135,7 @@ class Process:
 
     def relatives(self) -> list[int]:
         """The processes that it has started, and those have started, which are still there; itself left out."""
-        mark = f"{FAMILY}={self.family}".encode()
-        found = []
-        for folder in Path("/proc").glob("[0-9]*"):
-            try:
-                if mark in (folder / "environ").read_bytes().split(b"\0") and int(folder.name) != self.pid:
-                    found.append(int(folder.name))
-            except OSError:  # it has ended meanwhile, or is a zombie
-                continue
-        return found
+        return [pid for pid in members(self.family) if pid != self.pid]
 
     def _read(self, stream: IO[str], lines: list[str]) -> None:
         for line in stream:
@@ -166,3 +158,16 @@ def name_of(pid: int) -> str:
         return Path(f"/proc/{pid}/cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace").strip()
     except OSError:
         return ""
+
+
+def members(family: str) -> list[int]:
+    """The processes that are there and have the variable `FAMILY` with this value."""
+    mark = f"{FAMILY}={family}".encode()
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            if mark in (folder / "environ").read_bytes().split(b"\0"):
+                found.append(int(folder.name))
+        except OSError:  # it has ended meanwhile, or is a zombie
+            continue
+    return found

@@ -107,6 +107,16 @@ def log_file(path: Path | None) -> Path | None:
     return path
 
 
+def picture_file(path: Path | None) -> Path | None:
+    """A file for a picture that can be written."""
+    if path is None:
+        return None
+    if path.suffix.lower() != ".png":
+        refuse(f"--picture {path}: give a file such as cell.png")
+    _check_file(f"--picture {path}", path)
+    return path
+
+
 def _check_file(said: str, path: Path) -> None:
     """Refuse a file that cannot be written."""
     if not path.parent.is_dir():

@@ -18,6 +18,7 @@ from cellwright import variation
 from cellwright.cell import Cell
 from cellwright.cli import document, options, score_table
 from cellwright.cli.exit_status import DONE, NOT_DONE
+from cellwright.cli.pictures import Pictures
 from cellwright.cli.progress import RunProgress
 from cellwright.cli.served_result import offer_result
 from cellwright.cli.signals import stopped_by_signals
@@ -29,6 +30,8 @@ from cellwright.run import Outcome, RunOptions
 from cellwright.server import DEFAULT_PORT, Server
 from cellwright.server.server import LOOPBACK
 from cellwright.serving import Hooks, Pace, Serving
+from cellwright.viewer.camera import Camera
+from cellwright.viewer.views import VIEWS
 
 _WORK, _END, _REACH, _OUTPUT = "What runs", "When it ends", "Where it is reached", "Output"
 
@@ -123,6 +126,18 @@ def serve(
             rich_help_panel=_OUTPUT,
         ),
     ] = None,
+    picture: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.png", help="Write a picture of the cell at the end.", rich_help_panel=_OUTPUT),
+    ] = None,
+    view: Annotated[
+        str,
+        typer.Option(
+            metavar="VIEW",
+            help="Where it is taken from: overview, bins, belt, agv1, agv2.",
+            rich_help_panel=_OUTPUT,
+        ),
+    ] = "overview",
     verbose: Annotated[
         bool,
         typer.Option(
@@ -146,8 +161,8 @@ def serve(
         # the same cell for programs of ROS 1, with a master if there is none
         cellwright serve lesson --ros1
 
-    Exit status: 0 stopped, by whatever was asked for; 1 the simulation became unstable; 2 bad input, and nothing was
-    started.
+    Exit status: 0 stopped, by whatever was asked for; 1 the simulation became unstable, or the picture could not be
+    written; 2 bad input, and nothing was started.
     """
     wanted = ServeOptions(
         speed=options.speed(("max" if lockstep else "1") if speed is None else speed),
@@ -162,6 +177,8 @@ def serve(
         ros1=ros1,
         as_json=as_json,
         log=options.log_file(log),
+        picture=options.picture_file(picture),
+        camera=options.camera(view),
         verbose=verbose,
     )
     raise typer.Exit(serve_trial(partial(_trial, files, seed, is_varied=vary), wanted))
@@ -184,6 +201,8 @@ class ServeOptions:
         ros1: be the simulator of ROS 1 programs too.
         as_json: print the result as JSON, and nothing else on stdout.
         log: file for what happens.
+        picture: file for a picture of the cell at the end.
+        camera: where that is taken from.
         verbose: say also how time kept to the wall clock.
     """
 
@@ -199,6 +218,8 @@ class ServeOptions:
     ros1: bool = False
     as_json: bool = False
     log: Path | None = None
+    picture: Path | None = None
+    camera: Camera = VIEWS["overview"]
     verbose: bool = False
 
 
@@ -252,14 +273,21 @@ def serve_trial(
     status = NOT_DONE if result.outcome is Outcome.UNSTABLE else DONE
     if result.error:
         typer.echo(result.error, err=True, nl=False)
+    pictures = Pictures(wanted.camera, [], _warn)
+    if wanted.picture is not None:
+        pictures.take(wanted.picture, cell)
+    if pictures.missed:
+        status = NOT_DONE
     pace = serving.pace
     if wanted.as_json:
-        about = document.of_run(cell, "served", result, status, []) | {"pace": document.of_pace(pace)}
+        about = document.of_run(cell, "served", result, status, pictures.written) | {"pace": document.of_pace(pace)}
         typer.echo(json.dumps(about, indent=2))
     else:
         score_table.show(console, result)
         if wanted.verbose and pace is not None:
             score_table.note(console, "pace", _pace_text(pace))
+        for written in pictures.written:
+            score_table.note(console, "picture", written)
     return status
 
 

@@ -55,6 +55,7 @@ DEBIAN_PACKAGES = (
 _TOP_LEVEL = """\
 # Catkin's top level. ROS's Python is named here, for the first python3 on the path may be one without ROS.
 cmake_minimum_required(VERSION 3.0.2)
+project(Project)
 if(NOT DEFINED PYTHON_EXECUTABLE)
   set(PYTHON_EXECUTABLE "{python}" CACHE FILEPATH "The Python that has ROS")
 endif()

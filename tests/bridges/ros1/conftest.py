@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -27,20 +26,6 @@ def start_bridge(
     if ready:
         process.wait_for("^ready$", 15.0)
     return process
-
-
-@pytest.fixture
-def make_cell() -> Iterator[Callable[..., FakeCell]]:
-    """Makes fake cells."""
-    made: list[FakeCell] = []
-
-    def make(topics: list[dict[str, Any]], services: list[dict[str, Any]] | None = None, **more: Any) -> FakeCell:
-        made.append(FakeCell(topics, services, **more))
-        return made[-1]
-
-    yield make
-    for cell in made:
-        cell.close()
 
 
 @pytest.fixture(autouse=True)

@@ -12,7 +12,8 @@ from typing import Any
 from cellwright.link.frames import Decoder, Frame, Kind, time_frame
 from cellwright.messages import definition, md5
 
-STRINGS = ("std_msgs/String", "std_msgs/Header")
+TICK = 2_000_000
+"""Of time [ns]."""
 
 
 def out(name: str, type_name: str = "std_msgs/String", **more: Any) -> dict[str, Any]:
@@ -103,10 +104,10 @@ class FakeCell:
         self._connection.sendall(data)
 
     def usual(self, frame: Frame) -> Frame | None:
-        """What a cell answers when nothing is wrong: it grants any time, and every service says nothing."""
+        """What a cell answers when nothing is wrong: it grants all time, and every service says nothing."""
         if frame.kind is Kind.ADVANCE:
             until = int.from_bytes(frame.payload[:8], "little", signed=True)
-            self.now = max(self.now, until)
+            self.now = max(self.now, -(-until // TICK) * TICK)
             return time_frame(frame.number, self.now)
         if frame.kind is Kind.CALL:
             return Frame(Kind.ANSWER, frame.number)

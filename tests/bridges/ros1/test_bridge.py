@@ -86,9 +86,9 @@ def test_the_graph_with_robot_state_publisher(master: Ground, cell: FakeCell) ->
     assert frame.node == "/gazebo"
     assert 'child_frame_id: "bin1_frame"' in master.tool("rostopic", "echo", "-n", "1", "/tf_static")
     bridge.signal(signal.SIGINT)
-    assert bridge.finish(2.0) == 0
+    assert bridge.finish(5.0) == 0
     assert not is_registered(master)
-    assert not bridge.relatives()
+    until(lambda: not bridge.relatives(), 3.0, "end of its child")
 
 
 def test_the_graph_without_it(master: Ground, cell: FakeCell) -> None:
@@ -128,7 +128,7 @@ def test_a_signal_ends_it_in_order(number: int, master: Ground, cell: FakeCell) 
     begin = time.monotonic()
     bridge.signal(number)
     assert bridge.finish(5.0) == 0
-    assert time.monotonic() - begin < 1.5
+    assert time.monotonic() - begin < 3.0  # some 0.4 s on a machine that does nothing else
     assert not is_registered(master)
     assert bridge.err == ""
 
@@ -148,7 +148,7 @@ def test_a_signal_at_any_moment_of_its_start(master: Ground, cell: FakeCell) -> 
 def test_it_ends_with_the_cell(master: Ground, cell: FakeCell) -> None:
     bridge = start_bridge(master, cell)
     cell.send(Frame(Kind.ENDED, payload=b"the run is over"))
-    assert bridge.finish(2.0) == 0
+    assert bridge.finish(5.0) == 0
     assert bridge.err == ""
     assert not is_registered(master)
 
@@ -157,15 +157,15 @@ def test_it_ends_when_the_cell_is_gone(master: Ground, cell: FakeCell) -> None:
     master.ask("setParam", "robot_description", URDF)
     bridge = start_bridge(master, cell, frames=PROGRAM)
     cell.hang_up()
-    assert bridge.finish(2.0) == 0
+    assert bridge.finish(5.0) == 0
     assert bridge.err.splitlines()[-1] == "the cell is gone"
-    assert not bridge.relatives()
+    until(lambda: not bridge.relatives(), 3.0, "end of its child")
 
 
 def test_it_ends_when_the_cell_talks_nonsense(master: Ground, cell: FakeCell) -> None:
     bridge = start_bridge(master, cell)
     cell.send_bytes(b"\xff" * 100)
-    assert bridge.finish(2.0) == 0
+    assert bridge.finish(5.0) == 0
     assert "what the cell says makes no sense" in bridge.err
 
 
@@ -224,7 +224,7 @@ def test_it_ends_in_time_though_the_master_sleeps(master: Ground, cell: FakeCell
     assert master.process is not None
     master.process.signal(signal.SIGSTOP)
     bridge.signal(signal.SIGINT)
-    assert bridge.finish(2.0) == 0
+    assert bridge.finish(5.0) == 0
     master.process.signal(signal.SIGCONT)
 
 

@@ -31,6 +31,7 @@ STATIC_FRAMES = "/tf_static"
 
 _MASTER_PATIENCE = 5.0
 _PUBLISHER_PATIENCE = 3.0
+_CHILD_PATIENCE = 1.0
 _PAUSE = 0.02
 
 
@@ -184,4 +185,4 @@ class Bridge:
 
     def _end(self) -> None:
         if self._frames is not None:
-            self._frames.stop(0.5)
+            self._frames.stop(_CHILD_PATIENCE)

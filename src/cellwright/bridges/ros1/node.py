@@ -14,8 +14,8 @@ import rospy.core
 
 from cellwright.bridges.ros1.report import report
 
-PATIENCE = 0.8
-"""How long signing off may take [s]."""
+PATIENCE = 1.5
+"""How long signing off may take [s]; it takes some 0.3 s where nothing hangs."""
 
 
 class StoppedError(BaseException):
@@ -53,8 +53,10 @@ def begin_node(name: str) -> None:
     rospy.init_node(base, argv=[sys.argv[0]], disable_signals=True, disable_rostime=True)
 
 
-def end_process(status: int, *, before: Callable[[], None] = lambda: None, after: Callable[[], None]) -> None:
-    """Sign off at the master and end the process with a status, in a second at most.
+def end_process(
+    status: int, *, before: Callable[[], None] = lambda: None, after: Callable[[], None] = lambda: None
+) -> None:
+    """Sign off at the master and end the process with a status, however that goes.
 
     rospy leaves threads behind that wait for others; nothing is waited for here.
 

@@ -15,6 +15,7 @@ from typing import Any
 import rospy
 from rospy.impl.registration import Registration, get_topic_manager
 
+from cellwright.bridges.ros1.handshakes import handshake
 from cellwright.bridges.ros1.headers import has_header
 from cellwright.bridges.ros1.link_client import LinkClient
 from cellwright.bridges.ros1.loop import Loop
@@ -22,7 +23,7 @@ from cellwright.bridges.ros1.outlet import Outlet
 from cellwright.bridges.ros1.raw_types import ANY
 from cellwright.bridges.ros1.sent import Sent
 from cellwright.bridges.ros1.tally import Tally
-from cellwright.bridges.ros1.tcpros import Header, handshake
+from cellwright.bridges.ros1.tcpros import Header
 
 QUEUE = 1000
 """So many messages wait for a subscriber that does not read; then the oldest is dropped."""

@@ -12,9 +12,9 @@ def report(line: str) -> None:
     _write(sys.stderr, line)
 
 
-def say_ready() -> None:
+def say_ready(more: str = "") -> None:
     """Say that all is there: the one line on stdout."""
-    _write(sys.stdout, "ready")
+    _write(sys.stdout, f"ready {more}".rstrip())
 
 
 def _write(stream: TextIO, line: str) -> None:

@@ -14,11 +14,12 @@ import rospy
 from rospy.impl.registration import get_service_manager
 from rospy.impl.tcpros_base import get_tcpros_server_address
 
+from cellwright.bridges.ros1.handshakes import handshake
 from cellwright.bridges.ros1.link_client import LinkClient
 from cellwright.bridges.ros1.loop import Loop
 from cellwright.bridges.ros1.outlet import Outlet
 from cellwright.bridges.ros1.raw_types import ANY
-from cellwright.bridges.ros1.tcpros import Header, handshake
+from cellwright.bridges.ros1.tcpros import Header
 from cellwright.link.frames import LONGEST_FRAME, Frame, FrameError, Kind
 
 NO_ANSWER = "ServiceFailedError"

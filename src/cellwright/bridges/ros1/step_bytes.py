@@ -26,12 +26,8 @@ def read_request(data: bytes) -> tuple[int, dict[str, int]]:
     position += _COUNT.size
     names = []
     for _ in range(count):
-        (length,) = _COUNT.unpack_from(data, position)
-        position += _COUNT.size
-        if position + length > len(data):
-            raise ValueError("it is cut off")
-        names.append(data[position : position + length].decode())
-        position += length
+        name, position = _read_text(data, position)
+        names.append(name)
     (numbers,) = _COUNT.unpack_from(data, position)
     position += _COUNT.size
     if numbers and numbers != count:
@@ -40,6 +36,37 @@ def read_request(data: bytes) -> tuple[int, dict[str, int]]:
         raise ValueError("its length is wrong")
     published = [_NUMBER.unpack_from(data, position + index * _NUMBER.size)[0] for index in range(numbers)]
     return seconds * _NANOSECONDS + nanoseconds, dict(zip(names, published))
+
+
+def request(duration: int, published: dict[str, int]) -> bytes:
+    """The bytes of a request; `duration` in nanoseconds, not negative."""
+    parts = [_DURATION.pack(*divmod(duration, _NANOSECONDS)), _COUNT.pack(len(published))]
+    parts += [_text(name) for name in published]
+    parts.append(_COUNT.pack(len(published)))
+    parts += [_NUMBER.pack(count) for count in published.values()]
+    return b"".join(parts)
+
+
+def read_response(data: bytes) -> tuple[str, int, list[tuple[str, int]]]:
+    """Why it failed (empty if it did not), simulation time [ns], and topics with numbers of messages sent.
+
+    Raises:
+        struct.error, ValueError: these bytes are no answer.
+    """
+    succeeded = bool(data[0]) if data else False
+    message, position = _read_text(data, 1)
+    seconds, nanoseconds = _TIME.unpack_from(data, position)
+    position += _TIME.size
+    (count,) = _COUNT.unpack_from(data, position)
+    position += _COUNT.size
+    names = []
+    for _ in range(count):
+        name, position = _read_text(data, position)
+        names.append(name)
+    position += _COUNT.size
+    sent = [_NUMBER.unpack_from(data, position + index * _NUMBER.size)[0] for index in range(count)]
+    failure = "" if succeeded else message or "it has failed"
+    return failure, seconds * _NANOSECONDS + nanoseconds, list(zip(names, sent))
 
 
 def response(failure: str, now: int, sent: list[tuple[str, int]]) -> bytes:
@@ -54,3 +81,13 @@ def response(failure: str, now: int, sent: list[tuple[str, int]]) -> bytes:
 def _text(text: str) -> bytes:
     data = text.encode()
     return _COUNT.pack(len(data)) + data
+
+
+def _read_text(data: bytes, position: int) -> tuple[str, int]:
+    """The text at a position, and where it ends."""
+    (length,) = _COUNT.unpack_from(data, position)
+    begin = position + _COUNT.size
+    end = begin + length
+    if end > len(data):
+        raise ValueError("it is cut off")
+    return data[begin:end].decode(), end

@@ -25,6 +25,10 @@ NAME = "/cellwright/step"
 PATIENCE = 5.0
 """How long published messages may take to come [s]."""
 
+FRESH = 0.05
+"""How long [s] of wall time the last answer of the cell tells the time, after which it is asked again: there may be
+others that let time pass. Those that do so at the same moment wait for the same time."""
+
 _NANOSECONDS = 1_000_000_000
 
 
@@ -64,6 +68,8 @@ class StepService:
         self._sent = sent
         self._steps: deque[Step] = deque()
         self._is_advancing = False
+        self._now = 0
+        self._known = -FRESH
 
     def handle(self, caller: Caller, request: bytes) -> None:
         """Take a request."""
@@ -91,7 +97,9 @@ class StepService:
         missing = self._missing(step)
         if missing is None:
             self._is_advancing = True
-            self._advance(0)  # the time that it is now: others may let time pass, too
+            if time.monotonic() - self._known < FRESH:
+                step.until = self._now + step.duration
+            self._advance(step.until or 0)
         elif time.monotonic() > step.end:
             self._finish(missing)
 
@@ -116,7 +124,8 @@ class StepService:
         try:
             if frame.kind is not Kind.TIME:
                 raise FrameError(frame.text())
-            now = read_time(frame)
+            self._now = now = read_time(frame)
+            self._known = time.monotonic()
         except FrameError as error:
             self._finish(str(error))
             return

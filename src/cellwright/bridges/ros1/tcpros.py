@@ -10,13 +10,14 @@ import contextlib
 import socket
 import struct
 import threading
-from typing import Any, Callable, Dict, Mapping, Optional
+from typing import Any, Callable, Dict, Optional
 
 import rosgraph.network
 import rospy
 import rospy.impl.tcpros_base
-from rosgraph.network import decode_ros_handshake_header, encode_ros_handshake_header
+from rosgraph.network import decode_ros_handshake_header
 
+from cellwright.bridges.ros1.handshakes import handshake
 from cellwright.bridges.ros1.loop import Loop
 from cellwright.bridges.ros1.outlet import Outlet
 
@@ -147,11 +148,6 @@ class Handshake:
             self._is_over = True
             self._loop.forget(self._connection)
             self._connection.close()
-
-
-def handshake(fields: Mapping[str, str]) -> bytes:
-    """The bytes of a handshake."""
-    return bytes(encode_ros_handshake_header(fields))
 
 
 def refuse(loop: Loop, connection: socket.socket, reason: str) -> None:

@@ -1,0 +1,35 @@
+"""Draws the pictures of docs/lesson.md from its example's files. To be run from the project's root."""
+
+import math
+from pathlib import Path
+
+from cellwright.agents.lesson import LessonAgent
+from cellwright.cell import Cell
+from cellwright.description.gear2017 import load_trial
+from cellwright.run import RunOptions, run_cell
+from cellwright.viewer.camera import Camera
+from cellwright.viewer.picture import save_picture
+from cellwright.viewer.views import VIEWS
+
+CONFIG = Path("examples/lesson/industrial_control/config")
+TRAY = Camera(eye=(-0.45, 2.5, 1.45), target=(0.3, 3.13, 0.74), fov=math.radians(40))
+
+
+def draw(name: str, config: str, camera: Camera, agent: LessonAgent | None, until: float | None) -> None:
+    """Run a configuration, and take a picture of how it ends.
+
+    Args:
+        name: of the picture.
+        config: name of the configuration.
+        camera: where it is taken from.
+        agent: who works the cell; None: nobody.
+        until: when it ends [s]; None: when the agent is done.
+    """
+    cell = Cell(load_trial([CONFIG / f"{config}.yaml"]).trial)
+    run_cell(cell, agent, RunOptions(until=until))
+    save_picture(f"docs/images/lesson-{name}.png", *cell.seen, camera, 800, 450, samples=4)
+
+
+draw("first", "first_config", VIEWS["overview"], None, 2.0)
+draw("bins", "my_config", VIEWS["bins"], None, 8.0)
+draw("tray", "my_config", TRAY, LessonAgent(), None)

@@ -1,0 +1,111 @@
+"""A terminal such as a person has in front of them: bash on a pseudo-terminal, typed into and read from."""
+
+import codecs
+import os
+import pty
+import re
+import select
+import signal
+import subprocess
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import TracebackType
+
+_PROMPT = re.compile(r"«(\d+)»$")
+_ESCAPES = re.compile(r"\x1b\][^\x07]*\x07|\x1b\[[0-9;?]*[A-Za-z]")
+# Nothing is echoed, so that what is read is what commands print; the prompt says how the last one exited.
+_PREPARE = r"stty -echo -onlcr cols 200; unset PROMPT_COMMAND; PS2=; PS1='«$?»'; bind 'set enable-bracketed-paste off'"
+
+
+def plain(text: str) -> str:
+    """Text without colours, titles of windows and carriage returns."""
+    return _ESCAPES.sub("", text).replace("\r", "")
+
+
+class Terminal:
+    """One bash, with job control: what it starts gets Ctrl-C as it would from a keyboard.
+
+    Args:
+        folder: where it starts.
+        environment: its environment, whole.
+    """
+
+    def __init__(self, folder: Path, environment: Mapping[str, str]) -> None:
+        self._leader, follower = pty.openpty()
+        self._process = subprocess.Popen(
+            # A session of its own that the pseudo-terminal controls: else Ctrl-C would be a character like any other.
+            ["setsid", "--ctty", "bash", "--norc", "--noprofile", "-i"],
+            cwd=folder,
+            env={**environment, "TERM": "dumb"},
+            stdin=follower,
+            stdout=follower,
+            stderr=follower,
+        )
+        os.close(follower)
+        self._decoder = codecs.getincrementaldecoder("utf-8")(errors="replace")
+        self._printed = ""
+        self._type(_PREPARE)
+        self.wait(lambda: "«0»" in self._printed, 20.0)
+
+    @property
+    def printed(self) -> str:
+        """What the last command has printed so far, without colours."""
+        return _PROMPT.sub("", plain(self._printed))
+
+    @property
+    def status(self) -> int | None:
+        """How the last command exited; None while it runs."""
+        found = _PROMPT.search(self._printed)
+        return int(found[1]) if found else None
+
+    def give(self, command: str) -> None:
+        """Type a command."""
+        self._printed = ""
+        self._type(command)
+
+    def interrupt(self) -> None:
+        """Press Ctrl-C."""
+        self._printed = ""
+        os.write(self._leader, b"\x03")
+
+    def wait(self, condition: Callable[[], bool], limit: float) -> bool:
+        """Read until a condition holds, at most for a while [s]; whether it holds."""
+        end = time.monotonic() + limit
+        while not condition():
+            left = end - time.monotonic()
+            if left <= 0 or not self._read(min(left, 1.0)):
+                return condition()
+        return True
+
+    def __enter__(self) -> "Terminal":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close the window: what still runs in it hears of it, and is not waited for longer than a few seconds."""
+        for _ in range(5):  # a command that has only just been typed may miss the first
+            if self.status is None:
+                self.interrupt()
+                self.wait(lambda: self.status is not None, 5.0)
+        os.close(self._leader)
+        try:
+            self._process.wait(10.0)
+        except subprocess.TimeoutExpired:
+            os.killpg(self._process.pid, signal.SIGKILL)
+            self._process.wait()
+
+    def _type(self, line: str) -> None:
+        os.write(self._leader, line.encode() + b"\n")
+
+    def _read(self, limit: float) -> bool:
+        """Read what there is; False when nothing will come any more."""
+        if not select.select([self._leader], [], [], limit)[0]:
+            return True
+        try:
+            data = os.read(self._leader, 65536)
+        except OSError:  # bash has ended
+            return False
+        self._printed += self._decoder.decode(data)
+        return True

@@ -1,0 +1,97 @@
+"""The lesson can be followed from its first line to its last, on a real ROS 1: as a page, and as a notebook."""
+
+import ast
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cellwright.agents.lesson import WAYPOINTS
+from cellwright.description.catalogue import find_trial
+from cellwright.description.gear2017 import load_trial
+from cellwright.description.resolved import resolved
+from tests.docs import notebook
+from tests.docs.pages import File, missing, steps
+from tests.docs.session import follow
+
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "docs" / "lesson.md"
+NOTEBOOK = ROOT / "docs" / "lesson.ipynb"
+PACKAGE = ROOT / "examples" / "lesson" / "industrial_control"
+LIMIT = 300.0
+"""How long a command of the page may take [s]."""
+
+WRITE = "CELLWRIGHT_WRITE_NOTEBOOK"
+"""With this variable set, the notebook is written anew, with what it prints."""
+
+
+@pytest.mark.ros1
+def test_the_lesson_can_be_followed(newcomer: dict[str, str]) -> None:
+    follow(steps(PAGE), Path(newcomer["HOME"]), newcomer, LIMIT)
+
+
+@pytest.mark.ros1
+def test_the_notebook_runs(newcomer: dict[str, str]) -> None:
+    home = Path(newcomer["HOME"])
+    made = notebook.cells(PAGE.read_text(encoding="utf-8"))
+    file = home / NOTEBOOK.name
+    file.write_text(notebook.as_text(notebook.document(made)), encoding="utf-8")
+    command = [sys.executable, "-c", "from nbclient.cli import main; main()", "--inplace", f"--timeout={LIMIT:g}"]
+    ran = subprocess.run(
+        [*command, file.name], cwd=home, env=newcomer, capture_output=True, text=True, timeout=2 * LIMIT, check=False
+    )
+    assert ran.returncode == 0, ran.stderr[-6000:]
+    outputs = {
+        number: notebook.printed(cell["outputs"])
+        for number, cell in enumerate(json.loads(file.read_text(encoding="utf-8"))["cells"])
+        if cell.get("outputs")
+    }
+    check(made, outputs)
+    if WRITE in os.environ:
+        names = {str(home): "/home/you", str(home.parent): "/tmp", str(ROOT): "/home/you/cellwright"}
+        told = {number: notebook.as_output(text, names) for number, text in outputs.items()}
+        NOTEBOOK.write_text(notebook.as_text(notebook.document(made, told)), encoding="utf-8")
+
+
+def check(made: list[notebook.Cell], outputs: dict[int, str]) -> None:
+    """Compare what cells printed with what the page shows."""
+    for number, cell in enumerate(made):
+        text = outputs.get(number, "")
+        assert missing(cell.shown, text) is None, f"{cell.source}\n{text}"
+
+
+def test_the_notebook_is_the_page() -> None:
+    made = notebook.cells(PAGE.read_text(encoding="utf-8"))
+    stored = json.loads(NOTEBOOK.read_text(encoding="utf-8"))
+    outputs: dict[int, Any] = {n: cell["outputs"] for n, cell in enumerate(stored["cells"]) if cell.get("outputs")}
+    assert stored == notebook.document(made, outputs), f"write it anew: {WRITE}=1 pytest {Path(__file__).name}"
+    check(made, {number: notebook.printed(each) for number, each in outputs.items()})
+
+
+def test_the_page_writes_the_example() -> None:
+    written: dict[str, list[str]] = {}
+    for step in steps(PAGE):
+        if isinstance(step, File):
+            written.setdefault(step.name.removeprefix("simulation_ws/src/industrial_control/"), []).append(step.text)
+    files = {str(path.relative_to(PACKAGE)): path.read_text() for path in PACKAGE.rglob("*") if path.is_file()}
+    first = files.pop("config/first_config.yaml")
+    assert written.pop("config/my_config.yaml") == [first, files.pop("config/my_config.yaml")]
+    assert written == {name: [text] for name, text in files.items()}
+    assert os.access(PACKAGE / "scripts" / "tasker.py", os.X_OK)
+
+
+def test_the_example_is_the_bundled_trial_and_its_agent() -> None:
+    mine, bundled = (load_trial([path]) for path in (PACKAGE / "config" / "my_config.yaml", find_trial("lesson")))
+    assert resolved(mine.figures) == resolved(bundled.figures)
+    assert mine.trial.sensors == bundled.trial.sensors
+    program = ast.parse((PACKAGE / "scripts" / "tasker.py").read_text())
+    lists = [
+        ast.literal_eval(node.value)
+        for node in ast.walk(program)
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "self.waypoints"
+    ]
+    assert [tuple(map(tuple, each)) for each in lists] == [WAYPOINTS]

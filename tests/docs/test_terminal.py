@@ -1,0 +1,97 @@
+"""The terminal that pages are followed in behaves like one."""
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.docs.pages import Command, File, Step
+from tests.docs.session import follow
+from tests.docs.terminal import Terminal
+
+pytestmark = pytest.mark.skipif(os.name != "posix" or not Path("/usr/bin/setsid").exists(), reason="needs setsid")
+
+LIMIT = 20.0
+
+
+@pytest.fixture
+def terminal(tmp_path: Path) -> Iterator[Terminal]:
+    with Terminal(tmp_path, {"PATH": os.environ["PATH"], "LANG": "C.UTF-8"}) as opened:
+        yield opened
+
+
+def ran(terminal: Terminal, command: str) -> tuple[str, int | None]:
+    terminal.give(command)
+    assert terminal.wait(lambda: terminal.status is not None, LIMIT), terminal.printed
+    return terminal.printed, terminal.status
+
+
+def test_it_remembers_what_it_was_told(terminal: Terminal, tmp_path: Path) -> None:
+    assert ran(terminal, "cd /; word=there") == ("", 0)
+    assert ran(terminal, "pwd; echo $word") == ("/\nthere\n", 0)
+    assert ran(terminal, "echo gone >&2; false") == ("gone\n", 1)
+
+
+def test_a_command_can_have_many_lines_and_prints_colours(terminal: Terminal) -> None:
+    assert ran(terminal, "printf '%s,' \\\na 'b\nc'") == ("a,b\nc,", 0)
+    assert ran(terminal, r"printf '\033[31mred\033[0m\033]2;title\007 …\n'") == ("red …\n", 0)
+
+
+def test_ctrl_c_ends_what_runs(terminal: Terminal) -> None:
+    terminal.give("trap 'echo caught' INT; (echo runs; exec sleep 60)")
+    assert terminal.wait(lambda: "runs" in terminal.printed, LIMIT)
+    assert terminal.status is None
+    assert not terminal.wait(lambda: terminal.status is not None, 0.1)
+    terminal.interrupt()
+    assert terminal.wait(lambda: terminal.status is not None, LIMIT)
+    assert terminal.status == 130
+
+
+def test_closing_it_ends_what_runs(tmp_path: Path) -> None:
+    with Terminal(tmp_path, {"PATH": os.environ["PATH"]}) as terminal:
+        terminal.give("echo $$; exec sleep 60")
+        assert terminal.wait(lambda: terminal.printed.endswith("\n"), LIMIT)
+        pid = int(terminal.printed)
+    with pytest.raises(ProcessLookupError):
+        os.kill(pid, 0)
+
+
+def shown(line: str, *output: str, terminal: str = "one", status: int = 0, goes_on: bool = False) -> Command:
+    return Command(line, output, status, terminal, goes_on)
+
+
+def followed(folder: Path, *taken: Step) -> None:
+    follow(taken, folder, {"PATH": os.environ["PATH"], "HOME": str(folder)}, LIMIT)
+
+
+def test_a_page_is_followed_in_as_many_terminals_as_it_names(tmp_path: Path) -> None:
+    followed(
+        tmp_path,
+        File("wait.sh", "echo waiting\nuntil test -e sign; do sleep 0.05; done\necho seen\nexec sleep 60\n"),
+        shown("cd /"),
+        shown("sh ~/wait.sh", "waiting", "…", terminal="two", goes_on=True),
+        shown("pwd; touch ~/sign", "/"),
+        shown("", "…", "seen", terminal="two", goes_on=True),
+        shown("^C", terminal="two"),
+        shown("echo $?", "130", terminal="two"),
+        shown("(exit 3)", status=3),
+    )
+
+
+@pytest.mark.parametrize(
+    ("command", "complaint"),
+    [
+        (shown("echo one", "two"), "one"),
+        (shown("echo one; false", "one"), "exit status 1"),
+        (shown("echo one", "one", status=2), "exit status 0"),
+    ],
+)
+def test_what_a_page_shows_is_compared(command: Command, complaint: str, tmp_path: Path) -> None:
+    with pytest.raises(AssertionError, match=complaint):
+        followed(tmp_path, command)
+
+
+def test_a_command_that_takes_too_long_is_a_failure(tmp_path: Path) -> None:
+    with pytest.raises(AssertionError, match=r"took longer than 0\.3 s"):
+        follow([shown("sleep 60")], tmp_path, {"PATH": os.environ["PATH"]}, 0.3)
