@@ -83,6 +83,7 @@ def test_the_graph_with_robot_state_publisher(master: Ground, cell: FakeCell) ->
     }
     assert services == {"/ariac/start_competition": ["/gazebo"]}
     subscribe(master, "/tf")
+    cell.wait_for_listener("/tf")
     (frame,) = [frame for frame in cell.of(Kind.SUBSCRIBE) if frame.name == "/tf"]
     assert frame.node == "/gazebo"
     assert 'child_frame_id: "bin1_frame"' in master.tool("rostopic", "echo", "-n", "1", "/tf_static")
