@@ -62,7 +62,7 @@ def test_a_cell_that_is_served_already_can_be_worked(cellwright: CommandLine, ag
         (["--connect", "127.0.0.1:1"], "no cell answers at 127.0.0.1:1: "),
         (["lesson", "--connect", "127.0.0.1:1"], "TRIAL is for the one who serves it"),
         (["--connect", "127.0.0.1:1", "--seed", "3"], "--seed is for the one who serves it"),
-        (["lesson", "--over", "pigeon"], "--over pigeon: give socket"),
+        (["lesson", "--over", "pigeon"], "--over pigeon: give socket or ros1"),
         (["lesson", "--lockstep"], "say over what as well"),
         (["lesson", "--over", "socket", "--agent", "nobody"], "unknown agent 'nobody'"),
         ([], "give a trial"),

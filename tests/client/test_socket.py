@@ -108,6 +108,27 @@ def test_in_lockstep_a_program_sees_the_same_and_leaves_the_same_state(encoding:
         assert home.end().state_hash == cell.state_hash()
 
 
+def test_time_does_not_stand_for_what_is_only_taken_note_of(monkeypatch: pytest.MonkeyPatch) -> None:
+    with served(Cell(KITTING)) as home, connected(home) as transport:
+        asked: list[int] = []
+        ask = transport._connection.ask
+
+        def count(frame: Frame) -> Frame:
+            asked.append(frame.kind)
+            return ask(frame)
+
+        monkeypatch.setattr(transport._connection, "ask", count)
+        times: list[int] = []
+        transport.subscribe("/clock", lambda message: times.append(message.clock.nanosec), passive=True)
+        transport.advance(200_000_000)
+        assert times == list(range(2_000_000, 202_000_000, 2_000_000))
+        assert asked.count(Kind.ADVANCE) == 1
+        transport.subscribe("/ariac/competition_state", times.append)
+        transport.advance(400_000_000)
+        assert asked.count(Kind.ADVANCE) == 1 + 2  # at 0.3 and 0.4 s
+        assert len(times) == 202
+
+
 def test_errors_are_those_of_the_cells_own_process() -> None:
     for lockstep in (True, False):
         with (

@@ -26,6 +26,7 @@ PAGES = [
     "docs/motion.md",
     "docs/evaluate.md",
     "docs/kitter.md",
+    "docs/serve.md",
 ]
 
 

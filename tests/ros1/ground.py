@@ -12,13 +12,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, cast
 
+import cellwright
 from tests.ros1.client import Client
 from tests.ros1.ports import free_port
 from tests.ros1.processes import Process, name_of
 from tests.ros1.requirement import system_path
 from tests.ros1.waiting import until
 
-READY = 15.0
+READY = 40.0
 """How long a cell may take until it is ready [s]; the product promises 5 on a machine that does nothing else."""
 
 _OURS = ("ROS", "PYTHON", "VIRTUAL_ENV", "CMAKE_PREFIX_PATH", "CELLWRIGHT", "ARIAC", "COLUMNS")
@@ -153,7 +154,15 @@ class Ground:
         """
         where = self.folder / "cell"
         where.mkdir(parents=True, exist_ok=True)
-        environment = {**os.environ, **self.ros, "HOME": str(self.folder), "COLUMNS": "120", **more}
+        source = str(Path(cellwright.__file__).parents[1])  # what is tested, even if it is not what is installed
+        environment = {
+            **os.environ,
+            **self.ros,
+            "HOME": str(self.folder),
+            "PYTHONPATH": source,
+            "COLUMNS": "120",
+            **more,
+        }
         process = Process([sys.executable, "-m", "cellwright", *arguments], environment, where)
         self._started.append(process)
         self._served.append(process)
@@ -172,8 +181,8 @@ class Ground:
         return cell
 
     def log(self) -> str:
-        """What the cells have printed so far, on both streams."""
-        return "".join(cell.out + cell.err for cell in self._served)
+        """What the cells have printed so far, on both streams, in the order in which it came."""
+        return "".join(cell.said for cell in self._served)
 
     def close(self) -> None:
         """End everything. A cell has to end in time and in order, and to leave nothing behind."""

@@ -44,6 +44,7 @@ class Process:
         self._changed = threading.Condition()
         self._out: list[str] = []
         self._err: list[str] = []
+        self._both: list[str] = []
         self._readers = [
             threading.Thread(target=self._read, args=args, daemon=True)
             for args in ((self._process.stdout, self._out), (self._process.stderr, self._err))
@@ -68,6 +69,12 @@ class Process:
             return "".join(self._err)
 
     @property
+    def said(self) -> str:
+        """What it has printed so far on both, in the order in which it came."""
+        with self._changed:
+            return "".join(self._both)
+
+    @property
     def running(self) -> bool:
         return self._process.poll() is None
 
@@ -83,8 +90,7 @@ class Process:
         end = time.monotonic() + within
         while True:
             with self._changed:
-                text = "".join((*self._out, *self._err))
-                found = list(search.finditer(text))
+                found = list(search.finditer("".join(self._both)))
                 if len(found) > after:
                     return found[after]
                 left = end - time.monotonic()
@@ -135,6 +141,7 @@ class Process:
         for line in stream:
             with self._changed:
                 lines.append(line)
+                self._both.append(line)
                 self._changed.notify_all()
         stream.close()
 

@@ -77,6 +77,9 @@ def test_who_is_cut_off_is_reported_once_a_second(monkeypatch: pytest.MonkeyPatc
         (line,) = hall.lines
         assert line.startswith("cut off a connection from 127.0.0.1: a frame cannot be ")
         assert line.endswith("(and 19 more since the last report)")
+        rude(hall, b"rubbish " * 4)
+        hall.server.close("over")
+        assert len(hall.lines) == 2
 
 
 @pytest.fixture(scope="module")

@@ -86,7 +86,7 @@ def run(
         str | None,
         typer.Option(
             metavar="WAY",
-            help="Run the agent in a process of its own, that reaches the cell over: `socket`.",
+            help="Run the agent in a process of its own, which comes to the cell over a `socket` or over `ros1`.",
             rich_help_panel=_PROCESSES,
         ),
     ] = None,
@@ -208,6 +208,9 @@ def run(
         # the same in two processes, as a program of its own would meet the cell
         cellwright run lesson --over socket --lockstep
 
+        # the same in ROS 1, with a master if there is none
+        cellwright run lesson --over ros1 --lockstep
+
         # nobody at work: the cell itself, seen by the belt after ten seconds
         cellwright run lesson --agent none --until 10 --view belt
 
@@ -252,7 +255,10 @@ def run(
             if maker is None or way is None:
                 result = run_cell(cell, worker, wanted)
             else:
-                result = run_over.hosted(cell, agent, wanted, lockstep=lockstep, verbose=verbose)
+                report = partial(progress.line, style="yellow")
+                result = run_over.hosted(
+                    cell, agent, wanted, way=way, lockstep=lockstep, verbose=verbose, report=report
+                )
     pictures.finish(cell.simulation.time)
     final = None if spent is None else finals_score(cell.trial, result.score, spent)
     if result.error:

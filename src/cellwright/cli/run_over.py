@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import logging
 import sys
+from collections.abc import Callable
+from contextlib import ExitStack
 from typing import NoReturn
 
 import typer
@@ -21,9 +23,12 @@ from cellwright.client.transports.socket import SocketTransport
 from cellwright.errors import UsageError
 from cellwright.remote.hosting import NODE, Host
 from cellwright.remote.working import Parting, Worked, work
+from cellwright.ros1_host import Ros1
 from cellwright.run import DRIVE, RunOptions, RunResult
 
-WAYS = ("socket",)
+Report = Callable[[str], None]
+
+WAYS = ("socket", "ros1")
 """Ways between an agent and a cell that are in different processes."""
 
 
@@ -36,10 +41,25 @@ def way(over: str | None, *, lockstep: bool) -> str | None:
     return over
 
 
-def hosted(cell: Cell, agent: str, wanted: RunOptions, *, lockstep: bool, verbose: bool) -> RunResult:
-    """Run a cell whose agent works in a process of its own."""
+def hosted(
+    cell: Cell, agent: str, wanted: RunOptions, *, way: str, lockstep: bool, verbose: bool, report: Report
+) -> RunResult:
+    """Run a cell whose agent works in a process of its own.
+
+    Args:
+        cell: the cell.
+        agent: the agent's name.
+        wanted: what the run is told besides.
+        way: how the agent comes to the cell, one of `WAYS`.
+        lockstep: whether time passes only while the agent waits.
+        verbose: whether to tell what the agent logs at level INFO.
+        report: takes a line about what goes wrong in ROS.
+    """
     host = Host(cell, agent, lockstep=lockstep, level=logging.INFO if verbose else logging.WARNING, say=_say)
-    with stopped_by_signals(host.interrupt):
+    with stopped_by_signals(host.interrupt), ExitStack() as to_close:
+        if way == "ros1":
+            host.ros = to_close.enter_context(Ros1(report, lambda: host.is_interrupted))
+            host.ros.prepare()
         return host.run(wanted)
 
 

@@ -53,7 +53,7 @@ class Client(Session):
         self._joints = self.latest("/ariac/joint_states")
         self._gripper = self.latest("/ariac/gripper/state")
         self._sensors: dict[str, Latest] = {}
-        self.subscribe("/ariac/orders", self.orders.append)
+        self.subscribe("/ariac/orders", self.orders.append, passive=True)
 
     # ---------------------------------------------------------------- the competition
 

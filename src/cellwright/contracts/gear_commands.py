@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, cast, get_args
 
-from cellwright.bus import Bus
+from cellwright.bus import Bus, Refusals
 from cellwright.contracts.gear_devices import GearDevices
 from cellwright.devices.agv import Agv
 from cellwright.devices.arm import Arm
@@ -37,6 +37,8 @@ from cellwright.messages.std_srvs import TriggerRequest, TriggerResponse
 SIMULATOR = "/gazebo"
 """The node that the cell appears as; the only one that may use the cheats of a competition."""
 
+NOT_ALLOWED = "not allowed in a competition"
+
 
 class Commands:
     """The handlers of one cell's command topics and services.
@@ -50,9 +52,11 @@ class Commands:
         self._devices = devices
         self._is_competition = competition
         self._locations = MaterialLocations(devices.trial.material_locations)
+        self._refusals: Refusals | None = None
 
     def serve(self, bus: Bus) -> None:
         """Put all of them on the bus."""
+        self._refusals = bus.refusals
         devices = self._devices
         services: dict[str, tuple[str, Any]] = {
             "start_competition": ("std_srvs/Trigger", self._start),
@@ -63,7 +67,8 @@ class Commands:
         }
         for number, agv in devices.agvs.items():
             services[f"agv{number}"] = ("osrf_gear/AGVControl", _agv_handler(agv))
-            services[f"kit_tray_{number}/clear_tray"] = ("std_srvs/Trigger", self._clear_handler(agv.tray))
+            clear = f"kit_tray_{number}/clear_tray"
+            services[clear] = ("std_srvs/Trigger", self._clear_handler(clear, agv.tray))
         if devices.population is not None and not self._is_competition:
             services["population/control"] = ("osrf_gear/PopulationControl", self._population)
         if devices.gripper is not None:
@@ -95,18 +100,24 @@ class Commands:
 
     # ---------------------------------------------------------------- cheats
 
-    def _may_cheat(self, node: str) -> bool:
-        return not self._is_competition or node == SIMULATOR
+    def _may_cheat(self, service: str, node: str) -> bool:
+        """Whether a node may use a cheat; one that may not is told in the answer, and its people in the report."""
+        if not self._is_competition or node == SIMULATOR:
+            return True
+        if self._refusals is not None:
+            source = f"/ariac/{service} from {node}" if node else f"/ariac/{service}"
+            self._refusals.refuse(source, f"{NOT_ALLOWED}; development mode (-d) allows it")
+        return False
 
     def _conveyor(self, request: ConveyorBeltControlRequest, node: str) -> ConveyorBeltControlResponse:
-        if not self._may_cheat(node):
+        if not self._may_cheat("conveyor/control", node):
             return ConveyorBeltControlResponse(success=False)
         # a power outside 0..100 leaves the belt as it is, and is answered with success all the same
         self._devices.conveyor.set_power(request.state.power)
         return ConveyorBeltControlResponse(success=True)
 
     def _submit_tray(self, request: SubmitTrayRequest, node: str) -> SubmitTrayResponse:
-        if not self._may_cheat(node):
+        if not self._may_cheat("submit_tray", node):
             return SubmitTrayResponse(success=False, inspection_result=0.0)
         try:
             submitted = self._devices.competition.submit(request.tray_id, request.kit_type)
@@ -116,10 +127,10 @@ class Commands:
             raise ServiceFailedError(f"submit_tray: {error}") from error
         return SubmitTrayResponse(success=True, inspection_result=submitted.score.total)
 
-    def _clear_handler(self, tray: KitTray) -> Any:
+    def _clear_handler(self, service: str, tray: KitTray) -> Any:
         def clear(_request: TriggerRequest, node: str) -> TriggerResponse:
-            if not self._may_cheat(node):
-                return TriggerResponse(success=False, message="not allowed in a competition")
+            if not self._may_cheat(service, node):
+                return TriggerResponse(success=False, message=NOT_ALLOWED)
             tray.remove_all()
             return TriggerResponse(success=True, message="")
 

@@ -5,7 +5,7 @@ The guest (a client or a bridge) speaks first with HELLO and is answered WELCOME
 | guest says | number | name | type | node | payload | answer |
 |---|---|---|---|---|---|---|
 | HELLO | 0 | | | | JSON, see `hello` | WELCOME, or REFUSED and the end of the connection |
-| SUBSCRIBE | its own choice | topic | | publishing node, or empty for all | | DONE |
+| SUBSCRIBE | its own choice | topic | empty, or `quiet` | publishing node, or empty for all | | DONE |
 | UNSUBSCRIBE | of the subscription | | | | | none |
 | PUBLISH | its own choice, 0: no answer wanted | topic | message type | on whose behalf | message | DONE |
 | CALL | its own choice | service | service type | on whose behalf | request | ANSWER |
@@ -23,7 +23,8 @@ The guest (a client or a bridge) speaks first with HELLO and is answered WELCOME
 
 Messages, requests and responses are in the form that the guest named in its HELLO: CDR or that of ROS 1. Numbers of
 one connection are the guest's own; one that is in use must not be used again. An empty node stands for the guest's own.
-ADVANCE is for a cell in lockstep, whose time passes for nothing else.
+ADVANCE is for a cell in lockstep, whose time passes for nothing else. It ends early with a message of a subscription
+that is not `quiet`.
 """
 
 from __future__ import annotations
@@ -35,6 +36,8 @@ from enum import IntEnum
 from typing import Any, Dict, Iterator, Tuple
 
 PROTOCOL = 1
+QUIET = "quiet"
+"""Said in place of a type by a guest that takes note of messages and does nothing about them: time may go on."""
 LONGEST_FRAME = 16 << 20
 """Bytes of the longest frame that is taken; no message of a cell comes near."""
 
@@ -164,7 +167,7 @@ def hello(node: str, encoding: str) -> Frame:
 
 
 def advance(number: int, until: int, *, each_tick: bool) -> Frame:
-    """Ask for time to pass to `until` [ns], or until the tick in which a message came for the guest.
+    """Ask for time to pass to `until` [ns], or until the tick in which a message came that is not quiet.
 
     Args:
         number: of the question.

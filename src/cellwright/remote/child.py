@@ -5,49 +5,66 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import IO
 
+from cellwright import link
 from cellwright.agents.agent import AgentError
 from cellwright.remote.program import REFUSED
 from cellwright.remote.working import Parting, Worked
+
+_TETHER = Path(link.__file__).with_name("tether.py")
 
 _LEAVING = 2.0
 """So long [s] a process that is over may take to end by itself, and again when it is told to."""
 
 
 class AgentProcess:
-    """Runs an agent in a process of its own, which ends when its connection to the cell does.
+    """Runs an agent in a process of its own, which ends when this one does, or its connection to the cell.
 
     Args:
         agent: the agent's name.
         address: host and port of the cell.
         node: the agent's node name.
+        way: how it comes to the cell, `socket` or `ros1`.
         level: what the agent logs from this level on is passed on.
         say: takes each line that the process prints; called from another thread.
+        environment: what the process has in its environment besides that of this one.
     """
 
     def __init__(
-        self, agent: str, address: tuple[str, int], *, node: str, level: int, say: Callable[[str], None]
+        self,
+        agent: str,
+        address: tuple[str, int],
+        *,
+        node: str,
+        way: str = "socket",
+        level: int,
+        say: Callable[[str], None],
+        environment: Mapping[str, str] | None = None,
     ) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="cellwright-")
+        self._was_ended = False
         self._said: dict[str, str] | None = None
         self._report = Path(self._folder.name) / "report.json"
         command = [sys.executable, "-m", "cellwright.remote.program"]
+        if sys.platform == "linux":  # elsewhere it ends with its connection
+            command = [sys.executable, str(_TETHER), str(os.getpid()), str(int(signal.SIGTERM)), *command]
         # a session of its own: Ctrl-C is for the parent, which ends the run in good order
         self._process = subprocess.Popen(  # noqa: S603 - our own interpreter and module
-            [*command, address[0], str(address[1]), node, agent, str(self._report), str(level)],
+            [*command, way, address[0], str(address[1]), node, agent, str(self._report), str(level)],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             encoding="utf-8",
             errors="replace",
-            env={**os.environ, "PYTHONUNBUFFERED": "1", "PYTHONIOENCODING": "utf-8"},
+            env={**os.environ, **(environment or {}), "PYTHONUNBUFFERED": "1", "PYTHONIOENCODING": "utf-8"},
             start_new_session=os.name == "posix",
         )
         self._reader = threading.Thread(target=_pass_on, args=(self._process.stdout, say), daemon=True)
@@ -64,6 +81,7 @@ class AgentProcess:
         try:
             process.wait(patience)
         except subprocess.TimeoutExpired:
+            self._was_ended = True
             process.terminate()
             try:
                 process.wait(_LEAVING)
@@ -82,6 +100,8 @@ class AgentProcess:
             AgentError: there is no such agent, or it could not be made.
         """
         said = self._said
+        if said is None and self._was_ended:  # it did not take note that its run is over
+            return Worked(Parting.RUN_ENDED)
         if said is None:
             return Worked(Parting.CRASHED, f"the agent's process ended with status {self._process.returncode}\n")
         if said["parting"] == REFUSED:

@@ -9,14 +9,18 @@ from functools import partial
 
 from cellwright.cell import Cell
 from cellwright.client.client import Client
+from cellwright.contracts.gear_parameters import parameters
 from cellwright.errors import RunEndedError
 from cellwright.remote.child import AgentProcess
 from cellwright.remote.working import Parting, Worked
+from cellwright.ros1_host import Ros1
 from cellwright.run import Course, Outcome, RunOptions, RunResult, conduct, how_it_ended, wait_for_kits
 from cellwright.server import Server
 from cellwright.serving import Hooks, Serving
 
 NODE = "/agent"
+
+_NAP = 0.02  # [s]
 
 _PATIENCE = 60.0
 """So long [s] of wall time an agent may go on when its run is over."""
@@ -32,6 +36,7 @@ class Host:
         lockstep: whether time passes only while the agent waits; then the result is that of a run in one process.
         level: what the agent logs from this level on is passed on.
         say: takes each line that the agent prints; called from another thread.
+        ros: has the cell known in ROS 1, where the agent comes to it that way; prepared, and closed by who made it.
     """
 
     cell: Cell
@@ -39,10 +44,16 @@ class Host:
     lockstep: bool = False
     level: int = logging.WARNING
     say: Callable[[str], None] = print
+    ros: Ros1 | None = None
 
     def __post_init__(self) -> None:
         self._serving: Serving | None = None
         self._is_interrupted = False
+
+    @property
+    def is_interrupted(self) -> bool:
+        """Whether there is a wish to end."""
+        return self._is_interrupted
 
     def interrupt(self) -> None:
         """End the run before the next tick; to be called from anywhere, a signal's handler included."""
@@ -62,17 +73,23 @@ class Host:
 
     def _work(self, options: RunOptions, course: Course) -> tuple[Outcome, str]:
         server = Server(self.cell, port=0, lockstep=self.lockstep)
-        child = AgentProcess(self.agent, server.address, node=NODE, level=self.level, say=self.say)
+        child: AgentProcess | None = None
 
-        def await_agent() -> None:
-            while child.is_running and NODE not in server.guests and not self._is_interrupted:
-                server.wait(0.02)
+        def begin() -> None:
+            nonlocal child
+            if self.ros is not None:
+                known = parameters(self.cell.trial, competition=self.cell.in_competition)
+                self.ros.join(server.address, known, server.wait)
+            if not self._is_interrupted:
+                child = self._start(server)
 
         def look_after() -> None:
-            if not child.is_running:
+            if self.ros is not None:
+                self.ros.poll()
+            if child is None or not child.is_running:
                 serving.stop()
 
-        hooks = Hooks(on_ready=await_agent, on_poll=look_after)
+        hooks = Hooks(on_ready=begin, on_poll=look_after)
         serving = self._serving = Serving(self.cell, server, speed=options.speed, hooks=hooks, patience=_PATIENCE)
         try:
             if self._is_interrupted:
@@ -80,13 +97,24 @@ class Host:
             outcome, error = serving.work(course)
         finally:
             server.close("the run is over")
-            child.end()
-        if self._is_interrupted:
+            if child is not None:
+                child.end()
+        if self._is_interrupted or child is None:
             return Outcome.INTERRUPTED, ""
         worked = child.worked()
         if outcome is Outcome.UNSTABLE:
             return outcome, error
         return self._outcome(worked, course)
+
+    def _start(self, server: Server) -> AgentProcess:
+        """Start the agent; over a socket no time passes before it is there."""
+        way, more = ("socket", {}) if self.ros is None else ("ros1", self.ros.for_programs)
+        child = AgentProcess(
+            self.agent, server.address, node=NODE, way=way, level=self.level, say=self.say, environment=more
+        )
+        while self.ros is None and child.is_running and NODE not in server.guests and not self._is_interrupted:
+            server.wait(_NAP)
+        return child
 
     def _outcome(self, worked: Worked, course: Course) -> tuple[Outcome, str]:
         if worked.parting is Parting.CRASHED:

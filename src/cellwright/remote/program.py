@@ -1,7 +1,7 @@
-"""The process of an agent: `python -m cellwright.remote.program HOST PORT NODE AGENT REPORT LEVEL`.
+"""The process of an agent: `python -m cellwright.remote.program WAY HOST PORT NODE AGENT REPORT LEVEL`.
 
-It connects, lets the agent work, and writes to the file REPORT how that ended, as JSON. What the agent logs at LEVEL
-or above is printed with the simulation time.
+It connects, over a socket to HOST and PORT or to the cell that ROS 1 knows; lets the agent work; and writes to the file
+REPORT how that ended, as JSON. What the agent logs at LEVEL or above is printed with the simulation time.
 """
 
 from __future__ import annotations
@@ -13,9 +13,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from cellwright.agents.agent import find_agent
+from cellwright.client.transports.ros1 import Ros1Transport
 from cellwright.client.transports.socket import SocketTransport
 from cellwright.errors import CellwrightError
 from cellwright.remote.working import work
+from cellwright.ros1_host import installation
 
 REFUSED = "refused"
 """Said in place of how the agent left: it could not begin."""
@@ -23,10 +25,10 @@ REFUSED = "refused"
 
 def main(arguments: Sequence[str]) -> None:
     """Work the cell as the command line says."""
-    host, port, node, name, report, level = arguments
+    way, host, port, node, name, report, level = arguments
     try:
         agent = find_agent(name)()
-        transport = SocketTransport((host, int(port)), node=node)
+        transport = _over_ros1(node) if way == "ros1" else SocketTransport((host, int(port)), node=node)
     except CellwrightError as error:
         said = {"parting": REFUSED, "error": str(error)}
     else:
@@ -37,6 +39,11 @@ def main(arguments: Sequence[str]) -> None:
         said = {"parting": worked.parting, "error": worked.error}
     sys.stdout.flush()
     Path(report).write_text(json.dumps(said), encoding="utf-8")
+
+
+def _over_ros1(node: str) -> Ros1Transport:
+    found = installation.find()
+    return Ros1Transport(found.python, node=node, environment=found.environment)
 
 
 class _LogLines(logging.Handler):

@@ -54,6 +54,8 @@ class Ros1:
         own = {URI_VARIABLE: self.master.uri}
         if self.master.is_local and not here.get("ROS_IP") and not here.get("ROS_HOSTNAME"):
             own["ROS_IP"] = "127.0.0.1"  # nobody outside of this machine is let in who was not asked to
+        self.for_programs: Mapping[str, str] = own
+        """What a program of ROS 1 needs in its environment to come to the same master."""
         self._installation = replace(self._installation, environment={**here, **own})
         self._own_master: OwnMaster | None = None
         self._bridge: Bridge | None = None

@@ -37,7 +37,7 @@ class Guest:
         self.subscriptions: dict[int, Callable[[], None]] = {}
         """What ends each subscription, by its number."""
         self.has_news = False
-        """Whether a message was sent to it since time was last given back to it."""
+        """Whether a message that is not quiet was sent to it since time was last given back to it."""
         self.dropped = 0
         """Messages dropped since that was last said."""
         self.is_gone = False
@@ -105,12 +105,12 @@ class Guest:
         """Send a frame, behind what waits already."""
         self._out += frame.encode()
 
-    def tell(self, number: int, message: bytes) -> None:
+    def tell(self, number: int, message: bytes, *, is_quiet: bool) -> None:
         """Send a message of a subscription; dropped and counted when the guest does not keep up."""
         if len(self._out) >= FULL:
             self.dropped += 1
             return
-        self.has_news = True
+        self.has_news = self.has_news or not is_quiet
         self.say(Frame(Kind.MESSAGE, number, payload=message))
 
     def flush(self) -> None:

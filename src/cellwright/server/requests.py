@@ -14,7 +14,7 @@ from cellwright import errors
 from cellwright.bus import Direction, absolute
 from cellwright.cell import Cell
 from cellwright.errors import CellwrightError, MessageError, ServiceFailedError, UnknownNameError, UsageError
-from cellwright.link.frames import PROTOCOL, Frame, FrameError, Kind, read_advance, time_frame
+from cellwright.link.frames import PROTOCOL, QUIET, Frame, FrameError, Kind, read_advance, time_frame
 from cellwright.messages import Message, ServiceType, message_type, service_type, type_of
 from cellwright.server.guest import Guest
 from cellwright.server.translation import ENCODINGS, Translation, from_bytes
@@ -124,6 +124,8 @@ class Requests:
             raise UsageError(f"the number {frame.number} is in use for another subscription")
         if len(guest.subscriptions) >= MOST_SUBSCRIPTIONS:
             raise UsageError(f"no more than {MOST_SUBSCRIPTIONS} subscriptions are taken of one guest")
+        if frame.type not in ("", QUIET):
+            raise UsageError(f"a subscription is {QUIET} or says nothing, not {frame.type:.20}")
         bus = self._cell.bus
         cancel = _nothing
         try:
@@ -131,18 +133,18 @@ class Requests:
         except UnknownNameError:
             absolute(frame.name)  # it is waited for, as in a process; but names from outside must not fill the bus
         else:
-            deliver = partial(self._deliver, guest, frame.number)
+            deliver = partial(self._deliver, guest, frame.number, frame.type == QUIET)
             cancel = bus.subscribe(frame.name, deliver, node=guest.node, origin=frame.node or None).cancel
         guest.subscriptions[frame.number] = cancel
         guest.say(Frame(Kind.DONE, frame.number))
 
-    def _deliver(self, guest: Guest, number: int, message: Message) -> None:
+    def _deliver(self, guest: Guest, number: int, is_quiet: bool, message: Message) -> None:  # noqa: FBT001
         try:
             data = self._translation.to_bytes(message, guest.encoding)
         except CellwrightError as error:  # it has no such form
             log.warning("%s cannot be told: %s", guest.name, error)
         else:
-            guest.tell(number, data)
+            guest.tell(number, data, is_quiet=is_quiet)
 
     def _publish(self, guest: Guest, frame: Frame) -> None:
         node = frame.node or guest.node

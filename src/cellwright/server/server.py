@@ -28,6 +28,7 @@ MOST_GUESTS = 200
 PATIENCE = 30.0
 """So long [s] a guest may take nothing of what waits for it, or not say who it is, before it is cut off."""
 
+_MOST_DESCRIPTORS = 1024  # those beyond are none that `select` could look at
 _FRAMES_A_TURN = 16
 _LOOK_AFTER = 1.0  # [s] of wall time between two looks at who is behind, stuck or silent
 
@@ -136,6 +137,7 @@ class Server:
             if not behind:
                 break
             select.select((), behind, (), 0.05)
+        self._tell_who_was_cut_off()
         for guest in self._guests:
             guest.close()
         self._guests.clear()
@@ -190,6 +192,9 @@ class Server:
             connection, address = self._listener.accept()
         except OSError:  # gone again, or there are no more descriptors to be had
             return
+        if os.name == "posix" and connection.fileno() >= _MOST_DESCRIPTORS:
+            connection.close()
+            return
         try:
             guest = Guest(connection, str(address[0]))
         except OSError:
@@ -232,6 +237,9 @@ class Server:
                 self._cut_off.setdefault(guest.name, []).append(f"it has read nothing for {PATIENCE:g} s")
             elif not guest.node and not guest.is_leaving and now - guest.came > PATIENCE:
                 self._cut(guest, FrameError(f"it has not said who it is for {PATIENCE:g} s"))
+        self._tell_who_was_cut_off()
+
+    def _tell_who_was_cut_off(self) -> None:
         for name, reasons in self._cut_off.items():
             more = f" (and {len(reasons) - 1} more since the last report)" if len(reasons) > 1 else ""
             self._report(f"cut off {name}: {reasons[0]}{more}")

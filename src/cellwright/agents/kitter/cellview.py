@@ -42,8 +42,9 @@ class CellView:
         self._agv_states: dict[int, str] = {}
         self._faulty: dict[int, tuple[Pose, ...]] = {}
         for number in (1, 2):
-            client.subscribe(f"/ariac/agv{number}/state", partial(self._take_agv, number))
-            client.subscribe(f"/ariac/quality_control_sensor_{number}", partial(self._take_quality, number))
+            client.subscribe(f"/ariac/agv{number}/state", partial(self._take_agv, number), passive=True)
+            quality = f"/ariac/quality_control_sensor_{number}"
+            client.subscribe(quality, partial(self._take_quality, number), passive=True)
 
     def _take_agv(self, number: int, message: Any) -> None:
         self._agv_states[number] = message.data

@@ -78,6 +78,7 @@ class StepService:
         except (struct.error, ValueError) as error:
             caller.respond(False, f"this is no request of {TYPE}: {error}".encode())
             return
+        published = {name: count for name, count in published.items() if count}
         unknown = [name for name in published if name not in self._topics]
         if duration < 0:
             caller.respond(True, response(f"time does not go back: {duration / _NANOSECONDS:g} s", 0, []))

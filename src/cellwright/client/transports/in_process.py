@@ -48,7 +48,7 @@ class InProcess:
             if finished is not None and finished():
                 return
 
-    def subscribe(self, topic: str, callback: Callback) -> Callable[[], None]:
+    def subscribe(self, topic: str, callback: Callback, *, passive: bool = False) -> Callable[[], None]:  # noqa: ARG002
         """Have a topic's messages delivered while time passes."""
         mail = self._mail
         wanted = True

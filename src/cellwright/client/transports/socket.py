@@ -13,7 +13,7 @@ from typing import Any
 from cellwright.client.transports.connection import Connection
 from cellwright.client.transports.transport import Callback
 from cellwright.errors import CellwrightError, RunEndedError
-from cellwright.link.frames import Frame, Kind, advance, read_time
+from cellwright.link.frames import QUIET, Frame, Kind, advance, read_time
 from cellwright.messages import (
     Message,
     checked,
@@ -81,7 +81,7 @@ class SocketTransport:
             if finished is not None and finished():
                 return
 
-    def subscribe(self, topic: str, callback: Callback) -> Callable[[], None]:
+    def subscribe(self, topic: str, callback: Callback, *, passive: bool = False) -> Callable[[], None]:
         """Have a topic's messages delivered while time passes."""
         number = self._connection.number()
         message_class: type[Message] | None = None
@@ -102,7 +102,7 @@ class SocketTransport:
 
         self._deliveries[number] = deliver  # what is latched comes before the answer
         try:
-            self._connection.ask(Frame(Kind.SUBSCRIBE, number, topic))
+            self._connection.ask(Frame(Kind.SUBSCRIBE, number, topic, QUIET if passive else ""))
         except CellwrightError:
             del self._deliveries[number]
             raise

@@ -23,8 +23,11 @@ class Transport(Protocol):
         Callbacks of subscriptions are called from here, in the order in which messages came.
         """
 
-    def subscribe(self, topic: str, callback: Callback) -> Callable[[], None]:
-        """Have `callback(message)` called for each message on a topic; the returned function ends it."""
+    def subscribe(self, topic: str, callback: Callback, *, passive: bool = False) -> Callable[[], None]:
+        """Have `callback(message)` called for each message on a topic; the returned function ends it.
+
+        A passive callback takes note of the message and does nothing else, so that time need not stand for it.
+        """
 
     def publish(self, topic: str, message: Any) -> None:
         """Send a message to the cell."""

@@ -1,0 +1,44 @@
+"""The agent that comes along, over real ROS 1."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.ros1.ground import Ground
+
+pytestmark = pytest.mark.ros1
+
+
+def ran(folder: Path, *arguments: str, **more: str) -> dict[str, Any]:
+    """The result of a run, as JSON."""
+    command = [sys.executable, "-m", "cellwright", "run", "lesson", "--json", "--no-picture", *arguments]
+    done = subprocess.run(
+        command, cwd=folder, env={**os.environ, **more}, capture_output=True, text=True, timeout=300, check=False
+    )
+    assert "Traceback" not in done.stderr
+    result: dict[str, Any] = json.loads(done.stdout)
+    return result
+
+
+def test_in_lockstep_kitter_leaves_the_same_state_over_ros_1_as_in_one_process(
+    no_master: Ground, tmp_path: Path
+) -> None:
+    """Three seconds of it: the order, the first way to a bin, and the cameras."""
+    here = ran(tmp_path, "--until", "3")
+    there = ran(tmp_path, "--until", "3", "--over", "ros1", "--lockstep", **no_master.ros)
+    assert there["steps"] == here["steps"] == 1500
+    assert there["state_hash"] == here["state_hash"]
+    assert there["competition_state"] == "go"
+
+
+def test_in_real_time_kitter_begins_its_work_over_ros_1(master: Ground, tmp_path: Path) -> None:
+    there = ran(tmp_path, "--until", "6", "--over", "ros1", **master.ros)
+    assert (there["outcome"], there["competition_state"]) == ("until", "go")
+    assert there["refused"] == {}
