@@ -2,6 +2,7 @@
 
 import subprocess
 from pathlib import Path
+from typing import Any
 
 from tests.docs.notebook import LIMIT, Cell, as_output, cells, document, printed
 from tests.docs.pages import Command, pieces
@@ -121,7 +122,7 @@ bye
 
 def test_outputs_are_kept_without_colours_and_folders_of_this_machine() -> None:
     made = [Cell("words"), Cell("1", is_code=True)]
-    outputs = [{"text": ["\x1b[1mat /tmp/x/home\x1b[0m/a\n"]}, {"text": "b\n"}]
+    outputs: list[dict[str, Any]] = [{"text": ["\x1b[1mat /tmp/x/home\x1b[0m/a\n"]}, {"text": "b\n"}]
     kept = as_output(printed(outputs), {"/tmp/x/home": "/home/you"})
     notebook = document(made, {1: kept})
     assert notebook["cells"][0]["cell_type"] == "markdown"
