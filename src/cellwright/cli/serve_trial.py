@@ -51,7 +51,7 @@ class ServeOptions:
         ros1: be the simulator of ROS 1 programs too.
         as_json: print the result as JSON, and nothing else on stdout.
         log: file for what happens.
-        picture: file for a picture of the cell at the end.
+        picture: file for a picture of the cell at the end; none when it is stopped before the competition is done.
         camera: where that is taken from.
         verbose: say also how time kept to the wall clock.
     """
@@ -124,8 +124,8 @@ def serve_trial(
     if result.error:
         typer.echo(result.error, err=True, nl=False)
     pictures = Pictures(wanted.camera, [], _warn)
-    if wanted.picture is not None:
-        pictures.take(wanted.picture, cell)
+    if wanted.picture is not None and (result.outcome is Outcome.DONE or not is_stopped.has_come):
+        pictures.take(wanted.picture, cell)  # not for somebody who wants it to end now, with the work undone
     if pictures.missed:
         status = NOT_DONE
     pace = serving.pace
