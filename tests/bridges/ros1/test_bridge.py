@@ -81,14 +81,30 @@ def test_the_graph_with_robot_state_publisher(master: Ground, cell: FakeCell) ->
         "/ariac/arm/command": ["/gazebo"],
     }
     assert services == {"/ariac/start_competition": ["/gazebo"]}
-    subscribe(master, "/tf")
-    (frame,) = [frame for frame in cell.of(Kind.SUBSCRIBE) if frame.name == "/tf"]
-    assert frame.node == "/gazebo"
+    subscribe(master, "/tf")  # greets the subscriber first, and asks the cell after that
+    until(lambda: any(frame.name == "/tf" for frame in cell.of(Kind.SUBSCRIBE)), 5.0, "wish for the frames")
+    assert [frame.node for frame in cell.of(Kind.SUBSCRIBE) if frame.name == "/tf"] == ["/gazebo"]
     assert 'child_frame_id: "bin1_frame"' in master.tool("rostopic", "echo", "-n", "1", "/tf_static")
     bridge.signal(signal.SIGINT)
     assert bridge.finish(5.0) == 0
     assert not is_registered(master)
     until(lambda: not bridge.relatives(), 3.0, "end of its child")
+
+
+def test_its_names_are_absolute(master: Ground, cell: FakeCell) -> None:
+    """Whatever namespace the shell, or a group in a launch file, gives to the nodes in it."""
+    master.ask("setParam", "robot_description", URDF)
+    bridge = start_bridge(master, cell, frames=PROGRAM, ROS_NAMESPACE="/group")
+    publishers, _, services = graph(master)
+    assert publishers["/tf"] == ["/gazebo", "/robot_state_publisher"]
+    assert services == {"/ariac/start_competition": ["/gazebo"]}
+    assert master.ask("hasParam", "/robot_state_publisher/publish_frequency")
+    assert "new ROS master" not in bridge.said
+
+
+def test_a_name_of_its_own_in_a_namespace(master: Ground, cell: FakeCell) -> None:
+    start_bridge(master, cell, "--name", "/left/gazebo", ROS_NAMESPACE="/group")
+    assert graph(master)[2]["/ariac/start_competition"] == ["/left/gazebo"]
 
 
 def test_the_graph_without_it(master: Ground, cell: FakeCell) -> None:
