@@ -1,20 +1,30 @@
-"""Tests against ROS 1 go to the workers file by file, since those of one file share a cell; all others one by one."""
+"""How tests go to the workers: those against ROS 1 file by file, since they share a cell, and before the short ones."""
 
 from typing import Any
 
 import pytest
 from xdist.scheduler import LoadScopeScheduling
 
-FILE_BY_FILE = "tests/ros1/"
+FOLDERS = ("tests/ros1/", "tests/ros1_host/", "tests/bridges/ros1/")
+LONGEST = "tests/ros1/test_catkin.py"
+"""It compiles for a minute, so that the other worker has to do the rest of ROS 1 meanwhile."""
 
 
 class Scheduling(LoadScopeScheduling):  # type: ignore[misc]  # xdist says no types
-    """Work units for xdist."""
+    """Work units for xdist, in the order in which they were collected."""
+
+    def __init__(self, config: pytest.Config, log: Any) -> None:
+        super().__init__(config, log)
+        config.option.loadscopereorder = False
 
     def _split_scope(self, nodeid: str) -> str:
-        return nodeid.partition("::")[0] if nodeid.startswith(FILE_BY_FILE) else nodeid
+        return nodeid.partition("::")[0] if nodeid.startswith(FOLDERS) else nodeid
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Scheduling | None:
     return Scheduling(config, log) if config.getoption("dist") == "load" else None
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    items.sort(key=lambda item: (not item.nodeid.startswith(LONGEST), not item.nodeid.startswith(FOLDERS)))

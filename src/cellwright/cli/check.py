@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from cellwright.cli import options
+from cellwright.cli.arguments import Files
 from cellwright.cli.exit_status import BAD_INPUT, DONE
 from cellwright.description.check import Report
 from cellwright.description.check import check as check_files
@@ -17,7 +18,7 @@ from cellwright.world.own_models import problems
 
 
 def check(
-    files: options.Files,
+    files: Files,
     as_json: Annotated[
         bool, typer.Option("--json", metavar="", help="Print the findings, and what the files come to, as JSON.")
     ] = False,

@@ -13,6 +13,7 @@ import typer
 from rich.console import Console
 
 from cellwright.cli import options
+from cellwright.cli.arguments import OUTPUT, WORK, Vary
 from cellwright.cli.eval_progress import EvalProgress
 from cellwright.cli.eval_table import show
 from cellwright.cli.exit_status import DONE, NOT_DONE
@@ -36,7 +37,7 @@ _MEMORY = 256.0, 2.0**24  # [MiB]; with less a worker cannot begin
 ARM_AND_SENSORS = bundled_sensors()[0]
 """What a trial of the competition lacks, where each team brought its own."""
 
-_WORK, _LIMITS, _OUTPUT = "What runs", "Limits of each run", "Output"
+_LIMITS = "Limits of each run"
 
 
 def evaluate(
@@ -53,7 +54,7 @@ def evaluate(
         typer.Option(
             metavar="AGENT",
             help="What works the cells: `kitter`, `lesson`, your `path.py:Class` or `module:Class`.",
-            rich_help_panel=_WORK,
+            rich_help_panel=WORK,
         ),
     ] = "kitter",
     joined: Annotated[
@@ -63,24 +64,16 @@ def evaluate(
             metavar="FILE",
             help="A file that is joined to each trial, such as one with your arm and sensors; repeatable. "
             f"Without it a trial that has no arm gets `{ARM_AND_SENSORS}`.",
-            rich_help_panel=_WORK,
+            rich_help_panel=WORK,
         ),
     ] = None,
     seeds: Annotated[
-        int, typer.Option(metavar="N", help="Each trial runs with the seeds 1 to N.", rich_help_panel=_WORK)
+        int, typer.Option(metavar="N", help="Each trial runs with the seeds 1 to N.", rich_help_panel=WORK)
     ] = 1,
-    vary: Annotated[
-        bool,
-        typer.Option(
-            "--vary",
-            metavar="",
-            help="Move parts in bins, change friction and the phases of belt and gripper a little, by the seed.",
-            rich_help_panel=_WORK,
-        ),
-    ] = False,
+    vary: Vary = False,
     jobs: Annotated[
         int | None,
-        typer.Option(metavar="J", help="Runs at a time; as many as processors when left out.", rich_help_panel=_WORK),
+        typer.Option(metavar="J", help="Runs at a time; as many as processors when left out.", rich_help_panel=WORK),
     ] = None,
     time_limit: Annotated[
         float,
@@ -92,15 +85,15 @@ def evaluate(
         typer.Option(
             metavar="SCORE",
             help="Exit with status 1 when a run is below: points, or `75%` of what is within reach.",
-            rich_help_panel=_OUTPUT,
+            rich_help_panel=OUTPUT,
         ),
     ] = None,
     out: Annotated[
-        Path, typer.Option(metavar="FOLDER", help="Where results, logs and reports go.", rich_help_panel=_OUTPUT)
+        Path, typer.Option(metavar="FOLDER", help="Where results, logs and reports go.", rich_help_panel=OUTPUT)
     ] = Path("evaluation"),
     as_json: Annotated[
         bool,
-        typer.Option("--json", metavar="", help="Print the summary as JSON on stdout.", rich_help_panel=_OUTPUT),
+        typer.Option("--json", metavar="", help="Print the summary as JSON on stdout.", rich_help_panel=OUTPUT),
     ] = False,
 ) -> None:
     """Judge a program in many runs, each in a process of its own.

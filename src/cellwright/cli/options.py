@@ -8,7 +8,7 @@ import stat
 from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
-from typing import Annotated, NoReturn, get_args
+from typing import NoReturn, get_args
 
 import typer
 
@@ -27,16 +27,6 @@ LATEST = 1e9
 
 LARGEST_SEED = 2**63 - 1
 """As in a trial's file."""
-
-Files = Annotated[
-    list[str],
-    typer.Argument(
-        metavar="TRIAL",
-        help="A trial that comes with Cellwright, such as `lesson`, or a YAML file; several are joined, "
-        "as by the original's launcher: `final01 kitter_sensors`.",
-        show_default=False,
-    ),
-]
 
 
 def refuse(message: str) -> NoReturn:

@@ -18,6 +18,7 @@ from cellwright import variation
 from cellwright.agents.agent import BUNDLED, Agent, find_agent
 from cellwright.cell import Cell
 from cellwright.cli import document, exit_status, options, run_over, score_table
+from cellwright.cli.arguments import END, OUTPUT, TRIAL, WORK, Development, Log, Seed, Servo, Until, Vary
 from cellwright.cli.pictures import Pictures
 from cellwright.cli.progress import RunProgress, bar
 from cellwright.description.catalogue import bundled_sensors
@@ -28,58 +29,32 @@ from cellwright.kitting.trial_score import Averages, TrialScore, trial_score
 from cellwright.recording.run_log import RunLog
 from cellwright.run import Outcome, RunOptions, run_cell
 
-_WORK, _END, _LOOK, _SAVE, _OUTPUT = "What runs", "When it ends", "Looking on", "Checkpoints", "Output"
+_LOOK, _SAVE = "Looking on", "Checkpoints"
 _OF_THE_AGENT = ("connect", "agent", "min_score", "as_json", "verbose", "picture")
 _PROCESSES = "Agent and cell in two processes"
 
 
 def run(
     context: typer.Context,
-    files: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="TRIAL",
-            help="A trial that comes with Cellwright, such as `lesson`, or a YAML file; several are joined, "
-            "as by the original's launcher: `final01 kitter_sensors`.",
-            show_default=False,
-        ),
-    ] = None,
+    files: Annotated[list[str] | None, TRIAL] = None,
     agent: Annotated[
         str,
         typer.Option(
             metavar="AGENT",
             help="What works the cell: `kitter`, `lesson`, your `path.py:Class` or `module:Class`, or `none`.",
-            rich_help_panel=_WORK,
+            rich_help_panel=WORK,
         ),
     ] = "kitter",
-    servo: Annotated[
-        str | None,
-        typer.Option(
-            metavar="PROFILE",
-            help="Servos of the arm: `original` (soft, as in 2017) or `precise`; as the file says when left out.",
-            rich_help_panel=_WORK,
-        ),
-    ] = None,
-    seed: Annotated[
-        int | None,
-        typer.Option(metavar="N", help="Root of all chance; the file's own, else 0.", rich_help_panel=_WORK),
-    ] = None,
-    vary: Annotated[
-        bool,
-        typer.Option(
-            "--vary",
-            metavar="",
-            help="Move parts in bins, change friction and the phases of belt and gripper a little, by the seed.",
-            rich_help_panel=_WORK,
-        ),
-    ] = False,
+    servo: Servo = None,
+    seed: Seed = None,
+    vary: Vary = False,
     speed: Annotated[
         str | None,
         typer.Option(
             metavar="FACTOR",
             help="Simulated seconds a second: `1` is real time, `max` as fast as it goes. `max` when left out, but "
             "`1` with --over and no --lockstep.",
-            rich_help_panel=_WORK,
+            rich_help_panel=WORK,
         ),
     ] = None,
     over: Annotated[
@@ -107,22 +82,11 @@ def run(
             rich_help_panel=_PROCESSES,
         ),
     ] = None,
-    development: Annotated[
-        bool,
-        typer.Option(
-            "--development-mode",
-            "-d",
-            metavar="",
-            help="Allow what a competition refuses, such as setting the belt's power.",
-            rich_help_panel=_WORK,
-        ),
-    ] = False,
-    until: Annotated[
-        float | None, typer.Option(metavar="T", help="Stop at this simulation time [s].", rich_help_panel=_END)
-    ] = None,
+    development: Development = False,
+    until: Until = None,
     min_score: Annotated[
         float | None,
-        typer.Option(metavar="POINTS", help="Exit with status 1 when the score is below.", rich_help_panel=_END),
+        typer.Option(metavar="POINTS", help="Exit with status 1 when the score is below.", rich_help_panel=END),
     ] = None,
     snapshot: Annotated[
         list[str] | None,
@@ -166,27 +130,20 @@ def run(
             "--json",
             metavar="",
             help="Print the result as JSON, and nothing else on stdout.",
-            rich_help_panel=_OUTPUT,
+            rich_help_panel=OUTPUT,
         ),
     ] = False,
-    log: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE.jsonl",
-            help="Write what happens to this file as it happens, with the evidence of each kit; a line of JSON each.",
-            rich_help_panel=_OUTPUT,
-        ),
-    ] = None,
+    log: Log = None,
     averages: Annotated[
         str | None,
         typer.Option(
             metavar="COST,TIME",
             help="Score the trial as in the finals, against these averages of all teams [$, s]; a time for each order.",
-            rich_help_panel=_OUTPUT,
+            rich_help_panel=OUTPUT,
         ),
     ] = None,
     verbose: Annotated[
-        bool, typer.Option("--verbose", "-v", metavar="", help="Say what the agent logs.", rich_help_panel=_OUTPUT)
+        bool, typer.Option("--verbose", "-v", metavar="", help="Say what the agent logs.", rich_help_panel=OUTPUT)
     ] = False,
 ) -> None:
     """Run a trial headless, and print its score.

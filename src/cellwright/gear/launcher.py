@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from cellwright.cell import Cell
-from cellwright.cli.serve import EXIT_ON_COMPLETION, ServeOptions, serve_trial
+from cellwright.cli.serve_trial import EXIT_ON_COMPLETION, ServeOptions, serve_trial
 from cellwright.description.gear2017 import Loaded, load_trial
 from cellwright.description.texts import read_texts
 from cellwright.errors import CellwrightError, UsageError
