@@ -7,6 +7,7 @@ import signal
 import socket
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -18,6 +19,7 @@ from tests.bridges.ros1.fake_cell import FakeCell, heard, out, service
 from tests.bridges.ros1.wire import Calls, subscribe
 from tests.ros1.ground import Ground
 from tests.ros1.processes import name_of
+from tests.ros1.requirement import ros_python
 from tests.ros1.waiting import until
 
 pytestmark = pytest.mark.ros1
@@ -29,6 +31,16 @@ URDF = """<robot name="cell"><link name="world"/><link name="bin1_frame"/><link 
 <joint name="linear_arm_actuator_joint" type="prismatic"><parent link="world"/><child link="rail"/>
 <axis xyz="0 1 0"/><limit lower="-2" upper="2" effort="1" velocity="1"/></joint></robot>"""
 PROGRAM = "/usr/lib/robot_state_publisher/robot_state_publisher"
+
+LATE_LISTENER = """
+import time
+import rospy
+rospy.init_node("robot_state_publisher")
+frames = rospy.Publisher("/tf_static", rospy.AnyMsg, queue_size=1, latch=True)
+time.sleep(1.0)
+states = rospy.Subscriber("joint_states", rospy.AnyMsg, lambda message: None)
+rospy.spin()
+"""
 
 TOPICS = [
     out("/clock", "rosgraph_msgs/Clock"),
@@ -89,6 +101,15 @@ def test_the_graph_with_robot_state_publisher(master: Ground, cell: FakeCell) ->
     assert bridge.finish(5.0) == 0
     assert not is_registered(master)
     until(lambda: not bridge.relatives(), 3.0, "end of its child")
+
+
+def test_ready_is_said_when_the_joint_states_are_heard(master: Ground, cell: FakeCell, tmp_path: Path) -> None:
+    """robot_state_publisher announces its frames before it subscribes; who counts subscribers must not come between."""
+    program = tmp_path / "late_listener"
+    program.write_text(f"#!{ros_python()}\n{LATE_LISTENER}")
+    program.chmod(0o755)
+    start_bridge(master, cell, frames=str(program))
+    assert graph(master)[1]["/ariac/joint_states"] == ["/robot_state_publisher"]
 
 
 def test_its_names_are_absolute(master: Ground, cell: FakeCell) -> None:
