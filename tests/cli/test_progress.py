@@ -4,6 +4,7 @@ import io
 import logging
 from collections.abc import Callable
 
+import pytest
 from rich.console import Console
 
 from cellwright.cell import Cell
@@ -54,7 +55,8 @@ def test_no_time_between_two_looks_is_no_reason_to_fail() -> None:
     assert "x real time" not in text(console)
 
 
-def test_a_terminal_gets_a_line_that_is_gone_in_the_end() -> None:
+def test_a_terminal_gets_a_line_that_is_gone_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TERM", "xterm")
     console = Console(file=io.StringIO(), force_terminal=True, force_interactive=True, width=80)
     clock, cell = WallClock(), lesson()
     progress = RunProgress(console, cell, until=1.0, clock=clock)

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from tests.ros1.ground import Ground, check_end
+from tests.ros1.listening import addresses
 from tests.ros1.ports import free_port
 from tests.ros1.processes import Process, name_of
 from tests.ros1.waiting import until
@@ -85,12 +86,9 @@ def test_generated_messages_have_the_originals_checksums(no_master: Ground) -> N
 def test_everything_listens_on_the_loopback_only(master: Ground) -> None:
     listener = master.client(hear, "/words", 1)
     until(lambda: "/listener" in master.tool("rosnode", "list"), 20.0, "listener")
-    listening = master.tool("ss", "-Hltnp").splitlines()
     assert master.process is not None
     for pid in (master.process.pid, listener.pid):
-        own = [line.split()[3] for line in listening if f"pid={pid}," in line]
-        assert own
-        assert all(address.startswith("127.0.0.1:") for address in own)
+        assert addresses(pid) == {"127.0.0.1"}
 
 
 @pytest.mark.ros1

@@ -15,6 +15,7 @@ import pytest
 from cellwright.errors import UsageError
 from cellwright.ros1_host import Ros1
 from tests.ros1.ground import Ground, check_end
+from tests.ros1.listening import addresses
 from tests.ros1.ports import free_port
 from tests.ros1.processes import Process
 from tests.ros1.waiting import until
@@ -90,15 +91,13 @@ def test_a_master_is_started_where_there_is_none_and_ends_with_the_cell(no_maste
         no_master.ask("getPid")
 
 
-@pytest.mark.skipif(not Path("/usr/bin/ss").exists(), reason="ss is not installed (iproute2)")
 def test_nobody_outside_of_this_machine_is_let_in(no_master: Ground) -> None:
     """But for nodes in C++, whose library listens for calls of other nodes at every address."""
     cell = no_master.serve("lesson", ROS_IP="")
-    ours = {pid for pid in cell.relatives() if "rosout" not in command_of(pid) and PUBLISHER not in command_of(pid)}
-    sockets = [line.split() for line in no_master.tool("ss", "-Hltnp").splitlines()]
-    places = [words[3] for words in sockets if any(f"pid={pid}," in words[-1] for pid in ours)]
-    assert len(places) >= 3  # the cell, the master, the bridge
-    assert {place.rpartition(":")[0] for place in places} == {"127.0.0.1"}
+    ours = {cell.pid, *(pid for pid in cell.relatives() if not re.search(f"rosout|{PUBLISHER}", command_of(pid)))}
+    listening = [hosts for pid in ours if (hosts := addresses(pid))]
+    assert len(listening) >= 3  # the cell, the master, the bridge
+    assert set.union(*listening) == {"127.0.0.1"}
 
 
 def test_a_second_simulator_at_the_same_master_is_refused(master: Ground) -> None:

@@ -84,6 +84,12 @@ def test_only_what_is_missing_is_installed(machine: Machine) -> None:
     assert not machine.called("update")
 
 
+@pytest.mark.parametrize("ci", [False, True])
+def test_only_in_ci_the_disk_is_not_waited_for(machine: Machine, ci: bool) -> None:
+    assert machine.run(ci=ci)[0] == 0
+    assert machine.called("install", "--yes", "Dpkg::Options::=--force-unsafe-io") == ci
+
+
 def test_progress_is_told(machine: Machine) -> None:
     machine.program("apt-get", "i=0; while [ $i -lt 120 ]; do echo 'Setting up ros (1)'; i=$((i+1)); done")
     status, said = machine.run()

@@ -39,6 +39,7 @@ def test_ctrl_c_ends_it_in_order(sign: str, newcomer: dict[str, str]) -> None:
         assert terminal.wait(lambda: terminal.status is not None, 30.0), terminal.printed
         assert terminal.status == 130, terminal.printed
         assert "Traceback" not in terminal.printed
+    assert not Path(newcomer["HOME"], "lesson.png").exists()  # drawing it takes longer than one likes to wait
 
 
 def test_without_ros_it_says_so(newcomer: dict[str, str]) -> None:

@@ -16,7 +16,7 @@ from cellwright.cell import Cell
 from cellwright.cli import document, options, score_table
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.pictures import Pictures
-from cellwright.cli.progress import RunProgress
+from cellwright.cli.progress import RunProgress, bar
 from cellwright.cli.served_result import offer_result
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.contracts.gear_parameters import parameters
@@ -123,19 +123,21 @@ def serve_trial(
     status = NOT_DONE if result.outcome is Outcome.UNSTABLE else DONE
     if result.error:
         typer.echo(result.error, err=True, nl=False)
+    pace = serving.pace
+    if not wanted.as_json:
+        score_table.show(console, result)
+        if wanted.verbose and pace is not None:
+            score_table.note(console, "pace", _pace_text(pace))
     pictures = Pictures(wanted.camera, [], _warn)
-    if wanted.picture is not None:
-        pictures.take(wanted.picture, cell)
+    if wanted.picture is not None:  # after the score, since it takes a while
+        with bar(console, f"drawing {wanted.picture}", 1.0) as tell:
+            pictures.take(wanted.picture, cell, tell)
     if pictures.missed:
         status = NOT_DONE
-    pace = serving.pace
     if wanted.as_json:
         about = document.of_run(cell, "served", result, status, pictures.written) | {"pace": document.of_pace(pace)}
         typer.echo(json.dumps(about, indent=2))
     else:
-        score_table.show(console, result)
-        if wanted.verbose and pace is not None:
-            score_table.note(console, "pace", _pace_text(pace))
         for written in pictures.written:
             score_table.note(console, "picture", written)
     return status

@@ -71,6 +71,7 @@ class FakeCell:
         self.now = 0
         self.subscribed: dict[str, dict[int, Frame]] = {}
         self._lock = threading.RLock()
+        self._has_come = threading.Condition(self._lock)
         self._connection: socket.socket | None = None
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.address = f"127.0.0.1:{self._listener.getsockname()[1]}"
@@ -88,10 +89,20 @@ class FakeCell:
             return len(self.subscribed.get(topic, {}))
 
     def say(self, topic: str, payload: bytes) -> None:
-        """Publish a message."""
+        """Publish a message to whoever listens now."""
         with self._lock:
             for number in self.subscribed.get(topic, {}):
                 self.send(Frame(Kind.MESSAGE, number, payload=payload))
+
+    def say_heard(self, topic: str, payload: bytes) -> None:
+        """Publish a message as soon as somebody listens: a subscription may still be on its way."""
+        self.wait_for_listener(topic)
+        self.say(topic, payload)
+
+    def wait_for_listener(self, topic: str) -> None:
+        """Wait until a topic is subscribed to."""
+        with self._has_come:
+            assert self._has_come.wait_for(lambda: self.subscribed.get(topic), 10.0), f"nobody listens to {topic}"
 
     def send(self, frame: Frame) -> None:
         """Send a frame as it is."""
@@ -152,6 +163,7 @@ class FakeCell:
                         continue
                     if frame.kind is Kind.SUBSCRIBE:
                         self.subscribed.setdefault(frame.name, {})[frame.number] = frame
+                        self._has_come.notify_all()
                     elif frame.kind is Kind.UNSUBSCRIBE:
                         for numbers in self.subscribed.values():
                             numbers.pop(frame.number, None)

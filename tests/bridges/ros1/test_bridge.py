@@ -18,6 +18,7 @@ from tests.bridges.ros1.conftest import start_bridge
 from tests.bridges.ros1.fake_cell import FakeCell, heard, out, service
 from tests.bridges.ros1.wire import Calls, subscribe
 from tests.ros1.ground import Ground
+from tests.ros1.listening import addresses
 from tests.ros1.processes import name_of
 from tests.ros1.requirement import ros_python
 from tests.ros1.waiting import until
@@ -93,9 +94,10 @@ def test_the_graph_with_robot_state_publisher(master: Ground, cell: FakeCell) ->
         "/ariac/arm/command": ["/gazebo"],
     }
     assert services == {"/ariac/start_competition": ["/gazebo"]}
-    subscribe(master, "/tf")  # greets the subscriber first, and asks the cell after that
-    until(lambda: any(frame.name == "/tf" for frame in cell.of(Kind.SUBSCRIBE)), 5.0, "wish for the frames")
-    assert [frame.node for frame in cell.of(Kind.SUBSCRIBE) if frame.name == "/tf"] == ["/gazebo"]
+    subscribe(master, "/tf")
+    cell.wait_for_listener("/tf")
+    (frame,) = [frame for frame in cell.of(Kind.SUBSCRIBE) if frame.name == "/tf"]
+    assert frame.node == "/gazebo"
     assert 'child_frame_id: "bin1_frame"' in master.tool("rostopic", "echo", "-n", "1", "/tf_static")
     bridge.signal(signal.SIGINT)
     assert bridge.finish(5.0) == 0
@@ -292,9 +294,7 @@ def test_what_is_no_cell_is_said_so(master: Ground, cell: FakeCell) -> None:
 
 def test_it_listens_on_loopback_when_the_master_does(master: Ground, cell: FakeCell) -> None:
     bridge = start_bridge(master, cell, ROS_IP="")
-    listening = [line.split()[3] for line in master.tool("ss", "-Hltnp").splitlines() if f"pid={bridge.pid}," in line]
-    assert listening
-    assert all(address.startswith("127.0.0.1:") for address in listening)
+    assert addresses(bridge.pid) == {"127.0.0.1"}
 
 
 @pytest.mark.parametrize("address", ["nowhere", "127.0.0.1:", "127.0.0.1:0", "127.0.0.1:70000", ":5"])

@@ -61,11 +61,11 @@ def test_the_cell_is_asked_only_while_somebody_listens(master: Ground, make_cell
     start_bridge(master, cell)
     assert [frame.name for frame in cell.of(Kind.SUBSCRIBE)] == ["/once"]
     first, second = subscribe(master, "/words", caller="/a"), subscribe(master, "/words", caller="/b")
-    assert cell.listeners("/words") == 1
-    cell.say("/words", text("both"))
+    cell.say_heard("/words", text("both"))
     assert word(first) == word(second) == "both"
+    assert cell.listeners("/words") == 1
     first.close()
-    cell.say("/words", text("one"))
+    cell.say_heard("/words", text("one"))
     assert word(second) == "one"
     second.close()
     until(lambda: cell.listeners("/words") == 0, 5.0, "end of the subscription")
@@ -78,7 +78,7 @@ def test_a_late_subscriber_gets_the_newest_once(master: Ground, make_cell: MakeC
     first = subscribe(master, "/words", caller="/a")
     assert first.is_silent(0.1)
     for words in ("old", "new"):
-        cell.say("/words", text(words))
+        cell.say_heard("/words", text(words))
     assert [word(first), word(first)] == ["old", "new"]
     late = subscribe(master, "/words", caller="/b")
     assert word(late) == "new"
@@ -90,13 +90,13 @@ def test_what_grew_old_unheard_is_not_latched(master: Ground, make_cell: MakeCel
     cell = make_cell([out("/words", latch=True)])
     start_bridge(master, cell)
     first = subscribe(master, "/words")
-    cell.say("/words", text("stale"))
+    cell.say_heard("/words", text("stale"))
     assert word(first) == "stale"
     first.close()
     until(lambda: cell.listeners("/words") == 0, 5.0, "end of the subscription")
     late = subscribe(master, "/words")
     assert late.is_silent(0.2)
-    cell.say("/words", text("fresh"))
+    cell.say_heard("/words", text("fresh"))
     assert word(late) == "fresh"
 
 
@@ -107,7 +107,7 @@ def test_an_order_comes_to_everyone_exactly_once(master: Ground, make_cell: Make
     for number in range(60):
         subscribers.append(subscribe(master, "/orders", caller=f"/c{number}"))
         if number == 30:  # while others are coming
-            cell.say("/orders", text("order_0"))
+            cell.say_heard("/orders", text("order_0"))
     for subscriber in subscribers:
         assert word(subscriber) == "order_0"
     assert all(subscriber.is_silent(0.0) for subscriber in subscribers)
@@ -119,8 +119,8 @@ def test_headers_are_counted_by_publisher(master: Ground, make_cell: MakeCell) -
     plain, stamped = subscribe(master, "/heads"), subscribe(master, "/stamped")
     bare = to_ros1(Header(stamp(5), "there"))
     for _ in range(3):
-        cell.say("/heads", bare)
-        cell.say("/stamped", bare + bytes(17))
+        cell.say_heard("/heads", bare)
+        cell.say_heard("/stamped", bare + bytes(17))
     assert [plain.piece() for _ in range(3)] == [bare] * 3  # a header that is no message's is not touched
     counted = [stamped.piece() for _ in range(3)]
     assert [struct.unpack("<I", data[:4])[0] for data in counted] == [0, 1, 2]
@@ -135,7 +135,7 @@ def test_who_does_not_read_stalls_nobody_and_loses_the_oldest(master: Ground, ma
     filler = "x" * 20_000
     count = 1400
     for number in range(count):
-        cell.say("/words", text(f"{number} {filler}"))
+        cell.say_heard("/words", text(f"{number} {filler}"))
         assert word(reading).startswith(f"{number} ")
     bridge.wait_for(r"\d+ messages for /stalled on /words dropped")
     begin = time.monotonic()
@@ -176,7 +176,7 @@ def test_a_thousand_a_second_reach_rospy_without_loss(master: Ground, make_cell:
     until(lambda: cell.listeners("/words") == 1, 10.0, "subscription")
     begin = time.monotonic()
     for number in range(count):
-        cell.say("/words", text(str(number)))
+        cell.say_heard("/words", text(str(number)))
         while time.monotonic() < begin + number / 1000:
             time.sleep(0.0002)
     assert client.value() == [str(number) for number in range(count)]
@@ -185,7 +185,7 @@ def test_a_thousand_a_second_reach_rospy_without_loss(master: Ground, make_cell:
 def test_the_tools_know_it(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([out("/words", latch=True, on_event=True)])
     start_bridge(master, cell)
-    cell.say("/words", text("so"))
+    cell.say_heard("/words", text("so"))
     assert 'data: "so"' in master.tool("rostopic", "echo", "-n", "1", "/words")
     assert master.tool("rostopic", "type", "/words") == "std_msgs/String\n"
     listener = master.start(["rostopic", "echo", "/words"])
