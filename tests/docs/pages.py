@@ -6,13 +6,12 @@ that order, where `…` stands for anything and a line `…` for any lines. `<!-
 commands exit, 0 when left out. Blocks of other languages are for reading.
 
 A page with `<!-- terminal: NAME -->` above its blocks is one whose commands are typed into terminals, whatever they
-are. A line that begins with `> ` continues a command, and `^C` presses Ctrl-C. A command that Ctrl-C ends later on runs
-meanwhile, while other terminals are used; a block that begins with no command shows what it has printed by then.
+are. `^C` presses Ctrl-C. A command that Ctrl-C ends later on runs meanwhile, while other terminals are used; a block
+that begins with no command shows what it has printed by then.
 """
 
 import re
 from dataclasses import dataclass, replace
-from itertools import takewhile
 from pathlib import Path
 
 _BLOCK = re.compile(
@@ -89,10 +88,8 @@ def _commands(body: str, status: int, terminal: str) -> list[Command]:
     later, *parts = re.split(r"^(?:\$ |(?=\^C$))", body, flags=re.MULTILINE)
     found = [Command("", tuple(later.splitlines()), status, terminal)] if later.strip() and terminal else []
     for part in parts:
-        lines = part.splitlines()
-        count = 1 + len(list(takewhile(lambda line: line.startswith("> "), lines[1:])))
-        typed = "\n".join([lines[0], *(line[2:] for line in lines[1:count])])
-        found.append(Command(typed, tuple(lines[count:]), status, terminal))
+        line, *output = part.splitlines()
+        found.append(Command(line, tuple(output), status, terminal))
     return found
 
 

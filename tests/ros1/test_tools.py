@@ -162,10 +162,18 @@ def test_rosnode(cell: Ground) -> None:
         " * /ariac/arm/command [",
         " * /ariac/start_competition",
         " * topic: /ariac/joint_states\n    * to: /robot_state_publisher",
+        " * topic: /ariac/trays\n    * to: /gazebo\n    * direction: outbound\n    * transport: INTRAPROCESS",
     ):
         assert line in info
     for node in ("/gazebo", "/robot_state_publisher"):
         assert "xmlrpc reply from" in cell.tool("rosnode", "ping", "-c", "1", node)
+
+
+def test_roswtf_finds_nothing_that_should_be_connected_and_is_not(cell: Ground) -> None:
+    said = cell.tool("roswtf", within=60.0)
+    assert "Online checks summary:" in said
+    assert "should be connected" not in said
+    assert "/ariac/arm/command" in said  # as in the original, nobody commands the arm yet
 
 
 def test_rosparam(cell: Ground) -> None:

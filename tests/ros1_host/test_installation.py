@@ -41,7 +41,8 @@ def test_none_is_told_in_a_sentence_that_says_how_to_get_it(bare: Path) -> None:
 
 
 def test_the_shell_s_own_is_taken_as_it_is(bare: Path) -> None:
-    found = find({"HAS_ROSPY": "1", "PYTHONHOME": "/nowhere"}, root=bare / "ros")
+    said = {"HAS_ROSPY": "1", "PYTHONHOME": "/nowhere", "ROS_NAMESPACE": "/group"}
+    found = find(said, root=bare / "ros")
     assert found.python == installation.SYSTEM_PYTHON
     assert found.environment == {"HAS_ROSPY": "1"}
 

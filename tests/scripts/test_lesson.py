@@ -12,7 +12,8 @@ pytestmark = pytest.mark.ros1
 
 ROOT = Path(__file__).parents[2]
 SCRIPT = ROOT / "scripts" / "lesson"
-LIMIT = 180.0
+LIMIT = 400.0
+"""For the whole of it [s]: it takes a minute and a quarter on a machine that does nothing else."""
 
 
 def test_it_plays_the_lesson_and_shows_what_came_of_it(newcomer: dict[str, str]) -> None:

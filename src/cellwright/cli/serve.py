@@ -73,7 +73,11 @@ def serve(
     log: Log = None,
     picture: Annotated[
         Path | None,
-        typer.Option(metavar="FILE.png", help="Write a picture of the cell at the end.", rich_help_panel=OUTPUT),
+        typer.Option(
+            metavar="FILE.png",
+            help="Write a picture of the cell at the end, unless it is stopped with the competition not done.",
+            rich_help_panel=OUTPUT,
+        ),
     ] = None,
     view: Annotated[
         str,

@@ -51,7 +51,7 @@ class ServeOptions:
         ros1: be the simulator of ROS 1 programs too.
         as_json: print the result as JSON, and nothing else on stdout.
         log: file for what happens.
-        picture: file for a picture of the cell at the end.
+        picture: file for a picture of the cell at the end; none when it is stopped before the competition is done.
         camera: where that is taken from.
         verbose: say also how time kept to the wall clock.
     """
@@ -129,7 +129,8 @@ def serve_trial(
         if wanted.verbose and pace is not None:
             score_table.note(console, "pace", _pace_text(pace))
     pictures = Pictures(wanted.camera, [], _warn)
-    if wanted.picture is not None:  # after the score, since it takes a while
+    # After the score, since it takes a while; not for somebody who wants it to end now, with the work undone.
+    if wanted.picture is not None and (result.outcome is Outcome.DONE or not is_stopped.has_come):
         with bar(console, f"drawing {wanted.picture}", 1.0) as tell:
             pictures.take(wanted.picture, cell, tell)
     if pictures.missed:

@@ -64,6 +64,7 @@ def find(environment: Mapping[str, str] | None = None, *, root: Path = Path("/op
     """
     here = dict((os.environ if environment is None else environment).items())
     here.pop("PYTHONHOME", None)
+    here.pop("ROS_NAMESPACE", None)  # set in a group of a launch file; our nodes have absolute names
     if named := here.get(PYTHON_VARIABLE):
         if not _has_rospy(named, here):
             raise UsageError(f"{PYTHON_VARIABLE} is {named}, which has no rospy; {HOW_TO_GET_IT}")

@@ -7,6 +7,7 @@ import signal
 import socket
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -19,6 +20,7 @@ from tests.bridges.ros1.wire import Calls, subscribe
 from tests.ros1.ground import Ground
 from tests.ros1.listening import addresses
 from tests.ros1.processes import name_of
+from tests.ros1.requirement import ros_python
 from tests.ros1.waiting import until
 
 pytestmark = pytest.mark.ros1
@@ -30,6 +32,16 @@ URDF = """<robot name="cell"><link name="world"/><link name="bin1_frame"/><link 
 <joint name="linear_arm_actuator_joint" type="prismatic"><parent link="world"/><child link="rail"/>
 <axis xyz="0 1 0"/><limit lower="-2" upper="2" effort="1" velocity="1"/></joint></robot>"""
 PROGRAM = "/usr/lib/robot_state_publisher/robot_state_publisher"
+
+LATE_LISTENER = """
+import time
+import rospy
+rospy.init_node("robot_state_publisher")
+frames = rospy.Publisher("/tf_static", rospy.AnyMsg, queue_size=1, latch=True)
+time.sleep(1.0)
+states = rospy.Subscriber("joint_states", rospy.AnyMsg, lambda message: None)
+rospy.spin()
+"""
 
 TOPICS = [
     out("/clock", "rosgraph_msgs/Clock"),
@@ -91,6 +103,31 @@ def test_the_graph_with_robot_state_publisher(master: Ground, cell: FakeCell) ->
     assert bridge.finish(5.0) == 0
     assert not is_registered(master)
     until(lambda: not bridge.relatives(), 3.0, "end of its child")
+
+
+def test_ready_is_said_when_the_joint_states_are_heard(master: Ground, cell: FakeCell, tmp_path: Path) -> None:
+    """robot_state_publisher announces its frames before it subscribes; who counts subscribers must not come between."""
+    program = tmp_path / "late_listener"
+    program.write_text(f"#!{ros_python()}\n{LATE_LISTENER}")
+    program.chmod(0o755)
+    start_bridge(master, cell, frames=str(program))
+    assert graph(master)[1]["/ariac/joint_states"] == ["/robot_state_publisher"]
+
+
+def test_its_names_are_absolute(master: Ground, cell: FakeCell) -> None:
+    """Whatever namespace the shell, or a group in a launch file, gives to the nodes in it."""
+    master.ask("setParam", "robot_description", URDF)
+    bridge = start_bridge(master, cell, frames=PROGRAM, ROS_NAMESPACE="/group")
+    publishers, _, services = graph(master)
+    assert publishers["/tf"] == ["/gazebo", "/robot_state_publisher"]
+    assert services == {"/ariac/start_competition": ["/gazebo"]}
+    assert master.ask("hasParam", "/robot_state_publisher/publish_frequency")
+    assert "new ROS master" not in bridge.said
+
+
+def test_a_name_of_its_own_in_a_namespace(master: Ground, cell: FakeCell) -> None:
+    start_bridge(master, cell, "--name", "/left/gazebo", ROS_NAMESPACE="/group")
+    assert graph(master)[2]["/ariac/start_competition"] == ["/left/gazebo"]
 
 
 def test_the_graph_without_it(master: Ground, cell: FakeCell) -> None:

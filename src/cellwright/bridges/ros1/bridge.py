@@ -166,7 +166,7 @@ class Bridge:
     def _wait_for_frames(self, master: Master, frames: StatePublisher) -> None:
         """Wait a while until robot_state_publisher has come up, so that whoever finds the cell finds its frames."""
         end = time.monotonic() + _PUBLISHER_PATIENCE
-        while not master.publishes(NODE, STATIC_FRAMES):
+        while not master.knows(NODE, publishes=STATIC_FRAMES, hears=HEARD_FOR_FRAMES):
             if time.monotonic() > end or not frames.is_alive:
                 report("robot_state_publisher has not come up: until it does, the frames of the arm are missing")
                 return

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import rospy
+import rospy.core
 from rospy.impl.registration import Registration, get_topic_manager
 
 HEARD_BY_ITSELF = ("/ariac/gripper/state", "/ariac/trays")
@@ -13,7 +15,7 @@ HEARD_FOR_FRAMES = "/ariac/joint_states"
 
 
 class OwnSubscription:
-    """A subscription to what the node itself publishes: known to the master, but without a connection.
+    """A subscription to what the node itself publishes: known to the graph, but without a connection.
 
     Args:
         name: topic.
@@ -35,8 +37,9 @@ class OwnSubscription:
         return True
 
     def get_stats_info(self) -> list[Any]:
-        """The connections: none."""
-        return []
+        """Both ends of what is no connection, as a node in C++ tells of it when it hears itself."""
+        within = ("INTRAPROCESS", self.name, True, "")
+        return [(0, rospy.core.get_node_uri(), "i", *within), (0, rospy.get_name(), "o", *within)]
 
     def get_stats(self) -> Any:
         """What was received over each connection: nothing."""

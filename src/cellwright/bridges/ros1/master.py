@@ -67,14 +67,17 @@ class Master:
                     raise
             time.sleep(_RETRY)
 
-    def publishes(self, node: str, topic: str) -> bool:
-        """Whether a node is known to publish a topic.
+    def knows(self, node: str, *, publishes: str, hears: str) -> bool:
+        """Whether a node is known to publish one topic and to subscribe to another.
 
         Raises:
             MasterGoneError: the master does not answer.
         """
         state = self.ask("getSystemState")
-        return state is not None and any(name == topic and node in nodes for name, nodes in state[0])
+        if state is None:
+            return False
+        publishers, subscribers = dict(state[0]), dict(state[1])
+        return node in publishers.get(publishes, ()) and node in subscribers.get(hears, ())
 
 
 class MasterWatch:

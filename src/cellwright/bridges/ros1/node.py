@@ -11,6 +11,7 @@ from typing import Any, Callable
 
 import rospy
 import rospy.core
+import rospy.names
 
 from cellwright.bridges.ros1.report import report
 
@@ -46,10 +47,7 @@ def begin_node(name: str) -> None:
     threading.excepthook = _thread_failed
     sys.setswitchinterval(0.0005)  # Python's own 5 ms would show in the time that a message takes
     namespace, _, base = name.rpartition("/")
-    if namespace:
-        os.environ["ROS_NAMESPACE"] = namespace
-    else:
-        os.environ.pop("ROS_NAMESPACE", None)
+    rospy.names._set_caller_id(f"{namespace}/unnamed")  # in place of what ROS_NAMESPACE said when rospy was loaded
     rospy.init_node(base, argv=[sys.argv[0]], disable_signals=True, disable_rostime=True)
 
 

@@ -88,8 +88,10 @@ class StatePublisher:
         tether = [str(Path(link.__file__).with_name("tether.py")), str(os.getpid()), str(int(signal.SIGINT))]
         command = [sys.executable, "-I", "-S", *tether, *self._arguments]
         self._began = time.monotonic()
+        # its name is absolute: a namespace of the shell, or of a group in a launch file, is for other nodes
+        environment = {name: value for name, value in os.environ.items() if name != "ROS_NAMESPACE"}
         self._process: subprocess.Popen[bytes] = subprocess.Popen(  # noqa: S603 - a program found on this machine
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+            command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
         )
         self._pipe = cast("Any", self._process.stdout)
         os.set_blocking(self._pipe.fileno(), False)
