@@ -244,6 +244,7 @@ def main() -> None:
             if cell.simulation.time - polled > 0.1:
                 polled = cell.simulation.time
                 ros.poll()
+        factor, worst = pacer.factor, pacer.worst * 1e3  # now: to end all that was started takes a while
         passed = time.perf_counter() - before[2]
         used = [(busy(pid) - was) / passed * 100 for pid, was in ((os.getpid(), before[0]), (bridge, before[1]))]
         server.close("measured")
@@ -251,7 +252,6 @@ def main() -> None:
         print(f"a client failed: {clients.error}")
         sys.exit(1)
     show(clients.figures)
-    factor, worst = pacer.factor, pacer.worst * 1e3
     print(f"pace over {cell.simulation.time:.0f} s: {factor:.5f} x real time, latest tick {worst:.1f} ms late")
     print(f"processor: cell {used[0]:.1f} %, bridge {used[1]:.1f} % of one core")
 
