@@ -59,6 +59,7 @@ def test_another_type_is_refused_with_the_reason(master: Ground, make_cell: Make
 def test_the_cell_is_asked_only_while_somebody_listens(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([out("/words"), out("/once", latch=True, on_event=True)])
     start_bridge(master, cell)
+    cell.wait_for_listener("/once")
     assert [frame.name for frame in cell.of(Kind.SUBSCRIBE)] == ["/once"]
     first, second = subscribe(master, "/words", caller="/a"), subscribe(master, "/words", caller="/b")
     cell.say_heard("/words", text("both"))
@@ -153,6 +154,7 @@ def test_messages_of_other_nodes_are_left_to_them(master: Ground, make_cell: Mak
     cell = make_cell([both])
     start_bridge(master, cell)  # without robot_state_publisher the bridge says it all
     subscribe(master, "/tf")
+    cell.wait_for_listener("/tf")
     assert [frame.node for frame in cell.of(Kind.SUBSCRIBE)] == [""]
 
 
