@@ -244,7 +244,7 @@ def main() -> None:
             if cell.simulation.time - polled > 0.1:
                 polled = cell.simulation.time
                 ros.poll()
-        factor, worst = pacer.factor, pacer.worst * 1e3  # now: to end all that was started takes a while
+        factor, worst = pacer.factor, pacer.worst * 1e3
         passed = time.perf_counter() - before[2]
         used = [(busy(pid) - was) / passed * 100 for pid, was in ((os.getpid(), before[0]), (bridge, before[1]))]
         server.close("measured")

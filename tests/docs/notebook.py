@@ -158,7 +158,7 @@ def _alone(shell: _Shell, command: Command) -> list[Cell]:
     if command.line == INTERRUPT:
         return [_interrupt(shell, command)]
     if not command.line:
-        return [Cell(f"%%bash\ncat {shell.log}.log", is_code=True, shown=command.output)]
+        return [Cell("\n".join(["%%bash", *_look(shell, command)]), is_code=True, shown=command.output)]
     if command.goes_on:
         return [_start(shell, command)]
     shell.remember(command.line)
@@ -178,17 +178,21 @@ def _run(shell: _Shell, commands: list[Command]) -> list[Cell]:
 
 
 def _start(shell: _Shell, command: Command) -> Cell:
-    sign = max(re.split("…", [line for line in command.output if line != "…"][-1]), key=len).strip()
-    wait = f"until grep -q {shlex.quote(sign)} {shell.log}.log; do sleep 0.2; done"
     lines = [
         *shell.preparation(),
         "set -m  # so that Ctrl-C, a signal, reaches it",
         f"{command.line} &> {shell.log}.log &",
         f"echo $! > {shell.log}.pid",
-        f"timeout {LIMIT} sh -c {shlex.quote(wait)}",
-        f"cat {shell.log}.log",
+        *_look(shell, command),
     ]
     return Cell("\n".join(lines), is_code=True, shown=command.output)
+
+
+def _look(shell: _Shell, command: Command) -> list[str]:
+    """Lines that show what goes on in a terminal, once the last that the page shows is there."""
+    sign = max(re.split("…", [line for line in command.output if line != "…"][-1]), key=len).strip()
+    wait = f"until grep -q {shlex.quote(sign)} {shell.log}.log; do sleep 0.2; done"
+    return [f"timeout {LIMIT} sh -c {shlex.quote(wait)}", f"cat {shell.log}.log"]
 
 
 def _interrupt(shell: _Shell, command: Command) -> Cell:

@@ -58,6 +58,10 @@ only for reading
 """
 
 
+def waited_for(sign: str) -> str:
+    return f"timeout {LIMIT} sh -c 'until grep -q {sign} ~/terminal-one.log; do sleep 0.2; done'"
+
+
 def test_each_cell_says_what_its_terminal_remembers() -> None:
     made = cells(PAGE)
     code = [cell.source for cell in made if cell.is_code][1:]
@@ -66,12 +70,10 @@ def test_each_cell_says_what_its_terminal_remembers() -> None:
     started = code[2].splitlines()
     assert started[:4] == ["%%bash", "source ~/setup.sh", "cd ..", "set -e"]
     assert "serve --all &> ~/terminal-one.log &" in started
-    assert (
-        f"timeout {LIMIT} sh -c 'until grep -q '\"'\"'ready: port'\"'\"' ~/terminal-one.log; do sleep 0.2; done'"
-        in started
-    )
+    assert waited_for("'\"'\"'ready: port'\"'\"'") in started
     assert code[3] == "%%bash\nset -e\nask"
-    assert made[-4] == Cell("%%bash\ncat ~/terminal-one.log", True, ("…", "asked"))
+    looked = f"%%bash\n{waited_for('asked')}\ncat ~/terminal-one.log"
+    assert made[-4] == Cell(looked, True, ("…", "asked"))
     assert "kill -INT -- -$pid" in code[5]
     assert code[6].endswith("set -e\nls")
     assert [cell.source for cell in made if not cell.is_code] == [

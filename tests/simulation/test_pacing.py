@@ -50,3 +50,24 @@ def test_a_slow_host_does_not_rush_after_a_pause() -> None:
 def test_a_speed_is_above_zero(speed: float) -> None:
     with pytest.raises(UsageError, match="speed"):
         Pacer(make_simulation(), speed)
+
+
+def test_the_factor_is_told_up_to_the_newest_tick() -> None:
+    simulation, wall = make_simulation(), WallClock(work=0.0)
+    simulation.reset()
+    pacer = Pacer(simulation, 2.0, clock=wall.read, sleep=wall.sleep)
+    assert pacer.factor == 0.0
+    for _ in range(50):
+        pacer.step()
+    wall.time += 10.0  # what is done after the run does not count
+    assert pacer.factor == pytest.approx(2.0)
+
+
+def test_the_factor_tells_of_a_host_that_is_too_slow() -> None:
+    simulation, wall = make_simulation(), WallClock(work=0.004)
+    simulation.reset()
+    pacer = Pacer(simulation, 1.0, clock=wall.read, sleep=wall.sleep)
+    for _ in range(50):
+        pacer.step()
+    assert pacer.factor == pytest.approx(0.5, rel=0.05)
+    assert pacer.worst > 0.0

@@ -37,26 +37,28 @@ class Pacer:
         self._speed = speed
         self._clock = clock
         self._sleep = sleep
-        self._begun = self._wall = clock()
+        self._begun = self._wall = self._stepped = clock()
         self._begun_at = self._simulated = simulation.now
         self.worst = 0.0
         """How late [s] of wall time the latest tick came."""
 
     @property
     def factor(self) -> float:
-        """Simulated seconds a wall second, on average since the beginning; 0 before any time has passed."""
-        passed = self._clock() - self._begun
+        """Simulated seconds a wall second, on average up to the newest tick; 0 before any time has passed."""
+        passed = self._stepped - self._begun
         return (self._simulation.now - self._begun_at) / 1e9 / passed if passed > 0.0 else 0.0
 
     def step(self) -> bool:
         """One tick, then the wait until it is time for it; False when there was no time to wait."""
         simulation = self._simulation
         simulation.step()
-        ahead = (simulation.now - self._simulated) / 1e9 / self._speed - (self._clock() - self._wall)
+        now = self._clock()
+        ahead = (simulation.now - self._simulated) / 1e9 / self._speed - (now - self._wall)
+        self._stepped = now + max(0.0, ahead)
         if ahead > 0.0:
             self._sleep(ahead)
             return True
         self.worst = max(self.worst, -ahead)
         if ahead < -_PATIENCE:
-            self._wall, self._simulated = self._clock(), simulation.now
+            self._wall, self._simulated = now, simulation.now
         return False

@@ -114,7 +114,7 @@ class MasterWatch:
                     )
                 continue
             if known is None:
-                report(f"a new ROS master answers at {self._master.uri}: everything is registered again")
+                report(f"a new ROS master answers at {self._master.uri}: registering everything there")
                 self._on_new()
                 return
             if known.rstrip("/") != self._uri.rstrip("/"):
