@@ -123,6 +123,11 @@ class Cell:
         self.reset()
 
     @property
+    def name(self) -> str:
+        """Name of the trial."""
+        return self.trial.name
+
+    @property
     def servo(self) -> ServoProfile:
         """The servo profile of the arm."""
         return self.trial.settings.arm.servo

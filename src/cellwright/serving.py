@@ -1,26 +1,15 @@
-"""Serving a cell to other processes: time passes by the wall clock, or in lockstep when a guest asks for it.
-
-In lockstep a guest that asks is given time up to the moment that it names, or to the tick in which it is told
-something. With several guests each may ask; their wishes are met one after another, in the order in which they came.
-A wish names a moment, not a duration: two guests that wait for the same moment make time pass once.
-"""
+"""Serving a cell to other processes: a run whose time passes by the wall clock, or in lockstep when a guest asks."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from cellwright.cell import Cell
-from cellwright.client.transports.in_process import InProcess
-from cellwright.errors import RunEndedError, SimulationError, UsageError
+from cellwright.errors import SimulationError, UsageError
 from cellwright.run import Course, Outcome, RunOptions, RunResult, conduct, how_it_ended
 from cellwright.server import Server
-from cellwright.server.requests import Asked
-from cellwright.simulation.pacing import Pacer
-
-_POLL = 0.1  # [s] of wall time
-_SERVE_AFTER = 0.001  # [s] of wall time: so often guests are served even when there is no time to wait
+from cellwright.server.timekeeper import Timekeeper
 
 
 @dataclass(frozen=True)
@@ -72,12 +61,14 @@ class Serving:
 
     def __post_init__(self) -> None:
         self._stopped = False
-        self._polled = self._served = 0.0
+        self._time: Timekeeper | None = None
         self._course: Course | None = None
 
     def stop(self) -> None:
         """Let the serving end before the next tick; to be called from anywhere, a signal's handler included."""
         self._stopped = True
+        if self._time is not None:
+            self._time.is_stopped = True
 
     def result_by_now(self) -> RunResult:
         """What has come of the run so far.
@@ -108,64 +99,14 @@ class Serving:
         """Let time pass; how that ended, and what went wrong. The server is left open."""
         self._course, transport = course, course.transport
         self.hooks.on_ready()
-        pacer = None if self.speed is None else Pacer(self.cell.simulation, self.speed, sleep=self._serve)
-        step = self.cell.simulation.step if pacer is None else pacer.step
+        passing = self._time = Timekeeper(
+            self.cell, self.server, speed=self.speed, on_poll=self.hooks.on_poll, patience=self.patience
+        )
+        passing.is_stopped = self._stopped
         try:
-            if self.server.lockstep:
-                self._pass_time_on_request(step, transport)
-            else:
-                self._pass_time(step, transport)
+            passing.run(lambda: transport.deadline, lambda: transport.reason)
         except SimulationError as error:
             return Outcome.UNSTABLE, f"{error}\n"
-        if pacer is not None and not self.server.lockstep:
-            self.pace = Pace(pacer.factor, pacer.worst)
+        if passing.pacer is not None and not self.server.lockstep:
+            self.pace = Pace(passing.pacer.factor, passing.pacer.worst)
         return how_it_ended(self.cell, otherwise=Outcome.UNTIL), ""
-
-    def _pass_time(self, step: Callable[[], object], transport: InProcess) -> None:
-        clock = self.cell.simulation.clock
-        while not self._stopped and clock.now < transport.deadline:
-            step()
-            self._look_around()
-
-    def _pass_time_on_request(self, step: Callable[[], object], transport: InProcess) -> None:
-        clock, end = self.cell.simulation.clock, float("inf")
-        while not self._stopped and time.perf_counter() < end:
-            is_over = clock.now >= transport.deadline
-            if is_over and end == float("inf"):
-                end = time.perf_counter() + self.patience
-                continue
-            asked = self.server.asked
-            if asked is None:
-                self._serve(_POLL / 2)
-            elif is_over and asked.until > clock.now:
-                self.server.answer(asked, RunEndedError(transport.reason))
-            else:
-                self._grant(asked, step, transport)
-            self._look_around()
-
-    def _grant(self, asked: Asked, step: Callable[[], object], transport: InProcess) -> None:
-        """Let time pass as a guest asked for; not at all if it is gone."""
-        clock = self.cell.simulation.clock
-        while clock.now < asked.until and clock.now < transport.deadline:
-            while self.server.is_anybody_behind and not self._stopped:
-                self._serve(_POLL / 2)  # nothing is lost in lockstep: who is behind has to read first
-            if asked.guest.is_gone or self._stopped:
-                return
-            step()
-            if asked.each_tick or asked.guest.has_news:
-                break
-            self._look_around()
-        self.server.answer(asked)
-
-    def _look_around(self) -> None:
-        """Serve and poll, where that was not done a moment ago."""
-        now = time.perf_counter()
-        if now - self._served > _SERVE_AFTER:
-            self._serve(0.0)
-        if now - self._polled > _POLL:
-            self._polled = now
-            self.hooks.on_poll()
-
-    def _serve(self, seconds: float) -> None:
-        self.server.wait(seconds)
-        self._served = time.perf_counter()

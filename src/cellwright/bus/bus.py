@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
+from cellwright.bus.later import Later
 from cellwright.bus.refusals import Refusals
 from cellwright.bus.topics import Callback, Direction, Handler, Publisher, Subscription, Topic
 from cellwright.errors import CellwrightError, MessageError, RejectedCommandError, UnknownNameError, UsageError
@@ -103,7 +104,8 @@ class Bus:
     def serve(self, service: str, type_name: str, handler: Handler, *, node: str = "") -> None:
         """Answer calls of a service: `handler(request, node) -> response`.
 
-        It may raise a ServiceFailedError: then the call has no answer.
+        It may raise a ServiceFailedError: then the call has no answer. Where some time has to pass first, the handler
+        returns a `Later` that it answers then.
 
         Raises:
             UnknownNameError: there is no service type of this name.
@@ -161,7 +163,7 @@ class Bus:
             raise self._refused(topic, node, refusal)
 
     def call(self, service: str, request: Message, *, node: str = "") -> Any:
-        """Call a service; its response.
+        """Call a service; its response, or a `Later` that will have it when some time has passed.
 
         Raises:
             UnknownNameError: there is no such service.
@@ -175,6 +177,8 @@ class Bus:
             response = entry.handler(_fitting(request, entry.type.request, service), node)
         except RejectedCommandError as error:
             raise self._refused(service, node, error) from None
+        if isinstance(response, Later):
+            return response
         if type(response) is not entry.type.response:
             raise UsageError(f"{service} must answer with {type_of(entry.type.response)}, not {said(response)}")
         return response

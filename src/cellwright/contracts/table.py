@@ -46,6 +46,10 @@ class Where(Enum):
     PROXIMITY_SENSOR = "for each proximity sensor"
     LASER_PROFILER = "for each laser profiler"
     LOGICAL_CAMERA = "for each logical camera"
+    ARMS = "with arms in the robot configuration"
+    GRIPPERS = "with grippers in the robot configuration"
+    FREE_BASE = "without a fixed link"
+    SIMULATED_TIME = "with simulated time"
 
 
 class Competition(Enum):

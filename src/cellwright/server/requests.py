@@ -11,8 +11,8 @@ from functools import partial
 from typing import Any, TypeAlias
 
 from cellwright import errors
-from cellwright.bus import Direction, absolute
-from cellwright.cell import Cell
+from cellwright.bus import Direction, Later, absolute
+from cellwright.bus.served import Served
 from cellwright.errors import CellwrightError, MessageError, ServiceFailedError, UnknownNameError, UsageError
 from cellwright.link.frames import PROTOCOL, QUIET, Frame, FrameError, Kind, read_advance, time_frame
 from cellwright.messages import Message, ServiceType, message_type, service_type, type_of
@@ -49,7 +49,7 @@ class Requests:
         lockstep: whether time passes for guests that ask for it, and for nothing else.
     """
 
-    def __init__(self, cell: Cell, *, lockstep: bool) -> None:
+    def __init__(self, cell: Served, *, lockstep: bool) -> None:
         self._cell = cell
         self._lockstep = lockstep
         self._translation = Translation()
@@ -165,8 +165,16 @@ class Requests:
             service: ServiceType | None = self._services.get(frame.name)
             request: Any = None if service is None else self._read(guest, frame, service.request, service.name)
             response = self._cell.bus.call(frame.name, request, node=frame.node or guest.node)
+            if isinstance(response, Later):
+                response.then(partial(self._answer, guest, frame.number))
+                return
             answer = self._translation.to_bytes(response, guest.encoding)
         guest.say(Frame(Kind.ANSWER, frame.number, payload=answer))
+
+    def _answer(self, guest: Guest, number: int, response: Message) -> None:
+        """Pass on an answer that took its time; whoever asked may have left."""
+        if not guest.is_gone:
+            guest.say(Frame(Kind.ANSWER, number, payload=self._translation.to_bytes(response, guest.encoding)))
 
     def _advance(self, guest: Guest, frame: Frame) -> None:
         until, each_tick = read_advance(frame)

@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable
 from ipaddress import ip_address
 
-from cellwright.cell import Cell
+from cellwright.bus.served import Served
 from cellwright.errors import UsageError
 from cellwright.link.frames import Frame, FrameError, Kind
 from cellwright.server.guest import Guest
@@ -49,7 +49,7 @@ class Server:
 
     def __init__(
         self,
-        cell: Cell,
+        cell: Served,
         *,
         host: str = LOOPBACK,
         port: int = DEFAULT_PORT,

@@ -8,20 +8,20 @@ from typing import Any
 
 import cellwright
 from cellwright.bus import Bus, TopicInfo
-from cellwright.cell import Cell
+from cellwright.bus.served import Served
 from cellwright.contracts.table import Pace
 from cellwright.errors import UsageError
 from cellwright.link.frames import PROTOCOL, Frame, Kind
 from cellwright.messages import definition, md5
 
 
-def welcome(cell: Cell, *, lockstep: bool) -> Frame:
+def welcome(cell: Served, *, lockstep: bool) -> Frame:
     """The frame that answers HELLO, as things stand now."""
     timestep = cell.simulation.clock.timestep
     document = {
         "protocol": PROTOCOL,
         "cellwright": cellwright.__version__,
-        "trial": cell.trial.name,
+        "trial": cell.name,
         "timestep": [timestep.numerator, timestep.denominator],
         "lockstep": lockstep,
         "competition": cell.in_competition,

@@ -18,9 +18,9 @@ class Device:
     """A thing on the floor.
 
     Its life: `attach` (once, by `Simulation.add`), `reset` (at the start of every run), then in each tick
-    `before_step` and `after_step`, and `handle` for the events that it scheduled; `close` at the end. Only hooks that
-    a subclass overrides are called, and only while the device is `stepping`; a device that has nothing to do for a
-    while calls `set_stepping(False)`.
+    `before_step`, `drive` and `after_step`, and `handle` for the events that it scheduled; `close` at the end. Only
+    hooks that a subclass overrides are called, and only while the device is `stepping`; a device that has nothing to do
+    for a while calls `set_stepping(False)`.
 
     What a device remembers is returned by `get_state` as plain JSON values: it is part of the state hash and of
     snapshots. Listeners, caches and counters of messages do not belong there: watching changes nothing.
@@ -51,6 +51,12 @@ class Device:
 
     def before_step(self) -> None:
         """Write what the step from now to now + timestep is to be driven with."""
+
+    def drive(self) -> None:
+        """Change the constraints of the step that is under way: the engine has set them up and not solved them yet.
+
+        With it a step costs a little more; nearly every device can do with `before_step`.
+        """
 
     def after_step(self) -> None:
         """Look at what the step did. Positions of bodies are up to date only after `simulation.refresh()`."""

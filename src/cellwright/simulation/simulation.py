@@ -1,7 +1,8 @@
 """The simulation: it owns time.
 
 The order of a tick is fixed: inbox, `before_step` of the devices, the engine's step, `after_step` of the devices,
-events that are due (the referee's among them), watches. It knows no ROS, no score and no pace.
+events that are due (the referee's among them), watches. Devices that `drive` do so in the middle of the engine's step.
+It knows no ROS, no score and no pace.
 """
 
 from __future__ import annotations
@@ -62,6 +63,7 @@ class Simulation:
         self.devices: dict[str, Device] = {}
         self._first_pose = first_pose
         self._before: list[Callable[[], None]] = []
+        self._drive: list[Callable[[], None]] = []
         self._after: list[Callable[[], None]] = []
         self._refreshed_at = -1
         self._pristine = {name: getattr(model, name).copy() for name in CHANGING_FIELDS}
@@ -92,6 +94,7 @@ class Simulation:
         base = Device
         stepping = [device for device in self.devices.values() if device.stepping]
         self._before = [d.before_step for d in stepping if type(d).before_step is not base.before_step]
+        self._drive = [d.drive for d in stepping if type(d).drive is not base.drive]
         self._after = [d.after_step for d in stepping if type(d).after_step is not base.after_step]
 
     # ---------------------------------------------------------------- time
@@ -132,7 +135,13 @@ class Simulation:
             inbox.empty()
         for hook in self._before:
             hook()
-        mujoco.mj_step(self.model, self.data)
+        if self._drive:
+            mujoco.mj_step1(self.model, self.data)
+            for hook in self._drive:
+                hook()
+            mujoco.mj_step2(self.model, self.data)
+        else:
+            mujoco.mj_step(self.model, self.data)
         now = self.clock.advance()
         if unstable:
             reason = unstable[0]

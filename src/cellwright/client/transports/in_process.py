@@ -6,7 +6,8 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any
 
-from cellwright.cell import Cell
+from cellwright.bus import Later
+from cellwright.bus.served import Served
 from cellwright.client.transports.transport import Callback
 from cellwright.errors import RunEndedError
 from cellwright.simulation.events import NEVER
@@ -20,7 +21,7 @@ class InProcess:
         node: the client's node name, as the cell sees it.
     """
 
-    def __init__(self, cell: Cell, *, node: str = "/client") -> None:
+    def __init__(self, cell: Served, *, node: str = "/client") -> None:
         self.cell = cell
         self.node = node
         self.step: Callable[[], object] = cell.simulation.step
@@ -72,9 +73,16 @@ class InProcess:
         self.cell.bus.publish(topic, message, node=self.node)
 
     def call(self, service: str, request: Any) -> Any:
-        """Call a service; it is carried out at the border where time stands."""
+        """Call a service; it is carried out at the border where time stands. Time passes if its answer takes some."""
         self.cell.simulation.settle_inbox()
-        return self.cell.bus.call(service, request, node=self.node)
+        response = self.cell.bus.call(service, request, node=self.node)
+        if not isinstance(response, Later):
+            return response
+        while response.response is None:
+            if self.cell.simulation.now >= self.deadline:
+                raise RunEndedError(self.reason)
+            self.step()  # what is heard meanwhile is delivered when the program lets time pass by itself
+        return response.response
 
     def close(self) -> None:
         """Leave every topic."""

@@ -1,0 +1,32 @@
+"""What programs can be let in to: a cell, or a robot's controller node."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from cellwright.bus.bus import Bus
+from cellwright.simulation.simulation import Simulation
+
+
+class Served(Protocol):
+    """Whatever has topics and services, and time that passes."""
+
+    @property
+    def name(self) -> str:
+        """What it is called where one is told of it: the trial, the robot."""
+        ...
+
+    @property
+    def bus(self) -> Bus:
+        """Its topics and services."""
+        ...
+
+    @property
+    def simulation(self) -> Simulation:
+        """Its time."""
+        ...
+
+    @property
+    def in_competition(self) -> bool:
+        """Whether what a competition refuses is refused."""
+        ...

@@ -1,0 +1,114 @@
+"""Lets time pass while guests are served: by the wall clock, as fast as it goes, or in lockstep when a guest asks.
+
+In lockstep a guest that asks is given time up to the moment that it names, or to the tick in which it is told
+something. With several guests each may ask; their wishes are met one after another, in the order in which they came.
+A wish names a moment, not a duration: two guests that wait for the same moment make time pass once.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from cellwright.bus.served import Served
+from cellwright.errors import RunEndedError
+from cellwright.server.requests import Asked
+from cellwright.server.server import Server
+from cellwright.simulation.pacing import Pacer
+
+_POLL = 0.1  # [s] of wall time
+_SERVE_AFTER = 0.001  # [s] of wall time: so often guests are served even when there is no time to wait
+_NEVER = float("inf")
+
+
+class Timekeeper:
+    """Lets the time of what is served pass.
+
+    Args:
+        served: whose time it is.
+        server: serves its guests meanwhile.
+        speed: simulated seconds a wall second; None: as fast as it goes.
+        on_poll: called about ten times a second of wall time.
+        patience: in lockstep, how long [s] of wall time to go on serving when there is no more time to be had: who
+            asks for some is told so, and may still ask for other things.
+    """
+
+    def __init__(
+        self,
+        served: Served,
+        server: Server,
+        *,
+        speed: float | None = 1.0,
+        on_poll: Callable[[], None] = lambda: None,
+        patience: float = 0.0,
+    ) -> None:
+        self._simulation = served.simulation
+        self._server = server
+        self._on_poll = on_poll
+        self._patience = patience
+        self._polled = self._served = 0.0
+        self.is_stopped = False
+        """Set it, from anywhere, to have `run` end before the next tick."""
+        self.pacer = None if speed is None else Pacer(self._simulation, speed, sleep=self._serve)
+        self._step: Callable[[], object] = self._simulation.step if self.pacer is None else self.pacer.step
+
+    def run(self, deadline: Callable[[], float], reason: Callable[[], str] = lambda: "time is over") -> None:
+        """Let time pass up to the deadline [ns], which may move, or until it is stopped.
+
+        Args:
+            deadline: tells when time is over [ns].
+            reason: why it is, for guests that ask for more.
+
+        Raises:
+            SimulationError: the state has become unstable.
+        """
+        if self._server.lockstep:
+            self._pass_on_request(deadline, reason)
+            return
+        clock = self._simulation.clock
+        while not self.is_stopped and clock.now < deadline():
+            self._step()
+            self._look_around()
+
+    def _pass_on_request(self, deadline: Callable[[], float], reason: Callable[[], str]) -> None:
+        clock, end = self._simulation.clock, _NEVER
+        while not self.is_stopped and time.perf_counter() < end:
+            is_over = clock.now >= deadline()
+            if is_over and end == _NEVER:
+                end = time.perf_counter() + self._patience
+                continue
+            asked = self._server.asked
+            if asked is None:
+                self._serve(_POLL / 2)
+            elif is_over and asked.until > clock.now:
+                self._server.answer(asked, RunEndedError(reason()))
+            else:
+                self._grant(asked, deadline)
+            self._look_around()
+
+    def _grant(self, asked: Asked, deadline: Callable[[], float]) -> None:
+        """Let time pass as a guest asked for; not at all if it is gone."""
+        clock = self._simulation.clock
+        while clock.now < asked.until and clock.now < deadline():
+            while self._server.is_anybody_behind and not self.is_stopped:
+                self._serve(_POLL / 2)  # nothing is lost in lockstep: who is behind has to read first
+            if asked.guest.is_gone or self.is_stopped:
+                return
+            self._step()
+            if asked.each_tick or asked.guest.has_news:
+                break
+            self._look_around()
+        self._server.answer(asked)
+
+    def _look_around(self) -> None:
+        """Serve and poll, where that was not done a moment ago."""
+        now = time.perf_counter()
+        if now - self._served > _SERVE_AFTER:
+            self._serve(0.0)
+        if now - self._polled > _POLL:
+            self._polled = now
+            self._on_poll()
+
+    def _serve(self, seconds: float) -> None:
+        self._server.wait(seconds)
+        self._served = time.perf_counter()

@@ -1,0 +1,1 @@
+"""The robot controller node: any robot, driven over the `io_teleop` topics."""

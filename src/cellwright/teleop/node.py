@@ -1,0 +1,60 @@
+"""The robot controller node: the one place where robot, world, simulation, servos, safety and contract are joined."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+
+from cellwright.bus import Bus
+from cellwright.contracts import io_teleop
+from cellwright.description.robot.config import RobotConfig
+from cellwright.devices.joint_servos import JointServos, Motion
+from cellwright.simulation.simulation import Simulation
+from cellwright.teleop.commander import Commander
+from cellwright.teleop.commands import Commands
+from cellwright.teleop.publications import Publications
+from cellwright.world.robot import TIMESTEP, build_robot
+
+
+class RobotNode:
+    """A robot and its node, ready to run: each `simulation.step()` lets 1/240 s pass.
+
+    Args:
+        config: the robot.
+        motion: how targets are reached.
+        timestep: length of a step [s].
+        self_collision: whether links may touch each other.
+        node: name of the node in ROS.
+        sim_time: whether messages carry simulation time, which is then told on /clock.
+        stamp: the time that messages carry [ns], where that is not simulation time.
+        report: takes a line about refused input, at most one a second from each source.
+    """
+
+    in_competition = False
+
+    def __init__(
+        self,
+        config: RobotConfig,
+        *,
+        motion: Motion = Motion.SERVO,
+        timestep: Fraction = TIMESTEP,
+        self_collision: bool = False,
+        node: str = io_teleop.NODE,
+        sim_time: bool = False,
+        stamp: Callable[[], int] | None = None,
+        report: Callable[[str], None] = lambda _line: None,
+    ) -> None:
+        self.config = config
+        self.name = config.name
+        self.world = build_robot(config, timestep=timestep, self_collision=self_collision)
+        self.simulation = Simulation(self.world.model, timestep=timestep, first_pose=self.world.put_in_first_pose)
+        self.servos = JointServos(config.robot, motion)
+        self.commander = Commander(self.servos)
+        self.simulation.add(self.servos)
+        self.simulation.add(self.commander)
+        self.bus = Bus(lambda: self.simulation.now, report)
+        table = io_teleop.rows(config, node=node, sim_time=sim_time)
+        Commands(self.commander).serve(self.bus, table)
+        told = stamp if stamp is not None and not sim_time else lambda: self.simulation.now
+        Publications(config.robot, self.servos, self.commander, told).advertise(self.bus, self.simulation, table)
+        self.simulation.reset()
