@@ -12,7 +12,7 @@ from cellwright.messages.names import full_name, short_name, type_of
 from cellwright.messages.sources import parsed, sources
 from cellwright.messages.types import message_type, own_types, ros2_store, service_type
 
-BASES = {"string": str, "bool": bool, "float32": float, "float64": float, "int32": int, "uint8": int}
+BASES = {"uint64": int, "string": str, "bool": bool, "float32": float, "float64": float, "int32": int, "uint8": int}
 
 
 def annotation_of(desc: typing.Any) -> object:

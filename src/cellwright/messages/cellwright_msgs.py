@@ -1,4 +1,4 @@
-"""Classes of the services that Cellwright adds to a contract (`definitions/cellwright_msgs`)."""
+"""Classes of the messages and services that Cellwright adds to a contract (`definitions/cellwright_msgs`)."""
 
 from dataclasses import dataclass, field
 from typing import ClassVar
@@ -36,3 +36,20 @@ class StepResponse:
     topics: list[str] = field(default_factory=list)
     sent: Counts = field(default_factory=_none)
     __msgtype__: ClassVar[str] = "cellwright_msgs/srv/Step_Response"
+
+
+@dataclass(slots=True)
+class TeleopStatus:
+    """What a robot controller node takes commands from, and what it refused; see the definition file."""
+
+    enabled: bool = True
+    emergency_stop: bool = False
+    resetting: bool = False
+    silent: bool = False
+    commander: str = ""
+    taken: int = 0
+    refused: int = 0
+    ignored: int = 0
+    unknown_names: list[str] = field(default_factory=list)
+    message: str = ""
+    __msgtype__: ClassVar[str] = "cellwright_msgs/msg/TeleopStatus"
