@@ -13,6 +13,7 @@ from cellwright.bridges.ros1.census import CLOCK
 from cellwright.bridges.ros1.loop import Loop
 from cellwright.bridges.ros1.master import Master, MasterGoneError
 from cellwright.bridges.ros1.outlet import Outlet
+from cellwright.bridges.ros1.received import received
 from cellwright.bridges.ros1.relay_topics import HeardTopic, SpokenTopic
 from cellwright.bridges.ros1.report import report
 from cellwright.bridges.ros1.service_client import ServiceClient, ServiceGoneError
@@ -105,12 +106,9 @@ class Relay:
     # ---------------------------------------------------------------- frames
 
     def _read(self) -> None:
-        try:
-            data = self._connection.recv(_PIECE)
-        except (BlockingIOError, InterruptedError):
+        data = received(self._connection, _PIECE)
+        if data is None:
             return
-        except OSError:
-            data = b""
         if not data:
             self._outlet.close()
             self._loop.stop(0)
