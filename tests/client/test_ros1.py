@@ -6,6 +6,7 @@ import json
 import os
 import signal
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -258,6 +259,25 @@ def test_without_a_master_it_says_so(no_master: Ground) -> None:
 def test_without_a_simulator_it_says_so(master: Ground) -> None:
     with pytest.raises(UsageError, match=r"there is no simulator at .*: nobody publishes /clock"):
         Ros1Transport(str(ros_python()), environment=master.environment, patience=0.5)
+
+
+def test_a_robot_without_a_clock_is_known_by_a_service(master: Ground, make_cell: MakeCell) -> None:
+    home = "/io_teleop_reset_robot"
+    with pytest.raises(UsageError, match=f"there is no robot at .*: no {home}"):
+        Ros1Transport(str(ros_python()), environment=master.environment, patience=0.5, sign=home)
+    cell = make_cell([out("/words"), heard("/commands")], [service(home)])
+    bridge = start_bridge(master, cell, frames="none")
+    with over_ros(master, node="/pilot", sign=home) as transport:
+        assert transport.now() == pytest.approx(time.time_ns(), abs=60e9)
+        words: list[str] = []
+        transport.subscribe("/words", lambda message: words.append(message.data))
+        cell.say("/words", to_ros1(String("hello")))
+        transport.advance(None, lambda: words == ["hello"])
+        transport.publish("/commands", String("up"))
+        until(lambda: cell.of(Kind.PUBLISH), 5.0, "message")
+        bridge.interrupt()
+        with pytest.raises(RunEndedError):
+            transport.advance(None, lambda: False)
 
 
 def test_without_an_interpreter_it_says_so() -> None:

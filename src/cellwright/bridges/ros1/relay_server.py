@@ -9,7 +9,7 @@ import time
 from collections import deque
 from typing import Any, Callable
 
-from cellwright.bridges.ros1.census import CLOCK
+from cellwright.bridges.ros1.census import CLOCK, is_there
 from cellwright.bridges.ros1.loop import Loop
 from cellwright.bridges.ros1.master import Master, MasterGoneError
 from cellwright.bridges.ros1.outlet import Outlet
@@ -46,16 +46,18 @@ class Relay:
         master: the ROS master.
         node: our node name.
         welcome: what the client is told first.
+        sign: the topic or service that is there as long as whom the client came for.
     """
 
     def __init__(
-        self, loop: Loop, connection: socket.socket, master: Master, node: str, welcome: dict[str, Any]
+        self, loop: Loop, connection: socket.socket, master: Master, node: str, welcome: dict[str, Any], sign: str
     ) -> None:
         self._loop = loop
         self._connection = connection
         self._master = master
         self._node = node
         self._welcome = welcome
+        self._sign = sign
         self._now = int(welcome["time"])
         self._types = {topic["name"]: topic["type"] for topic in welcome["topics"]}
         self._hearers = {topic["name"] for topic in welcome["topics"] if topic["subscribers"]}
@@ -83,16 +85,29 @@ class Relay:
         self._loop.stop(0)
 
     def _look_after(self) -> None:
-        """See whether the cell is still there: it has signed off, or there is neither a master nor a clock any more."""
+        """See whether the cell is still there: it has signed off, or there is neither a master nor a clock any more.
+
+        Of one without a clock nothing else may be heard.
+        """
         try:
-            self._looks = _MOST_LOOKS if is_simulator_gone(self._master) else 0
+            self._looks = 0 if self._is_registered() else _MOST_LOOKS
         except MasterGoneError:
-            clock = self._heard.get(CLOCK)
-            self._looks = self._looks + 1 if clock is not None and not clock.is_connected else 0
+            has_clock = self._sign == CLOCK
+            heard = [topic for topic in list(self._heard.values()) if topic.name == CLOCK or not has_clock]
+            self._looks = self._looks + 1 if heard and not any(topic.is_connected for topic in heard) else 0
         if self._looks >= _MOST_LOOKS:
-            self.end("the cell has ended")
+            self.end("the cell has ended" if self._sign == CLOCK else "the robot's node has ended")
         else:
             self._loop.later(_LOOK_AFTER, self._look_after)
+
+    def _is_registered(self) -> bool:
+        """Whether the sign is still there.
+
+        Raises:
+            MasterGoneError: the master does not answer.
+        """
+        state = self._master.ask("getSystemState")
+        return state is None or is_there(state, self._sign)
 
     # ---------------------------------------------------------------- frames
 
@@ -264,16 +279,6 @@ class Relay:
 
     def _count(self) -> int:
         return sum(topic.published for topic in self._spoken.values())
-
-
-def is_simulator_gone(master: Master) -> bool:
-    """Whether nobody has a clock to publish any more.
-
-    Raises:
-        MasterGoneError: the master does not answer.
-    """
-    state = master.ask("getSystemState")
-    return state is not None and all(name != CLOCK for name, _ in state[0])
 
 
 def _refusal(number: int, error: str, reason: str) -> Frame:

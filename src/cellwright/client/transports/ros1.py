@@ -36,6 +36,8 @@ class Ros1Transport(SocketTransport):
         node: absolute name of the client's node.
         environment: of the relay, which names the master; this process's own when left out.
         patience: how long [s] to wait for a simulator to appear.
+        sign: the topic or service that says that it is there: `/clock` for a cell; for a robot's controller node, which
+            may live without a clock, `/io_teleop_reset_robot`.
 
     Raises:
         UsageError: there is no master or no simulator, or the relay cannot be started.
@@ -48,10 +50,11 @@ class Ros1Transport(SocketTransport):
         node: str = "/agent",
         environment: Mapping[str, str] | None = None,
         patience: float = 30.0,
+        sign: str = "/clock",
     ) -> None:
         try:
             self._relay = subprocess.Popen(  # noqa: S603
-                [python, str(PROGRAM), f"--node={node}", f"--wait={patience}"],
+                [python, str(PROGRAM), f"--node={node}", f"--wait={patience}", f"--sign={sign}"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.PIPE,
