@@ -6,7 +6,6 @@ import json
 import os
 import signal
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -261,23 +260,20 @@ def test_without_a_simulator_it_says_so(master: Ground) -> None:
         Ros1Transport(str(ros_python()), environment=master.environment, patience=0.5)
 
 
-def test_a_robot_without_a_clock_is_known_by_a_service(master: Ground, make_cell: MakeCell) -> None:
-    home = "/io_teleop_reset_robot"
-    with pytest.raises(UsageError, match=f"there is no robot at .*: no {home}"):
-        Ros1Transport(str(ros_python()), environment=master.environment, patience=0.5, sign=home)
-    cell = make_cell([out("/words"), heard("/commands")], [service(home)])
-    bridge = start_bridge(master, cell, frames="none")
-    with over_ros(master, node="/pilot", sign=home) as transport:
-        assert transport.now() == pytest.approx(time.time_ns(), abs=60e9)
-        words: list[str] = []
-        transport.subscribe("/words", lambda message: words.append(message.data))
-        cell.say("/words", to_ros1(String("hello")))
-        transport.advance(None, lambda: words == ["hello"])
-        transport.publish("/commands", String("up"))
-        until(lambda: cell.of(Kind.PUBLISH), 5.0, "message")
-        bridge.interrupt()
-        with pytest.raises(RunEndedError):
-            transport.advance(None, lambda: False)
+def test_another_topic_than_the_clock_may_be_its_sign(master: Ground, make_cell: MakeCell) -> None:
+    cell = make_cell([out("/io_teleop/joint_states"), heard("/commands")])
+    start_bridge(master, cell)
+    with over_ros(master, sign="/io_teleop/joint_states") as transport:
+        heard_words: list[str] = []
+        transport.subscribe("/io_teleop/joint_states", lambda message: heard_words.append(message.data))
+        before = transport.now()
+        cell.say("/io_teleop/joint_states", to_ros1(String("here")))
+        transport.advance(before + 5_000_000_000, lambda: bool(heard_words))
+        assert heard_words == ["here"]
+        assert transport.now() > before
+        cell.send(Frame(Kind.ENDED, payload=b"over"))
+        with pytest.raises(RunEndedError, match="the cell has ended"):
+            transport.advance(transport.now() + 20_000_000_000)
 
 
 def test_without_an_interpreter_it_says_so() -> None:

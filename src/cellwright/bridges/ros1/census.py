@@ -13,19 +13,13 @@ CLOCK = "/clock"
 _LOGGERS = ("/get_loggers", "/set_logger_level")
 
 
-def is_there(state: Any, sign: str) -> bool:
-    """Whether a topic is published, or a service offered, in what the master says of the graph."""
-    publishers, _, servers = (dict(role) for role in state)
-    return sign in publishers or sign in servers
-
-
 def census(master: Master, node: str, sign: str = CLOCK) -> dict[str, Any] | None:
-    """WELCOME for what is there, without the time; None while the one that is wanted is not there yet.
+    """WELCOME for what is there, without the time; None while there is no simulator, or one still comes up.
 
     Args:
         master: the ROS master.
-        node: the name to ask under.
-        sign: the topic or service that says it is: `/clock` for a cell, whose node registers it last.
+        node: our node name.
+        sign: the topic that is published where there is one.
 
     Raises:
         MasterGoneError: the master does not answer.
@@ -33,9 +27,9 @@ def census(master: Master, node: str, sign: str = CLOCK) -> dict[str, Any] | Non
     state, types = master.ask("getSystemState"), dict(master.ask("getTopicTypes") or ())
     if state is None:
         return None
-    if not is_there(state, sign):
-        return None
     publishers, subscribers, servers = (dict(role) for role in state)
+    if sign not in publishers:
+        return None
     topics = [
         {
             "name": name,

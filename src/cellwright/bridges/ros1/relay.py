@@ -1,8 +1,8 @@
 """The way of a client that has no rospy to a cell in ROS 1; run by the path of this file under the python3 that has it.
 
-It waits until there is a simulator, or a robot, and then prints `ready PORT`: there one client may connect, and speak
-as to a cell (`cellwright.link.frames`). It ends when the client hangs up, when whoever started it closes its stdin, or
-when the simulator has ended.
+It waits until there is a simulator, and then prints `ready PORT`: there one client may connect, and speak as to a cell
+(`cellwright.link.frames`). It ends when the client hangs up, when whoever started it closes its stdin, or when the
+simulator has ended. There is one while somebody publishes /clock, or another topic that is named as its sign.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def main(node: str, patience: float, sign: str) -> None:
     Args:
         node: absolute name of the client's node.
         patience: how long a simulator may take to appear [s].
-        sign: the topic or service that says that it is there.
+        sign: the topic that is published where there is one.
     """
     status = 1
     try:
@@ -93,21 +93,20 @@ def _wait_for_simulator(master: Master, node: str, end: float, sign: str) -> dic
         if welcome is not None:
             return welcome
         if time.monotonic() > end:
-            missing = f"simulator at {master.uri}: nobody publishes" if sign == CLOCK else f"robot at {master.uri}: no"
-            raise MissingError(f"there is no {missing} {sign}")
+            raise MissingError(f"there is no simulator at {master.uri}: nobody publishes {sign}")
         time.sleep(_NAP)
 
 
 def _time(master: Master, node: str, welcome: dict[str, Any], end: float) -> int:
-    """Simulation time [ns]; the wall's where nobody publishes another."""
+    """Simulation time [ns]; 0 where nobody tells it."""
     if welcome["lockstep"]:
         try:
             _, data = ServiceClient(master, node, STEP).call(request(0, {}))
         except ServiceGoneError as error:
             raise MissingError(str(error)) from None
         return read_response(data)[1]
-    if not any(topic["name"] == CLOCK and topic["publishers"] for topic in welcome["topics"]):
-        return time.time_ns()
+    if not any(topic["name"] == CLOCK and topic["direction"] == "out" for topic in welcome["topics"]):
+        return 0
     heard: list[bytes] = []
     subscriber = rospy.Subscriber(CLOCK, raw_type("rosgraph_msgs/Clock"), lambda message: heard.append(message.data))
     while not heard:
@@ -126,10 +125,7 @@ if __name__ == "__main__":
         "--wait", metavar="S", type=float, default=30.0, help="how long a simulator may take to appear (%(default)s)"
     )
     parser.add_argument(
-        "--sign",
-        metavar="/NAME",
-        default=CLOCK,
-        help="the topic or service that says it is there (%(default)s)",
+        "--sign", metavar="/TOPIC", default=CLOCK, help="what is published where there is one (%(default)s)"
     )
     options = parser.parse_args()
     main(options.node, options.wait, options.sign)

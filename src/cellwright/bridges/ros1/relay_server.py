@@ -9,10 +9,11 @@ import time
 from collections import deque
 from typing import Any, Callable
 
-from cellwright.bridges.ros1.census import CLOCK, is_there
+from cellwright.bridges.ros1.census import CLOCK
 from cellwright.bridges.ros1.loop import Loop
 from cellwright.bridges.ros1.master import Master, MasterGoneError
 from cellwright.bridges.ros1.outlet import Outlet
+from cellwright.bridges.ros1.received import received
 from cellwright.bridges.ros1.relay_topics import HeardTopic, SpokenTopic
 from cellwright.bridges.ros1.report import report
 from cellwright.bridges.ros1.service_client import ServiceClient, ServiceGoneError
@@ -46,11 +47,17 @@ class Relay:
         master: the ROS master.
         node: our node name.
         welcome: what the client is told first.
-        sign: the topic or service that is there as long as whom the client came for.
+        sign: the topic that is published as long as there is a cell.
     """
 
     def __init__(
-        self, loop: Loop, connection: socket.socket, master: Master, node: str, welcome: dict[str, Any], sign: str
+        self,
+        loop: Loop,
+        connection: socket.socket,
+        master: Master,
+        node: str,
+        welcome: dict[str, Any],
+        sign: str = CLOCK,
     ) -> None:
         self._loop = loop
         self._connection = connection
@@ -85,39 +92,23 @@ class Relay:
         self._loop.stop(0)
 
     def _look_after(self) -> None:
-        """See whether the cell is still there: it has signed off, or there is neither a master nor a clock any more.
-
-        Of one without a clock nothing else may be heard.
-        """
+        """See whether the cell is still there: it has signed off, or neither master nor sign is there any more."""
         try:
-            self._looks = 0 if self._is_registered() else _MOST_LOOKS
+            self._looks = _MOST_LOOKS if is_simulator_gone(self._master, self._sign) else 0
         except MasterGoneError:
-            has_clock = self._sign == CLOCK
-            heard = [topic for topic in list(self._heard.values()) if topic.name == CLOCK or not has_clock]
-            self._looks = self._looks + 1 if heard and not any(topic.is_connected for topic in heard) else 0
+            heard = self._heard.get(self._sign)
+            self._looks = self._looks + 1 if heard is not None and not heard.is_connected else 0
         if self._looks >= _MOST_LOOKS:
-            self.end("the cell has ended" if self._sign == CLOCK else "the robot's node has ended")
+            self.end("the cell has ended")
         else:
             self._loop.later(_LOOK_AFTER, self._look_after)
-
-    def _is_registered(self) -> bool:
-        """Whether the sign is still there.
-
-        Raises:
-            MasterGoneError: the master does not answer.
-        """
-        state = self._master.ask("getSystemState")
-        return state is None or is_there(state, self._sign)
 
     # ---------------------------------------------------------------- frames
 
     def _read(self) -> None:
-        try:
-            data = self._connection.recv(_PIECE)
-        except (BlockingIOError, InterruptedError):
+        data = received(self._connection, _PIECE)
+        if data is None:
             return
-        except OSError:
-            data = b""
         if not data:
             self._outlet.close()
             self._loop.stop(0)
@@ -279,6 +270,16 @@ class Relay:
 
     def _count(self) -> int:
         return sum(topic.published for topic in self._spoken.values())
+
+
+def is_simulator_gone(master: Master, sign: str = CLOCK) -> bool:
+    """Whether nobody has a clock, or another sign, to publish any more.
+
+    Raises:
+        MasterGoneError: the master does not answer.
+    """
+    state = master.ask("getSystemState")
+    return state is not None and all(name != sign for name, _ in state[0])
 
 
 def _refusal(number: int, error: str, reason: str) -> Frame:

@@ -36,8 +36,7 @@ class Ros1Transport(SocketTransport):
         node: absolute name of the client's node.
         environment: of the relay, which names the master; this process's own when left out.
         patience: how long [s] to wait for a simulator to appear.
-        sign: the topic or service that says that it is there: `/clock` for a cell; for a robot's controller node, which
-            may live without a clock, `/io_teleop_reset_robot`.
+        sign: the topic that is published where there is one, and as long as there is.
 
     Raises:
         UsageError: there is no master or no simulator, or the relay cannot be started.
