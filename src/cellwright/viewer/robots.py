@@ -18,11 +18,38 @@ from cellwright.world.robot_floor import seen_corners
 
 WIDTH, HEIGHT = 900, 1000
 """Of a picture, in pixels, unless told otherwise."""
+TURN, TILT = math.radians(-28), math.radians(12)
+"""From where a robot is seen [rad], unless told otherwise: to the right of its front, and from above."""
 
 _FOV = math.radians(30)
 _MARGIN = 0.94  # share of the picture that the robot fills
-_NEAREST = 0.05  # [m], of a robot that has nothing to be seen
+_NEAREST = 0.01  # [m], from a robot that has nothing to be seen
 _LAMP_TURN, _LAMP_TILT, _LAMP_DISTANCE = math.radians(28), math.radians(48), 8.0  # [m]
+
+
+def robot_camera(
+    world: RobotWorld,
+    data: mujoco.MjData,
+    width: int = WIDTH,
+    height: int = HEIGHT,
+    *,
+    turn: float = TURN,
+    tilt: float = TILT,
+) -> Camera:
+    """A camera that has the whole robot in its picture.
+
+    Args:
+        world: the robot.
+        data: its state; only read.
+        width: of the picture, in pixels.
+        height: of the picture, in pixels.
+        turn: from where it is seen [rad]: 0 from its front (the x axis of its root link), positive from its left.
+        tilt: from how far above [rad], less than a right angle.
+
+    Raises:
+        UsageError: if an argument is out of range.
+    """
+    return camera_on(world.model, data, _heading(world, data) + turn, tilt, width, height)
 
 
 def save_robot_picture(
@@ -32,30 +59,21 @@ def save_robot_picture(
     width: int = WIDTH,
     height: int = HEIGHT,
     *,
-    turn: float = math.radians(-28),
-    tilt: float = math.radians(12),
+    turn: float = TURN,
+    tilt: float = TILT,
     progress: Progress | None = None,
 ) -> None:
     """Writes a picture of the whole robot as it stands to the file `path`, as PNG.
 
-    Args:
-        path: the file.
-        world: the robot.
-        data: its state; only read.
-        width: in pixels.
-        height: in pixels.
-        turn: from where it is seen [rad]: 0 from its front (the x axis of its root link), positive from its left.
-        tilt: from how far above [rad].
-        progress: told how far it is.
+    The arguments are those of `robot_camera`; `progress` is told how far it is.
 
     Raises:
         UsageError: if an argument is out of range or the file cannot be written.
     """
-    heading = turn + _heading(world, data)
-    camera = camera_on(world.model, data, heading, tilt, width, height)
-    lamp = _direction(heading - _LAMP_TURN, _LAMP_TILT)
-    x, y, z = (float(_LAMP_DISTANCE * value) for value in lamp)
-    save_picture(path, world.model, data, camera, width, height, lamp=(x, y, z), progress=progress)
+    camera = robot_camera(world, data, width, height, turn=turn, tilt=tilt)
+    heading = math.atan2(camera.eye[1] - camera.target[1], camera.eye[0] - camera.target[0])
+    lamp = _LAMP_DISTANCE * _direction(heading - _LAMP_TURN, _LAMP_TILT)
+    save_picture(path, world.model, data, camera, width, height, lamp=_vector(lamp), progress=progress)
 
 
 def camera_on(
@@ -80,18 +98,21 @@ def camera_on(
     if not len(corners):
         corners = np.zeros((1, 3))
     back = _direction(heading, tilt)
-    target = (corners.min(axis=0) + corners.max(axis=0)) / 2
-    up = math.tan(_FOV / 2) * _MARGIN
-    across = up * width / height
-    for _ in range(4):  # the target moves to where the picture's middle is; a few rounds settle it
-        optical = (corners - target) @ _camera(target + back, target).world_R_optical
-        right, down, deep = optical.T
-        distance = max(_NEAREST, float(np.max(np.maximum(np.abs(right) / across, np.abs(down) / up) - deep)))
-        sight = _camera(target + distance * back, target)
-        slopes = optical[:, :2] / (deep + distance)[:, None]
-        shift = distance * (slopes.min(axis=0) + slopes.max(axis=0)) / 2
-        target = target + sight.world_R_optical[:, :2] @ shift
-    return _camera(target + distance * back, target)
+    optical_R_world = _camera(back, np.zeros(3)).world_R_optical.T
+    right, down, deep = optical_R_world @ corners.T
+    slope = math.tan(_FOV / 2) * _MARGIN
+    # Each corner keeps the eye behind four planes: as near as all of them allow is where the robot fills the picture.
+    x, nearest_x = _eye(right, deep, slope * width / height)
+    y, nearest_y = _eye(down, deep, slope)
+    middle = (float(deep.min()) + float(deep.max())) / 2
+    z = min(nearest_x, nearest_y, middle - _NEAREST)
+    return _camera(np.array((x, y, z)) @ optical_R_world, np.array((x, y, middle)) @ optical_R_world)
+
+
+def _eye(across: NDArray[np.float64], deep: NDArray[np.float64], slope: float) -> tuple[float, float]:
+    """Where an eye sees all points within `slope` to either side: how far across, and how deep at most [m]."""
+    low, high = float(np.max(across - slope * deep)), float(np.min(across + slope * deep))
+    return (low + high) / 2, (high - low) / (2 * slope)
 
 
 def _camera(eye: NDArray[np.float64], target: NDArray[np.float64]) -> Camera:
