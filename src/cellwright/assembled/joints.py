@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Generic, Iterable, List, Mapping, NamedTuple, Sequence, TypeVar, Union
+from typing import Any, Generic, Iterable, Mapping, NamedTuple, Sequence, TypeVar, Union
 
 from cellwright.assembled import services
 from cellwright.assembled.process import RobotProcess
@@ -29,10 +29,10 @@ class JointStates(NamedTuple):
         efforts: [N m; N].
     """
 
-    names: List[str]
-    positions: List[float]
-    velocities: List[float]
-    efforts: List[float]
+    names: list[str]
+    positions: list[float]
+    velocities: list[float]
+    efforts: list[float]
 
 
 @dataclass(frozen=True)
@@ -114,8 +114,8 @@ class Joints:
         return joint.lower, joint.upper
 
     def _command(self, service: str, indices: Indices, positions: Numbers) -> None:
-        chosen = [indices] if _is_one(indices) else list(indices)  # type: ignore[arg-type]
-        values = [positions] if _is_one(positions) else list(positions)  # type: ignore[arg-type]
+        chosen: list[Any] = _listed(indices)
+        values: list[Any] = _listed(positions)
         if len(chosen) != len(values):
             raise UsageError(f"{len(chosen)} joints and {len(values)} positions: as many of each are needed")
         for index in chosen:
@@ -135,11 +135,13 @@ class Joints:
             raise UsageError(f"joint {index}, {joint.name}, cannot be moved: it is {joint.type}")
 
 
-def _is_one(value: Any) -> bool:
-    return not hasattr(value, "__len__")
+def _listed(value: Any) -> list[Any]:
+    """One number or several, as programs give them, arrays of numpy among them."""
+    return list(value) if hasattr(value, "__len__") else [value]
 
 
 def _joint(row: Mapping[str, Any]) -> JointInfo:
     """A joint of the description, where None stands for what is not limited."""
     unlimited = {"lower": -math.inf, "upper": math.inf, "effort": math.inf, "velocity": math.inf}
-    return JointInfo(**{key: unlimited.get(key) if value is None else value for key, value in row.items()})
+    found: dict[str, Any] = {key: unlimited.get(key) if value is None else value for key, value in row.items()}
+    return JointInfo(**found)

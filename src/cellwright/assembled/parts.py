@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, List, Mapping, Sequence
+from typing import Any, Mapping, Sequence
 
 from cellwright.assembled import services
 from cellwright.assembled.joints import Joints, Pose
@@ -28,7 +28,7 @@ class RobotBase:
 
     @property
     def pose(self) -> Pose:
-        """Where it is in the world. (The original forgot the pose that the configuration loads the robot at.)"""
+        """Where it is in the world; the original forgot the pose that the configuration loads the robot at."""
         return self._joints.link_poses([ROOT])[0]
 
     def reset_base(self, pose: Pose) -> None:
@@ -51,9 +51,9 @@ class RobotArm:
 
     def __init__(self, joints: Joints, described: Mapping[str, Any]) -> None:
         self._joints = joints
-        self.arm_joint_index: List[int] = list(described["joints"])
+        self.arm_joint_index: list[int] = list(described["joints"])
         self.ee_index: int = described["tip"]
-        self.home_j_pos: List[float] = list(described["home"])
+        self.home_j_pos: list[float] = list(described["home"])
         self.home_ee_pose: Pose = described["home_pose"]
 
     @property
@@ -83,7 +83,7 @@ class RobotGripper:
 
     def __init__(self, joints: Joints, described: Mapping[str, Any]) -> None:
         self._joints = joints
-        self.finger_index: List[int] = list(described["joints"])
+        self.finger_index: list[int] = list(described["joints"])
         self.joint_range = [list(joints.range_of(index)) for index in self.finger_index]
 
     @property
@@ -122,9 +122,9 @@ class RobotHead:
 
     def __init__(self, joints: Joints, described: Mapping[str, Any]) -> None:
         self._joints = joints
-        self._axes: List[int] = list(described["axes"])
-        self.head_joint_index: List[int] = list(described["joints"])
-        self.home_j_pos: List[float] = list(described["home"])
+        self._axes: list[int] = list(described["axes"])
+        self.head_joint_index: list[int] = list(described["joints"])
+        self.home_j_pos: list[float] = list(described["home"])
 
     @property
     def rotation(self) -> list[float]:

@@ -47,7 +47,7 @@ class RobotProcess:
         self._frames: list[Frame] = []
         self._connection: socket.socket | None = None
         try:
-            self._process = subprocess.Popen(
+            self._process = subprocess.Popen(  # noqa: S603
                 [python, "-E", "-P", "-c", _START.format(_PLACE)],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,

@@ -18,5 +18,7 @@ def index_table(joints: Iterable[JointInfo]) -> str:
 
 
 def _row(joint: JointInfo) -> tuple[str, ...]:
-    bounds = [f"{value:.4g}" if joint.is_driven and math.isfinite(value) else "" for value in (joint.lower, joint.upper)]
+    bounds = [
+        f"{value:.4g}" if joint.is_driven and math.isfinite(value) else "" for value in (joint.lower, joint.upper)
+    ]
     return (str(joint.index), joint.name, joint.type, joint.link, joint.parent, *bounds)

@@ -90,7 +90,7 @@ class RobotServices:
             (x, y, z), (qx, qy, qz, qw) = asked["pose"]
             wanted = Pose((x, y, z), (qw, qx, qy, qz))
             if not all(map(math.isfinite, (x, y, z, qx, qy, qz, qw))):
-                raise ValueError("not finite")  # noqa: TRY301
+                raise ValueError("not finite")
         except (KeyError, TypeError, ValueError) as error:
             raise RejectedCommandError(f"a pose is [[x, y, z], [qx, qy, qz, qw]]: {error}") from None
         simulation = self._node.simulation

@@ -1,8 +1,8 @@
 """A driver of one's own, as the node sees it: called by a thread of its own, watched, and held when it fails.
 
-Hardware answers when it likes. So the node never waits for it: targets are left for the thread, and what the driver read
-last is what the node knows. A driver that raises, reads what is no number or says nothing for too long has failed: it is
-told to hold the posture that it read last, and is given no target until somebody clears that.
+Hardware answers when it likes. So the node never waits for it: targets are left for the thread, and what the driver
+read last is what the node knows. A driver that raises, reads what is no number or says nothing for too long has failed:
+it is told to hold the posture that it read last, and is given no target until somebody clears that.
 """
 
 from __future__ import annotations

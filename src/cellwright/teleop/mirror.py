@@ -15,14 +15,18 @@ class Mirror(Device):
     Args:
         driver: of the robot.
         servos: of the model.
-        on_fault: called once with each failure of the driver.
+        hold: forgets what the joints were told, so that they are to stay where they are.
+        report: takes a line about each failure of the driver.
     """
 
-    def __init__(self, driver: LiveDriver, servos: JointServos, on_fault: Callable[[str], None]) -> None:
+    def __init__(
+        self, driver: LiveDriver, servos: JointServos, hold: Callable[[], None], report: Callable[[str], None]
+    ) -> None:
         super().__init__("mirror")
         self._driver = driver
         self._servos = servos
-        self._on_fault = on_fault
+        self._hold = hold
+        self._report = report
         self._told = ""
 
     def reset(self) -> None:
@@ -30,13 +34,14 @@ class Mirror(Device):
         self._show()
 
     def before_step(self) -> None:
-        """Look at the robot."""
+        """Look at the robot; while its driver has failed, whatever comes is forgotten."""
         self._show()
         fault = self._driver.fault
-        if fault != self._told:
-            self._told = fault
-            if fault:
-                self._on_fault(fault)
+        if fault:
+            self._hold()
+            if not self._told:
+                self._report(f"the driver has failed, and the robot holds: {fault}")
+        self._told = fault
 
     def close(self) -> None:
         """Let go of the robot."""
