@@ -83,6 +83,7 @@ class Approach:
 
     def lead(self, joints: Numbers, positions: Array) -> None:
         """Have joints go to positions [rad; m] by the node's own wish: past guard and clutch, within limits."""
+        self.source[joints] = NOBODY
         self.desired[joints] = np.clip(positions, self.lower[joints], self.upper[joints])
         self._is_under_way = True
         self._wary[joints] = self._slowly[joints] = False

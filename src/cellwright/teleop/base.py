@@ -62,7 +62,7 @@ class Base(Device):
     def reset(self) -> None:
         """Stand where the configuration says."""
         self.halt()
-        self._place(self._first)
+        self.place(self._first)
 
     def command(self, data: Sequence[float]) -> None:
         """Carry out a command.
@@ -114,7 +114,7 @@ class Base(Device):
     def set_state(self, state: State) -> None:
         """Take over what `get_state` returned."""
         x, y, z = state["position"]
-        self._place(Pose((x, y, z), tuple(state["quaternion"])))
+        self.place(Pose((x, y, z), tuple(state["quaternion"])))
         turn, forward, left = state["velocity"]
         self._velocity, self._until = (turn, forward, left), state["until"]
 
@@ -124,9 +124,10 @@ class Base(Device):
             raise RejectedCommandError(f"the base may be {FARTHEST:g} m from the origin, and no farther")
         length = math.hypot(*moved.quaternion)  # else it would grow with every message
         w, i, j, k = (value / length for value in moved.quaternion)
-        self._place(Pose(moved.position, (w, i, j, k)))
+        self.place(Pose(moved.position, (w, i, j, k)))
 
-    def _place(self, pose: Pose) -> None:
+    def place(self, pose: Pose) -> None:
+        """Put what carries the robot somewhere, at once: `pose` is world_T_base."""
         self.pose = pose
         data = self.simulation.data
         data.mocap_pos[self._mocap] = np.array(pose.position)

@@ -59,7 +59,9 @@ class Commander(Device):
         self.numbers = {name: number for number, name in enumerate(driver.joints)}
         self.counts = Counts()
         self.on_hold: list[Callable[[], None]] = []
-        """Called whenever all joints are held: what moves them by itself is to end then."""
+        """Called whenever all joints are held, and before they go home: what moves by itself is to end then."""
+        self.on_clear: list[Callable[[], None]] = []
+        """Called when an emergency stop is cleared."""
         joints = [robot.joint(name) for name in driver.joints]
         limits = [joint.limits for joint in joints]
         self._approach = Approach(
@@ -142,7 +144,7 @@ class Commander(Device):
             self._silent.discard(topic)
             self.notices.tell(f"{topic} is heard again, from {node or 'a client'}")
 
-    def aim(self, topic: str, joints: Iterable[int], positions: Iterable[float], *, guarded: bool = False) -> None:
+    def follow(self, topic: str, joints: Iterable[int], positions: Iterable[float], *, guarded: bool = False) -> None:
         """Have joints, by their number, follow a topic to positions [rad; m]; cut off at their limits.
 
         Args:
@@ -158,6 +160,17 @@ class Commander(Device):
         beyond = self._approach.follow(_SOURCES.index(topic), chosen, targets, self._measured, guarded=guarded)
         if len(beyond):
             self._tell_of_limits(topic, beyond, dict(zip(chosen.tolist(), targets.tolist(), strict=True)))
+
+    def aim(self, joints: Iterable[int], positions: Iterable[float]) -> bool:
+        """Have joints, by their number, go to positions [rad; m] by the wish of the node's own program.
+
+        Returns:
+            False where commands are not taken now: nothing was changed then.
+        """
+        if self.takes_commands:
+            chosen = np.fromiter(joints, dtype=np.intp)
+            self._approach.lead(chosen, np.fromiter(positions, dtype=np.float64))
+        return self.takes_commands
 
     def leads(self, topic: str, joints: Iterable[int]) -> bool:
         """Whether a topic is what these joints follow: no other has commanded them since, and none was held."""
@@ -179,11 +192,13 @@ class Commander(Device):
         if not self.is_stopped:
             self.is_stopped = True
             self.hold(why)
-            self.notices.tell(f"{why}; it is cleared by /io_teleop/clear_emergency_stop")
+            self.notices.tell(f"{why}; /io_teleop/clear_emergency_stop ends it")
 
     def clear_stop(self) -> None:
         """End an emergency stop: the robot stays where it is until the next command."""
         self.is_stopped = False
+        for begin in self.on_clear:
+            begin()
 
     def set_enabled(self, enabled: bool) -> None:  # noqa: FBT001
         """Take commands, or none: then the robot holds where it stands."""

@@ -31,7 +31,7 @@ class Commands:
         commander: who follows them.
         homing: brings the robot home.
         grippers: right, left.
-        base: what carries the robot, where it may move.
+        base: what carries the robot.
     """
 
     def __init__(
@@ -40,7 +40,7 @@ class Commands:
         commander: Commander,
         homing: Homing,
         grippers: Sequence[GripperRange],
-        base: Base | None,
+        base: Base,
     ) -> None:
         self._config, self._commander, self._homing = config, commander, homing
         self._grippers, self._base = tuple(grippers), base
@@ -89,7 +89,7 @@ class Commands:
             if len(known) < len(asked):
                 self._tell_of_others(topic, allowed, asked)
             if known:
-                commander.aim(topic, known.keys(), known.values(), guarded=True)
+                commander.follow(topic, known.keys(), known.values(), guarded=True)
             return bool(known)
 
         commander.take(topic, node, nanoseconds(message.header.stamp), act)
@@ -129,18 +129,14 @@ class Commands:
             if not all(0.0 <= status <= 1.0 for status in wanted):
                 said = ", ".join(f"{status:.4g}" for status in wanted)
                 self._commander.notices.tell_now_and_then(topic, f"{topic}: kept within 0 and 1: {said} was asked for")
-            self._commander.aim(topic, joints, positions)
+            self._commander.follow(topic, joints, positions)
             return True
 
         self._commander.take(topic, node, nanoseconds(message.header.stamp), act)
 
     def _base_move(self, message: Any, node: str) -> None:
-        base = self._base
-        if base is None:
-            return
-
         def act() -> bool:
-            base.command(message.data.tolist())
+            self._base.command(message.data.tolist())
             return True
 
         self._commander.take("/io_teleop/target_base_move", node, 0, act)

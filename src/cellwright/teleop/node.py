@@ -14,9 +14,12 @@ from cellwright.teleop.base import Base
 from cellwright.teleop.commander import Commander
 from cellwright.teleop.commands import Commands
 from cellwright.teleop.counts import Counts
+from cellwright.teleop.driver import Driver
 from cellwright.teleop.gate import Gate
 from cellwright.teleop.grippers import ranges
 from cellwright.teleop.home import Homing
+from cellwright.teleop.live_driver import LiveDriver
+from cellwright.teleop.mirror import Mirror
 from cellwright.teleop.notices import Notices
 from cellwright.teleop.publications import Publications
 from cellwright.teleop.safety import SafetySettings
@@ -36,6 +39,10 @@ class RobotNode:
         sim_time: whether messages carry simulation time, which is then told on /clock.
         stamp: the time that messages carry [ns], where that is not simulation time.
         report: takes a line about refused input, at most one a second from each source.
+        driver: moves the robot in place of the simulation, which then only shows it; it is closed with the node.
+
+    Raises:
+        DriverError: the driver is not this robot's, or cannot be read.
     """
 
     in_competition = False
@@ -52,32 +59,39 @@ class RobotNode:
         sim_time: bool = False,
         stamp: Callable[[], int] | None = None,
         report: Callable[[str], None] = lambda _line: None,
+        driver: Driver | None = None,
     ) -> None:
         self.config = config
         self.name = config.name
         self.world = build_robot(config, timestep=timestep, self_collision=self_collision)
         self.simulation = Simulation(self.world.model, timestep=timestep, first_pose=self.world.put_in_first_pose)
         self.servos = JointServos(config.robot, motion)
+        self.driver: Driver = self.servos if driver is None else LiveDriver(config, driver)
         self.bus = Bus(lambda: self.simulation.now, report)
         told = stamp if stamp is not None and not sim_time else lambda: self.simulation.now
         notices = Notices(lambda: self.simulation.now, report)
         gate = Gate(safety, lambda: self.simulation.now, told)
-        self.commander = Commander(self.servos, config.robot, safety, gate, notices)
+        self.commander = Commander(self.driver, config.robot, safety, gate, notices)
         self.homing = Homing(config, self.commander)
-        self.base = Base(config) if config.fixed_link is None else None
-        self.simulation.add(self.servos)
-        if self.base is not None:
-            self.simulation.add(self.base)
-            self.commander.on_hold.append(self.base.halt)
-        self.simulation.add(self.commander)
-        self.simulation.add(self.homing)
+        self.base = Base(config)
+        self.commander.on_hold.append(self.base.halt)
+        self._add_devices()
         grippers = ranges(config.grippers, config.robot, self.commander.numbers)
         table = io_teleop.rows(config, node=node, sim_time=sim_time)
         Commands(config, self.commander, self.homing, grippers, self.base).serve(self.bus, table)
-        Publications(config.robot, self.servos, self.commander, grippers, told).advertise(
+        Publications(config.robot, self.driver, self.commander, grippers, told).advertise(
             self.bus, self.simulation, table
         )
         self.simulation.reset()
+
+    def _add_devices(self) -> None:
+        """Give the devices their places: what brings targets acts before the commander, which gives them on."""
+        self.simulation.add(self.servos)
+        if isinstance(self.driver, LiveDriver):
+            self.commander.on_clear.append(self.driver.clear)
+            self.simulation.add(Mirror(self.driver, self.servos, self.commander.stop))
+        for device in (self.base, self.commander, self.homing):
+            self.simulation.add(device)
 
     @property
     def counts(self) -> Counts:
