@@ -83,7 +83,10 @@ class _Reader:
         links = {name: self._links.read(element, name) for name, element in elements.items()}
         ordered = self._joints.with_leaders(ordered)
         self._tell_of_all()
-        return RobotModel(self._root.get("name") or self._path.stem, roots[0], links, tuple(ordered))
+        name = self._root.get("name") or self._path.stem
+        written = tuple(joint.name for joint in joints)
+        is_sorted = written == tuple(joint.name for joint in ordered)
+        return RobotModel(name, roots[0], links, tuple(ordered), () if is_sorted else written)
 
     def _link_elements(self) -> dict[str, Element]:
         found: dict[str, Element] = {}
