@@ -39,7 +39,7 @@ def plot(curves: Sequence[Curve], *, width: int = 72, height: int = 12, unit: st
     high = max(float(curve.values.max()) for curve in curves)
     begin = min(float(curve.time[0]) for curve in curves)
     end = max(float(curve.time[-1]) for curve in curves)
-    labels = [f"{value:.3g}" for value in (high, low)]
+    labels = [f"{value if abs(value) > 1e-6 * (high - low) else 0.0:.3g}" for value in (high, low)]
     margin = max(map(len, labels))
     columns = max(8, width - margin - 1)
     cells = np.zeros((height, columns), dtype=int)
@@ -57,7 +57,7 @@ def plot(curves: Sequence[Curve], *, width: int = 72, height: int = 12, unit: st
         for cell, number in zip(cells[row], colours[row], strict=True):
             text.append(chr(_BLANK + int(cell)), style=curves[number].colour if number >= 0 else "")
         text.append("\n")
-    left, right = f"{begin:.3g} s", f"{end:.3g} s"
+    left, right = f"{round(begin, 2):g} s", f"{round(end, 2):g} s"
     text.append(f"{'':>{margin}} {left}{right:>{max(1, columns - len(left))}}\n", style="dim")
     text.append(" " * (margin + 1))
     for number, curve in enumerate(curves):

@@ -45,7 +45,8 @@ class JointLimits:
 
         Args:
             name: of the joint.
-            low, high: the ends of the way [rad; m].
+            low: the lower end of the way [rad; m].
+            high: the upper one.
             what: what would take this way, for people.
 
         Raises:
