@@ -13,7 +13,7 @@ from cellwright.errors import RejectedCommandError
 from cellwright.pose import Pose
 from cellwright.server import Server
 from cellwright.teleop.node import RobotNode
-from cellwright.world.robot import BASE
+from cellwright.world.robot import BASE, body_of
 
 
 class RobotServices:
@@ -144,5 +144,5 @@ class RobotServices:
     def _pose(self, index: int) -> Pose:
         simulation = self._node.simulation
         simulation.refresh()
-        body = simulation.data.body(self._robot.link_at(index))
+        body = simulation.data.body(body_of(self._robot.link_at(index)))
         return Pose(tuple(body.xpos.tolist()), tuple(body.xquat.tolist()))

@@ -15,8 +15,10 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from cellwright.description.problems import Place, Problem
 from cellwright.description.robot.config import RobotConfig
 from cellwright.description.robot.model import Inertial, Joint, JointType, Link, RobotModel
+from cellwright.errors import DescriptionError
 from cellwright.pose import IDENTITY_QUATERNION
 from cellwright.world.robot_contacts import exclude, joined_pairs, overlapping_pairs
 from cellwright.world.robot_floor import add_floor, put_floor_under
@@ -41,9 +43,17 @@ BASE = "cellwright base"
 """Name of the body that carries the robot: it has no place in the URDF, and moves as `target_base_move` says."""
 
 
+_TAKEN = ("world", "cellwright ")  # the engine's name of the world, and how ours begin
+
+
+def body_of(link: str) -> str:
+    """Name of a link's body in the engine: the link's own, but for the few names that are taken there."""
+    return f"cellwright link {link}" if link == _TAKEN[0] or link.startswith(_TAKEN[1]) else link
+
+
 @dataclass(frozen=True)
 class RobotWorld:
-    """A robot, and the engine's model of it: bodies are named after links, joints and actuators after joints.
+    """A robot, and the engine's model of it: joints and actuators are named after joints, bodies after links (`body_of`).
 
     The actuators exert nothing: their controls are where the targets of the joints stand [rad; m], so that they are
     part of the engine's state and can be moved in its own window.
@@ -65,6 +75,9 @@ def build_robot(config: RobotConfig, *, timestep: Fraction = TIMESTEP, self_coll
         config: the robot.
         timestep: length of a step [s].
         self_collision: whether links may touch each other; see `robot_contacts` for those that never do.
+
+    Raises:
+        DescriptionError: it is a robot that the engine cannot build.
     """
     spec = mujoco.MjSpec()
     spec.modelname = config.name
@@ -82,15 +95,24 @@ def build_robot(config: RobotConfig, *, timestep: Fraction = TIMESTEP, self_coll
     builder.build()
     add_floor(spec)
     moved = frozenset(joint.name for joint in config.robot.joints if joint.type in _HINGE)
-    exclude(spec, joined_pairs(config.robot, moved, frozenset(builder.touched)))
-    world = RobotWorld(config, spec.compile())
+    joined = joined_pairs(config.robot, moved, frozenset(builder.touched))
+    exclude(spec, [(body_of(one), body_of(other)) for one, other in joined])
+    world = RobotWorld(config, _compiled(spec, config))
     data = mujoco.MjData(world.model)
     world.put_in_first_pose(data)
     if overlapping := overlapping_pairs(world.model, data) if self_collision else []:
         exclude(spec, overlapping)
-        world = RobotWorld(config, spec.compile())
+        world = RobotWorld(config, _compiled(spec, config))
     put_floor_under(world.model, data)
     return world
+
+
+def _compiled(spec: Any, config: RobotConfig) -> mujoco.MjModel:
+    try:
+        return spec.compile()
+    except ValueError as error:
+        message = f"the engine cannot build this robot: {' '.join(str(error).split())}"
+        raise DescriptionError([Problem(Place(0, str(config.urdf_path), 0), "", message)]) from None
 
 
 class _Builder:
@@ -111,7 +133,7 @@ class _Builder:
         """The base with the robot on it; it is grown from the link that is fastened to the world."""
         base = self._spec.worldbody.add_body(name=BASE, mocap=True, **placed(self._config.base_pose))
         first = self._config.fixed_link or self._robot.root
-        body = base.add_body(name=first)
+        body = base.add_body(name=body_of(first))
         self._fill(body, self._robot.links[first])
         self._grow(body, first)
         for joint in self._robot.driven:
@@ -130,7 +152,7 @@ class _Builder:
                 is_turned_over = joint.child == link
                 other = joint.parent if is_turned_over else joint.child
                 origin = joint.origin.inverse() if is_turned_over else joint.origin
-                grown = body.add_body(name=other, **placed(origin))
+                grown = body.add_body(name=body_of(other), **placed(origin))
                 self._fill(grown, self._robot.links[other])
                 if joint.type in _HINGE:
                     self._add_joint(grown, joint, is_turned_over=is_turned_over)
