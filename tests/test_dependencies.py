@@ -24,6 +24,14 @@ def test_every_dependency_is_capped_installed_and_explained(requirement: Require
     assert f"`{requirement.name}`" in (ROOT / "docs" / "dependencies.md").read_text()
 
 
+@pytest.mark.parametrize(
+    "requirement", map(Requirement, PROJECT["project"]["optional-dependencies"]["gui"]), ids=lambda each: each.name
+)
+def test_what_a_window_needs_is_capped_and_explained(requirement: Requirement) -> None:
+    assert {">=", "<"} <= {each.operator for each in requirement.specifier}
+    assert f"`{requirement.name}`" in (ROOT / "docs" / "dependencies.md").read_text()
+
+
 def test_there_is_one_engine() -> None:
     names = {re.sub(r"[-_.]+", "-", each.metadata["Name"]).lower() for each in distributions()}
     assert "mujoco" not in names, "the package mujoco writes over mujoco-core"

@@ -77,5 +77,7 @@ def hindrance() -> str:
     if sys.platform == "darwin":
         return "no window can be opened: on macOS MuJoCo's window needs its own Python, mjpython; use --snapshot"
     if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        return "no window can be opened: there is no display (DISPLAY is not set); use --snapshot, or run it on a desktop"
+        return (
+            "no window can be opened: there is no display (DISPLAY is not set); use --snapshot, or run it on a desktop"
+        )
     return ""

@@ -21,6 +21,8 @@ from cellwright.assembled import services
 from cellwright.client.transports.socket import SocketTransport
 from cellwright.errors import CellwrightError, RunEndedError
 from cellwright.messages.build import joint_state
+from cellwright.viewer.camera import Camera
+from cellwright.viewer.robots import HEIGHT, TILT, TURN, WIDTH, camera_on
 from cellwright.viewer.sliders import Sliders
 
 NODE = "/window"
@@ -28,7 +30,6 @@ COMMANDS = "/io_teleop/joint_cmd"
 
 _PERIOD = 1 / 60  # [s]
 _TIME_TO_CLOSE = 2.0  # [s]
-_FROM_THE_SIDE, _FROM_ABOVE = 30.0, 15.0  # [degrees], of the first view, off the robot's front
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -36,12 +37,11 @@ def main(arguments: Sequence[str]) -> int:
     host, port, file, *more = arguments
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a Ctrl-C on the terminal is for the node, whose end is ours
     model = mujoco.MjModel.from_binary_path(file)
-    import glfw  # noqa: PLC0415 (needs a system's library, which may not be there)
+    import glfw  # here, for it needs a system's library that may not be there
 
     glfw.ERROR_REPORTING = "ignore"
     if not glfw.init():
-        reason = glfw.get_error()[1] or b"unknown reason"
-        _say(f"no window can be opened: {reason.decode(errors='replace')}")
+        _say(f"no window can be opened: {_text(glfw.get_error()[1])}")
         return 1
     _say("ready")
     try:
@@ -53,11 +53,12 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def _show(model: mujoco.MjModel, transport: SocketTransport, *, has_sliders: bool) -> None:
-    from mujoco import viewer  # noqa: PLC0415 (as above)
+    from mujoco import viewer  # here, for it loads glfw
 
     data = mujoco.MjData(model)
     picture = RobotPicture(model, data)
     picture.take(transport.ask_server(services.STATE))
+    model.vis.global_.fovy = math.degrees(picture.camera.fov)
     before = set(threading.enumerate())
     try:
         with viewer.launch_passive(model, data, show_left_ui=False, show_right_ui=has_sliders) as window:
@@ -70,8 +71,7 @@ def _show(model: mujoco.MjModel, transport: SocketTransport, *, has_sliders: boo
 def _keep_up(window: Any, picture: RobotPicture, transport: SocketTransport) -> None:
     """Show the robot as it is, and pass on what is done with the sliders, until the window is closed."""
     with window.lock():
-        window.cam.azimuth = picture.heading + 180.0 - _FROM_THE_SIDE
-        window.cam.elevation = -_FROM_ABOVE
+        picture.look_at_it(window.cam)
     while window.is_running():
         begun = time.perf_counter()
         with window.lock():
@@ -100,10 +100,19 @@ class RobotPicture:
         self._sliders = Sliders(names)
 
     @property
-    def heading(self) -> float:
-        """Which way the robot faces [degrees], about the vertical from the x axis."""
+    def camera(self) -> Camera:
+        """One that has the whole robot in its picture, as `--snapshot` has it."""
         w, x, y, z = self._data.mocap_quat[0].tolist()
-        return math.degrees(math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+        heading = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+        return camera_on(self._model, self._data, heading + TURN, TILT, WIDTH, HEIGHT)
+
+    def look_at_it(self, view: mujoco.MjvCamera) -> None:
+        """Have MuJoCo's own camera stand there."""
+        camera = self.camera
+        forward = np.subtract(camera.target, camera.eye)
+        view.lookat[:], view.distance = camera.target, np.linalg.norm(forward)
+        view.azimuth = math.degrees(math.atan2(forward[1], forward[0]))
+        view.elevation = math.degrees(math.asin(forward[2] / view.distance))
 
     def moved(self) -> dict[str, float]:
         """Joints whose slider somebody has moved since the last state, with where it stands [rad; m]."""
@@ -116,6 +125,10 @@ class RobotPicture:
         data.mocap_pos[0], data.mocap_quat[0] = state["carrier"][:3], state["carrier"][3:]
         data.ctrl[:] = self._sliders.set(np.array(state["targets"]))
         mujoco.mj_forward(self._model, data)
+
+
+def _text(said: Any) -> str:
+    return said.decode(errors="replace") if isinstance(said, bytes) else str(said)
 
 
 def _say(line: str) -> None:
