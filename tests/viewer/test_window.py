@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from cellwright.assembled.services import STATE
-from cellwright.server import Server
 from cellwright.pose import Pose
+from cellwright.server import Server
 from cellwright.server.robot_services import RobotServices
 from cellwright.server.timekeeper import Timekeeper
 from cellwright.simulation.events import NEVER
