@@ -22,6 +22,8 @@ class Commander(Device):
         super().__init__("commander")
         self.driver = driver
         self.numbers = {name: number for number, name in enumerate(driver.joints)}
+        self.aims = np.zeros(len(driver.joints), dtype=int)
+        """How often each joint was given a target: whoever gave the newest one can tell whether it still stands."""
 
     def reset(self) -> None:
         """Hold what the robot stands in."""
@@ -30,7 +32,9 @@ class Commander(Device):
 
     def aim(self, joints: Iterable[int], positions: Iterable[float]) -> None:
         """Have joints, by their number, go to positions [rad; m]."""
-        self.desired[list(joints)] = list(positions)
+        chosen = list(joints)
+        self.desired[chosen] = list(positions)
+        self.aims[chosen] += 1
 
     def before_step(self) -> None:
         """Give the driver what is to be applied in this step."""
