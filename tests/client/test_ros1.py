@@ -260,6 +260,22 @@ def test_without_a_simulator_it_says_so(master: Ground) -> None:
         Ros1Transport(str(ros_python()), environment=master.environment, patience=0.5)
 
 
+def test_another_topic_than_the_clock_may_be_its_sign(master: Ground, make_cell: MakeCell) -> None:
+    cell = make_cell([out("/io_teleop/joint_states"), heard("/commands")])
+    start_bridge(master, cell)
+    with over_ros(master, sign="/io_teleop/joint_states") as transport:
+        heard_words: list[str] = []
+        transport.subscribe("/io_teleop/joint_states", lambda message: heard_words.append(message.data))
+        before = transport.now()
+        cell.say("/io_teleop/joint_states", to_ros1(String("here")))
+        transport.advance(before + 5_000_000_000, lambda: bool(heard_words))
+        assert heard_words == ["here"]
+        assert transport.now() > before
+        cell.send(Frame(Kind.ENDED, payload=b"over"))
+        with pytest.raises(RunEndedError, match="the cell has ended"):
+            transport.advance(transport.now() + 20_000_000_000)
+
+
 def test_without_an_interpreter_it_says_so() -> None:
     with pytest.raises(UsageError, match="/nowhere/python3 cannot be started: No such file"):
         Ros1Transport("/nowhere/python3")

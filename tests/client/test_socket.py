@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -11,6 +12,7 @@ import pytest
 
 from cellwright.cell import Cell
 from cellwright.client.client import Client
+from cellwright.client.session import Session
 from cellwright.client.transports.in_process import InProcess
 from cellwright.client.transports.socket import SocketTransport
 from cellwright.client.transports.transport import Transport
@@ -28,7 +30,9 @@ from cellwright.messages.std_srvs import TriggerRequest
 from cellwright.run import RunOptions, RunResult
 from cellwright.server import Server
 from cellwright.serving import Serving
+from cellwright.teleop.node import RobotNode
 from tests.cells import ARM_ONLY, INITIAL, KITTING, WHOLE, way
+from tests.operators import nodes as robots
 
 
 class Home:
@@ -163,6 +167,23 @@ def test_time_passes_by_itself_where_it_is_not_in_lockstep() -> None:
         before = transport.now()
         assert client.wait_until(lambda: False, timeout=0.1) is False
         assert transport.now() - before >= 100_000_000
+
+
+def test_where_no_clock_is_told_time_is_that_of_the_wall() -> None:
+    begun = time.monotonic()
+    with robots.served(RobotNode(robots.robot())) as address:
+        transport = SocketTransport(address)
+        session = Session(transport)
+        joints = session.latest("/io_teleop/joint_states")
+        assert joints.wait(timeout=5.0) is not None
+        before, heard = session.time, joints.count
+        session.sleep(0.3)
+        assert 0.3 <= session.time - before < 1.5
+        assert joints.count - heard >= 20
+        assert not session.wait_until(lambda: False, timeout=0.05)
+        assert session.wait_until(lambda: joints.count > heard + 40, timeout=5.0)
+        assert session.time <= time.monotonic() - begun + transport.welcome["time"] / 1e9
+        transport.close()
 
 
 def test_the_end_of_the_run_reaches_whoever_waits() -> None:

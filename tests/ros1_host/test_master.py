@@ -28,6 +28,7 @@ class FakeMaster:
         self.server = SimpleXMLRPCServer(("127.0.0.1", 0), logRequests=False)
         self.server.register_function(lambda caller: [1, "", 42], "getPid")
         self.server.register_function(self.set_param, "setParam")
+        self.server.register_function(self.get_param, "getParam")
         self.server.register_function(self.look_up, "lookupNode")
 
     @property
@@ -38,6 +39,11 @@ class FakeMaster:
         assert caller == "/cellwright"
         self.parameters[name] = value
         return [1, "", 0]
+
+    def get_param(self, caller: Any, name: Any) -> list[Any]:
+        if name in self.parameters:
+            return [1, "", self.parameters[name]]
+        return [-1, f"Parameter [{name}] is not set", 0]
 
     def look_up(self, caller: Any, name: Any) -> list[Any]:
         if name in self.nodes:
@@ -105,6 +111,13 @@ def test_a_master(fake: FakeMaster) -> None:
 def test_parameters_leave_alone_what_lies_beside_them(fake: FakeMaster) -> None:
     Master(fake.uri).set_parameters({"use_sim_time": True, "ariac": {"arm": {"gains": {"p": 1.0}}, "text": "x"}})
     assert fake.parameters == {"/use_sim_time": True, "/ariac/arm": {"gains": {"p": 1.0}}, "/ariac/text": "x"}
+
+
+def test_a_parameter_that_nobody_has_set_is_none(fake: FakeMaster) -> None:
+    master = Master(fake.uri)
+    assert master.parameter("/x") is None
+    master.set_parameter("/x", 0)
+    assert master.parameter("/x") == 0
 
 
 def test_nobody_there() -> None:

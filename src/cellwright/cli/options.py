@@ -25,6 +25,9 @@ from cellwright.viewer.views import view
 LATEST = 1e9
 """Latest time that a run may be asked to reach [s]."""
 
+LEAST_RATE, MOST_RATE = 100, 10_000
+"""Of a robot node's physics [Hz]: joint states are told a hundred times a second."""
+
 LARGEST_SEED = 2**63 - 1
 """As in a trial's file."""
 
@@ -131,6 +134,17 @@ def speed(text: str) -> float | None:
     value = _number(text)
     if not 0.0 < value < math.inf:
         refuse(f"--speed {text}: give a factor above 0, such as 1 for real time, or max")
+    return value
+
+
+def physics_rate(text: str) -> Fraction:
+    """Steps of physics a second; a fraction such as 1000/3 is taken as it is."""
+    try:
+        value = Fraction(text)
+    except (ValueError, ZeroDivisionError):
+        value = Fraction(0)
+    if not LEAST_RATE <= value <= MOST_RATE:
+        refuse(f"--rate {text}: give a number of steps a second from {LEAST_RATE} to {MOST_RATE}, such as 240")
     return value
 
 

@@ -18,7 +18,7 @@ from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.pictures import Pictures
 from cellwright.cli.progress import RunProgress, bar
 from cellwright.cli.served_result import offer_result
-from cellwright.cli.signals import stopped_by_signals
+from cellwright.cli.signals import Stop, stopped_by_signals
 from cellwright.contracts.gear_parameters import parameters
 from cellwright.description.trial import Trial
 from cellwright.recording.run_log import RunLog
@@ -87,7 +87,7 @@ def serve_trial(
         The exit status.
     """
     console = Console(stderr=wanted.as_json, highlight=False)
-    is_stopped = _Stop()
+    is_stopped = Stop()
     with stopped_by_signals(is_stopped.stop), ExitStack() as to_close:
         trial = load()
         warn = partial(console.print, markup=False, soft_wrap=True, style="yellow")
@@ -127,7 +127,7 @@ def serve_trial(
     if not wanted.as_json:
         score_table.show(console, result)
         if wanted.verbose and pace is not None:
-            score_table.note(console, "pace", _pace_text(pace))
+            score_table.note(console, "pace", pace_text(pace))
     pictures = Pictures(wanted.camera, [], _warn)
     # After the score, since it takes a while; not for somebody who wants it to end now, with the work undone.
     if wanted.picture is not None and (result.outcome is Outcome.DONE or not is_stopped.has_come):
@@ -144,24 +144,6 @@ def serve_trial(
     return status
 
 
-class _Stop:
-    """A wish to end that may come before there is anything to end."""
-
-    def __init__(self) -> None:
-        self.has_come = False
-        """Whether there is the wish."""
-        self._stop: Callable[[], None] = lambda: None
-
-    def stop(self) -> None:
-        self.has_come = True
-        self._stop()
-
-    def follow(self, stop: Callable[[], None]) -> None:
-        self._stop = stop
-        if self.has_come:
-            stop()
-
-
 def _begin(console: Console, cell: Cell, server: Server, speed: float | None, ros: Ros1 | None) -> None:
     """Have ROS know the cell, if it is to; then say that it is ready."""
     if ros is None:
@@ -171,19 +153,25 @@ def _begin(console: Console, cell: Cell, server: Server, speed: float | None, ro
 
 
 def _ready(console: Console, cell: Cell, server: Server, speed: float | None, more: str = "") -> None:
+    console.print(ready(cell.trial.name, server, speed) + more, markup=False, soft_wrap=True)
+
+
+def ready(name: str, server: Server, speed: float | None) -> str:
+    """The line that says that something is served, where, and how its time passes."""
     host, port = server.address
     if server.lockstep:
         pace = "lockstep"
     else:
         pace = "as fast as it goes" if speed is None else "real time" if speed == 1.0 else f"{speed:g} x real time"
-    console.print(f"ready: {cell.trial.name} at {host}:{port}, {pace}{more}", markup=False, soft_wrap=True)
+    return f"ready: {name} at {host}:{port}, {pace}"
 
 
 def _nothing() -> None:
     pass
 
 
-def _pace_text(pace: Pace) -> str:
+def pace_text(pace: Pace) -> str:
+    """How time kept to the wall clock, in words."""
     return f"{pace.factor:.4f} x real time, latest tick {pace.worst_lateness * 1e3:.1f} ms late"
 
 

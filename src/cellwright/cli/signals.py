@@ -30,3 +30,23 @@ def stopped_by_signals(stop: Callable[[], None]) -> Iterator[None]:
         yield
     finally:
         restore()
+
+
+class Stop:
+    """A wish to end that may come before there is anything to end."""
+
+    def __init__(self) -> None:
+        self.has_come = False
+        """Whether there is the wish."""
+        self._stop: Callable[[], None] = lambda: None
+
+    def stop(self) -> None:
+        """Wish it; to be called from a signal's handler."""
+        self.has_come = True
+        self._stop()
+
+    def follow(self, stop: Callable[[], None]) -> None:
+        """Have `stop` called when there is the wish; at once if there is."""
+        self._stop = stop
+        if self.has_come:
+            stop()

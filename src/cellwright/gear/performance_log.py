@@ -5,7 +5,6 @@ Scripts of the time look for the block that begins with `<game_score>`. Times ar
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from cellwright.kitting.effects import (
 )
 from cellwright.kitting.kit_score import KitScore
 from cellwright.kitting.scorer import GameScore, OrderScore
+from cellwright.recording.line_file import LineFile
 from cellwright.simulation.clock import seconds
 
 
@@ -39,14 +39,13 @@ class PerformanceLog:
 
     def __init__(self, path: Path, report: Callable[[str], None]) -> None:
         self.path = path
-        self._report = report
         self._has_score = False
-        self._file: int | None = None
+        self._file: LineFile | None = None
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             if path.is_symlink():  # the original left one, which may lead nowhere by now
                 path.unlink()
-            self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
+            self._file = LineFile(path, report=report)
         except OSError as error:
             report(f"{path}: there will be no score log: {error.strerror or error}")
 
@@ -71,19 +70,11 @@ class PerformanceLog:
     def close(self) -> None:
         """Write no more."""
         if self._file is not None:
-            file, self._file = self._file, None
-            os.close(file)
+            self._file.close()
 
     def _write(self, text: str) -> None:
-        if self._file is None:
-            return
-        rest = memoryview(f"{text}\n".encode())
-        try:
-            while rest:
-                rest = rest[os.write(self._file, rest) :]
-        except OSError as error:
-            self._report(f"{self.path}: can be written no more: {error.strerror or error}")
-            self.close()
+        if self._file is not None:
+            self._file.write(text)
 
 
 def _lines(effect: Effect) -> Iterator[str]:

@@ -1,32 +1,22 @@
 """A file of JSON values, one a line, that grows while something goes on.
 
-Every line is handed to the operating system whole and at once, so whatever ends the program, SIGKILL too, what was
-written before is in the file. Only the line being written at that moment can be cut short; `read_json_lines` leaves
-such a last line out.
+It outlives whatever ends the program, as any `LineFile`; `read_json_lines` leaves out a line that was cut short.
 """
 
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
 from cellwright.errors import UsageError
+from cellwright.recording.line_file import LineFile
 
 
 class JsonLines:
-    """Writes a file of JSON lines.
-
-    A disk that fails is no reason to lose what is going on: the first line that cannot be written is reported, and
-    nothing is written from then on, so that what is in the file has no gap.
-
-    Args:
-        path: the file.
-        append: go on behind what the file holds, behind a last line that was cut short too; else begin it anew.
-        report: takes a line about a file that can be written no more.
+    """Writes a file of JSON lines; see `LineFile` for its arguments, and for what becomes of a disk that fails.
 
     Raises:
         UsageError: the file cannot be opened.
@@ -34,20 +24,15 @@ class JsonLines:
 
     def __init__(self, path: Path, *, append: bool = False, report: Callable[[str], None] = lambda _line: None) -> None:
         self.path = path
-        self._report = report
         try:
-            self._file: int | None = os.open(
-                path, os.O_WRONLY | os.O_CREAT | (os.O_APPEND if append else os.O_TRUNC), 0o666
-            )
-            if append and _is_cut_short(path):
-                os.write(self._file, b"\n")
+            self._lines = LineFile(path, append=append, report=report)
         except OSError as error:
             raise UsageError(f"{path}: cannot be written: {error.strerror or error}") from None
 
     @property
     def is_writing(self) -> bool:
         """Whether lines still go to the file."""
-        return self._file is not None
+        return self._lines.is_writing
 
     def write(self, value: Mapping[str, Any]) -> None:
         """Add a line.
@@ -55,24 +40,12 @@ class JsonLines:
         Raises:
             ValueError: the value holds a number that JSON has not, or something that is no JSON value.
         """
-        if self._file is None:
-            return
-        rest = memoryview(f"{json.dumps(value, allow_nan=False)}\n".encode())
-        try:
-            while rest:
-                rest = rest[os.write(self._file, rest) :]
-        except OSError as error:
-            self._report(f"{self.path}: can be written no more: {error.strerror or error}")
-            self.close()
+        if self._lines.is_writing:
+            self._lines.write(json.dumps(value, allow_nan=False))
 
     def close(self) -> None:
         """Write no more."""
-        if self._file is not None:
-            file, self._file = self._file, None
-            try:
-                os.close(file)
-            except OSError as error:  # some file systems tell only now that the disk is full
-                self._report(f"{self.path}: may be incomplete: {error.strerror or error}")
+        self._lines.close()
 
     def __enter__(self) -> Self:
         return self
@@ -103,13 +76,3 @@ def _value(line: bytes) -> dict[str, Any] | None:
     except ValueError:
         return None
     return value if isinstance(value, dict) else None
-
-
-def _is_cut_short(path: Path) -> bool:
-    """Whether the last line of a file has no end."""
-    if not path.is_file():
-        return False
-    with path.open("rb") as file:
-        size = file.seek(0, os.SEEK_END)
-        file.seek(max(size - 1, 0))
-        return file.read(1) not in (b"", b"\n")

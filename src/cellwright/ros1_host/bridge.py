@@ -9,13 +9,11 @@ from pathlib import Path
 
 import cellwright
 from cellwright.ros1_host.children import Child
+from cellwright.ros1_host.identity import Identity
 from cellwright.ros1_host.installation import Installation
 
 MASTER_IS_BACK = 75
 """The bridge's exit status when the master was lost and answers again: everything has to be registered anew."""
-
-NODE = "/gazebo"
-"""The node that the original's simulator was."""
 
 _PROGRAM = Path(cellwright.__file__).parent / "bridges" / "ros1" / "__main__.py"
 _READY = "ready"
@@ -26,11 +24,14 @@ class Bridge:
 
     Args:
         installation: the ROS 1 to run under.
-        address: host and port at which the cell is served.
+        identity: as whom what is served is known.
+        address: host and port at which it is served.
         say: takes what it says, a line at a time.
     """
 
-    def __init__(self, installation: Installation, address: tuple[str, int], say: Callable[[str], None]) -> None:
+    def __init__(
+        self, installation: Installation, identity: Identity, address: tuple[str, int], say: Callable[[str], None]
+    ) -> None:
         self.is_ready = False
         """Whether everything is registered."""
         self.last_line = ""
@@ -43,7 +44,8 @@ class Bridge:
                 installation.python,
                 str(_PROGRAM),
                 f"--connect={host}:{port}",
-                f"--name={NODE}",
+                f"--name={identity.node}",
+                f"--robot-state-publisher={'auto' if identity.makes_frames else 'none'}",
             ],
             installation.environment,
             python=installation.python,

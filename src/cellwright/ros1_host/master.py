@@ -92,6 +92,15 @@ class Master:
         """
         self._call(self.uri, "setParam", name, value)
 
+    def parameter(self, name: str) -> Any | None:
+        """The value of a parameter; None if nobody has set it.
+
+        Raises:
+            MasterError: the master does not answer.
+        """
+        code, _, value = self._answer(self.uri, "getParam", name)
+        return value if code == 1 else None
+
     def set_parameters(self, parameters: Mapping[str, Any]) -> None:
         """Set many parameters, nested in dictionaries by their names.
 

@@ -16,8 +16,9 @@ from typing import Any, Self
 
 from cellwright.errors import UsageError
 from cellwright.ros1_host import installation as installations
-from cellwright.ros1_host.bridge import MASTER_IS_BACK, NODE, Bridge
+from cellwright.ros1_host.bridge import MASTER_IS_BACK, Bridge
 from cellwright.ros1_host.children import Patience, how_it_ended
+from cellwright.ros1_host.identity import SIMULATOR, Identity
 from cellwright.ros1_host.master import DEFAULT_URI, URI_VARIABLE, Master, MasterError
 from cellwright.ros1_host.own_master import OwnMaster
 
@@ -32,12 +33,13 @@ Serve = Callable[[float], object]
 
 
 class Ros1:
-    """Has a cell known in ROS 1. Close it, or use it in a `with`: what it started ends then.
+    """Has what is served known in ROS 1. Close it, or use it in a `with`: what it started ends then.
 
     Args:
         report: takes a line about what goes wrong or comes back.
         is_stopped: whether there is a wish to end; nothing is waited for then.
         environment: of this process, if it is not its own.
+        identity: as whom it is known.
     """
 
     def __init__(
@@ -45,7 +47,10 @@ class Ros1:
         report: Callable[[str], None],
         is_stopped: Callable[[], bool] = lambda: False,
         environment: Mapping[str, str] | None = None,
+        *,
+        identity: Identity = SIMULATOR,
     ) -> None:
+        self.identity = identity
         self.report = report
         self._is_stopped = is_stopped
         self._installation = installations.find(environment)
@@ -76,10 +81,10 @@ class Ros1:
     # ---------------------------------------------------------------- start
 
     def prepare(self) -> None:
-        """Have a master, and say that time is simulated; before anything that takes long.
+        """Have a master, and say that time is simulated, if it is; before anything that takes long.
 
         Raises:
-            UsageError: there is no master and none can be started, or another simulator is there.
+            UsageError: there is no master and none can be started, or another node of our name is there.
         """
         try:
             if self.master.answers():
@@ -94,19 +99,19 @@ class Ros1:
                 raise UsageError(
                     f"no ROS master answers at {self.master.uri}, which is not on this machine; see {URI_VARIABLE}"
                 )
-            self.master.set_parameter("/use_sim_time", value=True)
+            self._settle_time()
         except MasterError as error:
             raise UsageError(f"the ROS master failed: {error}") from None
         except OSError as error:
             raise UsageError(f"the ROS master could not be started: {error}") from None
 
     def join(self, address: tuple[str, int], parameters: Mapping[str, Any], serve: Serve) -> bool:
-        """Set the parameters, start the bridge, and serve the cell until all is registered.
+        """Set the parameters, start the bridge, and serve guests until all is registered.
 
         Args:
-            address: host and port at which the cell is served.
-            parameters: what the cell has on the parameter server, in nested dictionaries.
-            serve: serves the cell, which the bridge attaches to.
+            address: host and port at which guests are served.
+            parameters: what belongs on the parameter server, in nested dictionaries.
+            serve: serves guests, of which the bridge is one.
 
         Returns:
             Whether all is there; not if there was a wish to end before.
@@ -118,7 +123,7 @@ class Ros1:
         if self._is_stopped():
             return False
         try:
-            self.master.set_parameters(parameters)
+            self._set_parameters()
             bridge = self._start_bridge()
         except MasterError as error:
             raise UsageError(f"the ROS master failed: {error}") from None
@@ -177,15 +182,18 @@ class Ros1:
         has_said = False
         while not self._closed.is_set():
             try:
-                if self.master.living_node(NODE) is not None:
+                if self.master.living_node(self.identity.node) is not None:
                     if not has_said:
-                        self.report(f"another node has taken the place of {NODE}; the cell's comes back when it ends")
+                        self.report(
+                            f"another node has taken the place of {self.identity.node}; "
+                            f"the {self.identity.what}'s comes back when it ends"
+                        )
                     has_said = True
                     self._closed.wait(_AGAIN)
                     continue
                 if self._own_master is not None:
                     self._own_master.mark()
-                self.master.set_parameters(self._parameters)
+                self._set_parameters()
                 return
             except MasterError:
                 self._closed.wait(_AGAIN)
@@ -205,7 +213,7 @@ class Ros1:
     # ---------------------------------------------------------------- inside
 
     def _start_bridge(self) -> Bridge:
-        self._bridge = Bridge(self._installation, self._address, self._say)
+        self._bridge = Bridge(self._installation, self.identity, self._address, self._say)
         return self._bridge
 
     def _say(self, line: str) -> None:
@@ -214,6 +222,42 @@ class Ros1:
             self.report(f"ROS 1: {line}")
 
     def _refuse_another(self) -> None:
-        node = self.master.living_node(NODE)
-        if node is not None:
-            raise UsageError(f"a simulator is there already at {self.master.uri}: its node {NODE} answers at {node}")
+        name = self.identity.node
+        node = self.master.living_node(name)
+        if node is None:
+            return
+        if self.identity is SIMULATOR:
+            raise UsageError(f"a simulator is there already at {self.master.uri}: its node {name} answers at {node}")
+        raise UsageError(
+            f"a node {name} is there already at {self.master.uri}: it answers at {node}; end it, or give another name"
+        )
+
+    def _settle_time(self) -> None:
+        """Have programs take the right time: they ask once, when they start."""
+        if self.identity.tells_time:
+            self.master.set_parameter("/use_sim_time", value=True)
+        elif self.master.parameter("/use_sim_time"):
+            self.report(
+                f"/use_sim_time is true at {self.master.uri}, and {self.identity.node} lives by the wall clock: for "
+                "programs that start there time stands still unless somebody publishes /clock; end that with "
+                "`rosparam set /use_sim_time false`"
+            )
+
+    def _set_parameters(self) -> None:
+        """Set what belongs to the node, and for everybody what nobody else has set.
+
+        What is there for everybody and says the same as the node's own is from an earlier run of ours, and gives way.
+
+        Raises:
+            MasterError: the master does not answer, or refuses one of them.
+        """
+        own, master = self.identity.node, self.master
+        free = [
+            name
+            for name in self.identity.shared
+            if (there := master.parameter(f"/{name}")) is None or there == master.parameter(f"{own}/{name}")
+        ]
+        master.set_parameters(self._parameters)
+        for name in free:
+            if (value := master.parameter(f"{own}/{name}")) is not None:
+                master.set_parameter(f"/{name}", value)

@@ -9,13 +9,15 @@ from cellwright.bus import Bus
 from cellwright.contracts.table import Row
 from cellwright.errors import RejectedCommandError
 from cellwright.teleop.commander import Commander
+from cellwright.teleop.counts import Counts
 
 
 class Commands:
     """Hears the topics of commands, and answers the services."""
 
-    def __init__(self, commander: Commander) -> None:
+    def __init__(self, commander: Commander, counts: Counts) -> None:
         self._commander = commander
+        self._counts = counts
 
     def serve(self, bus: Bus, table: tuple[Row, ...]) -> None:
         """Take a place on the bus."""
@@ -33,3 +35,4 @@ class Commands:
             if name in self._commander.numbers
         ]
         self._commander.aim([number for number, _ in known], [value for _, value in known])
+        self._counts.taken += 1

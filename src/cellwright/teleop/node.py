@@ -12,6 +12,7 @@ from cellwright.devices.joint_servos import JointServos, Motion
 from cellwright.simulation.simulation import Simulation
 from cellwright.teleop.commander import Commander
 from cellwright.teleop.commands import Commands
+from cellwright.teleop.counts import Counts
 from cellwright.teleop.publications import Publications
 from cellwright.world.robot import TIMESTEP, build_robot
 
@@ -54,7 +55,17 @@ class RobotNode:
         self.simulation.add(self.commander)
         self.bus = Bus(lambda: self.simulation.now, report)
         table = io_teleop.rows(config, node=node, sim_time=sim_time)
-        Commands(self.commander).serve(self.bus, table)
+        self.counts = Counts()
+        Commands(self.commander, self.counts).serve(self.bus, table)
         told = stamp if stamp is not None and not sim_time else lambda: self.simulation.now
         Publications(config.robot, self.servos, self.commander, told).advertise(self.bus, self.simulation, table)
         self.simulation.reset()
+
+    @property
+    def refused(self) -> int:
+        """How many commands and calls were refused."""
+        return self.bus.refusals.total
+
+    def close(self) -> None:
+        """End: the robot is let go of."""
+        self.simulation.close()

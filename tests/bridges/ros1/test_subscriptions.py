@@ -62,7 +62,7 @@ def test_one_at_a_time_and_the_oldest_dropped(master: Ground, make_cell: MakeCel
     bridge = start_bridge(master, cell)
     master.client(say, "team", "/words", 500).value()
     assert len(cell.of(Kind.PUBLISH)) == 1
-    bridge.wait_for(r"\d+ messages on /words dropped: they come faster than the cell takes them")
+    bridge.wait_for(r"\d+ messages on /words dropped: they come faster than they are taken")
     is_open.set()
     cell.send(Frame(Kind.REFUSED, held[0].number, name="MessageError", payload=b"no"))
     until(lambda: len(cell.of(Kind.PUBLISH)) == 101, 5.0, "rest")

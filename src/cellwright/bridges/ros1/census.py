@@ -13,8 +13,13 @@ CLOCK = "/clock"
 _LOGGERS = ("/get_loggers", "/set_logger_level")
 
 
-def census(master: Master, node: str) -> dict[str, Any] | None:
+def census(master: Master, node: str, sign: str = CLOCK) -> dict[str, Any] | None:
     """WELCOME for what is there, without the time; None while there is no simulator, or one still comes up.
+
+    Args:
+        master: the ROS master.
+        node: our node name.
+        sign: the topic that is published where there is one.
 
     Raises:
         MasterGoneError: the master does not answer.
@@ -23,7 +28,7 @@ def census(master: Master, node: str) -> dict[str, Any] | None:
     if state is None:
         return None
     publishers, subscribers, servers = (dict(role) for role in state)
-    if CLOCK not in publishers:
+    if sign not in publishers:
         return None
     topics = [
         {

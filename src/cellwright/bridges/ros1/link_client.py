@@ -8,6 +8,7 @@ from typing import Any, Callable
 
 from cellwright.bridges.ros1.loop import Loop
 from cellwright.bridges.ros1.outlet import Outlet
+from cellwright.bridges.ros1.received import received
 from cellwright.bridges.ros1.report import report
 from cellwright.link.frames import Decoder, Frame, FrameError, Kind, hello
 
@@ -101,12 +102,9 @@ class LinkClient:
                 raise FrameError(frame.text() or frame.kind.name)
 
     def _read(self) -> None:
-        try:
-            data = self._connection.recv(_PIECE)
-        except (BlockingIOError, InterruptedError):
+        data = received(self._connection, _PIECE)
+        if data is None:
             return
-        except OSError:
-            data = b""
         if not data:
             self._end(None)
             return

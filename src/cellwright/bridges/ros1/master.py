@@ -110,7 +110,8 @@ class MasterWatch:
                     is_lost = True
                     report(
                         f"the ROS master at {self._master.uri} is gone, and with it all parameters: programs that "
-                        "start now find no topic and no service; connections that stand go on, and so does the cell"
+                        "start now find no topic and no service; connections that stand go on, and so does "
+                        f"{self._node}"
                     )
                 continue
             if known is None:

@@ -21,6 +21,7 @@ from cellwright.bridges.ros1.link_client import LinkClient
 from cellwright.bridges.ros1.loop import Loop
 from cellwright.bridges.ros1.outlet import Outlet
 from cellwright.bridges.ros1.raw_types import ANY
+from cellwright.bridges.ros1.received import received
 from cellwright.bridges.ros1.sent import Sent
 from cellwright.bridges.ros1.tally import Tally
 from cellwright.bridges.ros1.tcpros import Header
@@ -187,15 +188,9 @@ class Peer:
         self.outlet = Outlet(loop, connection, self._read, limit=queue, on_drop=lambda: publication.dropped(self))
 
     def _read(self) -> None:
-        try:
-            if self._connection.recv(_PIECE):
-                return  # a subscriber has nothing to say
-        except (BlockingIOError, InterruptedError):
-            return
-        except OSError:
-            pass
-        self.outlet.close()
-        self._publication.lost(self)
+        if received(self._connection, _PIECE) == b"":  # a subscriber has nothing to say but that it leaves
+            self.outlet.close()
+            self._publication.lost(self)
 
 
 def _description(connection: socket.socket) -> str:

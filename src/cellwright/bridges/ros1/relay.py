@@ -2,7 +2,7 @@
 
 It waits until there is a simulator, and then prints `ready PORT`: there one client may connect, and speak as to a cell
 (`cellwright.link.frames`). It ends when the client hangs up, when whoever started it closes its stdin, or when the
-simulator has ended.
+simulator has ended. There is one while somebody publishes /clock, or another topic that is named as its sign.
 """
 
 from __future__ import annotations
@@ -44,12 +44,13 @@ class MissingError(Exception):
     """Nobody is there to relay to; the text says who."""
 
 
-def main(node: str, patience: float) -> None:
+def main(node: str, patience: float, sign: str) -> None:
     """Wait for a simulator, then for a client, and serve it. The process ends here.
 
     Args:
         node: absolute name of the client's node.
         patience: how long a simulator may take to appear [s].
+        sign: the topic that is published where there is one.
     """
     status = 1
     try:
@@ -60,12 +61,12 @@ def main(node: str, patience: float) -> None:
         end = time.monotonic() + patience
         master = Master(node)
         master.wait(patience)
-        welcome = _wait_for_simulator(master, node, end)
+        welcome = _wait_for_simulator(master, node, end, sign)
         begin_node(node)
         rospy.on_shutdown(lambda: loop.stop(0))
         welcome["time"] = _time(master, node, welcome, end)
         listener = socket.create_server(("127.0.0.1", 0))
-        loop.watch(listener, lambda: _accept(loop, listener, master, node, welcome))
+        loop.watch(listener, lambda: _accept(loop, listener, master, node, welcome, sign))
         loop.wake_by_signals()
         stop_by(lambda: loop.stop(0))
         say_ready(str(listener.getsockname()[1]))
@@ -77,33 +78,35 @@ def main(node: str, patience: float) -> None:
     end_process(status)
 
 
-def _accept(loop: Loop, listener: socket.socket, master: Master, node: str, welcome: dict[str, Any]) -> None:
+def _accept(loop: Loop, listener: socket.socket, master: Master, node: str, welcome: dict[str, Any], sign: str) -> None:
     """Take the one client on."""
     connection, _ = listener.accept()
     loop.forget(listener)
     listener.close()
     connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-    Relay(loop, connection, master, node, welcome)
+    Relay(loop, connection, master, node, welcome, sign)
 
 
-def _wait_for_simulator(master: Master, node: str, end: float) -> dict[str, Any]:
+def _wait_for_simulator(master: Master, node: str, end: float, sign: str) -> dict[str, Any]:
     while True:
-        welcome = census(master, node)
+        welcome = census(master, node, sign)
         if welcome is not None:
             return welcome
         if time.monotonic() > end:
-            raise MissingError(f"there is no simulator at {master.uri}: nobody publishes {CLOCK}")
+            raise MissingError(f"there is no simulator at {master.uri}: nobody publishes {sign}")
         time.sleep(_NAP)
 
 
 def _time(master: Master, node: str, welcome: dict[str, Any], end: float) -> int:
-    """Simulation time [ns]."""
+    """Simulation time [ns]; 0 where nobody tells it."""
     if welcome["lockstep"]:
         try:
             _, data = ServiceClient(master, node, STEP).call(request(0, {}))
         except ServiceGoneError as error:
             raise MissingError(str(error)) from None
         return read_response(data)[1]
+    if not any(topic["name"] == CLOCK and topic["direction"] == "out" for topic in welcome["topics"]):
+        return 0
     heard: list[bytes] = []
     subscriber = rospy.Subscriber(CLOCK, raw_type("rosgraph_msgs/Clock"), lambda message: heard.append(message.data))
     while not heard:
@@ -121,5 +124,8 @@ if __name__ == "__main__":
     parser.add_argument(
         "--wait", metavar="S", type=float, default=30.0, help="how long a simulator may take to appear (%(default)s)"
     )
+    parser.add_argument(
+        "--sign", metavar="/TOPIC", default=CLOCK, help="what is published where there is one (%(default)s)"
+    )
     options = parser.parse_args()
-    main(options.node, options.wait)
+    main(options.node, options.wait, options.sign)

@@ -13,6 +13,7 @@ from cellwright.bridges.ros1.census import CLOCK
 from cellwright.bridges.ros1.loop import Loop
 from cellwright.bridges.ros1.master import Master, MasterGoneError
 from cellwright.bridges.ros1.outlet import Outlet
+from cellwright.bridges.ros1.received import received
 from cellwright.bridges.ros1.relay_topics import HeardTopic, SpokenTopic
 from cellwright.bridges.ros1.report import report
 from cellwright.bridges.ros1.service_client import ServiceClient, ServiceGoneError
@@ -46,16 +47,24 @@ class Relay:
         master: the ROS master.
         node: our node name.
         welcome: what the client is told first.
+        sign: the topic that is published as long as there is a cell.
     """
 
     def __init__(
-        self, loop: Loop, connection: socket.socket, master: Master, node: str, welcome: dict[str, Any]
+        self,
+        loop: Loop,
+        connection: socket.socket,
+        master: Master,
+        node: str,
+        welcome: dict[str, Any],
+        sign: str = CLOCK,
     ) -> None:
         self._loop = loop
         self._connection = connection
         self._master = master
         self._node = node
         self._welcome = welcome
+        self._sign = sign
         self._now = int(welcome["time"])
         self._types = {topic["name"]: topic["type"] for topic in welcome["topics"]}
         self._hearers = {topic["name"] for topic in welcome["topics"] if topic["subscribers"]}
@@ -83,12 +92,12 @@ class Relay:
         self._loop.stop(0)
 
     def _look_after(self) -> None:
-        """See whether the cell is still there: it has signed off, or there is neither a master nor a clock any more."""
+        """See whether the cell is still there: it has signed off, or neither master nor sign is there any more."""
         try:
-            self._looks = _MOST_LOOKS if is_simulator_gone(self._master) else 0
+            self._looks = _MOST_LOOKS if is_simulator_gone(self._master, self._sign) else 0
         except MasterGoneError:
-            clock = self._heard.get(CLOCK)
-            self._looks = self._looks + 1 if clock is not None and not clock.is_connected else 0
+            heard = self._heard.get(self._sign)
+            self._looks = self._looks + 1 if heard is not None and not heard.is_connected else 0
         if self._looks >= _MOST_LOOKS:
             self.end("the cell has ended")
         else:
@@ -97,12 +106,9 @@ class Relay:
     # ---------------------------------------------------------------- frames
 
     def _read(self) -> None:
-        try:
-            data = self._connection.recv(_PIECE)
-        except (BlockingIOError, InterruptedError):
+        data = received(self._connection, _PIECE)
+        if data is None:
             return
-        except OSError:
-            data = b""
         if not data:
             self._outlet.close()
             self._loop.stop(0)
@@ -266,14 +272,14 @@ class Relay:
         return sum(topic.published for topic in self._spoken.values())
 
 
-def is_simulator_gone(master: Master) -> bool:
-    """Whether nobody has a clock to publish any more.
+def is_simulator_gone(master: Master, sign: str = CLOCK) -> bool:
+    """Whether nobody has a clock, or another sign, to publish any more.
 
     Raises:
         MasterGoneError: the master does not answer.
     """
     state = master.ask("getSystemState")
-    return state is not None and all(name != CLOCK for name, _ in state[0])
+    return state is not None and all(name != sign for name, _ in state[0])
 
 
 def _refusal(number: int, error: str, reason: str) -> Frame:

@@ -19,6 +19,7 @@ from cellwright.bridges.ros1.link_client import LinkClient
 from cellwright.bridges.ros1.loop import Loop
 from cellwright.bridges.ros1.outlet import Outlet
 from cellwright.bridges.ros1.raw_types import ANY
+from cellwright.bridges.ros1.received import received
 from cellwright.bridges.ros1.tcpros import Header
 from cellwright.link.frames import LONGEST_FRAME, Frame, FrameError, Kind
 
@@ -114,12 +115,9 @@ class Caller:
         self._handle()
 
     def _read(self) -> None:
-        try:
-            data = self._connection.recv(_PIECE)
-        except (BlockingIOError, InterruptedError):
+        data = received(self._connection, _PIECE)
+        if data is None:
             return
-        except OSError:
-            data = b""
         self._data += data
         if not data or len(self._data) > LONGEST_FRAME:
             self._outlet.close()

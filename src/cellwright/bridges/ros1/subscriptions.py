@@ -51,7 +51,7 @@ class CommandTopic:
         self._waiting: deque[tuple[Header, bytes]] = deque()
         self._is_busy = False
         self._counts: dict[str, tuple[Header, int]] = {}
-        self._tally = Tally(loop, "{count} messages on {subject} dropped: they come faster than the cell takes them")
+        self._tally = Tally(loop, "{count} messages on {subject} dropped: they come faster than they are taken")
         self.name = topic["name"]
         self._type = topic["type"]
         data_class = raw_type(topic["type"], topic["md5"], topic["definition"])

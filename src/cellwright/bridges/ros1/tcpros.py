@@ -20,6 +20,7 @@ from rosgraph.network import decode_ros_handshake_header
 from cellwright.bridges.ros1.handshakes import handshake
 from cellwright.bridges.ros1.loop import Loop
 from cellwright.bridges.ros1.outlet import Outlet
+from cellwright.bridges.ros1.received import received
 
 LONGEST_HANDSHAKE = 1 << 20
 PATIENCE = 10.0
@@ -119,12 +120,9 @@ class Handshake:
         loop.later(PATIENCE, self._give_up)
 
     def _read(self) -> None:
-        try:
-            data = self._connection.recv(_PIECE)
-        except (BlockingIOError, InterruptedError):
+        data = received(self._connection, _PIECE)
+        if data is None:
             return
-        except OSError:
-            data = b""
         if not data:
             self._give_up()
             return
@@ -154,14 +152,8 @@ def refuse(loop: Loop, connection: socket.socket, reason: str) -> None:
     """Tell the other side why its connection is not taken, and close it."""
 
     def read() -> None:
-        try:
-            if connection.recv(_PIECE):
-                return
-        except (BlockingIOError, InterruptedError):
-            return
-        except OSError:
-            pass
-        outlet.close()
+        if received(connection, _PIECE) == b"":
+            outlet.close()
 
     outlet = Outlet(loop, connection, read)
     outlet.send(handshake({"error": reason}))

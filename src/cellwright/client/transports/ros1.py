@@ -36,6 +36,7 @@ class Ros1Transport(SocketTransport):
         node: absolute name of the client's node.
         environment: of the relay, which names the master; this process's own when left out.
         patience: how long [s] to wait for a simulator to appear.
+        sign: the topic that is published where there is one, and as long as there is.
 
     Raises:
         UsageError: there is no master or no simulator, or the relay cannot be started.
@@ -48,10 +49,11 @@ class Ros1Transport(SocketTransport):
         node: str = "/agent",
         environment: Mapping[str, str] | None = None,
         patience: float = 30.0,
+        sign: str = "/clock",
     ) -> None:
         try:
             self._relay = subprocess.Popen(  # noqa: S603
-                [python, str(PROGRAM), f"--node={node}", f"--wait={patience}"],
+                [python, str(PROGRAM), f"--node={node}", f"--wait={patience}", f"--sign={sign}"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.PIPE,

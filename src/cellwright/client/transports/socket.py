@@ -1,11 +1,13 @@
 """The way to a cell in another process: over a socket, blocking, one thread.
 
 Over a cell in lockstep time passes only while this client waits, and its program gets the same result as in the cell's
-own process. Otherwise time passes by itself, and is known from `/clock`.
+own process. Otherwise time passes by itself, and is known from `/clock`; where nobody publishes that, as before a robot
+in real time, it is this machine's own.
 """
 
 from __future__ import annotations
 
+import time
 from collections import deque
 from collections.abc import Callable
 from typing import Any
@@ -28,6 +30,7 @@ from cellwright.messages import (
 
 _FOR_EVER = (1 << 63) - 1
 _REQUEST = "_Request"
+_LOOK = 0.02  # [s] between two looks at a condition where no clock ticks
 
 Deliver = Callable[[bytes], None]
 
@@ -58,13 +61,17 @@ class SocketTransport:
         self._now = int(welcome["time"])
         self._lockstep = bool(welcome["lockstep"])
         self._clock = 0
-        if not self._lockstep:
+        self._has_clock = any(each["name"] == "/clock" and each["direction"] == "out" for each in welcome["topics"])
+        self._ahead = self._now - time.monotonic_ns()
+        if not self._lockstep and self._has_clock:
             self._clock = self._connection.number()
             self._connection.ask(Frame(Kind.SUBSCRIBE, self._clock, "/clock"))
 
     def now(self) -> int:
-        """Simulation time [ns]."""
-        if not self._lockstep:
+        """Simulation time [ns]; where nobody tells it, the time since the connection was made counts on."""
+        if not self._lockstep and not self._has_clock:
+            self._now = time.monotonic_ns() + self._ahead
+        elif not self._lockstep:
             try:
                 while self._connection.listen(0.0):
                     pass
@@ -74,7 +81,9 @@ class SocketTransport:
 
     def advance(self, until: int | None, finished: Callable[[], bool] | None = None) -> None:
         """Let time go on to `until` [ns], or until `finished()`; deliver what comes after each tick."""
-        let_pass = self._ask_for_time if self._lockstep else self._wait_for_time
+        let_pass = self._wait_for_time if self._has_clock else self._wait_by_the_wall
+        if self._lockstep:
+            let_pass = self._ask_for_time
         while until is None or self._now < until:
             let_pass(_FOR_EVER if until is None else until, finished is not None)
             self._deliver()
@@ -143,6 +152,13 @@ class SocketTransport:
         before = self._now
         while self._now == before and not self._mail:
             self._connection.listen(None)
+
+    def _wait_by_the_wall(self, until: int, each_tick: bool) -> None:  # noqa: FBT001
+        while not self._mail and (left := until - self.now()) > 0:
+            self._connection.listen(min(left / 1e9, _LOOK))
+            if each_tick:
+                break
+        self.now()
 
     def _take(self, frame: Frame) -> None:
         """Take a message as it comes; it is delivered when time passes."""
