@@ -4,6 +4,8 @@ One tree, so that a caller can catch `CellwrightError` and know that what is lef
 never reaches an `assert`.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from difflib import get_close_matches
 

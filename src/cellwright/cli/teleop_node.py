@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field
 from fractions import Fraction
 from functools import partial
@@ -18,9 +19,12 @@ from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.serve_trial import pace_text, ready
 from cellwright.cli.signals import Stop, stopped_by_signals
 from cellwright.cli.teleop_progress import NodeProgress
+from cellwright.cli.teleop_ros1 import RosSide
+from cellwright.contracts import io_teleop
 from cellwright.description.robot.config import RobotConfig
 from cellwright.devices.joint_servos import Motion
 from cellwright.errors import SimulationError
+from cellwright.ros1_host.identity import robot
 from cellwright.run import versions
 from cellwright.server import DEFAULT_PORT, Server
 from cellwright.server.server import LOOPBACK
@@ -49,6 +53,8 @@ class TeleopOptions:
         until: stop at this simulation time [s]; None: when somebody stops it.
         host: address to listen at.
         port: port to listen at; 0 takes a free one.
+        ros1: be a node of ROS 1 too.
+        node: its name there.
         as_json: print the summary as JSON, and nothing else on stdout.
         verbose: say also how time kept to the wall clock.
     """
@@ -62,6 +68,8 @@ class TeleopOptions:
     until: float | None = None
     host: str = LOOPBACK
     port: int = DEFAULT_PORT
+    ros1: bool = False
+    node: str = io_teleop.NODE
     as_json: bool = False
     verbose: bool = False
 
@@ -88,14 +96,19 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
     """
     console = Console(stderr=wanted.as_json, highlight=False)
     is_stopped = Stop()
-    with stopped_by_signals(is_stopped.stop):
-        warn = partial(console.print, markup=False, soft_wrap=True, style="yellow")
-        tell: Callable[[str], None] = warn
+    tell: Callable[[str], None] = _warn
+    identity = robot(wanted.node, sim_time=wanted.sim_time)
+    with stopped_by_signals(is_stopped.stop), ExitStack() as to_close:
+        config = load(_warn)
+        ros = RosSide.made(identity, lambda line: tell(line), lambda: is_stopped.has_come, wanted=wanted.ros1)
+        to_close.enter_context(ros.running)
+        ros.prepare()
         node = RobotNode(
-            load(_warn),
+            config,
             motion=wanted.motion,
             timestep=wanted.timestep,
             self_collision=wanted.self_collision,
+            node=identity.node,
             sim_time=wanted.sim_time,
             stamp=time.time_ns,
             report=lambda line: tell(line),
@@ -105,14 +118,21 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
         )
         if not server.is_local:
             _warn(f"{wanted.host}: anybody who reaches this machine can drive the robot")
-        keeper = Timekeeper(node, server, speed=wanted.speed, on_poll=lambda: progress.update())
+        in_ros = ros.join(config, server)
+
+        def poll() -> None:
+            progress.update()
+            ros.poll()
+
+        keeper = Timekeeper(node, server, speed=wanted.speed, on_poll=poll)
         progress = NodeProgress(
             console, node, until=wanted.until, factor=lambda: None if keeper.pacer is None else keeper.pacer.factor
         )
         tell = progress.line
         is_stopped.follow(partial(setattr, keeper, "is_stopped", True))
         with progress.running():
-            console.print(ready(node.name, server, wanted.speed), markup=False, soft_wrap=True)
+            if not is_stopped.has_come:
+                console.print(ready(node.name, server, wanted.speed) + in_ros, markup=False, soft_wrap=True)
             ran = _run(node, server, keeper, wanted)
     status = NOT_DONE if ran.error else DONE
     if ran.error:

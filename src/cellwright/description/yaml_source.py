@@ -49,7 +49,7 @@ def parse(text: JoinedText, problems: Problems) -> Node | None:
         mark = error.problem_mark or error.context_mark
         message = error.problem or error.context or "cannot be parsed"
         if message == "but found another document":
-            message = "a second document starts here; the files of a trial are read as one"
+            message = "a second document starts here, and only one is read; take the line --- out"
         elif "'\\t'" in message:
             message = "a tab where YAML takes only spaces"
         raise _refusal(text, mark.index if mark else 0, f"no valid YAML: {message}") from None

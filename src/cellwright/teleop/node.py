@@ -13,6 +13,9 @@ from cellwright.simulation.simulation import Simulation
 from cellwright.teleop.commander import Commander
 from cellwright.teleop.commands import Commands
 from cellwright.teleop.counts import Counts
+from cellwright.teleop.driver import Driver
+from cellwright.teleop.live_driver import LiveDriver
+from cellwright.teleop.mirror import Mirror
 from cellwright.teleop.publications import Publications
 from cellwright.world.robot import TIMESTEP, build_robot
 
@@ -29,6 +32,10 @@ class RobotNode:
         sim_time: whether messages carry simulation time, which is then told on /clock.
         stamp: the time that messages carry [ns], where that is not simulation time.
         report: takes a line about refused input, at most one a second from each source.
+        driver: moves the robot in place of the simulation, which then only shows it; it is closed with the node.
+
+    Raises:
+        DriverError: the driver is not this robot's, or cannot be read.
     """
 
     in_competition = False
@@ -44,21 +51,25 @@ class RobotNode:
         sim_time: bool = False,
         stamp: Callable[[], int] | None = None,
         report: Callable[[str], None] = lambda _line: None,
+        driver: Driver | None = None,
     ) -> None:
         self.config = config
         self.name = config.name
         self.world = build_robot(config, timestep=timestep, self_collision=self_collision)
         self.simulation = Simulation(self.world.model, timestep=timestep, first_pose=self.world.put_in_first_pose)
         self.servos = JointServos(config.robot, motion)
-        self.commander = Commander(self.servos)
+        self.driver: Driver = self.servos if driver is None else LiveDriver(config, driver)
+        self.commander = Commander(self.driver)
         self.simulation.add(self.servos)
+        if isinstance(self.driver, LiveDriver):
+            self.simulation.add(Mirror(self.driver, self.servos, self.commander.reset, report))
         self.simulation.add(self.commander)
         self.bus = Bus(lambda: self.simulation.now, report)
         table = io_teleop.rows(config, node=node, sim_time=sim_time)
         self.counts = Counts()
         Commands(self.commander, self.counts).serve(self.bus, table)
         told = stamp if stamp is not None and not sim_time else lambda: self.simulation.now
-        Publications(config.robot, self.servos, self.commander, told).advertise(self.bus, self.simulation, table)
+        Publications(config.robot, self.driver, self.commander, told).advertise(self.bus, self.simulation, table)
         self.simulation.reset()
 
     @property

@@ -33,7 +33,9 @@ Progress: TypeAlias = Callable[[float], None]
 LARGEST_SIDE = 4096
 """The widest and highest picture, in pixels."""
 
-_LAMP_OFFSET = (-3.2, -4.6, 7.0)  # [m] from the point the camera looks at
+LAMP: Vector3 = (-3.2, -4.6, 7.0)
+"""Where the lamp of a picture is [m] from the point that the camera looks at, unless told otherwise."""
+
 _LAMP_RADIUS = 0.14  # [m]
 _SKY_DISTANCE = 9.0  # [m]
 
@@ -47,6 +49,7 @@ def render(
     *,
     samples: int = 2,
     groups: Collection[int] = PICTURE_GROUPS,
+    lamp: Vector3 = LAMP,
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> NDArray[np.uint8]:
@@ -62,6 +65,7 @@ def render(
         height: in pixels, 1 to 4096.
         samples: rays along each side of a pixel in which surfaces meet, 1 to 8; 1 leaves edges jagged.
         groups: the geom groups that are drawn.
+        lamp: where the light comes from [m], from the point that the camera looks at, along the axes of the world.
         threads: how many threads share the work; by default one per core, four at most.
         progress: told how far it is, by the thread that called.
 
@@ -81,7 +85,7 @@ def render(
     casters = [RayCaster(model, data, groups=groups) for _ in range(threads or min(4, os.cpu_count() or 1))]
     surfaces = Surfaces(model, casters[0].still, casters[0].colours)
     light = Light(
-        disc_lamp(_shifted(camera.target, _LAMP_OFFSET), camera.target, _LAMP_RADIUS),
+        disc_lamp(_shifted(camera.target, lamp), camera.target, _LAMP_RADIUS),
         sky(camera.target, _SKY_DISTANCE),
     )
     eye = np.array(camera.eye, np.float64)
@@ -119,6 +123,7 @@ def save_picture(
     *,
     samples: int = 2,
     groups: Collection[int] = PICTURE_GROUPS,
+    lamp: Vector3 = LAMP,
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> None:
@@ -128,7 +133,16 @@ def save_picture(
         UsageError: if an argument is out of range (see `render`) or the file cannot be written.
     """
     picture = render(
-        model, data, camera, width, height, samples=samples, groups=groups, threads=threads, progress=progress
+        model,
+        data,
+        camera,
+        width,
+        height,
+        samples=samples,
+        groups=groups,
+        lamp=lamp,
+        threads=threads,
+        progress=progress,
     )
     try:
         Path(path).write_bytes(encode(picture))

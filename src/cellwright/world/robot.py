@@ -19,6 +19,7 @@ from cellwright.description.model import ModelShape
 from cellwright.description.robot.config import RobotConfig
 from cellwright.description.robot.model import Inertial, Joint, JointType, Link, RobotModel
 from cellwright.pose import IDENTITY_QUATERNION, Pose
+from cellwright.world.robot_floor import add_floor, put_floor_under
 
 TIMESTEP = Fraction(1, 240)
 """Of the original's physics [s]."""
@@ -84,7 +85,12 @@ def build_robot(config: RobotConfig, *, timestep: Fraction = TIMESTEP, self_coll
     option.iterations = 20
     builder = _Builder(spec, config, is_touched=self_collision)
     builder.build()
-    return RobotWorld(config, spec.compile())
+    add_floor(spec)
+    world = RobotWorld(config, spec.compile())
+    data = mujoco.MjData(world.model)
+    world.put_in_first_pose(data)
+    put_floor_under(world.model, data)
+    return world
 
 
 class _Builder:

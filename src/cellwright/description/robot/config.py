@@ -92,11 +92,15 @@ class RobotConfig:
 
     @property
     def home(self) -> dict[str, float]:
-        """The posture of a reset [rad; m], by joint: arms, waist, head and lift where configured, grippers open."""
+        """The posture of a reset [rad; m], by joint: arms, waist, head and lift where configured, grippers open.
+
+        Joints that mimic another are left out: where they go follows from that one.
+        """
         found = self.start
         for group in (self.waist, self.head, self.dorsal):
             if group is not None:
                 found |= dict(zip(group.joints, group.home, strict=True))
         for gripper in self.grippers:
-            found |= {name: self.robot.joint(name).limits.lower for name in gripper.joints}
+            joints = [self.robot.joint(name) for name in gripper.joints]
+            found |= {joint.name: joint.limits.lower for joint in joints if joint.mimic is None}
         return found

@@ -118,12 +118,15 @@ class RobotModel:
         root: name of the root link.
         links: by name, in the order of the file.
         joints: in the order of their indices.
+        written: the names of the joints in the order in which their elements stand in the file; empty where that is
+            the order of their indices.
     """
 
     name: str
     root: str
     links: Mapping[str, Link]
     joints: tuple[Joint, ...]
+    written: tuple[str, ...] = ()
 
     @cached_property
     def movable(self) -> tuple[Joint, ...]:

@@ -4,23 +4,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from itertools import pairwise, product
+from itertools import product
 
 from cellwright.description.model import ModelShapeKind
 from cellwright.pose import Pose, Vector3
 
 SHELL, DARK, AZURE, GLASS, RUBBER = "shell", "graphite", "azure", "glass", "rubber"
 COLOURS = {
-    SHELL: (0.88, 0.89, 0.90, 1.0),
+    SHELL: (0.80, 0.81, 0.83, 1.0),
     DARK: (0.17, 0.18, 0.20, 1.0),
     AZURE: (0.05, 0.45, 0.80, 1.0),
     GLASS: (0.03, 0.04, 0.06, 1.0),
     RUBBER: (0.30, 0.31, 0.33, 1.0),
 }
 """Red, green, blue, opacity in 0..1, by name."""
-
-
-_STEP = 0.002  # of the radius of a limb [m]
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,26 +68,6 @@ def rod(start: Vector3, end: Vector3, radius: float, colour: str) -> Shape:
 def capsule(start: Vector3, end: Vector3, radius: float, colour: str) -> list[Shape]:
     """A rod with round ends, whose middles are `start` and `end` [m]."""
     return [rod(start, end, radius, colour), ball(start, radius, colour), ball(end, radius, colour)]
-
-
-def limb(start: Vector3, end: Vector3, radii: tuple[float, ...], colour: str) -> list[Shape]:
-    """A rod with round ends whose radius [m] changes from place to place, evenly spaced from start to end.
-
-    It is turned on a lathe: in steps too low to be seen.
-    """
-    found = [ball(start, radii[0], colour), ball(end, radii[-1], colour)]
-    for number, (first, second) in enumerate(pairwise(radii)):
-        steps = max(1, round(abs(second - first) / _STEP))
-        for step in range(steps):
-            share = [(number + (step + more) / steps) / (len(radii) - 1) for more in (0, 1)]
-            radius = first + (second - first) * (step + 0.5) / steps
-            found.append(rod(_between(start, end, share[0]), _between(start, end, share[1]), radius, colour))
-    return found
-
-
-def _between(start: Vector3, end: Vector3, share: float) -> Vector3:
-    x, y, z = (a + (b - a) * share for a, b in zip(start, end, strict=True))
-    return (x, y, z)
 
 
 def cushion(centre: Vector3, size: Vector3, radius: float, colour: str) -> list[Shape]:

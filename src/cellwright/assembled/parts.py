@@ -1,0 +1,172 @@
+"""The parts of an assembled robot: base, arms, grippers, head, lift. What they tell is as it is at that moment."""
+
+from __future__ import annotations
+
+from typing import Any, Mapping, Sequence
+
+from cellwright.assembled import services
+from cellwright.assembled.joints import Joints, Pose
+from cellwright.assembled.poses import inverted, multiplied
+from cellwright.assembled.process import RobotProcess
+from cellwright.errors import UsageError
+
+ROOT = -1
+"""Index of the root link."""
+
+
+class RobotBase:
+    """The root link.
+
+    Args:
+        process: where the robot moves.
+        joints: of the robot.
+    """
+
+    def __init__(self, process: RobotProcess, joints: Joints) -> None:
+        self._process = process
+        self._joints = joints
+
+    @property
+    def pose(self) -> Pose:
+        """Where it is in the world; the original forgot the pose that the configuration loads the robot at."""
+        return self._joints.link_poses([ROOT])[0]
+
+    def reset_base(self, pose: Pose) -> None:
+        """Put it at a pose in the world at once; the robot comes along."""
+        position, orientation = pose
+        if len(position) != 3 or len(orientation) != 4:
+            raise UsageError("a pose is [[x, y, z], [qx, qy, qz, qw]]")
+        self._process.ask(services.PLACE_BASE, pose=[[*map(float, position)], [*map(float, orientation)]])
+
+
+class RobotArm:
+    """An arm.
+
+    Attributes:
+        arm_joint_index: indices of its joints.
+        ee_index: index of the link at its tip.
+        home_j_pos: its home posture [rad; m].
+        home_ee_pose: where the tip is in the world when the robot is put up.
+    """
+
+    def __init__(self, joints: Joints, described: Mapping[str, Any]) -> None:
+        self._joints = joints
+        self.arm_joint_index: list[int] = list(described["joints"])
+        self.ee_index: int = described["tip"]
+        self.home_j_pos: list[float] = list(described["home"])
+        self.home_ee_pose: Pose = described["home_pose"]
+
+    @property
+    def joint_pos(self) -> list[float]:
+        """Positions of its joints [rad; m]."""
+        return self._joints.positions(self.arm_joint_index)
+
+    @property
+    def abs_ee_pose(self) -> Pose:
+        """Where its tip is in the world."""
+        return self._joints.link_poses([self.ee_index])[0]
+
+    @property
+    def rel_ee_pose(self) -> Pose:
+        """Where its tip is in the frame of the root link."""
+        tip, root = self._joints.link_poses([self.ee_index, ROOT])
+        return multiplied(inverted(root), tip)
+
+
+class RobotGripper:
+    """A gripper or hand: 0 is open, all its joints at their lower limits, and 1 closed, at the upper ones.
+
+    Attributes:
+        finger_index: indices of its joints.
+        joint_range: limits of each [rad; m].
+    """
+
+    def __init__(self, joints: Joints, described: Mapping[str, Any]) -> None:
+        self._joints = joints
+        self.finger_index: list[int] = list(described["joints"])
+        self.joint_range = [list(joints.range_of(index)) for index in self.finger_index]
+
+    @property
+    def joint_pos(self) -> list[float]:
+        """Positions of its joints [rad; m]."""
+        return self._joints.positions(self.finger_index)
+
+    @property
+    def status(self) -> float:
+        """How far it is closed, from 0 to 1."""
+        way = sum(position - lower for position, (lower, _) in zip(self.joint_pos, self.joint_range))
+        whole = sum(upper - lower for lower, upper in self.joint_range)
+        return min(max(way / whole, 0.0), 1.0) if whole > 0.0 else 0.0
+
+    def joint_pos_from_status(self, status: float) -> list[float]:
+        """Positions of its joints [rad; m] when it is closed so far; what is beyond 0 or 1 counts as 0 or 1."""
+        part = min(max(float(status), 0.0), 1.0)
+        return [lower + part * (upper - lower) for lower, upper in self.joint_range]
+
+    def move(self, status: float) -> None:
+        """Close it so far."""
+        self._joints.move(self.finger_index, self.joint_pos_from_status(status))
+
+    def reset(self, status: float = 0.0) -> None:
+        """Have it closed so far at once."""
+        self._joints.place(self.finger_index, self.joint_pos_from_status(status))
+
+
+class RobotHead:
+    """A head.
+
+    Attributes:
+        head_joint_index: indices of its joints, of roll, pitch and yaw those that it has.
+        home_j_pos: their home posture [rad].
+    """
+
+    def __init__(self, joints: Joints, described: Mapping[str, Any]) -> None:
+        self._joints = joints
+        self._axes: list[int] = list(described["axes"])
+        self.head_joint_index: list[int] = list(described["joints"])
+        self.home_j_pos: list[float] = list(described["home"])
+
+    @property
+    def rotation(self) -> list[float]:
+        """Roll, pitch and yaw [rad]; 0 for what it cannot do."""
+        found = [0.0, 0.0, 0.0]
+        for axis, position in zip(self._axes, self._joints.positions(self.head_joint_index)):
+            found[axis] = position
+        return found
+
+    def move(self, rotation: Sequence[float]) -> None:
+        """Turn it to roll, pitch and yaw [rad]; what it cannot do is left out."""
+        if len(rotation) != 3:
+            raise UsageError(f"a head is turned by roll, pitch and yaw, three numbers, not {len(rotation)}")
+        self._joints.move(self.head_joint_index, [rotation[axis] for axis in self._axes])
+
+    def reset(self) -> None:
+        """Have it go home."""
+        self._joints.move(self.head_joint_index, self.home_j_pos)
+
+
+class RobotDorsal:
+    """The lift of the torso.
+
+    Attributes:
+        dorsal_lift_joint_index: index of its joint.
+        home_j_pos: where it is at home [m; rad].
+    """
+
+    def __init__(self, joints: Joints, described: Mapping[str, Any]) -> None:
+        self._joints = joints
+        (self.dorsal_lift_joint_index,) = described["joints"]
+        (self.home_j_pos,) = described["home"]
+
+    @property
+    def height(self) -> float:
+        """Where it is [m; rad]."""
+        return self._joints.positions([self.dorsal_lift_joint_index])[0]
+
+    def move(self, height: float) -> None:
+        """Have it go to a height [m; rad]."""
+        self._joints.move(self.dorsal_lift_joint_index, height)
+
+    def reset(self) -> None:
+        """Have it go home."""
+        self.move(self.home_j_pos)

@@ -1,0 +1,148 @@
+"""What the process of an assembled robot does for its program: services with JSON in and out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from cellwright.assembled import services
+from cellwright.description.robot.config import Posture
+from cellwright.description.robot.model import Joint
+from cellwright.errors import RejectedCommandError
+from cellwright.pose import Pose
+from cellwright.server import Server
+from cellwright.teleop.node import RobotNode
+from cellwright.world.robot import BASE
+
+
+class RobotServices:
+    """Answers for a robot. Joints and links go by index, poses are [[x, y, z], [qx, qy, qz, qw]] in the world.
+
+    Args:
+        node: the robot.
+    """
+
+    def __init__(self, node: RobotNode) -> None:
+        self._node = node
+        self._robot = node.config.robot
+        numbers = {name: number for number, name in enumerate(node.servos.joints)}
+        self._numbers = {
+            index: numbers[joint.name] for index, joint in enumerate(self._robot.joints) if joint.name in numbers
+        }
+        movable = [joint.name for joint in self._robot.movable]
+        self._places = [movable.index(name) for name in node.servos.joints]
+
+    def offer(self, server: Server) -> None:
+        """Answer on a server."""
+        server.offer(services.DESCRIBE, self.describe)
+        server.offer(services.STATE, self.state)
+        server.offer(services.MOVE, self.move)
+        server.offer(services.PLACE, self.place)
+        server.offer(services.PLACE_BASE, self.place_base)
+
+    def describe(self, _asked: dict[str, Any]) -> dict[str, Any]:
+        """The robot, as it has been put up."""
+        config, link_indices = self._node.config, self._robot.link_indices
+        return {
+            "name": config.name,
+            "joints": [self._described(index, joint) for index, joint in enumerate(self._robot.joints)],
+            "arms": [
+                {
+                    "joints": self._indices(arm.joints),
+                    "tip": link_indices[arm.tip],
+                    "home": list(arm.home),
+                    "home_pose": self._link_pose(link_indices[arm.tip]),
+                }
+                for arm in config.arms
+            ],
+            "grippers": [{"joints": self._indices(gripper.joints)} for gripper in config.grippers],
+            "head": None if config.head is None else {**self._posture(config.head), "axes": list(config.head_axes)},
+            "dorsal": None if config.dorsal is None else self._posture(config.dorsal),
+            "waist": None if config.waist is None else self._posture(config.waist),
+        }
+
+    def state(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """All movable joints, and the links asked for."""
+        found: dict[str, Any] = {}
+        for name, values in zip(("positions", "velocities", "efforts"), self._node.servos.read(), strict=True):
+            row = [0.0] * len(self._robot.movable)
+            for place, value in zip(self._places, values.tolist(), strict=True):
+                row[place] = value
+            found[name] = row
+        return {**found, "links": [self._link_pose(index) for index in asked.get("links", ())]}
+
+    def move(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Have joints go somewhere."""
+        self._node.commander.aim(*self._targets(asked))
+        return {}
+
+    def place(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Put joints somewhere."""
+        numbers, positions = self._targets(asked)
+        self._node.servos.place(numbers, positions)
+        self._node.commander.aim(numbers, positions)
+        return {}
+
+    def place_base(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Put the root link somewhere: what carries the robot is moved, which may be fastened to another link."""
+        try:
+            (x, y, z), (qx, qy, qz, qw) = asked["pose"]
+            wanted = Pose((x, y, z), (qw, qx, qy, qz))
+            if not all(map(math.isfinite, (x, y, z, qx, qy, qz, qw))):
+                raise ValueError("not finite")
+        except (KeyError, TypeError, ValueError) as error:
+            raise RejectedCommandError(f"a pose is [[x, y, z], [qx, qy, qz, qw]]: {error}") from None
+        simulation = self._node.simulation
+        data, model = simulation.data, simulation.model
+        mocap = model.body(BASE).mocapid[0]
+        world_T_base = Pose(tuple(data.mocap_pos[mocap].tolist()), tuple(data.mocap_quat[mocap].tolist()))
+        placed = wanted @ self._pose(-1).inverse() @ world_T_base
+        data.mocap_pos[mocap], data.mocap_quat[mocap] = placed.position, placed.quaternion
+        simulation.touch()
+        return {}
+
+    # ---------------------------------------------------------------- inside
+
+    def _targets(self, asked: dict[str, Any]) -> tuple[list[int], list[float]]:
+        indices, positions = asked.get("joints"), asked.get("positions")
+        if not isinstance(indices, list) or not isinstance(positions, list) or len(indices) != len(positions):
+            raise RejectedCommandError("as many positions as joints are needed")
+        for index, position in zip(indices, positions, strict=True):
+            if not isinstance(index, int) or index not in self._numbers:
+                raise RejectedCommandError(f"there is no joint with the index {index!r} that can be moved")
+            if not isinstance(position, (int, float)) or not math.isfinite(position):
+                raise RejectedCommandError(f"a position must be a finite number, not {position!r}")
+        return [self._numbers[index] for index in indices], [float(position) for position in positions]
+
+    def _described(self, index: int, joint: Joint) -> dict[str, Any]:
+        limits = joint.limits
+        named = {"lower": limits.lower, "upper": limits.upper, "effort": limits.effort, "velocity": limits.velocity}
+        return {
+            "index": index,
+            "name": joint.name,
+            "type": joint.type.value,
+            "link": joint.child,
+            "parent": joint.parent,
+            "is_driven": joint.is_driven,
+            **{key: value if math.isfinite(value) else None for key, value in named.items()},
+        }
+
+    def _indices(self, names: Sequence[str]) -> list[int]:
+        return [self._robot.joint_indices[name] for name in names]
+
+    def _posture(self, posture: Posture) -> dict[str, Any]:
+        return {"joints": self._indices(posture.joints), "home": list(posture.home)}
+
+    def _link_pose(self, index: Any) -> list[list[float]]:
+        if not isinstance(index, int) or not -1 <= index < len(self._robot.joints):
+            raise RejectedCommandError(f"there is no link with the index {index!r}")
+        pose = self._pose(index)
+        w, x, y, z = pose.quaternion
+        return [list(pose.position), [x, y, z, w]]
+
+    def _pose(self, index: int) -> Pose:
+        simulation = self._node.simulation
+        simulation.refresh()
+        body = simulation.data.body(self._robot.link_at(index))
+        return Pose(tuple(body.xpos.tolist()), tuple(body.xquat.tolist()))

@@ -1,0 +1,78 @@
+"""The check of drivers: it passes the example, and finds what is wrong with others."""
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cellwright.description.robot.config import RobotConfig
+from cellwright.teleop.check_driver import check_driver
+from tests.teleop.robots import two_arms
+from tests.teleop.test_live_driver import NAMES, Hardware
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "my_driver.py"
+
+
+@pytest.fixture(scope="module")
+def config() -> RobotConfig:
+    return two_arms()
+
+
+def test_the_example_passes_and_is_short(config: RobotConfig) -> None:
+    source = EXAMPLE.read_text(encoding="utf-8")
+    room: dict[str, Any] = {}
+    exec(compile(source, str(EXAMPLE), "exec"), room)
+    room["LAG"] = 0.01
+    assert check_driver(room["MyDriver"], config) == []
+    assert len(source.splitlines()) < 60
+
+
+@dataclass
+class Stiff(Hardware):
+    """Its lift does not move."""
+
+    def command(self, targets: Any) -> None:
+        self.positions = np.array([targets[0], 0.2])
+
+
+@dataclass
+class Coupled(Hardware):
+    """Its lift moves along with the elbow, and far."""
+
+    def command(self, targets: Any) -> None:
+        self.positions = np.array([targets[0], targets[1] + 10.0 * (targets[0] + 1.0)])
+
+
+def make(kind: type[Hardware], **more: Any) -> Any:
+    return lambda _config: kind(**more)
+
+
+def broken(_config: RobotConfig) -> Any:
+    raise OSError("no such bus")
+
+
+@pytest.mark.parametrize(
+    ("maker", "found"),
+    [
+        (make(Hardware), None),
+        (broken, "it cannot be made: OSError: no such bus"),
+        (lambda _config: object(), "it has no method command"),
+        (make(Hardware, joints=("arm",)), "unknown joint 'arm'"),
+        (make(Stiff), "lift did not go 0.02 within 0.2 s"),
+        (make(Coupled), "lift moved along with elbow_left"),
+        (make(Hardware, on_read=lambda: time.sleep(0.02)), "and 100 are needed"),
+    ],
+)
+def test_findings(config: RobotConfig, maker: Any, found: str | None) -> None:
+    problems = check_driver(maker, config, within=0.2)
+    if found is None:
+        assert problems == []
+    else:
+        assert any(found in problem for problem in problems), problems
+
+
+def test_the_joints_of_the_tests_are_the_robots(config: RobotConfig) -> None:
+    assert set(NAMES) <= set(config.robot.joint_indices)

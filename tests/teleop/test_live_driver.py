@@ -1,0 +1,152 @@
+"""A driver of one's own: what it is given, what is known of it, and what happens when it fails."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from cellwright.description.robot.config import RobotConfig
+from cellwright.devices.joint_servos import Array, JointReadings
+from cellwright.teleop.live_driver import DriverError, LiveDriver
+from cellwright.teleop.node import RobotNode
+from tests.teleop.robots import two_arms
+
+NAMES = ("elbow_left", "lift")  # neither all of the joints nor in their order
+
+
+@dataclass
+class Hardware:
+    """A robot that is where it was told to be, and fails as a test says."""
+
+    joints: tuple[str, ...] = NAMES
+    positions: Array = field(default_factory=lambda: np.array([-1.0, 0.2]))
+    told: list[list[float]] = field(default_factory=list)
+    closed: int = 0
+    on_read: Callable[[], object] = lambda: None
+
+    def command(self, targets: Array) -> None:
+        self.told.append(targets.tolist())
+        self.positions = targets
+
+    def read(self) -> JointReadings:
+        self.on_read()
+        return JointReadings(self.positions, np.array([0.1, 0.2]), np.array([3.0, 4.0]))
+
+    def close(self) -> None:
+        self.closed += 1
+
+
+def until(condition: Callable[[], object], within: float = 5.0) -> None:
+    end = time.monotonic() + within
+    while not condition():
+        assert time.monotonic() < end, "it has not happened"
+        time.sleep(0.002)
+
+
+def step_until(node: RobotNode, condition: Callable[[], object]) -> None:
+    def stepped() -> object:
+        node.simulation.step()
+        return condition()
+
+    until(stepped)
+
+
+def fail() -> None:
+    raise OSError("the cable is\nout")
+
+
+@pytest.fixture(scope="module")
+def config() -> RobotConfig:
+    return two_arms()
+
+
+def test_targets_and_readings_go_by_name(config: RobotConfig) -> None:
+    hardware = Hardware()
+    live = LiveDriver(config, hardware)
+    assert live.joints == tuple(joint.name for joint in config.robot.driven)
+    elbow, lift = (live.joints.index(name) for name in NAMES)
+    positions, velocities, efforts = live.read()
+    assert (positions[elbow], positions[lift]) == (-1.0, 0.2)
+    assert (velocities[elbow], velocities[lift], efforts[elbow], efforts[lift]) == (0.1, 0.2, 3.0, 4.0)
+    assert positions[live.joints.index("shoulder_right")] == 0.5  # nobody drives it: it is where it was put up
+    targets = np.zeros(len(live.joints))
+    targets[[elbow, lift]] = -0.5, 0.3
+    live.command(targets)
+    until(lambda: live.read().positions[elbow] == -0.5)
+    assert hardware.told == [[-0.5, 0.3]]
+    assert not live.fault
+    live.close()
+    assert hardware.closed == 1
+
+
+@pytest.mark.parametrize(
+    ("hardware", "reason"),
+    [
+        (Hardware(joints=("elbow",)), "unknown joint 'elbow'; did you mean elbow_"),
+        (Hardware(joints=()), "no joints"),
+        (Hardware(joints=("lift", "lift")), "twice"),
+        (Hardware(on_read=fail), "OSError: the cable is out"),
+        (Hardware(positions=np.array([np.nan, 0.0])), "positions of elbow_left are no finite number"),
+        (Hardware(positions=np.zeros(3)), "positions of 3 joints were read, and it has 2"),
+    ],
+)
+def test_what_is_no_driver_of_this_robot(config: RobotConfig, hardware: Hardware, reason: str) -> None:
+    with pytest.raises(DriverError, match=reason):
+        LiveDriver(config, hardware)
+
+
+def test_a_failure_holds_the_robot_until_it_is_cleared(config: RobotConfig) -> None:
+    hardware = Hardware()
+    live = LiveDriver(config, hardware)
+    number = live.joints.index("lift")
+    hardware.on_read = fail
+    until(lambda: live.fault)
+    assert live.fault == "OSError: the cable is out"
+    until(lambda: hardware.told)
+    assert hardware.told == [[-1.0, 0.2]]  # the posture that was read last
+    live.command(np.full(len(live.joints), 0.3))
+    hardware.on_read = lambda: None
+    before = live.count
+    until(lambda: live.read() and live.count > before + 2)
+    assert hardware.told == [[-1.0, 0.2]], "a target got through"
+    live.clear()
+    assert not live.fault
+    assert live.read().positions[number] == 0.2
+    live.close()
+
+
+def test_a_driver_that_is_stuck_is_not_waited_for(config: RobotConfig) -> None:
+    hardware = Hardware()
+    live = LiveDriver(config, hardware, patience=0.05)
+    hardware.on_read = lambda: time.sleep(0.4)
+    before = time.monotonic()
+    until(lambda: live.fault)
+    assert time.monotonic() - before < 0.3
+    assert live.fault == "it has said nothing for 0.05 s"
+    hardware.on_read = lambda: None
+    live.close()
+
+
+def test_a_node_drives_it_and_shows_it(config: RobotConfig) -> None:
+    hardware, lines = Hardware(), list[str]()
+    node = RobotNode(config, driver=hardware, report=lines.append)
+    lift = node.simulation.model.joint("lift").qposadr[0]
+    assert node.simulation.data.qpos[lift] == 0.2
+    number = node.commander.numbers["lift"]
+    node.commander.aim([number], [0.35])
+    step_until(node, lambda: node.simulation.data.qpos[lift] == 0.35)
+    assert hardware.told == [[-1.0, 0.35]]
+
+    hardware.on_read = fail
+    step_until(node, lambda: lines)
+    assert lines == ["the driver has failed, and the robot holds: OSError: the cable is out"]
+    node.commander.aim([number], [0.1])
+    for _ in range(3):
+        node.simulation.step()
+    assert lines == lines[:1]
+    assert node.commander.desired[number] == 0.35, "it would jump when the driver is back"
+    assert all(told == [-1.0, 0.35] for told in hardware.told)
+    node.close()
+    assert hardware.closed == 1
