@@ -24,7 +24,7 @@ class EePoseTopics:
 
     Args:
         config: the robot.
-        ee_poses: brings the tips to poses.
+        ee_poses: knows where the tips are, and in which frames poses are given.
         stamp: the time that messages carry [ns].
     """
 
@@ -35,8 +35,8 @@ class EePoseTopics:
         references = set(ee_poses.references)
         self._frame = references.pop() if len(references) == 1 else ""
 
-    def aim(self, message: PoseArray) -> None:
-        """Begin to bring the tips to the poses of a message.
+    def targets(self, message: PoseArray) -> list[Pose]:
+        """The poses of a message, reference_T_tip for each arm.
 
         A `frame_id` that is the name of a link of the robot is the frame of the poses, as that link stands now; any
         other, also the empty one, says nothing: each pose is given in the frame of its arm's reference.
@@ -52,7 +52,7 @@ class EePoseTopics:
         frame = message.header.frame_id
         if frame in self._links:
             poses = [there @ pose for there, pose in zip(self._ee_poses.frames(frame), poses, strict=True)]
-        self._ee_poses.aim(poses)
+        return poses
 
     def state(self) -> PoseArray:
         """Where the tips are."""

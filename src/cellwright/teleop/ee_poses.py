@@ -8,7 +8,7 @@ they are told to be; a waist is never moved to reach something.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -21,6 +21,7 @@ from cellwright.simulation.simulation import Simulation
 from cellwright.teleop.commander import Commander
 from cellwright.teleop.inverse_kinematics import ArmSolver, Caps
 
+TOPIC = "/io_teleop/target_ee_poses"
 VELOCITY_SHARE = 0.9
 """Share of the URDF's velocities that a way to a pose makes use of: what is left, the servos need to keep up."""
 
@@ -34,8 +35,6 @@ class _Arm:
     reference: str
     positions: Array
     target: Pose | None = None
-    aimed: Array = field(default_factory=lambda: np.zeros(0))
-    aims: Array = field(default_factory=lambda: np.zeros(0))
 
 
 class EePoses(Device):
@@ -111,23 +110,22 @@ class EePoses(Device):
 
     def aim(self, poses: Sequence[Pose]) -> None:
         """Begin to bring the tip of each arm to a pose, reference_T_tip; one for each arm."""
-        positions = self._commander.driver.read().positions
+        measured = self._measured()
         for arm, pose in zip(self._arms, poses, strict=True):
-            if arm.target is None or not self._is_ours(arm):
-                solver = arm.solver
-                arm.positions = np.clip(positions[arm.numbers], solver.lower, solver.upper)
-                self._aim_joints(arm)
+            if arm.target is None or not self._commander.leads(TOPIC, arm.numbers):
+                arm.positions = np.clip(measured[arm.numbers], arm.solver.lower, arm.solver.upper)
+                self._commander.follow(TOPIC, arm.numbers, arm.positions)
             arm.target = pose
 
     def poses(self) -> list[Pose]:
         """Where the tips are, reference_T_tip, as the robot's joints were read last."""
-        self._take_posture(self._commander.driver.read().positions)
+        self._take_posture(self._measured())
         mujoco.mj_kinematics(self._model, self._data)
         return [arm.solver.pose(self._data) for arm in self._arms]
 
     def frames(self, link: str) -> list[Pose]:
         """reference_T_link of any link of the robot for the reference of each arm, as the joints were read last."""
-        self._take_posture(self._commander.driver.read().positions)
+        self._take_posture(self._measured())
         mujoco.mj_kinematics(self._model, self._data)
         return [arm.solver.frame(self._data, link) for arm in self._arms]
 
@@ -135,25 +133,25 @@ class EePoses(Device):
 
     def before_step(self) -> None:
         """Aim the joints of each arm that is on its way one step further."""
-        moving = [arm for arm in self._arms if arm.target is not None]
-        for arm in moving:
-            if not self._is_ours(arm):
+        commander = self._commander
+        moving = []
+        for arm in self._arms:
+            if arm.target is not None and commander.leads(TOPIC, arm.numbers):
+                moving.append((arm, arm.target))
+            else:
                 arm.target = None
-        moving = [arm for arm in moving if arm.target is not None]
         if not moving:
             return
         data = self._data
-        self._take_posture(self._commander.applied)
-        for arm in moving:
+        self._take_posture(commander.applied)
+        for arm, _ in moving:
             data.qpos[arm.solver.qpos] = arm.positions
         mujoco.mj_kinematics(self._model, data)
         mujoco.mj_comPos(self._model, data)
-        for arm in moving:
-            if arm.target is not None:
-                solver = arm.solver
-                moved = arm.positions + solver.step(data, arm.target, self._timestep)
-                arm.positions = np.clip(moved, solver.lower, solver.upper)
-                self._aim_joints(arm)
+        for arm, target in moving:
+            moved = arm.positions + arm.solver.step(data, target, self._timestep)
+            arm.positions = np.clip(moved, arm.solver.lower, arm.solver.upper)
+            commander.follow(TOPIC, arm.numbers, arm.positions)
 
     def get_state(self) -> State:
         """Where the arms are being brought, and how far they are."""
@@ -167,21 +165,14 @@ class EePoses(Device):
         for arm, target, positions in zip(self._arms, state["targets"], state["positions"], strict=True):
             arm.target = None if target is None else Pose(tuple(target[:3]), tuple(target[3:]))
             arm.positions = np.array(positions)
-            arm.aimed, arm.aims = arm.positions, self._commander.aims[arm.numbers]
 
     # ---------------------------------------------------------------- inside
 
     def _take_posture(self, positions: Array) -> None:
         self._data.qpos[self._qpos] = positions
 
-    def _aim_joints(self, arm: _Arm) -> None:
-        commander = self._commander
-        commander.aim(arm.numbers, arm.positions)
-        arm.aimed, arm.aims = commander.desired[arm.numbers], commander.aims[arm.numbers]
-
-    def _is_ours(self, arm: _Arm) -> bool:
-        """Whether the arm's joints still go where they were sent from here."""
-        commander = self._commander
-        return np.array_equal(commander.aims[arm.numbers], arm.aims) and np.array_equal(
-            commander.desired[arm.numbers], arm.aimed
-        )
+    def _measured(self) -> Array:
+        """Where the joints are [rad; m]; those that the driver cannot tell of are where they were sent."""
+        found = self._commander.driver.read().positions
+        measured: Array = np.where(np.isfinite(found), found, self._commander.applied)
+        return measured
