@@ -13,7 +13,6 @@ from cellwright.errors import RejectedCommandError
 from cellwright.pose import Pose
 from cellwright.server import Server
 from cellwright.teleop.node import RobotNode
-from cellwright.world.robot import BASE
 
 
 class RobotServices:
@@ -93,13 +92,8 @@ class RobotServices:
                 raise ValueError("not finite")
         except (KeyError, TypeError, ValueError) as error:
             raise RejectedCommandError(f"a pose is [[x, y, z], [qx, qy, qz, qw]]: {error}") from None
-        simulation = self._node.simulation
-        data, model = simulation.data, simulation.model
-        mocap = model.body(BASE).mocapid[0]
-        world_T_base = Pose(tuple(data.mocap_pos[mocap].tolist()), tuple(data.mocap_quat[mocap].tolist()))
-        placed = wanted @ self._pose(-1).inverse() @ world_T_base
-        data.mocap_pos[mocap], data.mocap_quat[mocap] = placed.position, placed.quaternion
-        simulation.touch()
+        base = self._node.base
+        base.place(wanted @ self._pose(-1).inverse() @ base.pose)
         return {}
 
     # ---------------------------------------------------------------- inside
