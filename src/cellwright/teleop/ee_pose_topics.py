@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
+from cellwright.bus import Bus
+from cellwright.contracts.sampling import Sampled
+from cellwright.contracts.table import Row
 from cellwright.description.robot.config import RobotConfig
 from cellwright.errors import RejectedCommandError
-from cellwright.messages.build import header, pose_message
+from cellwright.messages.build import header, nanoseconds, pose_message
 from cellwright.messages.standard import Pose as PoseMessage
 from cellwright.messages.standard import PoseArray
 from cellwright.pose import Pose
-from cellwright.teleop.ee_poses import EePoses
+from cellwright.simulation.simulation import Simulation
+from cellwright.teleop.commander import Commander
+from cellwright.teleop.ee_poses import TOPIC, EePoses
 
 FARTHEST = 1000.0
 """Farther away than this [m] a pose is taken for a mistake."""
@@ -24,16 +30,33 @@ class EePoseTopics:
 
     Args:
         config: the robot.
+        commander: decides whether a command is taken.
         ee_poses: knows where the tips are, and in which frames poses are given.
-        stamp: the time that messages carry [ns].
+        told: the time that messages carry [ns].
     """
 
-    def __init__(self, config: RobotConfig, ee_poses: EePoses, stamp: Callable[[], int]) -> None:
+    def __init__(self, config: RobotConfig, commander: Commander, ee_poses: EePoses, told: Callable[[], int]) -> None:
         self._links = config.robot.link_indices
-        self._ee_poses = ee_poses
-        self._stamp = stamp
+        self._commander, self._ee_poses, self._told = commander, ee_poses, told
         references = set(ee_poses.references)
         self._frame = references.pop() if len(references) == 1 else ""
+
+    def serve(self, bus: Bus, simulation: Simulation, table: tuple[Row, ...]) -> None:
+        """Take a place on the bus, where the robot has arms."""
+        for row in table:
+            if row.name == TOPIC:
+                bus.listen(row.name, row.type, self._command, node=row.node)
+            elif row.name == "/io_teleop/state_ee_poses":
+                Sampled(bus, simulation, row, row.period, self.state)
+
+    def _command(self, message: Any, node: str) -> None:
+        poses = self.targets(message)
+
+        def act() -> bool:
+            self._ee_poses.aim(poses)
+            return True
+
+        self._commander.take(TOPIC, node, nanoseconds(message.header.stamp), act)
 
     def targets(self, message: PoseArray) -> list[Pose]:
         """The poses of a message, reference_T_tip for each arm.
@@ -56,7 +79,7 @@ class EePoseTopics:
 
     def state(self) -> PoseArray:
         """Where the tips are."""
-        return PoseArray(header(self._frame, self._stamp()), [pose_message(pose) for pose in self._ee_poses.poses()])
+        return PoseArray(header(self._frame, self._told()), [pose_message(pose) for pose in self._ee_poses.poses()])
 
 
 def _pose(message: PoseMessage, where: str) -> Pose:

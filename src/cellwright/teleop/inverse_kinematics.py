@@ -24,7 +24,7 @@ from cellwright.devices.joint_servos import Array
 from cellwright.pose import Pose
 
 TURN_WEIGHT = 0.2
-"""What an error of 1 rad counts beside one of 1 m [m]: as in the original's controller, and about the size of a hand."""
+"""What an error of 1 rad counts beside one of 1 m [m]: as in the original's controller; the size of a hand."""
 GAIN = 60.0
 """Share of the error that is made good [1/s], as long as no bound is met; commands at 100 Hz melt into one motion."""
 POSTURE_GAIN, POSTURE_SPEED = 2.0, 0.5
@@ -46,6 +46,12 @@ class Caps:
 
     speed: float = 2.0
     turning: float = 2.0 * math.pi
+
+    @classmethod
+    def of(cls, speed: float | None, turning: float | None) -> Caps:
+        """Those that were asked for; None for what is usual."""
+        usual = cls()
+        return cls(usual.speed if speed is None else speed, usual.turning if turning is None else turning)
 
 
 class ArmSolver:
