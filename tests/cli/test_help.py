@@ -12,12 +12,15 @@ from tests.cli.conftest import CommandLine
 HELP = Path(__file__).parents[1] / "data" / "help"
 
 
-@pytest.mark.parametrize("command", ["", "run", "eval", "serve", "check", "trials", "ros1-env", "ros1-workspace"])
+COMMANDS = ["", "run", "eval", "serve", "check", "trials", "ros1-env", "ros1-workspace", "operate", "operate signal"]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
 @pytest.mark.parametrize("option", ["--help", "-h"])
 def test_help_reads_as_it_did(command: str, option: str, cellwright: CommandLine) -> None:
     ran = cellwright(*command.split(), option)
     text = "".join(f"{line.rstrip()}\n" for line in ran.out.splitlines())
-    file = HELP / f"{command or 'cellwright'}.txt"
+    file = HELP / f"{command.replace(' ', '-') or 'cellwright'}.txt"
     if os.environ.get("CELLWRIGHT_WRITE_HELP"):
         file.write_text(text, encoding="utf-8")
     assert ran.status == 0

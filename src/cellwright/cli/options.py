@@ -110,6 +110,16 @@ def picture_file(path: Path | None) -> Path | None:
     return path
 
 
+def output_file(option: str, path: Path | None, suffix: str) -> Path | None:
+    """A file that can be written, its name ending as it should."""
+    if path is None:
+        return None
+    if path.suffix.lower() != suffix:
+        refuse(f"{option} {path}: give a file whose name ends in {suffix}")
+    _check_file(f"{option} {path}", path)
+    return path
+
+
 def _check_file(said: str, path: Path) -> None:
     """Refuse a file that cannot be written."""
     if not path.parent.is_dir():

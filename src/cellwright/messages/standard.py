@@ -10,6 +10,7 @@ from rosbags.typesys.stores.ros2_kilted import builtin_interfaces__msg__Duration
 from rosbags.typesys.stores.ros2_kilted import builtin_interfaces__msg__Time as Time
 from rosbags.typesys.stores.ros2_kilted import geometry_msgs__msg__Point as Point
 from rosbags.typesys.stores.ros2_kilted import geometry_msgs__msg__Pose as Pose
+from rosbags.typesys.stores.ros2_kilted import geometry_msgs__msg__PoseArray as PoseArray
 from rosbags.typesys.stores.ros2_kilted import geometry_msgs__msg__PoseStamped as PoseStamped
 from rosbags.typesys.stores.ros2_kilted import geometry_msgs__msg__Quaternion as Quaternion
 from rosbags.typesys.stores.ros2_kilted import geometry_msgs__msg__Transform as Transform
@@ -44,6 +45,7 @@ __all__ = [
     "LaserScan",
     "Point",
     "Pose",
+    "PoseArray",
     "PoseStamped",
     "Quaternion",
     "Range",

@@ -1,0 +1,1 @@
+"""`cellwright operate`: a robot driven without a headset, by the topics that everybody uses."""

@@ -1,0 +1,21 @@
+"""The commands of `cellwright operate`."""
+
+from __future__ import annotations
+
+import typer
+
+from cellwright.cli.operate.signal import signal
+
+app = typer.Typer(
+    name="operate",
+    help="""Drive a robot's controller node without a headset.
+
+    An operator is a client as any other: it comes over the node's socket or over ROS 1, and speaks on the io_teleop
+    topics. Start the node first, in another terminal:
+
+        cellwright teleop qinglong        # the robot
+        cellwright operate signal JOINT   # do joints follow as they should?""",
+    no_args_is_help=True,
+    rich_markup_mode="markdown",
+)
+app.command()(signal)

@@ -1,0 +1,100 @@
+"""How an operator comes to a robot's node: over its socket, or over ROS 1."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Annotated
+
+import typer
+
+from cellwright.cli import options
+from cellwright.client.session import Session
+from cellwright.client.transports.ros1 import Ros1Transport
+from cellwright.client.transports.socket import SocketTransport
+from cellwright.errors import UsageError
+from cellwright.operators.robot import JOINT_STATES, OperatedRobot
+from cellwright.ros1_host import installation
+from cellwright.ros1_host.identity import node_name
+from cellwright.server import DEFAULT_PORT
+from cellwright.server.server import LOOPBACK
+
+WHERE, WHAT, RESULT = "Where the robot is", "What it does", "Output"
+"""Headings in the help, under which options are listed."""
+
+NODE = "/operator"
+
+_WAIT = 5.0  # [s] for a node to appear in ROS
+
+Connect = Annotated[
+    str | None,
+    typer.Option(
+        metavar="HOST:PORT",
+        help=f"Where the node is served; {LOOPBACK}:{DEFAULT_PORT} when left out.",
+        rich_help_panel=WHERE,
+    ),
+]
+
+OverRos1 = Annotated[
+    bool,
+    typer.Option(
+        "--ros1", metavar="", help="Over ROS 1, at the master that ROS_MASTER_URI names.", rich_help_panel=WHERE
+    ),
+]
+
+Node = Annotated[str, typer.Option(metavar="NAME", help="Name of the operator's node.", rich_help_panel=WHERE)]
+
+
+class Link:
+    """A way to a node, checked; nothing is connected yet.
+
+    Args:
+        connect: host and port, as given.
+        ros1: whether it is ROS 1.
+        node: name of the operator's node.
+
+    Raises:
+        UsageError: this cannot be meant.
+    """
+
+    def __init__(self, connect: str | None, *, ros1: bool, node: str = NODE) -> None:
+        if ros1 and connect is not None:
+            options.refuse("--connect and --ros1: give one of them")
+        self.node = node_name(node)
+        self._address = options.address("--connect", connect) if connect else (LOOPBACK, DEFAULT_PORT)
+        self._ros1 = installation.find() if ros1 else None
+
+    def session(self, suffix: str = "") -> Session:
+        """A connection of its own.
+
+        Args:
+            suffix: behind the name of the node; in ROS no two may be called the same.
+
+        Raises:
+            UsageError: no node answers there.
+        """
+        name = self.node + suffix
+        if self._ros1 is None:
+            return Session(self._over_socket(name))
+        ros = self._ros1
+        transport = Ros1Transport(ros.python, node=name, environment=ros.environment, patience=_WAIT, sign=JOINT_STATES)
+        return Session(transport)
+
+    @contextmanager
+    def robot(self) -> Iterator[OperatedRobot]:
+        """The robot; the connection is closed in the end."""
+        session = self.session()
+        try:
+            yield OperatedRobot(session)
+        finally:
+            session.close()
+
+    def _over_socket(self, name: str) -> SocketTransport:
+        try:
+            return SocketTransport(self._address, node=name)
+        except UsageError as error:
+            host, port = self._address
+            raise UsageError(
+                f"{error}; start one with: cellwright teleop ROBOT"
+                + (f" --port {port}" if (host, port) != (LOOPBACK, DEFAULT_PORT) else "")
+            ) from None

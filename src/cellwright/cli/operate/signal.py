@@ -1,0 +1,196 @@
+"""`cellwright operate signal`: a test signal for joints, and how well they follow it."""
+
+from __future__ import annotations
+
+import fnmatch
+import json
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskID, TextColumn
+
+from cellwright.cli import options
+from cellwright.cli.exit_status import DONE, NOT_DONE
+from cellwright.cli.operate import report
+from cellwright.cli.operate.link import NODE, RESULT, WHAT, Connect, Link, Node, OverRos1
+from cellwright.errors import CellwrightError, RunEndedError, UnknownNameError
+from cellwright.operators.exercise import Exercise, check, exercise
+from cellwright.operators.limits import JointLimits
+from cellwright.operators.plot_svg import picture
+from cellwright.operators.robot import OperatedRobot
+from cellwright.operators.waves import Shape, Wave
+
+
+def signal(
+    joints: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="JOINT",
+            help="Joints, one after another in this order; `J_arm_r_*` stands for all that match, the last of the "
+            "robot first.",
+            show_default=False,
+        ),
+    ],
+    wave: Annotated[
+        Shape,
+        typer.Option(
+            metavar="SHAPE",
+            help="`sine` goes to both sides of where the joint stands; `step` and `ramp` go away from there and back.",
+            rich_help_panel=WHAT,
+        ),
+    ] = Shape.SINE,
+    amplitude: Annotated[
+        float, typer.Option(metavar="A", help="How far [rad; m]; below 0, downwards first.", rich_help_panel=WHAT)
+    ] = 0.1,
+    frequency: Annotated[float, typer.Option(metavar="F", help="Periods a second [Hz].", rich_help_panel=WHAT)] = 0.5,
+    duration: Annotated[
+        float,
+        typer.Option(metavar="T", help="How long for each joint [s]; made whole periods.", rich_help_panel=WHAT),
+    ] = 4.0,
+    connect: Connect = None,
+    ros1: OverRos1 = False,
+    node: Node = NODE,
+    max_error: Annotated[
+        float | None,
+        typer.Option(
+            metavar="E",
+            help="Exit status 1 if the greatest error is larger [rad; m]; of a step: what is left at its end.",
+            rich_help_panel=RESULT,
+        ),
+    ] = None,
+    max_delay: Annotated[
+        float | None,
+        typer.Option(
+            metavar="MS", help="Exit status 1 if a joint comes later [ms], or does not follow.", rich_help_panel=RESULT
+        ),
+    ] = None,
+    as_json: Annotated[
+        bool,
+        typer.Option(
+            "--json", metavar="", help="Print the figures as JSON, and nothing else on stdout.", rich_help_panel=RESULT
+        ),
+    ] = False,
+    csv: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.csv", help="Write every measured position to this file.", rich_help_panel=RESULT),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.svg", help="Draw targets, positions and errors.", rich_help_panel=RESULT),
+    ] = None,
+) -> None:
+    """Give joints a test signal, and tell how well they follow it.
+
+    Each joint is told its target 100 times a second by /io_teleop/joint_cmd, about where it stands, and is brought back
+    there in the end. Begin with a small amplitude, and with the joints farthest from the body. A joint that follows
+    well shows no vibration, no overshoot, and little delay.
+
+        # a tenth of a radian to both sides, twice
+        cellwright operate signal J_arm_r_07
+
+        # steps, for all joints of an arm
+        cellwright operate signal 'J_arm_r_*' --wave step --amplitude 0.2
+
+        # in CI: fails if a joint is more than 0.05 rad off
+        cellwright operate signal J_head_yaw --max-error 0.05 --json
+
+    The target is held against what is measured: error is target minus position; delay is by how much the position has
+    to be put forward to be most like the target; rise is from 10 to 90 % of a step; a joint has settled when it stays
+    within 5 % of it. Of several steps the worst is told.
+
+    Exit status: 0 done; 1 an error or a delay was larger than allowed, or the node has ended; 2 bad input, and nothing
+    was moved.
+    """
+    wanted = Wave.lasting(wave, amplitude, frequency, duration)
+    for option, value in (("--max-error", max_error), ("--max-delay", max_delay)):
+        if value is not None and not value >= 0.0:
+            options.refuse(f"{option} {value:g}: give a number from 0 on")
+    files = (options.output_file("--csv", csv, ".csv"), options.output_file("--plot", plot, ".svg"))
+    link = Link(connect, ros1=ros1, node=node)
+    console = Console(stderr=as_json, highlight=False)
+    with link.robot() as there:
+        chosen = _chosen(there, joints)
+        check(there, chosen, wanted, JointLimits())
+        found, failure = _exercise(there, chosen, wanted, console)
+    failures = _failures(found, max_error, max_delay) + ([failure] if failure else [])
+    status = NOT_DONE if failures else DONE
+    _write(found, *files)
+    if as_json:
+        document: dict[str, Any] = {"joints": [report.document(each) for each in found]}
+        typer.echo(json.dumps(document | {"failures": failures, "exit_status": status}, indent=2))
+    else:
+        _show(console, found)
+    for line in failures:
+        typer.echo(line, err=True)
+    raise typer.Exit(status)
+
+
+def _chosen(robot: OperatedRobot, patterns: Sequence[str]) -> list[str]:
+    """The joints that were named, each once."""
+    found: list[str] = []
+    for pattern in patterns:
+        if not any(sign in pattern for sign in "*?["):
+            robot.check_names([pattern])
+            found.append(pattern)
+            continue
+        matching = fnmatch.filter(reversed(robot.joints), pattern)
+        if not matching:
+            raise UnknownNameError("joint", pattern, robot.joints)
+        found += matching
+    return list(dict.fromkeys(found))
+
+
+def _exercise(robot: OperatedRobot, joints: Sequence[str], wave: Wave, console: Console) -> tuple[list[Exercise], str]:
+    """What came of each joint, and what went wrong if something did; joints after that are left alone."""
+    found: list[Exercise] = []
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[at]}"))
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
+        for number, joint in enumerate(joints, start=1):
+            task = progress.add_task(joint, total=1.0, at=f"{number} of {len(joints)}")
+            show = partial(_update, progress, task)
+            try:
+                found.append(exercise(robot, joint, wave, on_beat=show))
+            except (CellwrightError, RunEndedError) as error:
+                return found, f"{joint}: {error}"
+            progress.remove_task(task)
+    return found, ""
+
+
+def _update(progress: Progress, task: TaskID, part: float) -> None:
+    progress.update(task, completed=part)
+
+
+def _failures(found: Sequence[Exercise], max_error: float | None, max_delay: float | None) -> list[str]:
+    lines = []
+    for each in found:
+        figures, joint = each.tracking, each.trace.joint
+        if max_error is not None and figures.judged > max_error:
+            lines.append(f"{joint}: an error of {figures.judged:.4g}, and {max_error:g} was allowed")
+        if max_delay is not None and figures.delay is None:
+            lines.append(f"{joint}: it does not follow")
+        elif max_delay is not None and figures.delay is not None and figures.delay * 1e3 > max_delay:
+            lines.append(f"{joint}: a delay of {figures.delay * 1e3:.0f} ms, and {max_delay:g} ms was allowed")
+    return lines
+
+
+def _write(found: Sequence[Exercise], csv: Path | None, plot: Path | None) -> None:
+    if csv is not None:
+        report.write_csv(csv, found)
+    if plot is not None and found:
+        plot.write_text(picture(found), encoding="utf-8")
+
+
+def _show(console: Console, found: Sequence[Exercise]) -> None:
+    for each in found:
+        console.print(f"{each.trace.joint}: {each.wave.shape} from {each.start:.4g}", markup=False)
+        report.show_plot(console, each)
+        console.print()
+    if found:
+        console.print(report.table(found))
+    for each in found:
+        if each.note:
+            console.print(f"{each.trace.joint}: {each.note}", markup=False, soft_wrap=True, style="yellow")

@@ -1,0 +1,91 @@
+"""Finds the mesh files of a robot."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import unquote
+
+from cellwright.description.mesh_files import read_mesh
+from cellwright.description.model_files import ModelFileError
+
+MAX_TOTAL_BYTES = 50 << 20
+"""Largest meshes of one robot together [bytes]."""
+
+_SCHEME = re.compile(r"(package|model)://([^/]+)/(.+)")
+_PACKAGE_NAME = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
+
+
+class MeshFinder:
+    """Finds mesh files as a robot refers to them.
+
+    Args:
+        path: the robot's file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._folders = path.resolve().parents
+        self._found: dict[str, Path | None] = {}
+        self._bytes = 0
+        self.missing: dict[str, str] = {}
+        """Why a mesh cannot be used, by how the robot refers to it."""
+        self.links: set[str] = set()
+        """Links that lack a mesh."""
+
+    def find(self, reference: str, link: str) -> Path | None:
+        """The file of a mesh; None where there is none that can be used, which is noted."""
+        if reference not in self._found:
+            self._found[reference] = self._usable(reference)
+        if self._found[reference] is None:
+            self.links.add(link)
+        return self._found[reference]
+
+    def _usable(self, reference: str) -> Path | None:
+        try:
+            path = next((place for place in self._places(reference) if place.is_file()), None)
+            if path is None:
+                self.missing[reference] = "not found"
+                return None
+            size = path.stat().st_size
+            if self._bytes + size > MAX_TOTAL_BYTES:
+                self.missing[reference] = f"the meshes of a robot have at most {MAX_TOTAL_BYTES >> 20} MiB together"
+                return None
+            read_mesh(path)
+        except ModelFileError as error:
+            self.missing[reference] = str(error).removeprefix(f"{path}: ")
+            return None
+        except (OSError, ValueError) as error:
+            self.missing[reference] = f"cannot be read: {error}"
+            return None
+        self._bytes += size
+        return path
+
+    def _places(self, reference: str) -> Iterator[Path]:
+        """Where a mesh may be, the likeliest place first."""
+        if scheme := _SCHEME.match(reference):
+            package, rest = scheme[2], unquote(scheme[3])
+            for folder in self._folders:
+                if folder.name == package or _package_name(folder) == package:
+                    yield folder / rest
+                yield folder / package / rest
+            for entry in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep):
+                if entry:
+                    yield Path(entry) / package / rest
+                    if Path(entry).name == package:
+                        yield Path(entry) / rest
+            return
+        name = unquote(reference.removeprefix("file://")) if reference.startswith("file://") else reference
+        for folder in self._folders:  # PyBullet, too, looks further and further up
+            yield folder / name.replace("\\", "/")
+
+
+def _package_name(folder: Path) -> str | None:
+    """What a folder is called as a ROS package, which need not be its name on disk."""
+    try:
+        text = (folder / "package.xml").read_text("utf-8", errors="replace")
+    except (OSError, ValueError):
+        return None
+    found = _PACKAGE_NAME.search(text[:10_000])
+    return found[1] if found else None

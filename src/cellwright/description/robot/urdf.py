@@ -1,0 +1,176 @@
+"""Reads a robot from its URDF file: the tree of its joints, counted as PyBullet counts it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from cellwright.description.problems import Problem, Problems
+from cellwright.description.robot.meshes import MeshFinder
+from cellwright.description.robot.model import Joint, RobotModel
+from cellwright.description.robot.urdf_file import Element, read_elements, refusal
+from cellwright.description.robot.urdf_joints import JointReader
+from cellwright.description.robot.urdf_links import LinkReader
+from cellwright.description.robot.urdf_numbers import Numbers
+from cellwright.description.tree import shortened
+from cellwright.errors import DescriptionError, did_you_mean
+
+MOST_LINKS = 1000
+"""Most links of one robot."""
+MOST_WARNINGS = 20
+"""Most warnings that are told of one file."""
+
+_SHOWN = 3  # names that a message gives before it counts the rest
+_OTHERS = {"sdf": "an SDF file", "mujoco": "MuJoCo's own format (MJCF)", "launch": "a launch file"}
+_KNOWN = ("link", "joint", "material")
+
+
+def read_urdf(path: Path, *, warn: Callable[[str], None]) -> RobotModel:
+    """The robot in a URDF or xacro file.
+
+    Args:
+        path: the file.
+        warn: told what was forgiven or replaced, each as one line `path:line: key: what`.
+
+    Raises:
+        DescriptionError: it is none that can be read; every problem reads `path:line: key: what is wrong`.
+    """
+    problems = Problems()
+    robot = _Reader(read_elements(path, problems), path, problems).read()
+    if problems.errors or robot is None:
+        raise DescriptionError(problems.errors, problems.warnings)
+    warnings = problems.warnings
+    for warning in warnings[:MOST_WARNINGS]:
+        warn(str(warning))
+    if len(warnings) > MOST_WARNINGS:
+        warn(f"{path}: {len(warnings) - MOST_WARNINGS} more warnings like these")
+    return robot
+
+
+class _Reader:
+    def __init__(self, root: Element, path: Path, problems: Problems) -> None:
+        if root.tag != "robot":
+            what = _OTHERS.get(root.tag, f"no robot: it begins with <{shortened(root.tag)}>")
+            raise refusal(path, root.place.line, f"{what}; a URDF file begins with <robot>")
+        self._root = root
+        self._path = path
+        self._problems = problems
+        numbers = Numbers(problems)
+        self._meshes = MeshFinder(path)
+        self._links = LinkReader(numbers, self._meshes)
+        self._joints = JointReader(numbers)
+
+    def read(self) -> RobotModel | None:
+        """The robot; None where something is wrong, which is among the problems then."""
+        for element in self._root.children:
+            if element.tag not in _KNOWN and (hint := did_you_mean(element.tag, _KNOWN)):
+                self._problems.warn(element, f"<{shortened(element.tag)}> is not read{hint}")
+        elements = self._link_elements()
+        if len(elements) > MOST_LINKS:
+            raise refusal(self._path, 0, f"{len(elements)} links; at most {MOST_LINKS} are read")
+        joints = self._connected(elements)
+        roots = [name for name in elements if name not in {joint.child for joint in joints}]
+        if self._problems.errors or not self._has_one_root(elements, roots):
+            return None
+        ordered = _counted(roots[0], joints)
+        if len(ordered) < len(joints):
+            reached = {joint.name for joint in ordered}
+            ring = [joint.name for joint in joints if joint.name not in reached]
+            element = self._joints.element_of(next(joint for joint in joints if joint.name == ring[0]))
+            self._problems.error(element, f"joints that hang on each other in a ring: {_some(ring)}")
+            return None
+        self._links.read_materials(self._root)
+        links = {name: self._links.read(element, name) for name, element in elements.items()}
+        ordered = self._joints.with_leaders(ordered)
+        self._tell_of_all()
+        name = self._root.get("name") or self._path.stem
+        written = tuple(joint.name for joint in joints)
+        is_sorted = written == tuple(joint.name for joint in ordered)
+        return RobotModel(name, roots[0], links, tuple(ordered), () if is_sorted else written)
+
+    def _link_elements(self) -> dict[str, Element]:
+        found: dict[str, Element] = {}
+        for element in self._root.all("link"):
+            name = element.get("name")
+            if name is None:
+                self._problems.error(element, "a link without a name")
+            elif name in found:
+                message = f"there is a link of this name already ({found[name].place}); names have to be unique"
+                self._problems.error(element, message)
+            else:
+                found[name] = element
+        if not found and not self._problems.errors:
+            self._problems.error(self._root, "a robot without links")
+        return found
+
+    def _connected(self, links: dict[str, Element]) -> list[Joint]:
+        """The joints in the order of the file, each between links that there are."""
+        found: list[Joint] = []
+        above: dict[str, Joint] = {}
+        for element in self._root.all("joint"):
+            joint = self._joints.read(element)
+            if joint is None:
+                continue
+            for tag, name in (("parent", joint.parent), ("child", joint.child)):
+                if name not in links:
+                    hint = did_you_mean(name, links)
+                    self._problems.error(element.find(tag) or element, f"unknown link {shortened(name)!r}{hint}")
+            if joint.child in above:
+                message = (
+                    f"{shortened(joint.child)!r} hangs on the joint {shortened(above[joint.child].name)!r} already"
+                )
+                self._problems.error(element, f"{message}; a link has one parent")
+                continue
+            above[joint.child] = joint
+            found.append(joint)
+        return found
+
+    def _has_one_root(self, links: dict[str, Element], roots: list[str]) -> bool:
+        if len(roots) == 1:
+            return True
+        if not roots:
+            self._problems.error(self._root, "no first link: every link hangs on another, in a ring")
+            return False
+        message = f"{len(roots)} links hang on no joint ({_some(roots)}); all but one, the first, have to"
+        self._problems.error(links[roots[1]], message)
+        return False
+
+    def _tell_of_all(self) -> None:
+        """One warning each for what may be the same in many places."""
+        for what, names in (("velocity", self._joints.without_velocity), ("effort", self._joints.without_effort)):
+            if names:
+                count = "a joint has" if len(names) == 1 else f"{len(names)} joints have"
+                message = f"{count} no {what} limit or one of 0 ({_some(names)}); taken for unlimited"
+                self._warn(message)
+        if names := self._links.without_inertia:
+            count = "a link has" if len(names) == 1 else f"{len(names)} links have"
+            self._warn(f"{count} an inertia that no body has, or none ({_some(names)}); a ball of water's is taken")
+        if names := list(self._meshes.missing):
+            count = "a mesh" if len(names) == 1 else f"{len(names)} meshes"
+            links = len(self._meshes.links)
+            where = f"in {links} link{'' if links == 1 else 's'}"
+            reason = self._meshes.missing[names[0]]
+            message = f"{count} {where} cannot be used, the first {shortened(names[0])!r}: {reason}"
+            self._warn(f"{message}; simple shapes stand in")
+
+    def _warn(self, message: str) -> None:
+        self._problems.add(Problem(self._root.place, "", message, "warning"))
+
+
+def _counted(root: str, joints: Iterable[Joint]) -> list[Joint]:
+    """The joints below a link in the order of their indices: parents first, children in the order given."""
+    below: dict[str, list[Joint]] = {}
+    for joint in joints:
+        below.setdefault(joint.parent, []).append(joint)
+    found: list[Joint] = []
+    ahead = list(reversed(below.get(root, ())))
+    while ahead:
+        joint = ahead.pop()
+        found.append(joint)
+        ahead.extend(reversed(below.get(joint.child, ())))
+    return found
+
+
+def _some(names: list[str]) -> str:
+    shown = ", ".join(shortened(name) for name in names[:_SHOWN])
+    return f"{shown}, and {len(names) - _SHOWN} more" if len(names) > _SHOWN else shown

@@ -1,0 +1,15 @@
+"""A small robot's node in lockstep, so that its time costs no more than it takes to compute."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from cellwright.teleop.node import RobotNode
+from tests.operators.nodes import robot, served
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    """Where it is reached, HOST:PORT."""
+    with served(RobotNode(robot()), lockstep=True) as (host, port):
+        yield f"{host}:{port}"

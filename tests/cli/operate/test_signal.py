@@ -1,0 +1,93 @@
+"""`cellwright operate signal` at a node that is served."""
+
+import csv
+import json
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import CommandLine
+
+QUICK = ("--frequency", "1", "--duration", "1")
+
+
+def test_it_draws_and_tells_the_figures_of_each_joint(cellwright: CommandLine, address: str) -> None:
+    enough = ("--max-error", "0.01", "--max-delay", "100")  # of a step, what is left at its end
+    ran = cellwright("operate", "signal", "right_[56]", *QUICK, "--wave", "step", "--connect", address, *enough)
+    assert (ran.status, ran.err) == (0, "")
+    assert [line for line in ran.out.splitlines() if ": step from" in line] == [
+        "right_6: step from 0",  # of those that match a pattern, the last of the robot comes first
+        "right_5: step from 0.4",
+    ]
+    assert ran.out.count("━ target  ━ measured") == 2
+    heads, rule, *rows = [line.split() for line in ran.out.splitlines() if line.strip()][-4:]
+    assert heads == ["joint", "RMS", "error", "greatest", "delay", "rise", "settled", "overshoot", "rest"]
+    assert [row[0] for row in rows] == ["right_6", "right_5"]
+    assert all(abs(float(row[2]) - 0.1) < 0.002 and 20 <= float(row[3]) <= 70 for row in rows), rule
+
+
+def test_figures_as_json_samples_as_files_and_limits_as_exit_status(
+    cellwright: CommandLine, address: str, tmp_path: Path
+) -> None:
+    files = ("--csv", "samples.csv", "--plot", "plot.svg")
+    limits = ("--max-error", "0.01", "--max-delay", "10")
+    ran = cellwright("operate", "signal", "right_4", *QUICK, "--connect", address, "--json", *files, *limits)
+    document = json.loads(ran.out)
+    (joint,) = document["joints"]
+    assert (joint["joint"], joint["wave"], joint["duration"]) == ("right_4", "sine", 1.0)
+    assert ran.status == document["exit_status"] == 1
+    assert ran.err.splitlines() == document["failures"]
+    assert [line.partition(",")[2] for line in document["failures"]] == [
+        " and 0.01 was allowed",
+        " and 10 ms was allowed",
+    ]
+    rows = list(csv.DictReader((tmp_path / "samples.csv").read_text().splitlines()))
+    errors = [float(row["error"]) for row in rows]
+    assert len(rows) == pytest.approx(150, abs=3)
+    assert max(map(abs, errors)) == pytest.approx(joint["max_error"])
+    assert all(float(row["target"]) - float(row["measured"]) == pytest.approx(float(row["error"])) for row in rows)
+    assert ET.parse(tmp_path / "plot.svg").getroot().tag.endswith("svg")
+
+
+def test_a_joint_that_does_not_follow_fails_a_limit_on_its_delay(cellwright: CommandLine, address: str) -> None:
+    # below its lower limit a finger cannot go, and nobody has told the operator what that is
+    few = ("right_finger", "--amplitude", "-0.04", "--wave", "ramp", *QUICK)
+    ran = cellwright("operate", "signal", *few, "--connect", address, "--max-delay", "1000")
+    assert (ran.status, ran.err) == (1, "right_finger: it does not follow\n")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["rigth_1"], "unknown joint 'rigth_1'; did you mean right_1"),
+        (["nothing_*"], "unknown joint 'nothing_*'"),
+        (["right_1", "--amplitude", "0"], "amplitude"),
+        (["right_1", "--frequency", "-1"], "frequency"),
+        (["right_1", "--duration", "nan"], "duration"),
+        (["right_1", "--wave", "square"], "square"),
+        (["right_1", "--max-error", "-1"], "--max-error -1"),
+        (["right_1", "--max-delay", "nan"], "--max-delay nan"),
+        (["right_1", "--plot", "plot.png"], "--plot plot.png: give a file whose name ends in .svg"),
+        (["right_1", "--csv", "no/such.csv"], "there is no folder no"),
+        (["right_1", "--connect", "nowhere"], "--connect nowhere: give a host and a port"),
+        (["right_1", "--ros1"], "--connect and --ros1: give one of them"),
+        (["right_1", "--node", "no name"], "is no name for a node"),
+        ([], "Missing argument"),
+    ],
+)
+def test_bad_input_is_one_line_and_moves_nothing(
+    arguments: list[str], said: str, cellwright: CommandLine, address: str
+) -> None:
+    where = [] if "--connect" in arguments else ["--connect", address]
+    ran = cellwright("operate", "signal", *arguments, *where)
+    assert (ran.status, ran.out) == (2, "")
+    assert ran.err.startswith("error: ")
+    assert said in ran.err
+    assert ran.err.count("\n") == 1
+
+
+def test_where_no_node_is_it_says_how_to_start_one(cellwright: CommandLine) -> None:
+    ran = cellwright("operate", "signal", "right_1", "--connect", "127.0.0.1:1")
+    assert ran.status == 2
+    assert "start one with: cellwright teleop ROBOT --port 1" in ran.err
