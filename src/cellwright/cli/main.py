@@ -18,6 +18,7 @@ from cellwright.cli.ros1_env import ros1_env
 from cellwright.cli.ros1_workspace import ros1_workspace
 from cellwright.cli.run import run
 from cellwright.cli.serve import serve
+from cellwright.cli.teleop import teleop
 from cellwright.cli.trials import trials
 from cellwright.errors import CellwrightError
 
@@ -49,6 +50,7 @@ app.command()(run)
 app.command()(check)
 app.command("eval")(evaluate)
 app.command()(serve)
+app.command()(teleop)
 app.command()(trials)
 app.command()(robot)
 app.add_typer(operate)
