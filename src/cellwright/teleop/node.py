@@ -15,9 +15,12 @@ from cellwright.teleop.commander import Commander
 from cellwright.teleop.commands import Commands
 from cellwright.teleop.counts import Counts
 from cellwright.teleop.driver import Driver
+from cellwright.teleop.ee_pose_topics import EePoseTopics
+from cellwright.teleop.ee_poses import EePoses
 from cellwright.teleop.gate import Gate
 from cellwright.teleop.grippers import ranges
 from cellwright.teleop.home import Homing
+from cellwright.teleop.inverse_kinematics import Caps
 from cellwright.teleop.live_driver import LiveDriver
 from cellwright.teleop.mirror import Mirror
 from cellwright.teleop.notices import Notices
@@ -74,11 +77,13 @@ class RobotNode:
         self.commander = Commander(self.driver, config.robot, safety, gate, notices)
         self.homing = Homing(config, self.commander)
         self.base = Base(config)
+        self.ee_poses = EePoses(config, self.commander, caps=Caps.of(safety.tip_speed, safety.tip_turning))
         self.commander.on_hold.append(self.base.halt)
         self._add_devices()
         grippers = ranges(config.grippers, config.robot, self.commander.numbers)
         table = io_teleop.rows(config, node=node, sim_time=sim_time)
         Commands(config, self.commander, self.homing, grippers, self.base).serve(self.bus, table)
+        EePoseTopics(config, self.commander, self.ee_poses, told).serve(self.bus, self.simulation, table)
         Publications(config.robot, self.driver, self.commander, grippers, told).advertise(
             self.bus, self.simulation, table
         )
@@ -90,7 +95,7 @@ class RobotNode:
         if isinstance(self.driver, LiveDriver):
             self.commander.on_clear.append(self.driver.clear)
             self.simulation.add(Mirror(self.driver, self.servos, self.commander.stop))
-        for device in (self.base, self.commander, self.homing):
+        for device in (self.base, self.ee_poses, self.commander, self.homing):
             self.simulation.add(device)
 
     @property

@@ -45,6 +45,8 @@ class SafetySettings:
         resume_speed: how fast joints go to their first targets after they were held [rad/s; m/s].
         one_commander: take a topic's commands from one node only, until it has been silent for so long [s].
         max_age: refuse commands whose stamp is older than so long [s], and those that come out of order.
+        tip_speed: how fast the tip of an arm is brought to a pose [m/s]; None: 2 m/s.
+        tip_turning: how fast it is turned on the way [rad/s]; None: one turn a second.
         clutch: targets count from where they and the joint were at first, so that whoever commands need not begin
             where the robot stands.
     """
@@ -57,6 +59,8 @@ class SafetySettings:
     resume_speed: float = RESUME_SPEED
     one_commander: float | None = None
     max_age: float | None = None
+    tip_speed: float | None = None
+    tip_turning: float | None = None
     clutch: bool = False
 
     def __post_init__(self) -> None:
@@ -71,6 +75,8 @@ class SafetySettings:
             "resume speed": self.resume_speed,
             "one commander": self.one_commander,
             "max age": self.max_age,
+            "tip speed": self.tip_speed,
+            "tip turning": self.tip_turning,
             **{f"max speed of {pattern}": speed for pattern, speed in self.max_speeds},
         }
         for name, value in named.items():
