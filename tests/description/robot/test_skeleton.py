@@ -14,12 +14,13 @@ from cellwright.description.robot.model import RobotModel
 from cellwright.description.robot.robots import bundled, load_robot
 from cellwright.description.robot.skeleton import skeleton
 from cellwright.description.robot.urdf import read_urdf
+from tests.description.robot.small_robot import SHAPE
 
 
 def robot(folder: Path, *joints: tuple[str, str, str, str], limits: str = 'lower="-1" upper="2"') -> RobotModel:
     """A robot of joints (name, type, parent, child); its first parent is the root."""
     links = dict.fromkeys(name for _, _, parent, child in joints for name in (parent, child))
-    lines = [f"<link name='{name}'/>" for name in links]
+    lines = [f"<link name='{name}'>{SHAPE}</link>" for name in links]
     for number, (name, kind, parent, child) in enumerate(joints):
         axis = ("1 0 0", "0 1 0", "0 0 1")[number % 3]
         lines.append(
