@@ -37,6 +37,7 @@ app = typer.Typer(
         cellwright eval lesson       # many runs, each judged, and a report
         cellwright serve lesson      # for programs in other processes
         cellwright check trial.yaml  # is this file sound?
+        cellwright teleop qinglong   # a robot's controller node
         cellwright robot qinglong    # a robot's joints, by index
         cellwright operate --help    # drive a robot's controller node""",
     epilog="Exit status: 0 done; 1 not done; 2 bad input, and nothing was started.",

@@ -151,3 +151,19 @@ Clutch = Annotated[
         rich_help_panel=SAFETY,
     ),
 ]
+TipSpeed = Annotated[
+    float | None,
+    typer.Option(
+        metavar="V",
+        help="How fast the tips of arms are brought to poses [m/s]; 2 when left out.",
+        rich_help_panel=SAFETY,
+    ),
+]
+TipTurning = Annotated[
+    float | None,
+    typer.Option(
+        metavar="W",
+        help="How fast they are turned on the way [rad/s]; a turn a second when left out.",
+        rich_help_panel=SAFETY,
+    ),
+]
