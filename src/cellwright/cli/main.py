@@ -13,6 +13,7 @@ from cellwright.cli.check import check
 from cellwright.cli.eval import evaluate
 from cellwright.cli.exit_status import BAD_INPUT, NOT_DONE
 from cellwright.cli.operate.app import app as operate
+from cellwright.cli.robot import robot
 from cellwright.cli.ros1_env import ros1_env
 from cellwright.cli.ros1_workspace import ros1_workspace
 from cellwright.cli.run import run
@@ -48,6 +49,7 @@ app.command()(check)
 app.command("eval")(evaluate)
 app.command()(serve)
 app.command()(trials)
+app.command()(robot)
 app.add_typer(operate)
 app.command("ros1-env")(ros1_env)
 app.command("ros1-workspace")(ros1_workspace)
