@@ -42,9 +42,20 @@ def test_all_joints_by_index(cellwright: CommandLine, small: str) -> None:
     found = listed(cellwright, small)
     assert [(joint["index"], joint["name"]) for joint in found["joints"]] == list(enumerate(INDICES))
     assert found["joints"][7] == {
-        **{"index": 7, "name": "l2", "type": "revolute", "link": "l_lower", "parent": "l_upper", "parent_index": 6},
-        **{"lower": 0.0, "upper": 2.5, "effort": 10.0, "velocity": 2.0, "axis": [0.0, 1.0, 0.0], "mimic": None},
-        **{"groups": ["arms[1]"], "home": 0.2},
+        "index": 7,
+        "name": "l2",
+        "type": "revolute",
+        "link": "l_lower",
+        "parent": "l_upper",
+        "parent_index": 6,
+        "lower": 0.0,
+        "upper": 2.5,
+        "effort": 10.0,
+        "velocity": 2.0,
+        "axis": [0.0, 1.0, 0.0],
+        "mimic": None,
+        "groups": ["arms[1]"],
+        "home": 0.2,
     }
     assert found["joints"][10]["mimic"] == {"joint": "l_finger", "multiplier": -1.0, "offset": 0.0}
     assert found["joints"][0]["parent_index"] == -1
@@ -166,3 +177,30 @@ def test_check_tells_of_every_slip(cellwright: CommandLine, small: str, tmp_path
     assert error.startswith("error: vr_configs.yml:7: arms[1].joint_index[1]: joint 8 (l_wrist) is fixed")
     assert warning == "warning: vr_configs.yml:16: arm: unknown entry, ignored; did you mean arms"
     assert verdict == "1 error"
+
+
+# ---------------------------------------------------------------- --init
+
+
+def test_a_configuration_is_begun(cellwright: CommandLine, small: str, tmp_path: Path) -> None:
+    (tmp_path / "new").mkdir()
+    ran = cellwright("robot", "robot.urdf", "--init", "new/vr_configs.yml")
+    assert (ran.status, ran.err) == (0, "")
+    assert ran.out.endswith("all guessed; go through it, then: cellwright check new/vr_configs.yml\n")
+    assert cellwright("check", "new").out == "ok\n"
+    assert "urdf_path: ../robot.urdf" in (tmp_path / "new" / "vr_configs.yml").read_text()
+    again = cellwright("robot", "robot.urdf", "--init", "new/vr_configs.yml")
+    assert refusal(again) == "--init new/vr_configs.yml: is there already; take another name, or remove it"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--init", "no/a.yml"), "--init no/a.yml: there is no folder no"),
+        (("--init", "a.json"), "--init a.json: give a file such as vr_configs.yml, and no --json"),
+        (("--init", "a.yml", "--json"), "--init a.yml: give a file such as vr_configs.yml, and no --json"),
+        (("--init", "."), "--init .: give a file such as vr_configs.yml"),
+    ],
+)
+def test_a_configuration_that_cannot_be_begun(arguments: tuple[str, ...], said: str, cellwright: CommandLine) -> None:
+    assert refusal(cellwright("robot", "tandem", *arguments)).startswith(said)

@@ -53,7 +53,7 @@ def body_of(link: str) -> str:
 
 @dataclass(frozen=True)
 class RobotWorld:
-    """A robot, and the engine's model of it: joints and actuators are named after joints, bodies after links (`body_of`).
+    """A robot, and the engine's model of it; joints and actuators have the names of joints, bodies those of `body_of`.
 
     The actuators exert nothing: their controls are where the targets of the joints stand [rad; m], so that they are
     part of the engine's state and can be moved in its own window.

@@ -19,6 +19,9 @@ _JOINTS = (  # name, type, parent, child, origin, axis, limits, mimic; in the or
     ("spin", "continuous", "base", "wheel", "0 0 0.1", "0 1 0", None, ""),
 )
 
+SHAPE = '<visual><geometry><box size="0.1 0.1 0.1"/></geometry></visual>'
+"""Of each link, for a robot without any shape is warned of."""
+
 INDICES = (
     *("lift", "r1", "r2", "r_wrist", "r_finger", "r_thumb"),
     *("l1", "l2", "l_wrist", "l_finger", "l_thumb", "head_yaw", "head_pitch", "spin"),
@@ -47,7 +50,7 @@ vibration_thresholds: {ee_dist: [0.15, 0.2], tabletop_height: 0.85}
 def urdf() -> str:
     """The robot's file."""
     links = dict.fromkeys(["base", *(child for _, _, _, child, *_ in _JOINTS)])
-    lines = ['<robot name="small">', *(f'  <link name="{name}"/>' for name in links)]
+    lines = ['<robot name="small">', *(f'  <link name="{name}">{SHAPE}</link>' for name in links)]
     for name, kind, parent, child, xyz, axis, limits, leader in _JOINTS:
         lower, upper = limits or (0, 0)
         bounds = f'lower="{lower}" upper="{upper}" ' if limits else ""

@@ -54,7 +54,7 @@ class GroupReader:
         if endless:
             self.reader.problems.error(
                 table.get("joint_index") or table,
-                f"{', '.join(endless)}: a gripper is open at the lower limits of its joints and closed at the upper ones, "
+                f"{', '.join(endless)}: a gripper is open at the lower limits of its joints, closed at the upper ones, "
                 "and the URDF gives none",
             )
             return None
