@@ -22,8 +22,8 @@ from cellwright.teleop.check_reference import RANGE, TIME
 from cellwright.teleop.findings import Finding, MotionReport
 
 _PERCENT = (
-    f"%: of the way of a step, the swing of a sine, the travel of a gripper. Steps and sines\n"
-    f"   may be off by {100 * RANGE:g} %, or {1e3 * TIME:.0f} ms early or late."
+    f"%: of a step's way, a sine's swing, a gripper's travel\n"
+    f"   steps and sines may be off by {100 * RANGE:g} %, or be {1e3 * TIME:.0f} ms early or late"
 )
 
 

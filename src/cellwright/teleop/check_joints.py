@@ -10,6 +10,7 @@ import numpy as np
 from cellwright.description.robot.config import RobotConfig
 from cellwright.description.robot.model import Joint
 from cellwright.teleop.findings import Finding
+from cellwright.teleop.home import TIME
 from cellwright.teleop.rig import Rig
 
 SHARE = 0.1
@@ -24,6 +25,8 @@ PATIENCE = 1.0
 """How much longer a joint may take than its way at full speed takes [s]."""
 DRIFT = 1e-3
 """How far a joint may go from where the robot was put up, with nothing commanded [rad; m]."""
+
+_LONGEST = 20.0  # [s] that a gripper is waited for
 
 
 def check_joints(rig: Rig, config: RobotConfig) -> Iterator[Finding]:
@@ -64,6 +67,10 @@ def check_joints(rig: Rig, config: RobotConfig) -> Iterator[Finding]:
             slowest, there = took, joint.name
     if moved:
         yield Finding(f"{moved} joints step and settle", slowest, PATIENCE, "s late", there)
+    for number in range(len(config.grippers)):
+        yield _gripper(rig, config, number)
+    if config.home:
+        yield _home(rig, config)
 
 
 def _cannot(joint: Joint) -> str:
@@ -82,10 +89,8 @@ def _move(rig: Rig, joint: Joint) -> tuple[float, float]:
     rig.begin()
     number, limits = rig.numbers[joint.name], joint.limits
     start = float(rig.positions[number])
-    whole = limits.upper - limits.lower
-    way = SHARE * whole if math.isfinite(whole) else ENDLESS
-    target = start + way if start + way <= limits.upper else start - way
-    least = way / limits.velocity
+    target = _aside(joint, start)
+    least = abs(target - start) / limits.velocity
     rig.send({joint.name: target})
     settled, beyond, since = math.inf, 0.0, 0.0
     while since < least + PATIENCE:
@@ -99,3 +104,38 @@ def _move(rig: Rig, joint: Joint) -> tuple[float, float]:
         elif since > settled + 0.1:
             break
     return max(0.0, settled - least), beyond
+
+
+def _gripper(rig: Rig, config: RobotConfig, number: int) -> Finding:
+    """Close a gripper, and see how far it comes."""
+    joints = [config.robot.joint(name) for name in config.grippers[number].joints]
+    ways = [joint.limits.upper - joint.limits.lower for joint in joints]
+    rig.begin()
+    rig.send_grippers([float(each == number) for each in range(len(config.grippers))])
+    longest = max((way / joint.limits.velocity for way, joint in zip(ways, joints, strict=True)), default=0.0)
+    _, positions = rig.run(min(longest, _LONGEST) + PATIENCE)
+    short = [
+        abs(joint.limits.upper - float(positions[-1][rig.numbers[joint.name]])) / way if way > 0 else math.inf
+        for way, joint in zip(ways, joints, strict=True)
+    ]
+    worst = max(range(len(short)), key=short.__getitem__)
+    figure = 100 * short[worst]
+    what = f"{('right', 'left')[number] if number < 2 else number} gripper closes"
+    return Finding(what, figure, 100 * SETTLED, "% short", joints[worst].name, short[worst] <= SETTLED)
+
+
+def _home(rig: Rig, config: RobotConfig) -> Finding:
+    """Go home from elsewhere."""
+    rig.begin()
+    rig.send({name: _aside(config.robot.joint(name), value) for name, value in config.home.items()})
+    rig.run(1.0)
+    took, why_not = rig.reset()
+    return Finding("goes home on a reset", took, TIME, "s", why_not, not why_not)
+
+
+def _aside(joint: Joint, position: float) -> float:
+    """A place near a position that the joint can go to [rad; m]."""
+    limits = joint.limits
+    whole = limits.upper - limits.lower
+    way = SHARE * whole if math.isfinite(whole) else ENDLESS
+    return position + way if position + way <= limits.upper else position - way

@@ -123,7 +123,7 @@ def _sine(rig: Rig, sine: Sine) -> Finding:
     if sine.joint not in rig.numbers:
         return Finding(what, math.inf, 100 * RANGE, "%", "there is no such joint", passed=False)
     rig.begin()
-    due = np.arange(len(sine.targets)) * sine.period
+    due: Array = np.arange(len(sine.targets), dtype=np.float64) * sine.period
     found, sent = [rig.positions], 0
     while (len(found) - 1) * rig.timestep < due[-1] + sine.period:
         now = (len(found) - 1) * rig.timestep
@@ -131,7 +131,7 @@ def _sine(rig: Rig, sine: Sine) -> Finding:
             rig.send({sine.joint: float(sine.targets[sent])})
             sent += 1
         found.append(rig.step())
-    times = np.arange(len(found)) * rig.timestep
+    times = rig.times(len(found) - 1)
     positions = np.array(found)[:, rig.numbers[sine.joint]]
     whole = float(np.ptp(sine.positions))
     return _response(what, times, positions, due + sine.period, sine.positions, whole)

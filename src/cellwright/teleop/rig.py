@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
+from cellwright.bus import Later
 from cellwright.description.robot.config import RobotConfig
 from cellwright.devices.joint_servos import Array, Motion
 from cellwright.messages.build import joint_state
-from cellwright.pose import Pose, Quaternion, Vector3
+from cellwright.messages.std_srvs import TriggerRequest
+from cellwright.pose import Pose
 from cellwright.teleop.node import RobotNode
 
 NODE = "/motion_check"
@@ -45,6 +48,16 @@ class Rig:
         """Command all grippers, 0 open to 1 closed, before the next step."""
         self._publish("/io_teleop/target_gripper_status", [], statuses)
 
+    def reset(self) -> tuple[float, str]:
+        """Have the robot go home: how long it took [s], and why it did not; empty when it did."""
+        begun = self.node.simulation.time
+        answer: Any = self.node.bus.call("/io_teleop_reset_robot", TriggerRequest(), node=NODE)
+        if isinstance(answer, Later):
+            while answer.response is None:
+                self.step()
+            answer = answer.response
+        return self.node.simulation.time - begun, "" if answer.success else str(answer.message)
+
     def step(self) -> Array:
         """Let a step pass; where the joints are then [rad; m]."""
         self.node.simulation.step()
@@ -54,7 +67,12 @@ class Rig:
         """Let time pass [s]: times since now (n) [s] and positions (n, joints) [rad; m], the first of them as it is."""
         count = round(seconds / self.timestep)
         found = np.array([self.positions, *(self.step() for _ in range(count))])
-        return np.arange(count + 1) * self.timestep, found
+        return self.times(count), found
+
+    def times(self, count: int) -> Array:
+        """The times (count + 1) [s] before and after each of `count` steps."""
+        found: Array = np.arange(count + 1, dtype=np.float64) * self.timestep
+        return found
 
     @property
     def positions(self) -> Array:
@@ -65,9 +83,8 @@ class Rig:
         """Where a link is in the world."""
         self.node.simulation.refresh()
         body = self.node.simulation.data.body(name)
-        at: Vector3 = tuple(map(float, body.xpos))
-        turned: Quaternion = tuple(map(float, body.xquat))
-        return Pose(at, turned)
+        (x, y, z), (w, i, j, k) = body.xpos.tolist(), body.xquat.tolist()
+        return Pose((x, y, z), (w, i, j, k))
 
     def close(self) -> None:
         """Let go of the node."""
