@@ -36,7 +36,7 @@ def test_a_row_for_each_finding_with_its_verdict() -> None:
 def test_the_exit_status_and_the_table_of_a_robot_without_a_recording(capsys: pytest.CaptureFixture[str]) -> None:
     assert run_check(two_arms()) == 0
     out = capsys.readouterr().out
-    assert "two_arms in its node, joint by joint: there is no recorded motion to compare with" in out
+    assert "two_arms in its node, joint by joint: it has no recorded motion" in out
     assert "FAILS" not in out
 
 

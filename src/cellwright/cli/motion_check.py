@@ -54,9 +54,9 @@ def show(console: Console, report: MotionReport) -> None:
     against = (
         f"against its recorded motion, {Path(report.reference).name}"
         if report.reference
-        else "joint by joint: there is no recorded motion to compare with"
+        else "joint by joint: it has no recorded motion"
     )
-    console.print(f"{report.robot} in its node, {against}", markup=False)
+    console.print(f"{report.robot} in its node, {against}", markup=False, soft_wrap=True)
     console.print()
     console.print(table(report))
     if report.reference:
