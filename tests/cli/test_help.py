@@ -17,6 +17,7 @@ COMMANDS = [
     "run",
     "eval",
     "serve",
+    "teleop",
     "check",
     "trials",
     "robot",
