@@ -16,10 +16,12 @@ from cellwright.cli.teleop_arguments import (
     Gui,
     Host,
     InitDebug,
+    InRos1,
     Lockstep,
     MaxAge,
     MaxSpeed,
     MotionLaw,
+    NodeName,
     OneCommander,
     OwnDriver,
     Port,
@@ -40,6 +42,7 @@ from cellwright.cli.teleop_arguments import (
 from cellwright.cli.teleop_driver import run_check
 from cellwright.cli.teleop_node import TeleopOptions, run_node
 from cellwright.cli.teleop_sight import Sight
+from cellwright.contracts.io_teleop import NODE
 from cellwright.description.robot.robots import load_robot
 from cellwright.devices.joint_servos import Motion
 from cellwright.server import DEFAULT_PORT
@@ -75,6 +78,8 @@ def teleop(
     gui: Gui = False,
     init_debug: InitDebug = False,
     snapshot: Snapshot = None,
+    ros1: InRos1 = False,
+    node: NodeName = NODE,
     as_json: AsJson = False,
     verbose: Verbose = False,
 ) -> None:
@@ -87,6 +92,9 @@ def teleop(
 
         # a robot of your own
         cellwright teleop my_robot/vr_configs.yml
+
+        # for programs of ROS 1, with a master if there is none
+        cellwright teleop qinglong --ros1
 
         # with care: a silent operator, and a first jump, are no accident
         cellwright teleop qinglong --watchdog 0.5 --start-guard 0.8
@@ -132,6 +140,8 @@ def teleop(
         port=port,
         driver=None if driver is None else find_driver(driver),
         sight=Sight(gui or init_debug, init_debug, options.output_file("--snapshot", snapshot, ".png")),
+        ros1=ros1,
+        node=node,
         as_json=as_json,
         verbose=verbose,
     )
