@@ -28,6 +28,8 @@ UNLIMITED = 1e9
 """Effort [N m; N] of a joint that the URDF sets no bound for."""
 UNSAID_TURN, UNSAID_SLIDE = 10.0, 1.0
 """Greatest speed [rad/s; m/s] of a joint that the URDF sets no bound for."""
+FARTHEST = 1e4
+"""So far [rad; m] a joint without limits may be sent."""
 FASTEST = 1000.0
 """Faster [rad/s; m/s] no joint is driven, whatever the URDF says: the engine could not follow."""
 _STIFFNESS = 0.9999  # of the drives, as the engine takes it: what is left of an error in one step is 1e-4 of it
@@ -66,8 +68,8 @@ class JointServos(Device):
         self.motion = motion
         joints = robot.driven
         self.joints = tuple(joint.name for joint in joints)
-        self.lower = np.array([joint.limits.lower for joint in joints])
-        self.upper = np.array([joint.limits.upper for joint in joints])
+        self.lower = np.array([max(joint.limits.lower, -FARTHEST) for joint in joints])
+        self.upper = np.array([min(joint.limits.upper, FARTHEST) for joint in joints])
         self._velocity = np.array([fastest(joint) for joint in joints])
         effort = np.array([joint.limits.effort for joint in joints])
         self._effort = np.where(np.isfinite(effort), effort, UNLIMITED)
