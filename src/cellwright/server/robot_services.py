@@ -83,12 +83,15 @@ class RobotServices:
 
     def move(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Have joints go somewhere."""
-        self._node.commander.aim(*self._targets(asked))
+        targets = self._targets(asked)
+        self._check_freedom()
+        self._node.commander.aim(*targets)
         return {}
 
     def place(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Put joints somewhere."""
         numbers, positions = self._targets(asked)
+        self._check_freedom()
         self._node.servos.place(numbers, positions)
         self._node.commander.aim(numbers, positions)
         return {}
@@ -109,6 +112,12 @@ class RobotServices:
         return {}
 
     # ---------------------------------------------------------------- inside
+
+    def _check_freedom(self) -> None:
+        commander = self._node.commander
+        if not commander.takes_commands:
+            why = commander.why_held or "it is disabled, or on its way home"
+            raise RejectedCommandError(f"the robot takes no commands now: {why}")
 
     def _targets(self, asked: dict[str, Any]) -> tuple[list[int], list[float]]:
         indices, positions = asked.get("joints"), asked.get("positions")

@@ -19,8 +19,12 @@ READ = (
     "controller_indices",
     "cameras",
     "wo_controller",
+    "base_command_mode",
 )
-"""Entries that say how the robot is put up and which joints belong together."""
+"""Entries that say how the robot is put up, which joints belong together, and what commands mean."""
+
+KEPT = ("base_command_mode",)
+"""Those among them that are kept as they are written, as the unused ones are."""
 
 UNUSED: Mapping[str, str] = {
     "vibration_thresholds": "when the operator's controllers shake",
@@ -34,7 +38,6 @@ UNUSED: Mapping[str, str] = {
     "ee_wrt_head": "how the operator's hands are measured",
     "non_fixed_joint_ids": "a list of joints that no revision reads",
     "finger_command_topics": "names of topics; those of the contract are served",
-    "base_command_mode": "what target_base_move carries",
     "without_gui": "whether a window opens; `--gui` says so here",
     "sim_camera": "the first view of the original's window",
     "sim_opengl2": "how the original's window draws",

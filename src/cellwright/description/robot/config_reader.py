@@ -197,8 +197,9 @@ class _Reading:
         return self.reader.name(node) if node else None
 
     def _others(self) -> dict[str, Any]:
-        """What is known and used by nothing here, as plain values."""
+        """What is kept as it is written, as plain values."""
         self._truth("without_gui")
         self._one_of("base_command_mode", config_keys.BASE_COMMAND_MODES)
         entries: Iterator[Entry] = iter(self.root.entries.values())
-        return {str(entry.name): plain(entry.value) for entry in entries if entry.name in config_keys.UNUSED}
+        known = (*config_keys.KEPT, *config_keys.UNUSED)
+        return {str(entry.name): plain(entry.value) for entry in entries if entry.name in known}

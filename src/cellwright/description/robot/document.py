@@ -8,6 +8,7 @@ from typing import Any
 
 from cellwright.description.robot.arrangement import groups
 from cellwright.description.robot.config import RobotConfig
+from cellwright.description.robot.config_keys import UNUSED
 from cellwright.description.robot.group_reader import AXES_OF_HEAD
 from cellwright.description.robot.model import ROOT, Joint, JointType
 from cellwright.description.robot.posture import link_poses
@@ -33,7 +34,7 @@ def document(config: RobotConfig, positions: Mapping[str, float] | None = None) 
         "links": {name: _pose(pose) for name, pose in link_poses(robot, positions or {}).items()},
         "groups": _groups(config),
         "home": config.home,
-        "not_used": [*config.others, *(["cameras"] if config.cameras else [])],
+        "not_used": [*(key for key in config.others if key in UNUSED), *(["cameras"] if config.cameras else [])],
     }
 
 
