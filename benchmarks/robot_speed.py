@@ -1,12 +1,12 @@
 """How fast a robot's whole node runs beside the engine of the io_teleop node's original, in the same run.
 
-Run with `python benchmarks/robot_speed.py [ROBOT]`; the QingLong when left out. Both load the same URDF, fastened at its
-root, without gravity, with a position drive at every joint. Ours is the node as it is served: commands on the bus,
-commander, servos, and joint_states at 100 Hz for one listener. PyBullet is driven as the original drives it: no display,
-`setJointMotorControl2` for each joint that is commanded, `getJointStates` 100 times a second, and no messages.
+Run with `python benchmarks/robot_speed.py [ROBOT]`; the QingLong when left out. Both load the same URDF, fastened at
+its root, without gravity, with a position drive at every joint. Ours is the node as it is served: commands on the bus,
+commander, servos, and joint_states at 100 Hz for one listener. PyBullet is driven as the original drives it: without a
+display, `setJointMotorControl2` for each joint that is commanded, `getJointStates` 100 times a second, and no messages.
 
-At rest nothing is commanded; moving, all joints are told to follow sines at 100 Hz. The repeats are taken in turn and the
-best of each is counted, in processor time: read the figures as ratios.
+At rest nothing is commanded; moving, all joints are told to follow sines, at 100 Hz. The repeats are taken in turn and
+the best of each is counted, in processor time: read the figures as ratios.
 """
 
 from __future__ import annotations
