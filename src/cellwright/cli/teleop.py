@@ -15,10 +15,12 @@ from cellwright.cli.teleop_arguments import (
     Clutch,
     GuardThen,
     Host,
+    InRos1,
     Lockstep,
     MaxAge,
     MaxSpeed,
     MotionLaw,
+    NodeName,
     OneCommander,
     Port,
     Rate,
@@ -35,6 +37,7 @@ from cellwright.cli.teleop_arguments import (
     Watchdog,
 )
 from cellwright.cli.teleop_node import TeleopOptions, run_node
+from cellwright.contracts.io_teleop import NODE
 from cellwright.description.robot.robots import load_robot
 from cellwright.devices.joint_servos import Motion
 from cellwright.server import DEFAULT_PORT
@@ -65,6 +68,8 @@ def teleop(
     until: Until = None,
     host: Host = LOOPBACK,
     port: Port = DEFAULT_PORT,
+    ros1: InRos1 = False,
+    node: NodeName = NODE,
     as_json: AsJson = False,
     verbose: Verbose = False,
 ) -> None:
@@ -77,6 +82,9 @@ def teleop(
 
         # a robot of your own
         cellwright teleop my_robot/vr_configs.yml
+
+        # for programs of ROS 1, with a master if there is none
+        cellwright teleop qinglong --ros1
 
         # with care: a silent operator, and a first jump, are no accident
         cellwright teleop qinglong --watchdog 0.5 --start-guard 0.8
@@ -116,6 +124,8 @@ def teleop(
         until=options.until(until),
         host=host,
         port=port,
+        ros1=ros1,
+        node=node,
         as_json=as_json,
         verbose=verbose,
     )

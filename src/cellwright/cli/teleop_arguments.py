@@ -176,3 +176,16 @@ TipTurning = Annotated[
         rich_help_panel=SAFETY,
     ),
 ]
+InRos1 = Annotated[
+    bool,
+    typer.Option(
+        "--ros1",
+        metavar="",
+        help="Be a node of ROS 1 too, at the master that ROS_MASTER_URI names.",
+        rich_help_panel=REACH,
+    ),
+]
+NodeName = Annotated[
+    str,
+    typer.Option("--node", metavar="NAME", help="Name of the node in ROS.", rich_help_panel=REACH),
+]
