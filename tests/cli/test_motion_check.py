@@ -63,6 +63,8 @@ def test_json_holds_no_infinity(cellwright: CommandLine, monkeypatch: pytest.Mon
     [
         (["--until", "3"], "--until"),
         (["--sim-time"], "--sim-time"),
+        (["--ros1"], "--ros1"),
+        (["--snapshot", "x.png"], "--gui, --init-debug and --snapshot"),
         (["--watchdog", "0.5"], "the options of safety"),
     ],
 )

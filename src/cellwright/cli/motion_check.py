@@ -16,6 +16,7 @@ from rich.text import Text
 
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.teleop_node import Load, TeleopOptions
+from cellwright.cli.teleop_sight import Sight
 from cellwright.errors import UsageError
 from cellwright.teleop.check import check_motion
 from cellwright.teleop.check_reference import RANGE, TIME
@@ -28,7 +29,7 @@ _PERCENT = (
 )
 
 
-def run_check(load: Load, wanted: TeleopOptions) -> int:
+def run_motion_check(load: Load, wanted: TeleopOptions) -> int:
     """Check how a robot moves, and print what was found.
 
     Args:
@@ -57,6 +58,9 @@ def _refuse_what_runs(wanted: TeleopOptions) -> None:
         "--lockstep": wanted.lockstep,
         "--sim-time": wanted.sim_time,
         "--speed": wanted.speed != 1.0,
+        "--driver": wanted.driver is not None,
+        "--ros1": wanted.ros1,
+        "--gui, --init-debug and --snapshot": wanted.sight != Sight(),
         "the options of safety": wanted.safety != SafetySettings(),
     }
     for name, is_given in meant.items():

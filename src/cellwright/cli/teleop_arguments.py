@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -82,6 +83,41 @@ AsJson = Annotated[
 ]
 Verbose = Annotated[
     bool, typer.Option("--verbose", "-v", metavar="", help="Say more in the summary.", rich_help_panel=OUTPUT)
+]
+
+OwnDriver = Annotated[
+    str | None,
+    typer.Option(
+        "--driver",
+        metavar="FILE.py:CLASS",
+        help="Have a robot of your own moved, by a driver of your own; nothing is simulated then.",
+        rich_help_panel=WORK,
+    ),
+]
+CheckDriver = Annotated[
+    bool,
+    typer.Option(
+        "--check-driver",
+        metavar="",
+        help="Move each joint of that robot by 0.02 and back, say what is wrong with its driver, and stop.",
+        rich_help_panel=WORK,
+    ),
+]
+Gui = Annotated[
+    bool, typer.Option("--gui", metavar="", help="Show the robot in a window, MuJoCo's own.", rich_help_panel=OUTPUT)
+]
+InitDebug = Annotated[
+    bool,
+    typer.Option(
+        "--init-debug",
+        metavar="",
+        help="Show it with a slider for each joint, under `Control`.",
+        rich_help_panel=OUTPUT,
+    ),
+]
+Snapshot = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE.png", help="Write a picture of the robot at the end.", rich_help_panel=OUTPUT),
 ]
 
 StartDisabled = Annotated[
