@@ -12,7 +12,20 @@ from tests.cli.conftest import CommandLine
 HELP = Path(__file__).parents[1] / "data" / "help"
 
 
-COMMANDS = ["", "run", "eval", "serve", "check", "trials", "ros1-env", "ros1-workspace", "operate", "operate signal"]
+COMMANDS = [
+    "",
+    "run",
+    "eval",
+    "serve",
+    "check",
+    "trials",
+    "ros1-env",
+    "ros1-workspace",
+    "operate",
+    "operate signal",
+    "operate play",
+    "operate record",
+]
 
 
 @pytest.mark.parametrize("command", COMMANDS)

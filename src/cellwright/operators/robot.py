@@ -39,6 +39,8 @@ class OperatedRobot:
 
     def __init__(self, session: Session) -> None:
         self.session = session
+        self.sent = 0
+        """How many messages it was sent."""
         self._states = session.latest(JOINT_STATES)
         self._applied = session.latest("/io_teleop/applied_joint_cmd")
         self._grippers = session.latest("/io_teleop/gripper_states")
@@ -114,22 +116,26 @@ class OperatedRobot:
 
     def send_joints(self, targets: Mapping[str, float], topic: str = JOINT_COMMAND) -> None:
         """Have some joints go to positions [rad; m]."""
-        self.session.publish(topic, joint_state(list(targets), list(targets.values()), time=self._now()))
+        self._publish(topic, joint_state(list(targets), list(targets.values()), time=self._now()))
 
     def send_grippers(self, closed: Iterable[float]) -> None:
         """Say how far each gripper is to be closed, 0 to 1: right, left."""
         values = list(closed)
         names = [f"gripper_{number}" for number in range(len(values))]
-        self.session.publish(GRIPPER_COMMAND, joint_state(names, values, time=self._now()))
+        self._publish(GRIPPER_COMMAND, joint_state(names, values, time=self._now()))
 
     def send_tips(self, tips: Iterable[Pose]) -> None:
         """Say where the tip of each arm is to go, base_T_tip: right, left."""
         message = PoseArray(header(time=self._now()), [pose_message(tip) for tip in tips])
-        self.session.publish(TIP_COMMAND, message)
+        self._publish(TIP_COMMAND, message)
 
     def stop(self) -> None:
         """Have the node hold the robot at once, and take no command until that is cleared."""
-        self.session.publish(EMERGENCY_STOP, Bool(True))
+        self._publish(EMERGENCY_STOP, Bool(True))
+
+    def _publish(self, topic: str, message: Any) -> None:
+        self.session.publish(topic, message)
+        self.sent += 1
 
     def _now(self) -> int:
         return max(0, self.session.transport.now())
