@@ -14,6 +14,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 REQUIREMENTS = [
     Requirement(line) for line in [*PROJECT["project"]["dependencies"], *PROJECT["dependency-groups"]["dev"]]
 ]
+WINDOW = [Requirement(line) for line in PROJECT["project"]["optional-dependencies"]["gui"]]
 
 
 @pytest.mark.parametrize("requirement", REQUIREMENTS, ids=lambda each: each.name)
@@ -21,6 +22,12 @@ def test_every_dependency_is_capped_installed_and_explained(requirement: Require
     operators = {each.operator for each in requirement.specifier}
     assert {">=", "<"} <= operators
     assert version(requirement.name) in requirement.specifier
+    assert f"`{requirement.name}`" in (ROOT / "docs" / "dependencies.md").read_text()
+
+
+@pytest.mark.parametrize("requirement", WINDOW, ids=lambda each: each.name)
+def test_what_a_window_needs_is_capped_and_explained(requirement: Requirement) -> None:
+    assert {">=", "<"} <= {each.operator for each in requirement.specifier}
     assert f"`{requirement.name}`" in (ROOT / "docs" / "dependencies.md").read_text()
 
 

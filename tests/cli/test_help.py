@@ -17,14 +17,16 @@ COMMANDS = [
     "run",
     "eval",
     "serve",
+    "teleop",
     "check",
     "trials",
-    "ros1-env",
-    "ros1-workspace",
+    "robot",
     "operate",
     "operate signal",
     "operate play",
     "operate record",
+    "ros1-env",
+    "ros1-workspace",
 ]
 
 

@@ -13,7 +13,7 @@ from cellwright.description.catalogue import bundled, bundled_sensors, find_tria
 from cellwright.description.gear2017 import load_trial
 from cellwright.errors import UnknownNameError
 from cellwright.messages import source
-from cellwright.ros1.packages import MESSAGE_PACKAGES, PACKAGES, PackageFile, package_files
+from cellwright.ros1.packages import IO_TELEOP, MESSAGE_PACKAGES, PACKAGES, PackageFile, package_files
 
 BIN = Path("/somewhere/bin")
 NOT_OURS = {"catkin", "actionlib_msgs", "geometry_msgs", "message_generation", "message_runtime", "roscpp", "rospy"} | {
@@ -37,8 +37,8 @@ def test_manifests_are_sound(package: str) -> None:
 def test_what_is_built_with_is_in_the_manifest(package: str) -> None:
     files = package_files(package, BIN)
     found = re.search(rb"COMPONENTS([^)]*)\)", files["CMakeLists.txt"].content)
-    assert found
-    for name in found[1].decode().split():
+    assert found or package == IO_TELEOP
+    for name in found[1].decode().split() if found else ():
         assert f"<depend>{name}<" in (text := files["package.xml"].content.decode()) or f"<build_depend>{name}<" in text
 
 
@@ -90,6 +90,16 @@ def test_own_configurations_can_be_used(tmp_path: Path) -> None:
         assert f'"/ariac/{sensor.name}' in node
 
 
+def test_every_bundled_robot_is_among_the_descriptions() -> None:
+    catalogue = Path(cellwright.__file__).parent / "description" / "robot" / "catalogue"
+    files = package_files(IO_TELEOP, BIN)
+    bundled = [path for path in catalogue.rglob("*") if path.is_file()]
+    laid_out = [path for path in files if path.startswith("io_teleop_robot_descriptions/")]
+    assert len(laid_out) == len(bundled) >= 2
+    qinglong = (catalogue / "qinglong" / "vr_configs.yml").read_bytes()
+    assert files["io_teleop_robot_descriptions/OpenLoong/vr_configs.yml"].content == qinglong
+
+
 def test_paths_of_this_installation_are_put_in() -> None:
     files = package_files("osrf_gear", BIN)
     values = {
@@ -110,7 +120,12 @@ def test_paths_of_this_installation_are_put_in() -> None:
 
 def test_programs_are_those_that_say_what_runs_them() -> None:
     programs = {path for package in PACKAGES for path, file in _all(package) if file.is_program}
-    assert programs == {"script/gear.py", "script/ariac_example_node.py"}
+    assert programs == {
+        "script/gear.py",
+        "script/ariac_example_node.py",
+        "scripts/general_sim_robot_control_node.py",
+        "scripts/openloong_controller_node.py",
+    }
 
 
 def test_an_unknown_package() -> None:

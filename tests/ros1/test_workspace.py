@@ -22,6 +22,8 @@ def test_sources_are_laid_out(fake_system: RosSystem, tmp_path: Path) -> None:
         "control_msgs",
         "osrf_gear",
     ]
+    robots = folder / "src" / "io_teleop" / "io_teleop_robot_control_node" / "io_teleop_robot_descriptions"
+    assert (robots / "OpenLoong" / "vr_configs.yml").is_file()
     top = (folder / "src" / "CMakeLists.txt").read_text()
     assert f'set(PYTHON_EXECUTABLE "{fake_system.python}" CACHE' in top
     assert str(fake_system.share / "catkin" / "cmake" / "toplevel.cmake") in top

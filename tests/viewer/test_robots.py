@@ -43,7 +43,8 @@ def test_the_whole_robot_is_in_the_picture_and_fills_it(
     assert 0.02 <= column.min() / shape[0] <= column.max() / shape[0] <= 0.98
     assert 0.02 <= row.min() / shape[1] <= row.max() / shape[1] <= 0.98
     assert max(np.ptp(column) / shape[0], np.ptp(row) / shape[1]) == pytest.approx(0.94)
-    assert (camera.eye[2] > camera.target[2]) == (tilt > 0)
+    line = np.subtract(camera.eye, camera.target)
+    assert line[2] / np.linalg.norm(line) == pytest.approx(math.sin(tilt), abs=1e-9)
 
 
 @pytest.mark.parametrize("yaw", [0.0, math.pi / 2, 2.0])

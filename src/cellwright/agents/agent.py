@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-import importlib
-import importlib.util
-import sys
-import traceback
 from collections.abc import Callable
-from pathlib import Path
 from typing import Protocol, runtime_checkable
 
-from cellwright import plugins
+from cellwright import own_classes, plugins
 from cellwright.client.client import Client
 from cellwright.errors import CellwrightError, UnknownNameError
 
@@ -47,17 +42,10 @@ def find_agent(name: str) -> Callable[[], Agent]:
     if name not in BUNDLED and ":" not in name and name in plugins.names("agents"):
         return _maker(f"agent {name}", plugins.load("agents", name))
     target = BUNDLED.get(name, name)
-    place, colon, class_name = target.rpartition(":")
-    if not colon or not place or not class_name:
+    if not own_classes.is_place(target):
         reason = UnknownNameError("agent", name, [*BUNDLED, *plugins.names("agents")]).sentence()
         raise AgentError(f"{reason}; your own is given as path.py:Class or module:Class")
-    module = _import_file(Path(place)) if place.endswith(".py") else _import_module(place)
-    try:
-        found = getattr(module, class_name)
-    except AttributeError:
-        classes = [key for key, value in vars(module).items() if isinstance(value, type) and hasattr(value, "run")]
-        raise AgentError(f"{place}: {UnknownNameError('class', class_name, classes).sentence()}") from None
-    return _maker(target, found)
+    return _maker(target, own_classes.find(target, method="run", error=AgentError))
 
 
 def _maker(target: str, found: object) -> Callable[[], Agent]:
@@ -69,49 +57,7 @@ def _maker(target: str, found: object) -> Callable[[], Agent]:
         try:
             agent: Agent = found()
         except (Exception, SystemExit) as error:
-            raise AgentError(f"{target}: cannot be made: {_reason(error)}") from error
+            raise AgentError(f"{target}: cannot be made: {own_classes.reason(error)}") from error
         return agent
 
     return make
-
-
-def _import_module(name: str) -> object:
-    folder = str(Path.cwd())
-    if folder not in sys.path:
-        sys.path.insert(0, folder)  # an installed command does not look into the folder that it is called in
-    try:
-        return importlib.import_module(name)
-    except (Exception, SystemExit) as error:
-        raise AgentError(f"{name}: cannot be imported: {_reason(error)}") from error
-
-
-def _import_file(path: Path) -> object:
-    if not path.is_file():
-        raise AgentError(f"{path}: there is no such file")
-    name = f"cellwright_agent_{path.stem}"
-    spec = importlib.util.spec_from_file_location(name, path)
-    if spec is None or spec.loader is None:
-        raise AgentError(f"{path}: not a Python file")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # dataclasses and pickling look modules up by name
-    sys.path.insert(0, str(path.parent.resolve()))  # so that it can import its neighbours
-    try:
-        spec.loader.exec_module(module)
-    except (Exception, SystemExit) as error:
-        raise AgentError(f"{path}{_line(path, error)}: cannot be imported: {_reason(error)}") from error
-    return module
-
-
-def _reason(error: BaseException) -> str:
-    """The error in one line."""
-    text = error.msg if isinstance(error, SyntaxError) else str(error)
-    return f"{type(error).__name__}: {' '.join(text.split())}"
-
-
-def _line(path: Path, error: BaseException) -> str:
-    """`:` and the line of the file that led to the error; nothing when it is not known."""
-    frames = [(frame.filename, frame.lineno) for frame in traceback.extract_tb(error.__traceback__)]
-    if isinstance(error, SyntaxError):
-        frames.append((error.filename or "", error.lineno))
-    lines = [line for name, line in frames if Path(name).resolve() == path.resolve()]
-    return f":{lines[-1]}" if lines else ""

@@ -33,6 +33,7 @@ from cellwright.serving import Pace
 from cellwright.simulation.clock import nanoseconds
 from cellwright.simulation.events import NEVER
 from cellwright.teleop.node import RobotNode
+from cellwright.teleop.safety import SafetySettings
 from cellwright.world.robot import TIMESTEP
 
 Load = Callable[[Callable[[str], None]], RobotConfig]
@@ -47,6 +48,7 @@ class TeleopOptions:
         motion: how targets are reached.
         timestep: length of a step of physics [s].
         self_collision: whether links may touch each other.
+        safety: what is guarded against.
         sim_time: tell simulation time on /clock, and stamp messages with it.
         speed: simulated seconds a wall second; None: as fast as it goes.
         lockstep: let time pass only when a guest asks.
@@ -62,6 +64,7 @@ class TeleopOptions:
     motion: Motion = Motion.SERVO
     timestep: Fraction = TIMESTEP
     self_collision: bool = False
+    safety: SafetySettings = field(default_factory=SafetySettings)
     sim_time: bool = False
     speed: float | None = 1.0
     lockstep: bool = False
@@ -108,6 +111,7 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
             motion=wanted.motion,
             timestep=wanted.timestep,
             self_collision=wanted.self_collision,
+            safety=wanted.safety,
             node=identity.node,
             sim_time=wanted.sim_time,
             stamp=time.time_ns,

@@ -87,6 +87,10 @@ class JointServos(Device):
         model.dof_solimp[:] = (_STIFFNESS, _STIFFNESS, 0.001, 0.5, 2.0)
         self._frequency = 1.0 / model.opt.timestep
         self._wanted = np.zeros(model.nv)
+        self._fastest, self._back = self._velocity.copy(), -self._velocity
+        data = simulation.data  # these arrays stay where they are as long as the simulation lives
+        self._positions, self._velocities, self._controls = data.qpos, data.qvel, data.ctrl
+        self._counts = (-1, -1)
 
     def reset(self) -> None:
         """Hold the posture that the model begins with."""
@@ -127,28 +131,46 @@ class JointServos(Device):
 
     def drive(self) -> None:
         """Give each drive the velocity that it is to have at the end of this step."""
-        data = self.simulation.data
-        position, velocity = data.qpos[self._qpos], data.qvel[self._dof]
-        wanted = np.clip(GAIN * (data.ctrl[self._ctrl] - position), -self._velocity, self._velocity)
+        position = self._positions[self._qpos]
+        wanted = self._controls[self._ctrl]
+        wanted -= position
+        wanted *= GAIN
+        np.minimum(wanted, self._fastest, out=wanted)
+        np.maximum(wanted, self._back, out=wanted)
         if len(self._followers):
             follow = self._multipliers * position[self._leaders] + self._offsets - position[self._followers]
             ahead = self._multipliers * wanted[self._leaders]
             wanted[self._followers] = ahead + GAIN * follow
-        self._wanted[self._dof] = self._frequency * (wanted - velocity)
-        rows = data.efc_type[: data.ne + data.nf] == int(mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF)
-        data.efc_aref[: data.ne + data.nf][rows] = self._wanted[data.efc_id[: data.ne + data.nf][rows]]
+        wanted -= self._velocities[self._dof]
+        wanted *= self._frequency
+        self._wanted[self._dof] = wanted
+        rows, dofs = self._drives()
+        self.simulation.data.efc_aref[rows] = self._wanted[dofs]
 
     # ---------------------------------------------------------------- inside
 
     def _efforts(self) -> Array:
         """What the drives gave in the newest step."""
-        data = self.simulation.data
         efforts = np.zeros(self.simulation.model.nv)
-        count = data.ne + data.nf
-        rows = data.efc_type[:count] == int(mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF)
-        efforts[data.efc_id[:count][rows]] = data.efc_force[:count][rows]
+        rows, dofs = self._drives()
+        efforts[dofs] = self.simulation.data.efc_force[rows]
         found: Array = efforts[self._dof]
         return found
+
+    def _drives(self) -> tuple[slice, NDArray[np.intp]]:
+        """Where the drives stand among the engine's constraints of this step, and whose degree of freedom each is.
+
+        The engine sets up equalities first, then dry friction: of all joints, in the same order in every step.
+        """
+        data = self.simulation.data
+        counts = (data.ne, data.nf)
+        if counts != self._counts:
+            first, end = data.ne, data.ne + data.nf
+            own = data.efc_type[first:end] == int(mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF)
+            end = first + int(own.sum())  # the friction of tendons comes after that of joints
+            self._counts, self._rows = counts, slice(first, end)
+            self._dofs_of_rows = data.efc_id[first:end].astype(np.intp)
+        return self._rows, self._dofs_of_rows
 
     def _place_followers(self) -> None:
         if len(self._followers):

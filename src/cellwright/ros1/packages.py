@@ -1,7 +1,7 @@
 """The ROS 1 packages that Cellwright brings, file by file.
 
-What another room already holds is not written down again: message definitions come from `cellwright.messages`, the
-bundled trials from `cellwright.description`. Two files name paths of this installation, which are put in here.
+What another room already holds is not written down again: message definitions come from `cellwright.messages`, bundled
+trials and robots from `cellwright.description`. Some files name paths of this installation, which are put in here.
 """
 
 from __future__ import annotations
@@ -18,7 +18,9 @@ from cellwright.description.catalogue import bundled, bundled_sensors, find_tria
 from cellwright.errors import UnknownNameError
 from cellwright.messages.sources import sources
 
-PACKAGES = ("ariac_example", "cellwright_msgs", "control_msgs", "osrf_gear")
+IO_TELEOP = "io_teleop_robot_control_node"
+
+PACKAGES = ("ariac_example", "cellwright_msgs", "control_msgs", IO_TELEOP, "osrf_gear")
 """Names of the packages."""
 
 MESSAGE_PACKAGES = ("cellwright_msgs", "control_msgs", "osrf_gear")
@@ -26,6 +28,12 @@ MESSAGE_PACKAGES = ("cellwright_msgs", "control_msgs", "osrf_gear")
 
 CONFIGURATIONS = "config"
 """Where a package keeps trials, as the launcher is given them: `$(find osrf_gear)/config/sample.yaml`."""
+
+ROBOTS = "io_teleop_robot_descriptions"
+"""Where the io_teleop package keeps robots, a folder each: `OpenLoong/vr_configs.yml`."""
+
+VENDORS_NAMES = {"qinglong": "OpenLoong"}
+"""Bundled robots that the io_teleop workspace has under a name of its own."""
 
 _PYTHON, _PLACE, _BIN = '"@CELLWRIGHT_PYTHON@"', '"@CELLWRIGHT_PLACE@"', "@CELLWRIGHT_BIN@"
 
@@ -62,6 +70,10 @@ def package_files(package: str, programs: Path) -> dict[str, PackageFile]:
     if package == "osrf_gear":
         for trial in (*bundled(), *bundled_sensors()):
             found.setdefault(f"{CONFIGURATIONS}/{trial}.yaml", find_trial(trial).read_bytes())
+    if package == IO_TELEOP:
+        for path, content in _walk(files("cellwright.description") / "robot" / "catalogue", ""):
+            robot, _, rest = path.partition("/")
+            found[f"{ROBOTS}/{VENDORS_NAMES.get(robot, robot)}/{rest}"] = content
     return {path: PackageFile(_placed(content, programs)) for path, content in sorted(found.items())}
 
 

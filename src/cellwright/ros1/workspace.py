@@ -1,6 +1,7 @@
 """A catkin workspace with our packages as sources, for programs that are built with catkin.
 
-src/ariac/            the packages, where the workspaces of 2017 had them
+src/ariac/            the packages of the cell, where the workspaces of 2017 had them
+src/io_teleop/        the package of the robot controller node
 src/CMakeLists.txt    catkin's top level, which takes ROS's Python whatever `python3` is on the path
 install/setup.bash    as `devel/setup.bash`, until `catkin_make install` writes its own
 .cellwright/bin/      python and python3: the interpreter that has ROS
@@ -16,11 +17,12 @@ from pathlib import Path
 
 from cellwright.errors import UsageError
 from cellwright.ros1.layout import write_file, write_package, write_programs
-from cellwright.ros1.packages import PackageFile
+from cellwright.ros1.packages import IO_TELEOP, PackageFile
 from cellwright.ros1.system import RosSystem, environment, wanted
 
 GROUP = "ariac"
-"""The folder of our packages among the sources."""
+"""The folder of our packages among the sources; that of a robot's node has another."""
+GROUP_OF_ROBOTS = "io_teleop"
 
 NEEDED = (
     "actionlib_msgs",
@@ -84,7 +86,9 @@ def lay_out(ros: RosSystem, folder: Path) -> None:
     programs = folder / ".cellwright" / "bin"
     try:
         for package in wanted(ros):
-            write_package(package, folder / "src" / GROUP / package, programs)
+            write_package(
+                package, folder / "src" / (GROUP_OF_ROBOTS if package == IO_TELEOP else GROUP) / package, programs
+            )
         write_programs(programs, ros.python)
         _write(folder / "src" / "CMakeLists.txt", _top_level(ros))
         for shell in ("bash", "sh", "zsh"):

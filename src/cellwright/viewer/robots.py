@@ -13,7 +13,7 @@ from cellwright.errors import UsageError
 from cellwright.pose import Vector3
 from cellwright.viewer.camera import Camera
 from cellwright.viewer.picture import Progress, save_picture
-from cellwright.world.robot import RobotWorld
+from cellwright.world.robot import RobotWorld, body_of
 from cellwright.world.robot_floor import seen_corners
 
 WIDTH, HEIGHT = 900, 1000
@@ -124,7 +124,7 @@ def _heading(world: RobotWorld, data: mujoco.MjData) -> float:
     still = mujoco.MjData(world.model)
     still.qpos[:], still.mocap_pos[:], still.mocap_quat[:] = data.qpos, data.mocap_pos, data.mocap_quat
     mujoco.mj_kinematics(world.model, still)
-    x, y = still.body(world.config.robot.root).xmat[[0, 3]]
+    x, y = still.body(body_of(world.config.robot.root)).xmat[[0, 3]]
     return math.atan2(y, x)
 
 

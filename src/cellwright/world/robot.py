@@ -15,11 +15,14 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from cellwright.description.model import ModelShape
+from cellwright.description.problems import Place, Problem
 from cellwright.description.robot.config import RobotConfig
 from cellwright.description.robot.model import Inertial, Joint, JointType, Link, RobotModel
-from cellwright.pose import IDENTITY_QUATERNION, Pose
+from cellwright.errors import DescriptionError
+from cellwright.pose import IDENTITY_QUATERNION
+from cellwright.world.robot_contacts import exclude, joined_pairs, overlapping_pairs
 from cellwright.world.robot_floor import add_floor, put_floor_under
+from cellwright.world.robot_shapes import ShapeBuilder, placed
 
 TIMESTEP = Fraction(1, 240)
 """Of the original's physics [s]."""
@@ -27,28 +30,30 @@ MASS = 1.0
 """Of a link that the file gives no mass for [kg]; its inertia is next to nothing."""
 FINGER_MASS = 0.1
 """Of a link that a gripper's joint moves [kg]."""
-GREY = (0.62, 0.64, 0.67, 1.0)
 
 _LEAST_MASS, _LEAST_INERTIA = 1e-6, 1e-9  # the engine takes no body that moves and has none
+_LEAST_ROOM = 1e-6  # [rad; m]
 _HINGE = {
     JointType.REVOLUTE: mujoco.mjtJoint.mjJNT_HINGE,
     JointType.CONTINUOUS: mujoco.mjtJoint.mjJNT_HINGE,
     JointType.PRISMATIC: mujoco.mjtJoint.mjJNT_SLIDE,
     JointType.SPHERICAL: mujoco.mjtJoint.mjJNT_BALL,
 }
-_SHAPE = {
-    "box": mujoco.mjtGeom.mjGEOM_BOX,
-    "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
-    "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
-    "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
-}
 BASE = "cellwright base"
 """Name of the body that carries the robot: it has no place in the URDF, and moves as `target_base_move` says."""
 
 
+_TAKEN = ("world", "cellwright ")  # the engine's name of the world, and how ours begin
+
+
+def body_of(link: str) -> str:
+    """Name of a link's body in the engine: the link's own, but for the few names that are taken there."""
+    return f"cellwright link {link}" if link == _TAKEN[0] or link.startswith(_TAKEN[1]) else link
+
+
 @dataclass(frozen=True)
 class RobotWorld:
-    """A robot, and the engine's model of it: bodies are named after links, joints and actuators after joints.
+    """A robot, and the engine's model of it; joints and actuators have the names of joints, bodies those of `body_of`.
 
     The actuators exert nothing: their controls are where the targets of the joints stand [rad; m], so that they are
     part of the engine's state and can be moved in its own window.
@@ -69,7 +74,10 @@ def build_robot(config: RobotConfig, *, timestep: Fraction = TIMESTEP, self_coll
     Args:
         config: the robot.
         timestep: length of a step [s].
-        self_collision: whether links may touch each other; those that are joined to each other never do.
+        self_collision: whether links may touch each other; see `robot_contacts` for those that never do.
+
+    Raises:
+        DescriptionError: it is a robot that the engine cannot build.
     """
     spec = mujoco.MjSpec()
     spec.modelname = config.name
@@ -82,15 +90,29 @@ def build_robot(config: RobotConfig, *, timestep: Fraction = TIMESTEP, self_coll
     option.integrator = mujoco.mjtIntegrator.mjINT_EULER  # drives are constraints here: nothing is left to be damped
     option.solver = mujoco.mjtSolver.mjSOL_NEWTON
     option.tolerance = 1e-10
-    option.iterations = 20
+    option.iterations = 100  # two are usual; when many drives come to their bounds at once it takes up to fifty
     builder = _Builder(spec, config, is_touched=self_collision)
     builder.build()
     add_floor(spec)
-    world = RobotWorld(config, spec.compile())
+    moved = frozenset(joint.name for joint in config.robot.joints if joint.type in _HINGE)
+    joined = joined_pairs(config.robot, moved, frozenset(builder.touched))
+    exclude(spec, [(body_of(one), body_of(other)) for one, other in joined])
+    world = RobotWorld(config, _compiled(spec, config))
     data = mujoco.MjData(world.model)
     world.put_in_first_pose(data)
+    if overlapping := overlapping_pairs(world.model, data) if self_collision else []:
+        exclude(spec, overlapping)
+        world = RobotWorld(config, _compiled(spec, config))
     put_floor_under(world.model, data)
     return world
+
+
+def _compiled(spec: Any, config: RobotConfig) -> mujoco.MjModel:
+    try:
+        return spec.compile()
+    except ValueError as error:
+        message = f"the engine cannot build this robot: {' '.join(str(error).split())}"
+        raise DescriptionError([Problem(Place(0, str(config.urdf_path), 0), "", message)]) from None
 
 
 class _Builder:
@@ -98,7 +120,9 @@ class _Builder:
         self._spec = spec
         self._robot: RobotModel = config.robot
         self._config = config
-        self._is_touched = is_touched
+        self._shapes = ShapeBuilder(spec, is_touched=is_touched)
+        self.touched: set[str] = set()
+        """Links with shapes that are touched."""
         self._fingers = {self._robot.joint(name).child for gripper in config.grippers for name in gripper.joints}
         self._joints_at: dict[str, list[Joint]] = {name: [] for name in self._robot.links}
         for joint in self._robot.joints:
@@ -107,31 +131,32 @@ class _Builder:
 
     def build(self) -> None:
         """The base with the robot on it; it is grown from the link that is fastened to the world."""
-        base = self._spec.worldbody.add_body(name=BASE, mocap=True, **_placed(self._config.base_pose))
+        base = self._spec.worldbody.add_body(name=BASE, mocap=True, **placed(self._config.base_pose))
         first = self._config.fixed_link or self._robot.root
-        body = base.add_body(name=first)
+        body = base.add_body(name=body_of(first))
         self._fill(body, self._robot.links[first])
-        self._grow(body, first, None)
+        self._grow(body, first)
         for joint in self._robot.driven:
-            limits = joint.limits
             actuator = self._spec.add_actuator(name=joint.name, target=joint.name)
             actuator.trntype = mujoco.mjtTrn.mjTRN_JOINT
             actuator.gainprm[0] = 0.0
-            actuator.ctrllimited = math.isfinite(limits.lower) and math.isfinite(limits.upper)
-            actuator.ctrlrange = (limits.lower, limits.upper) if actuator.ctrllimited else (0.0, 0.0)
+            actuator.ctrllimited, actuator.ctrlrange = _range(joint)
 
-    def _grow(self, body: Any, link: str, come_by: Joint | None) -> None:
-        for joint in self._joints_at[link]:
-            if joint is come_by:
-                continue
-            is_turned_over = joint.child == link
-            other = joint.parent if is_turned_over else joint.child
-            placed = joint.origin.inverse() if is_turned_over else joint.origin
-            grown = body.add_body(name=other, **_placed(placed))
-            self._fill(grown, self._robot.links[other])
-            if joint.type in _HINGE:
-                self._add_joint(grown, joint, is_turned_over=is_turned_over)
-            self._grow(grown, other, joint)
+    def _grow(self, first: Any, first_link: str) -> None:
+        ahead: list[tuple[Any, str, Joint | None]] = [(first, first_link, None)]
+        while ahead:
+            body, link, come_by = ahead.pop()
+            for joint in self._joints_at[link]:
+                if joint is come_by:
+                    continue
+                is_turned_over = joint.child == link
+                other = joint.parent if is_turned_over else joint.child
+                origin = joint.origin.inverse() if is_turned_over else joint.origin
+                grown = body.add_body(name=body_of(other), **placed(origin))
+                self._fill(grown, self._robot.links[other])
+                if joint.type in _HINGE:
+                    self._add_joint(grown, joint, is_turned_over=is_turned_over)
+                ahead.append((grown, other, joint))
 
     def _add_joint(self, body: Any, joint: Joint, *, is_turned_over: bool) -> None:
         """A joint; seen from its child, its axis points the other way and goes through where the child's frame is."""
@@ -142,9 +167,7 @@ class _Builder:
         made = body.add_joint(name=joint.name, type=_HINGE[joint.type], pos=at)
         if joint.is_driven:
             made.axis = axis
-            limits = joint.limits
-            made.limited = math.isfinite(limits.lower) and math.isfinite(limits.upper)
-            made.range = (limits.lower, limits.upper) if made.limited else (0.0, 0.0)
+            made.limited, made.range = _range(joint)
 
     def _fill(self, body: Any, link: Link) -> None:
         """Mass and shapes of a link."""
@@ -159,24 +182,17 @@ class _Builder:
         body.fullinertia = inertia
         body.ipos = (0.0, 0.0, 0.0) if inertial is None else inertial.pose.position
         for shape in link.shapes:
-            self._add_shape(body, shape)
+            if self._shapes.add(body, shape):
+                self.touched.add(link.name)
 
-    def _add_shape(self, body: Any, shape: ModelShape) -> None:
-        if shape.kind == "mesh":  # TODO: read it
-            return
-        x, y, z = shape.size
-        half = {"box": (x / 2, y / 2, z / 2), "sphere": (x, 0.0, 0.0)}.get(shape.kind, (x, y / 2, 0.0))
-        is_touched = shape.is_touched and self._is_touched
-        geom = body.add_geom(
-            type=_SHAPE[shape.kind],
-            size=half,
-            rgba=shape.colour or GREY,
-            contype=int(is_touched),
-            conaffinity=int(is_touched),
-            group=2 if shape.is_seen else 3,
-            **_placed(shape.pose),
-        )
-        geom.mass = 0.0
+
+def _range(joint: Joint) -> tuple[bool, tuple[float, float]]:
+    """Whether a joint has bounds on both sides, and these [rad; m]; the engine wants some room between them."""
+    lower, upper = joint.limits.lower, joint.limits.upper
+    if not (math.isfinite(lower) and math.isfinite(upper)):
+        return False, (0.0, 0.0)
+    room = max(0.0, _LEAST_ROOM - (upper - lower)) / 2
+    return True, (lower - room, upper + room)
 
 
 def _in_link_frame(inertial: Inertial) -> tuple[float, ...]:
@@ -187,7 +203,3 @@ def _in_link_frame(inertial: Inertial) -> tuple[float, ...]:
     rotation = np.array([inertial.pose.rotate(axis) for axis in ((1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0))]).T
     turned = rotation @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ rotation.T
     return tuple(turned[row, column] for row, column in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
-
-
-def _placed(pose: Pose) -> dict[str, Any]:
-    return {"pos": pose.position, "quat": pose.quaternion if pose.quaternion != IDENTITY_QUATERNION else (1, 0, 0, 0)}

@@ -26,7 +26,7 @@ def read(folder: Path, text: str) -> tuple[RobotModel, list[str]]:
     path.write_text(text)
     warnings: list[str] = []
     found = read_urdf(path, warn=warnings.append)
-    return found, [warning.replace(f"{folder}/", "") for warning in warnings]
+    return found, [warning.replace(f"{folder}/", "") for warning in warnings if "no shapes in the file" not in warning]
 
 
 def refused(folder: Path, text: str) -> list[str]:

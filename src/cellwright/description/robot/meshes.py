@@ -31,15 +31,11 @@ class MeshFinder:
         self._bytes = 0
         self.missing: dict[str, str] = {}
         """Why a mesh cannot be used, by how the robot refers to it."""
-        self.links: set[str] = set()
-        """Links that lack a mesh."""
 
-    def find(self, reference: str, link: str) -> Path | None:
+    def find(self, reference: str) -> Path | None:
         """The file of a mesh; None where there is none that can be used, which is noted."""
         if reference not in self._found:
             self._found[reference] = self._usable(reference)
-        if self._found[reference] is None:
-            self.links.add(link)
         return self._found[reference]
 
     def _usable(self, reference: str) -> Path | None:

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from cellwright.description.problems import Problem, Problems
 from cellwright.description.robot.meshes import MeshFinder
-from cellwright.description.robot.model import Joint, RobotModel
+from cellwright.description.robot.model import Joint, Link, RobotModel
+from cellwright.description.robot.stand_ins import Use, with_stand_ins
 from cellwright.description.robot.urdf_file import Element, read_elements, refusal
 from cellwright.description.robot.urdf_joints import JointReader
 from cellwright.description.robot.urdf_links import LinkReader
@@ -82,6 +83,7 @@ class _Reader:
         self._links.read_materials(self._root)
         links = {name: self._links.read(element, name) for name, element in elements.items()}
         ordered = self._joints.with_leaders(ordered)
+        links = self._with_stand_ins(links, ordered)
         self._tell_of_all()
         name = self._root.get("name") or self._path.stem
         written = tuple(joint.name for joint in joints)
@@ -135,6 +137,15 @@ class _Reader:
         self._problems.error(links[roots[1]], message)
         return False
 
+    def _with_stand_ins(self, links: dict[str, Link], joints: list[Joint]) -> dict[str, Link]:
+        """The links, with simple shapes where their meshes are missing, or where the file has no shapes at all."""
+        lacking = self._links.lacking
+        if not lacking and not any(link.shapes for link in links.values()):
+            if joints and not self._problems.errors:
+                self._warn("no shapes in the file; simple ones stand in")
+            lacking = {name: {Use.SEEN, Use.TOUCHED} for name in links}
+        return {name: with_stand_ins(link, joints, lacking.get(name, set())) for name, link in links.items()}
+
     def _tell_of_all(self) -> None:
         """One warning each for what may be the same in many places."""
         for what, names in (("velocity", self._joints.without_velocity), ("effort", self._joints.without_effort)):
@@ -147,7 +158,7 @@ class _Reader:
             self._warn(f"{count} an inertia that no body has, or none ({_some(names)}); a ball of water's is taken")
         if names := list(self._meshes.missing):
             count = "a mesh" if len(names) == 1 else f"{len(names)} meshes"
-            links = len(self._meshes.links)
+            links = len(self._links.lacking)
             where = f"in {links} link{'' if links == 1 else 's'}"
             reason = self._meshes.missing[names[0]]
             message = f"{count} {where} cannot be used, the first {shortened(names[0])!r}: {reason}"

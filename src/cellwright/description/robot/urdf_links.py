@@ -10,6 +10,7 @@ import numpy as np
 from cellwright.description.model import Colour, ModelShape, ModelShapeKind
 from cellwright.description.robot.meshes import MeshFinder
 from cellwright.description.robot.model import Inertial, Link
+from cellwright.description.robot.stand_ins import Use
 from cellwright.description.robot.urdf_file import Element
 from cellwright.description.robot.urdf_numbers import Numbers
 from cellwright.description.tree import shortened
@@ -51,6 +52,8 @@ class LinkReader:
         self._colours: dict[str, Colour] = {}
         self.without_inertia: list[str] = []
         """Links with a mass and an inertia that no body has; they turn like a ball of water."""
+        self.lacking: dict[str, set[Use]] = {}
+        """Links with a mesh that cannot be used, and what it would have been used for."""
 
     def read_materials(self, robot: Element) -> None:
         """Remember the colours that have names, wherever they are defined; the first of a name counts."""
@@ -151,9 +154,10 @@ class LinkReader:
         if reference is None:
             self._problems.error(form, '<mesh> needs filename="…"')
             return None
-        path = self._meshes.find(reference, link)
+        path = self._meshes.find(reference)
         scale = self._scale(form)
         if path is None:
+            self.lacking.setdefault(link, set()).add(Use.TOUCHED if is_touched else Use.SEEN)
             return None
         return ModelShape("mesh", scale, pose, colour, is_touched, not is_touched, path)
 

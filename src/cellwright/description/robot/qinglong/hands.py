@@ -59,7 +59,7 @@ def hand(robot: RobotModel, side: str) -> dict[str, list[Shape]]:
 
 def hand_solids(robot: RobotModel, side: str) -> dict[str, list[Shape]]:
     """What is touched of a hand, by link."""
-    touched = {f"{side}_palm": [block((0.0, 0.0, 0.045), (0.075, 0.028, 0.075), "")]}
+    touched = {f"{side}_palm": [block((0.0, 0.0, 0.045), (0.056, 0.022, 0.075), "")]}
     for finger in _FINGERS:
         upper = f"{side}_{finger.upper()}"
         for part, joint in (("proximal", f"{upper}J2"), ("middle", f"{upper}J1"), ("distal", f"{upper}tip")):

@@ -22,6 +22,8 @@ from cellwright.description.robot.qinglong.hands import hand, hand_solids
 from cellwright.description.robot.qinglong.shapes import COLOURS, Shape
 
 TORSO = "base_link"
+FINGERTIP = (1.5e-8, 1.5e-8, 1.5e-8, 0.0, 0.0, 0.0)
+"""Inertia [kg m^2] of a fingertip, for which the figures have none: that of a ball of water of its mass, 1 g."""
 _HEAD = """\
 <?xml version="1.0"?>
 <!-- The QingLong humanoid (OpenLoong), as the io_teleop node knows it: 95 joints, both hands. Written by
@@ -91,7 +93,8 @@ def _link(robot: RobotModel, name: str, seen: Drawing, touched: Drawing) -> Iter
     yield f'  <link name="{name}">'
     if inertial is not None:
         names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-        values = " ".join(f'{key}="{_number(value)}"' for key, value in zip(names, inertial.inertia, strict=True))
+        inertia = inertial.inertia if any(inertial.inertia) else FINGERTIP
+        values = " ".join(f'{key}="{_number(value)}"' for key, value in zip(names, inertia, strict=True))
         yield (
             f'    <inertial><origin xyz="{_numbers(inertial.pose.position)}"/>'
             f'<mass value="{_number(inertial.mass)}"/><inertia {values}/></inertial>'
@@ -130,4 +133,4 @@ def _numbers(values: Iterable[float]) -> str:
 
 
 def _number(value: float) -> str:
-    return f"{value + 0.0:.9g}" if value else "0"
+    return f"{value + 0.0:.12g}" if value else "0"

@@ -1,4 +1,4 @@
-"""What the process of an assembled robot does for its program: services with JSON in and out."""
+"""A robot past its topics: services of the server with JSON in and out, for windows and for assembled robots."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from cellwright.description.robot.config import Posture
 from cellwright.description.robot.model import Joint
 from cellwright.errors import RejectedCommandError
 from cellwright.pose import Pose
-from cellwright.server import Server
+from cellwright.server.server import Server
 from cellwright.teleop.node import RobotNode
-from cellwright.world.robot import BASE
+from cellwright.world.robot import body_of
 
 
 class RobotServices:
@@ -34,12 +34,16 @@ class RobotServices:
         self._places = [movable.index(name) for name in node.servos.joints]
 
     def offer(self, server: Server) -> None:
-        """Answer on a server."""
+        """Answer on a server, and let whoever asks there move the robot past its topics."""
+        self.offer_state(server)
         server.offer(services.DESCRIBE, self.describe)
-        server.offer(services.STATE, self.state)
         server.offer(services.MOVE, self.move)
         server.offer(services.PLACE, self.place)
         server.offer(services.PLACE_BASE, self.place_base)
+
+    def offer_state(self, server: Server) -> None:
+        """Tell on a server how the robot is, and no more."""
+        server.offer(services.STATE, self.state)
 
     def describe(self, _asked: dict[str, Any]) -> dict[str, Any]:
         """The robot, as it has been put up."""
@@ -63,9 +67,14 @@ class RobotServices:
         }
 
     def state(self, asked: dict[str, Any]) -> dict[str, Any]:
-        """All movable joints, and the links asked for."""
-        found: dict[str, Any] = {}
-        for name, values in zip(("positions", "velocities", "efforts"), self._node.servos.read(), strict=True):
+        """All movable joints, what carries the robot, where the driven joints are to go, and the links asked for."""
+        readings = self._node.driver.read()
+        found: dict[str, Any] = {
+            "driven": readings.positions.tolist(),
+            "targets": self._node.commander.applied.tolist(),
+            "carrier": [*self._node.base.pose.position, *self._node.base.pose.quaternion],
+        }
+        for name, values in zip(("positions", "velocities", "efforts"), readings, strict=True):
             row = [0.0] * len(self._robot.movable)
             for place, value in zip(self._places, values.tolist(), strict=True):
                 row[place] = value
@@ -74,12 +83,15 @@ class RobotServices:
 
     def move(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Have joints go somewhere."""
-        self._node.commander.aim(*self._targets(asked))
+        targets = self._targets(asked)
+        self._check_freedom()
+        self._node.commander.aim(*targets)
         return {}
 
     def place(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Put joints somewhere."""
         numbers, positions = self._targets(asked)
+        self._check_freedom()
         self._node.servos.place(numbers, positions)
         self._node.commander.aim(numbers, positions)
         return {}
@@ -88,21 +100,24 @@ class RobotServices:
         """Put the root link somewhere: what carries the robot is moved, which may be fastened to another link."""
         try:
             (x, y, z), (qx, qy, qz, qw) = asked["pose"]
-            wanted = Pose((x, y, z), (qw, qx, qy, qz))
-            if not all(map(math.isfinite, (x, y, z, qx, qy, qz, qw))):
-                raise ValueError("not finite")
-        except (KeyError, TypeError, ValueError) as error:
-            raise RejectedCommandError(f"a pose is [[x, y, z], [qx, qy, qz, qw]]: {error}") from None
-        simulation = self._node.simulation
-        data, model = simulation.data, simulation.model
-        mocap = model.body(BASE).mocapid[0]
-        world_T_base = Pose(tuple(data.mocap_pos[mocap].tolist()), tuple(data.mocap_quat[mocap].tolist()))
-        placed = wanted @ self._pose(-1).inverse() @ world_T_base
-        data.mocap_pos[mocap], data.mocap_quat[mocap] = placed.position, placed.quaternion
-        simulation.touch()
+            length = math.sqrt(qx * qx + qy * qy + qz * qz + qw * qw)
+            wanted = Pose((x, y, z), (qw / length, qx / length, qy / length, qz / length))
+            is_finite = math.isfinite(x + y + z + length)
+        except (KeyError, TypeError, ValueError, ArithmeticError):
+            is_finite = False
+        if not is_finite:
+            raise RejectedCommandError("a pose is [[x, y, z], [qx, qy, qz, qw]], of finite numbers")
+        base = self._node.base
+        base.place(wanted @ self._pose(-1).inverse() @ base.pose)
         return {}
 
     # ---------------------------------------------------------------- inside
+
+    def _check_freedom(self) -> None:
+        commander = self._node.commander
+        if not commander.takes_commands:
+            why = commander.why_held or "it is disabled, or on its way home"
+            raise RejectedCommandError(f"the robot takes no commands now: {why}")
 
     def _targets(self, asked: dict[str, Any]) -> tuple[list[int], list[float]]:
         indices, positions = asked.get("joints"), asked.get("positions")
@@ -144,5 +159,5 @@ class RobotServices:
     def _pose(self, index: int) -> Pose:
         simulation = self._node.simulation
         simulation.refresh()
-        body = simulation.data.body(self._robot.link_at(index))
+        body = simulation.data.body(body_of(self._robot.link_at(index)))
         return Pose(tuple(body.xpos.tolist()), tuple(body.xquat.tolist()))

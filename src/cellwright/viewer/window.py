@@ -1,0 +1,83 @@
+"""A window on a robot, MuJoCo's own: a process that asks the robot's node how it is, and that no step waits for."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import mujoco
+
+from cellwright.errors import CellwrightError
+
+HOW_TO_GET_IT = "pip install 'cellwright[gui]' brings what it needs"
+
+_READY = b"ready"
+_TIME_TO_END = 2.0  # [s]
+
+
+class WindowError(CellwrightError):
+    """A window that cannot be opened; the text says why, and what to do."""
+
+
+class Window:
+    """A window that is open, or was.
+
+    Args:
+        model: what it shows.
+        address: where the node is served; it has to answer `services.STATE`, and does so later, once it runs.
+        sliders: show a slider for each joint; who moves one sends a target as any program does.
+
+    Raises:
+        WindowError: there is no display, or what draws is not installed.
+    """
+
+    def __init__(self, model: mujoco.MjModel, address: tuple[str, int], *, sliders: bool) -> None:
+        if reason := hindrance():
+            raise WindowError(reason)
+        with tempfile.TemporaryDirectory(prefix="cellwright-") as folder:
+            file = Path(folder) / "model.mjb"
+            mujoco.mj_saveModel(model, str(file), None)
+            command = [sys.executable, "-P", "-m", "cellwright.viewer.window_program"]
+            self._process = subprocess.Popen(  # noqa: S603
+                [*command, address[0], str(address[1]), str(file), "sliders" if sliders else ""],
+                stdout=subprocess.PIPE,
+            )
+            assert self._process.stdout is not None
+            said = self._process.stdout.readline().strip()
+        if said != _READY:
+            self.close()
+            raise WindowError(said.decode(errors="replace") or "no window can be opened: its process has ended")
+
+    @property
+    def is_open(self) -> bool:
+        """Whether it has not been closed yet."""
+        return self._process.poll() is None
+
+    def close(self) -> None:
+        """Close it. By itself it closes when the node has ended."""
+        self._process.terminate()
+        try:
+            self._process.wait(_TIME_TO_END)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        if self._process.stdout is not None:
+            self._process.stdout.close()
+
+
+def hindrance() -> str:
+    """Why no window can be opened here, in a sentence; empty where one can be tried."""
+    lacking = [name for name in ("glfw", "OpenGL") if importlib.util.find_spec(name) is None]
+    if lacking:
+        return f"no window can be opened: {' and '.join(lacking)} is not installed; {HOW_TO_GET_IT}"
+    if sys.platform == "darwin":
+        return "no window can be opened: on macOS MuJoCo's window needs its own Python, mjpython; use --snapshot"
+    if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        return (
+            "no window can be opened: there is no display (DISPLAY is not set); use --snapshot, or run it on a desktop"
+        )
+    return ""

@@ -1,0 +1,140 @@
+"""The process of a window: `python -m cellwright.viewer.window_program HOST PORT MODEL [sliders]`.
+
+It prints `ready` once there is something to draw on, or a sentence that says why not. Then it shows the robot that is
+served there as it is, about sixty times a second, until the window is closed or the robot's node has ended.
+"""
+
+from __future__ import annotations
+
+import math
+import signal
+import sys
+import threading
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from cellwright.assembled import services
+from cellwright.client.transports.socket import SocketTransport
+from cellwright.errors import CellwrightError, RunEndedError
+from cellwright.messages.build import joint_state
+from cellwright.viewer.camera import Camera
+from cellwright.viewer.robots import HEIGHT, TILT, TURN, WIDTH, camera_on
+from cellwright.viewer.sliders import Sliders
+
+NODE = "/window"
+COMMANDS = "/io_teleop/joint_cmd"
+
+_PERIOD = 1 / 60  # [s]
+_TIME_TO_CLOSE = 2.0  # [s]
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Show a robot; the exit status."""
+    host, port, file, *more = arguments
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a Ctrl-C on the terminal is for the node, whose end is ours
+    model = mujoco.MjModel.from_binary_path(file)
+    import glfw  # here, for it needs a system's library that may not be there
+
+    glfw.ERROR_REPORTING = "ignore"
+    if not glfw.init():
+        _say(f"no window can be opened: {_text(glfw.get_error()[1])}")
+        return 1
+    _say("ready")
+    try:
+        transport = SocketTransport((host, int(port)), node=NODE)
+        _show(model, transport, has_sliders="sliders" in more)
+    except (CellwrightError, RunEndedError):
+        pass  # the node has ended
+    return 0
+
+
+def _show(model: mujoco.MjModel, transport: SocketTransport, *, has_sliders: bool) -> None:
+    from mujoco import viewer  # here, for it loads glfw
+
+    data = mujoco.MjData(model)
+    picture = RobotPicture(model, data)
+    picture.take(transport.ask_server(services.STATE))
+    model.vis.global_.fovy = math.degrees(picture.camera.fov)
+    before = set(threading.enumerate())
+    try:
+        with viewer.launch_passive(model, data, show_left_ui=False, show_right_ui=has_sliders) as window:
+            _keep_up(window, picture, transport)
+    finally:
+        for thread in set(threading.enumerate()) - before:
+            thread.join(_TIME_TO_CLOSE)  # what it draws on goes when this process does
+
+
+def _keep_up(window: Any, picture: RobotPicture, transport: SocketTransport) -> None:
+    """Show the robot as it is, and pass on what is done with the sliders, until the window is closed."""
+    with window.lock():
+        picture.look_at_it(window.cam)
+    while window.is_running():
+        begun = time.perf_counter()
+        with window.lock():
+            moved = picture.moved()
+        if moved:
+            transport.publish(COMMANDS, joint_state(list(moved), np.array([*moved.values()]), time=time.time_ns()))
+        state = transport.ask_server(services.STATE)
+        with window.lock():
+            picture.take(state)
+        window.sync()
+        time.sleep(max(0.0, _PERIOD - (time.perf_counter() - begun)))
+
+
+class RobotPicture:
+    """The engine's model as a robot's node tells of it.
+
+    Args:
+        model: whose joints and actuators have the names of the robot's joints.
+        data: written to.
+    """
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        self._model, self._data = model, data
+        names = [model.actuator(number).name for number in range(model.nu)]  # in the order of their indices
+        self._places = [model.joint(name).qposadr[0] for name in names]
+        self._sliders = Sliders(names)
+
+    @property
+    def camera(self) -> Camera:
+        """One that has the whole robot in its picture, as `--snapshot` has it."""
+        w, x, y, z = self._data.mocap_quat[0].tolist()
+        heading = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+        return camera_on(self._model, self._data, heading + TURN, TILT, WIDTH, HEIGHT)
+
+    def look_at_it(self, view: mujoco.MjvCamera) -> None:
+        """Have MuJoCo's own camera stand there."""
+        camera = self.camera
+        forward = np.subtract(camera.target, camera.eye)
+        view.lookat[:], view.distance = camera.target, np.linalg.norm(forward)
+        view.azimuth = math.degrees(math.atan2(forward[1], forward[0]))
+        view.elevation = math.degrees(math.asin(forward[2] / view.distance))
+
+    def moved(self) -> dict[str, float]:
+        """Joints whose slider somebody has moved since the last state, with where it stands [rad; m]."""
+        return self._sliders.moved(self._data.ctrl)
+
+    def take(self, state: dict[str, Any]) -> None:
+        """Show a state as `services.STATE` tells it."""
+        data = self._data
+        data.qpos[self._places] = state["driven"]
+        data.mocap_pos[0], data.mocap_quat[0] = state["carrier"][:3], state["carrier"][3:]
+        data.ctrl[:] = self._sliders.set(np.array(state["targets"]))
+        mujoco.mj_forward(self._model, data)
+
+
+def _text(said: Any) -> str:
+    return said.decode(errors="replace") if isinstance(said, bytes) else str(said)
+
+
+def _say(line: str) -> None:
+    sys.stdout.write(line + "\n")
+    sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

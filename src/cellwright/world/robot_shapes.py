@@ -1,0 +1,83 @@
+"""Shapes of a robot's links in the engine: what is seen, and, where links may touch each other, what is touched."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from cellwright.description.mesh_files import is_flat, read_mesh
+from cellwright.description.model import ModelShape
+from cellwright.pose import IDENTITY_QUATERNION, Pose, Vector3
+from cellwright.world.meshes import Mesh, add_mesh
+
+GREY = (0.62, 0.64, 0.67, 1.0)
+"""Of shapes that have no colour."""
+LEAST_LENGTH = 1e-4
+"""Least half length of a shape [m]: the engine takes none that is thinner."""
+
+_KINDS = {
+    "box": mujoco.mjtGeom.mjGEOM_BOX,
+    "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
+    "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
+    "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
+}
+
+
+class ShapeBuilder:
+    """Gives bodies their shapes; a mesh that many links use is loaded once.
+
+    Args:
+        spec: the model specification that the meshes go into.
+        is_touched: whether links may touch each other. If not, what is only touched is left out.
+    """
+
+    def __init__(self, spec: Any, *, is_touched: bool) -> None:
+        self._spec = spec
+        self._is_touched = is_touched
+        self._meshes: dict[tuple[Path, Vector3], tuple[str, Mesh]] = {}
+
+    def add(self, body: Any, shape: ModelShape) -> bool:
+        """Give a body a shape, without weight; returns whether it is one that is touched."""
+        is_touched = shape.is_touched and self._is_touched
+        if not (is_touched or shape.is_seen):
+            return False
+        if shape.mesh is not None:
+            geom = self._add_mesh(body, shape, shape.mesh, is_touched=is_touched)
+        else:
+            x, y, z = shape.size
+            halves = {"box": (x / 2, y / 2, z / 2), "sphere": (x, 0.0, 0.0)}.get(shape.kind, (x, y / 2, 0.0))
+            size = tuple(max(half, LEAST_LENGTH) for half in halves)
+            geom = body.add_geom(type=_KINDS[shape.kind], size=size, **placed(shape.pose))
+        geom.rgba = shape.colour or GREY
+        geom.contype = geom.conaffinity = int(is_touched)
+        geom.group = 2 if shape.is_seen else 3
+        geom.mass = 0.0
+        return is_touched
+
+    def _add_mesh(self, body: Any, shape: ModelShape, path: Path, *, is_touched: bool) -> Any:
+        name, (vertices, _) = self._mesh(path, shape.size)
+        if is_touched and is_flat(vertices):  # the engine finds no hull around it: its box is touched instead
+            lower, upper = vertices.min(axis=0), vertices.max(axis=0)
+            x, y, z = ((lower + upper) / 2).tolist()
+            halves = np.maximum((upper - lower) / 2, LEAST_LENGTH)
+            at = shape.pose @ Pose((x, y, z))
+            return body.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=halves, **placed(at))
+        return body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, **placed(shape.pose))
+
+    def _mesh(self, path: Path, scale: Vector3) -> tuple[str, Mesh]:
+        """The name of a mesh in the model, and the mesh [m]."""
+        if (path, scale) not in self._meshes:
+            vertices, triangles = read_mesh(path)
+            mesh = vertices * scale, triangles if np.prod(scale) > 0 else triangles[:, ::-1]
+            name = f"mesh {len(self._meshes)} {path.name}"
+            add_mesh(self._spec, name, mesh)
+            self._meshes[path, scale] = name, mesh
+        return self._meshes[path, scale]
+
+
+def placed(pose: Pose) -> dict[str, Any]:
+    """A pose as the engine's specification takes it."""
+    return {"pos": pose.position, "quat": pose.quaternion if pose.quaternion != IDENTITY_QUATERNION else (1, 0, 0, 0)}

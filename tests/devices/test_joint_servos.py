@@ -1,0 +1,145 @@
+"""The servos against their law, written plainly; how near they come to the recorded robot is for its own tests."""
+
+from fractions import Fraction
+
+import mujoco
+import numpy as np
+import pytest
+
+from cellwright.description.robot.config import RobotConfig
+from cellwright.description.robot.model import Joint, JointType, Limits, Link, RobotModel
+from cellwright.devices.joint_servos import GAIN, JointServos, Motion
+from cellwright.simulation.device import Device
+from cellwright.simulation.simulation import Simulation
+from cellwright.world.robot import TIMESTEP, build_robot
+from tests.teleop.qinglong import qinglong
+from tests.teleop.robots import two_arms
+
+DRY_FRICTION = int(mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF)
+
+
+class Listener(Device):
+    """Looks at the constraints that the servos have set up in the step that is under way."""
+
+    def __init__(self, servos: JointServos) -> None:
+        super().__init__("listener")
+        self.servos = servos
+        self.steps = 0
+
+    def drive(self) -> None:
+        servos, data, model = self.servos, self.simulation.data, self.simulation.model
+        wanted = np.zeros(model.nv)
+        for number, name in enumerate(servos.joints):
+            joint = model.joint(name)
+            limits = two_arms().robot.joint(name).limits
+            error = data.ctrl[model.actuator(name).id] - data.qpos[joint.qposadr[0]]
+            speed = min(max(GAIN * error, -limits.velocity), limits.velocity)
+            mimic = two_arms().robot.joint(name).mimic
+            if mimic is not None:
+                leader = servos.joints.index(mimic.joint)
+                ahead = data.ctrl[leader] - data.qpos[model.joint(mimic.joint).qposadr[0]]
+                most = two_arms().robot.joint(mimic.joint).limits.velocity
+                place = mimic.multiplier * data.qpos[model.joint(mimic.joint).qposadr[0]] + mimic.offset
+                speed = mimic.multiplier * min(max(GAIN * ahead, -most), most)
+                speed += GAIN * (place - data.qpos[joint.qposadr[0]])
+            wanted[joint.dofadr[0]] = (speed - data.qvel[joint.dofadr[0]]) / model.opt.timestep
+            assert number == model.actuator(name).id
+        count = data.ne + data.nf
+        drives = np.flatnonzero(data.efc_type[:count] == DRY_FRICTION)
+        assert len(drives) == model.nv
+        assert data.efc_aref[drives] == pytest.approx(wanted[data.efc_id[drives]], abs=1e-9)
+        self.steps += 1
+
+
+def simulated(
+    motion: Motion = Motion.SERVO, timestep: Fraction = TIMESTEP, config: RobotConfig | None = None
+) -> tuple[Simulation, JointServos]:
+    config = config or two_arms()
+    world = build_robot(config, timestep=timestep)
+    simulation = Simulation(world.model, timestep=timestep, first_pose=world.put_in_first_pose)
+    servos = JointServos(config.robot, motion)
+    simulation.add(servos)
+    simulation.reset()
+    return simulation, servos
+
+
+@pytest.mark.parametrize("timestep", [TIMESTEP, Fraction(1, 1000)])
+def test_each_drive_wants_the_velocity_of_the_law(timestep: Fraction) -> None:
+    simulation, servos = simulated(timestep=timestep)
+    listener = Listener(servos)
+    simulation.add(listener)
+    simulation.reset()
+    chance = np.random.default_rng(3)
+    for _ in range(4):
+        low, high = np.maximum(servos.lower, -3.0), np.minimum(servos.upper, 3.0)
+        servos.command(chance.uniform(low, high))
+        simulation.step_until(simulation.now + 20_000_000)
+    assert listener.steps >= 19
+
+
+def test_the_drives_are_found_again_when_other_constraints_come_and_go() -> None:
+    spec = mujoco.MjSpec()
+    for name in ("free", "held"):
+        body = spec.worldbody.add_body(name=f"link of {name}", mass=1.0, inertia=(0.1, 0.1, 0.1), explicitinertial=True)
+        body.add_joint(name=name, axis=(0.0, 0.0, 1.0))
+        spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    spec.option.gravity = (0.0, 0.0, 0.0)
+    spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT, name1="held", active=False)
+    limits = Limits(-1.0, 1.0, effort=50.0, velocity=3.0)
+    joints = tuple(
+        Joint(name, JointType.REVOLUTE, "root", f"link of {name}", limits=limits) for name in ("free", "held")
+    )
+    robot = RobotModel("pair", "root", {name: Link(name) for name in ("root", "link of free", "link of held")}, joints)
+    simulation = Simulation(spec.compile(), timestep=TIMESTEP)
+    servos = JointServos(robot)
+    simulation.add(servos)
+    simulation.reset()
+    for active, target in ((0, 0.2), (1, 0.4), (0, 0.6), (1, -0.3)):
+        simulation.data.eq_active[0] = active
+        servos.command(np.array([target, 0.0]))
+        simulation.step_until(simulation.now + 600_000_000)
+        assert simulation.data.ne == active
+        assert servos.read().positions == pytest.approx([target, 0.0], abs=1e-3)
+
+
+def test_efforts_are_what_the_engine_gave_and_stay_within_the_bounds() -> None:
+    simulation, servos = simulated()
+    target = servos.targets
+    target[servos.joints.index("shoulder_right")] = 1.2
+    servos.command(target)
+    most = np.array([two_arms().robot.joint(name).limits.effort for name in servos.joints])
+    largest = np.zeros(len(most))
+    for _ in range(60):
+        simulation.step()
+        positions, _, efforts = servos.read()
+        largest = np.maximum(largest, np.abs(efforts))
+        expected = simulation.data.qfrc_constraint[servos._dof]
+        alone = (positions > servos.lower + 0.01) & (positions < servos.upper - 0.01)  # no limit pushes, too
+        assert efforts[alone] == pytest.approx(expected[alone], abs=1e-9)
+    assert (largest <= most * (1 + 1e-9)).all()
+    assert largest[servos.joints.index("shoulder_right")] > 1.0
+
+
+def test_teleporting_puts_joints_where_they_are_to_be() -> None:
+    simulation, servos = simulated(Motion.TELEPORT)
+    target = servos.targets
+    target[servos.joints.index("elbow_left")] = -5.0  # beyond its limit
+    servos.command(target)
+    simulation.step()
+    read = servos.read()
+    assert read.positions[servos.joints.index("elbow_left")] == pytest.approx(-2.0, abs=1e-6)
+    assert np.abs(read.velocities).max() < 1e-6
+
+
+def test_the_solver_is_let_go_on_until_all_drives_that_come_to_their_bounds_are_settled() -> None:
+    paths = []
+    for iterations in (None, 1000):
+        simulation, servos = simulated(config=qinglong())
+        if iterations is not None:
+            simulation.model.opt.iterations = iterations
+        chance = np.random.default_rng(0)
+        for _ in range(2):
+            servos.command(chance.uniform(servos.lower, servos.upper))
+            simulation.step_until(simulation.now + 500_000_000)
+        paths.append(servos.read().positions)
+    assert paths[0] == pytest.approx(paths[1], abs=1e-12)

@@ -1,0 +1,131 @@
+"""The window on a robot: why there is none, what it shows, and a real one where there is a virtual display."""
+
+import importlib.util
+import math
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from cellwright.assembled.services import STATE
+from cellwright.pose import Pose
+from cellwright.server import Server
+from cellwright.server.robot_services import RobotServices
+from cellwright.server.timekeeper import Timekeeper
+from cellwright.simulation.events import NEVER
+from cellwright.teleop.node import RobotNode
+from cellwright.viewer.window import Window, WindowError, hindrance
+from cellwright.viewer.window_program import RobotPicture
+from tests.teleop.robots import two_arms
+
+PROGRAM = shutil.which("Xvfb")
+
+
+@pytest.fixture(scope="module")
+def node() -> RobotNode:
+    return RobotNode(two_arms())
+
+
+@pytest.fixture
+def display(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """A display that nobody sees."""
+    if PROGRAM is None or importlib.util.find_spec("glfw") is None:
+        pytest.skip("needs Xvfb (apt-get install xvfb libgl1-mesa-dri) and the extra `gui`")
+    command = [PROGRAM, "-displayfd", "1", "-screen", "0", "640x480x24", "-nolisten", "tcp"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    assert process.stdout is not None
+    monkeypatch.setenv("DISPLAY", f":{process.stdout.readline().decode().strip()}")
+    yield
+    process.terminate()
+    process.wait()
+    process.stdout.close()
+
+
+def test_no_display(monkeypatch: pytest.MonkeyPatch, node: RobotNode) -> None:
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setattr(importlib.util, "find_spec", lambda _name: object())
+    assert "there is no display" in hindrance()
+    with pytest.raises(WindowError, match="there is no display"):
+        Window(node.world.model, ("127.0.0.1", 1), sliders=False)
+
+
+def test_nothing_to_draw_with(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "glfw" else object())
+    assert hindrance().startswith("no window can be opened: glfw is not installed; pip install 'cellwright[gui]'")
+
+
+def test_the_picture_is_the_robot(node: RobotNode) -> None:
+    node.simulation.reset()
+    services = RobotServices(node)
+    node.base.place(Pose((1.0, 2.0, 0.5)))
+    node.commander.aim([node.commander.numbers["lift"]], [0.3])
+    for _ in range(240):
+        node.simulation.step()
+    data = mujoco.MjData(node.world.model)
+    picture = RobotPicture(node.world.model, data)
+    picture.take(services.state({}))
+    node.simulation.refresh()
+    np.testing.assert_allclose(data.xpos, node.simulation.data.xpos, atol=1e-9)
+    assert picture.moved() == {}
+    data.ctrl[node.world.model.actuator("head").id] = 0.7
+    assert picture.moved() == {"head": 0.7}
+
+
+def test_the_first_view_has_the_robot_in_front(node: RobotNode) -> None:
+    data = mujoco.MjData(node.world.model)
+    picture = RobotPicture(node.world.model, data)
+    picture.take(RobotServices(node).state({}))
+    view, camera = mujoco.MjvCamera(), picture.camera
+    picture.look_at_it(view)
+    azimuth, elevation = math.radians(view.azimuth), math.radians(view.elevation)
+    level = math.cos(elevation)
+    forward = np.array([level * math.cos(azimuth), level * math.sin(azimuth), math.sin(elevation)])
+    np.testing.assert_allclose(view.lookat - view.distance * forward, camera.eye, atol=1e-6)
+
+
+@pytest.mark.usefixtures("display")
+def test_a_real_window_opens_and_ends_with_the_node(capfd: pytest.CaptureFixture[str]) -> None:
+    node = RobotNode(two_arms())
+    server = Server(node, port=0)
+    asked: list[Any] = []
+    services = RobotServices(node)
+
+    def state(values: dict[str, Any]) -> dict[str, Any]:
+        asked.append(values)
+        return services.state(values)
+
+    server.offer(STATE, state)
+    shown = Window(node.world.model, server.address, sliders=True)
+    end = time.monotonic() + 20.0
+
+    def look() -> None:
+        keeper.is_stopped = len(asked) > 20 or time.monotonic() > end or not shown.is_open
+
+    keeper = Timekeeper(node, server, on_poll=look)
+    keeper.run(lambda: NEVER)
+    assert len(asked) > 20, capfd.readouterr().err
+    assert keeper.pacer is not None
+    assert keeper.pacer.factor == pytest.approx(1.0, abs=0.05), "the physics waited for the window"
+    server.close("it is over")
+    end = time.monotonic() + 10.0
+    while shown.is_open and time.monotonic() < end:
+        time.sleep(0.01)
+    assert not shown.is_open
+    shown.close()
+    node.close()
+    assert capfd.readouterr().err == ""
+
+
+@pytest.mark.usefixtures("display")
+def test_a_display_that_is_not_there(monkeypatch: pytest.MonkeyPatch, node: RobotNode) -> None:
+    monkeypatch.setenv("DISPLAY", ":54321")
+    with pytest.raises(WindowError, match=r"^no window can be opened: .*54321|^no window can be opened: X11"):
+        Window(node.world.model, ("127.0.0.1", 1), sliders=False)
