@@ -8,7 +8,7 @@ from typing import Any
 
 from cellwright.client.session import Session
 from cellwright.errors import UnknownNameError, UsageError
-from cellwright.messages.build import header, joint_state, pose_from_message, pose_message
+from cellwright.messages.build import header, joint_state, nanoseconds, pose_from_message, pose_message
 from cellwright.messages.standard import Bool, PoseArray
 from cellwright.pose import Pose
 
@@ -39,6 +39,8 @@ class OperatedRobot:
 
     def __init__(self, session: Session) -> None:
         self.session = session
+        self._told = (0, 0)  # joint states heard, and how far the node's clock is ahead of the session's [ns]
+        self._stamp = 0
         self.sent = 0
         """How many messages it was sent."""
         self._states = session.latest(JOINT_STATES)
@@ -138,7 +140,13 @@ class OperatedRobot:
         self.sent += 1
 
     def _now(self) -> int:
-        return max(0, self.session.transport.now())
+        """The time by the node's clock [ns], as its joint states tell it: a command's age may be looked at."""
+        now = self.session.transport.now()
+        if self._states.count != self._told[0]:
+            stamp = nanoseconds(self._states.message.header.stamp)
+            self._told = (self._states.count, (stamp or now) - now)
+        self._stamp = max(self._stamp, now + self._told[1])
+        return self._stamp
 
 
 def _by_name(message: Any) -> dict[str, float]:

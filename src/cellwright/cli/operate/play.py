@@ -13,11 +13,10 @@ from rich.progress import BarColumn, Progress, TextColumn
 
 from cellwright.cli import options
 from cellwright.cli.exit_status import DONE, NOT_DONE
-from cellwright.cli.operate.link import NODE, RESULT, WHAT, Connect, Link, Node, OverRos1
+from cellwright.cli.operate.link import NODE, RESULT, WHAT, Connect, Link, Node, OverRos1, Robot
 from cellwright.cli.signals import Stop, stopped_by_signals
 from cellwright.errors import CellwrightError, RunEndedError
 from cellwright.operators import playback
-from cellwright.operators.limits import JointLimits
 from cellwright.operators.robot import OperatedRobot
 from cellwright.operators.target_files import Targets, read_targets
 
@@ -59,6 +58,7 @@ def play(
     ] = None,
     connect: Connect = None,
     ros1: OverRos1 = False,
+    robot: Robot = None,
     node: Node = NODE,
     as_json: Annotated[
         bool, typer.Option("--json", metavar="", help="Print what was played as JSON.", rich_help_panel=RESULT)
@@ -85,16 +85,16 @@ def play(
     if approach is not None and not 0.0 <= approach <= options.LATEST:
         options.refuse(f"--approach {approach:g}: give a time from 0 s on")
     targets = _read(file, topic)
-    link = Link(connect, ros1=ros1, node=node)
+    link = Link(connect, ros1=ros1, node=node, robot=robot)
     console = Console(stderr=as_json, highlight=False)
     failure, rounds = "", 0
-    with link.robot() as robot:
-        playback.check(robot, targets, JointLimits())
+    with link.robot() as there:
+        playback.check(there, targets, link.limits(there))
         wish = Stop()
         with stopped_by_signals(wish.stop):
             try:
                 while loop or rounds == 0:
-                    _play(robot, targets, speed, approach, console, wish)
+                    _play(there, targets, speed, approach, console, wish)
                     rounds += 1
             except (CellwrightError, RunEndedError) as error:
                 failure = str(error)
@@ -111,14 +111,14 @@ def play(
             "duration": targets.duration,
             "outcome": outcome,
             "rounds": rounds,
-            "messages": robot.sent,
+            "messages": there.sent,
             "error": failure,
             "exit_status": status,
         }
         typer.echo(json.dumps(document, indent=2))
     elif not failure:
         times = f"{rounds} times, " if loop else ""
-        console.print(f"{outcome}: {times}{robot.sent} messages sent", markup=False, soft_wrap=True)
+        console.print(f"{outcome}: {times}{there.sent} messages sent", markup=False, soft_wrap=True)
     raise typer.Exit(status)
 
 
