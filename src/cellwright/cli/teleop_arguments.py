@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -73,6 +74,41 @@ AsJson = Annotated[
 ]
 Verbose = Annotated[
     bool, typer.Option("--verbose", "-v", metavar="", help="Say more in the summary.", rich_help_panel=OUTPUT)
+]
+
+OwnDriver = Annotated[
+    str | None,
+    typer.Option(
+        "--driver",
+        metavar="FILE.py:CLASS",
+        help="Have a robot of your own moved, by a driver of your own; nothing is simulated then.",
+        rich_help_panel=WORK,
+    ),
+]
+CheckDriver = Annotated[
+    bool,
+    typer.Option(
+        "--check-driver",
+        metavar="",
+        help="Move each joint of that robot by 0.02 and back, say what is wrong with its driver, and stop.",
+        rich_help_panel=WORK,
+    ),
+]
+Gui = Annotated[
+    bool, typer.Option("--gui", metavar="", help="Show the robot in a window, MuJoCo's own.", rich_help_panel=OUTPUT)
+]
+InitDebug = Annotated[
+    bool,
+    typer.Option(
+        "--init-debug",
+        metavar="",
+        help="Show it with a slider for each joint, under `Control`.",
+        rich_help_panel=OUTPUT,
+    ),
+]
+Snapshot = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE.png", help="Write a picture of the robot at the end.", rich_help_panel=OUTPUT),
 ]
 
 StartDisabled = Annotated[
@@ -166,4 +202,17 @@ TipTurning = Annotated[
         help="How fast they are turned on the way [rad/s]; a turn a second when left out.",
         rich_help_panel=SAFETY,
     ),
+]
+InRos1 = Annotated[
+    bool,
+    typer.Option(
+        "--ros1",
+        metavar="",
+        help="Be a node of ROS 1 too, at the master that ROS_MASTER_URI names.",
+        rich_help_panel=REACH,
+    ),
+]
+NodeName = Annotated[
+    str,
+    typer.Option("--node", metavar="NAME", help="Name of the node in ROS.", rich_help_panel=REACH),
 ]

@@ -20,10 +20,11 @@ from cellwright.cli.serve_trial import pace_text, ready
 from cellwright.cli.signals import Stop, stopped_by_signals
 from cellwright.cli.teleop_progress import NodeProgress
 from cellwright.cli.teleop_ros1 import RosSide
+from cellwright.cli.teleop_sight import Sight
 from cellwright.contracts import io_teleop
 from cellwright.description.robot.config import RobotConfig
 from cellwright.devices.joint_servos import Motion
-from cellwright.errors import SimulationError
+from cellwright.errors import SimulationError, UsageError
 from cellwright.ros1_host.identity import robot
 from cellwright.run import versions
 from cellwright.server import DEFAULT_PORT, Server
@@ -32,12 +33,16 @@ from cellwright.server.timekeeper import Timekeeper
 from cellwright.serving import Pace
 from cellwright.simulation.clock import nanoseconds
 from cellwright.simulation.events import NEVER
+from cellwright.teleop.driver import Driver
 from cellwright.teleop.node import RobotNode
 from cellwright.teleop.safety import SafetySettings
 from cellwright.world.robot import TIMESTEP
 
 Load = Callable[[Callable[[str], None]], RobotConfig]
 """Gives the robot; takes what is told of warnings."""
+
+MakeDriver = Callable[[RobotConfig], Driver]
+"""Makes what moves a robot."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +62,8 @@ class TeleopOptions:
         port: port to listen at; 0 takes a free one.
         ros1: be a node of ROS 1 too.
         node: its name there.
+        driver: makes what moves the robot in place of the simulation.
+        sight: what somebody wants to see.
         as_json: print the summary as JSON, and nothing else on stdout.
         verbose: say also how time kept to the wall clock.
     """
@@ -73,6 +80,8 @@ class TeleopOptions:
     port: int = DEFAULT_PORT
     ros1: bool = False
     node: str = io_teleop.NODE
+    driver: MakeDriver | None = None
+    sight: Sight = field(default_factory=Sight)
     as_json: bool = False
     verbose: bool = False
 
@@ -116,6 +125,7 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
             sim_time=wanted.sim_time,
             stamp=time.time_ns,
             report=lambda line: tell(line),
+            driver=None if wanted.driver is None else wanted.driver(config),
         )
         server = Server(
             node, host=wanted.host, port=wanted.port, lockstep=wanted.lockstep, report=lambda line: tell(line)
@@ -134,10 +144,14 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
         )
         tell = progress.line
         is_stopped.follow(partial(setattr, keeper, "is_stopped", True))
-        with progress.running():
+        with wanted.sight.shown(node, server), progress.running():
             if not is_stopped.has_come:
                 console.print(ready(node.name, server, wanted.speed) + in_ros, markup=False, soft_wrap=True)
             ran = _run(node, server, keeper, wanted)
+    try:
+        wanted.sight.save(node)
+    except UsageError as error:
+        ran.error = ran.error or str(error)
     status = NOT_DONE if ran.error else DONE
     if ran.error:
         typer.echo(f"error: {ran.error}", err=True)
