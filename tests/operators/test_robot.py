@@ -76,7 +76,7 @@ def test_it_tells_what_the_node_tells(there: OperatedRobot) -> None:
 
 def test_joints_grippers_and_tips_go_where_they_are_sent(there: OperatedRobot) -> None:
     there.session.sleep(0.05)
-    right, left = there.tips
+    right = there.tips[0]
     x, y, z = right.position
     there.send_joints({"left_1": 0.2})
     there.send_grippers([1.0, 0.5])
