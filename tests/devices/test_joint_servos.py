@@ -12,7 +12,7 @@ from cellwright.devices.joint_servos import GAIN, JointServos, Motion
 from cellwright.simulation.device import Device
 from cellwright.simulation.simulation import Simulation
 from cellwright.world.robot import TIMESTEP, build_robot
-from tests.teleop.qinglong import qinglong
+from tests.teleop.bundled import qinglong
 from tests.teleop.robots import two_arms
 
 DRY_FRICTION = int(mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF)
@@ -118,6 +118,26 @@ def test_efforts_are_what_the_engine_gave_and_stay_within_the_bounds() -> None:
         assert efforts[alone] == pytest.approx(expected[alone], abs=1e-9)
     assert (largest <= most * (1 + 1e-9)).all()
     assert largest[servos.joints.index("shoulder_right")] > 1.0
+
+
+def test_where_the_solver_begins_changes_nothing_but_the_effort_of_it() -> None:
+    paths, iterations = [], []
+    for is_told in (True, False):
+        simulation, servos = simulated(config=qinglong())
+        if not is_told:
+            servos._attainable = np.zeros(simulation.model.nv)
+        chance = np.random.default_rng(2)
+        middle = (servos.lower + servos.upper) / 2
+        count = 0
+        for _ in range(40):
+            servos.command(middle + chance.uniform(-0.05, 0.05, len(middle)))
+            for _ in range(3):
+                simulation.step()
+                count += int(simulation.data.solver_niter.sum())
+        paths.append(servos.read().positions)
+        iterations.append(count)
+    assert paths[0] == pytest.approx(paths[1], abs=1e-9)
+    assert iterations[0] < 0.7 * iterations[1]
 
 
 def test_teleporting_puts_joints_where_they_are_to_be() -> None:
