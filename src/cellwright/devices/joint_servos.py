@@ -9,6 +9,7 @@ wanted; `drive` does so between the two halves of a step.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from enum import StrEnum
 from typing import NamedTuple
@@ -17,7 +18,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.description.robot.model import RobotModel
+from cellwright.description.robot.model import Joint, JointType, RobotModel
 from cellwright.simulation.device import Device
 from cellwright.simulation.simulation import Simulation
 
@@ -25,6 +26,10 @@ GAIN = 24.0
 """Velocity for an error of one [1/s]."""
 UNLIMITED = 1e9
 """Effort [N m; N] of a joint that the URDF sets no bound for."""
+UNSAID_TURN, UNSAID_SLIDE = 10.0, 1.0
+"""Greatest speed [rad/s; m/s] of a joint that the URDF sets no bound for."""
+FASTEST = 1000.0
+"""Faster [rad/s; m/s] no joint is driven, whatever the URDF says: the engine could not follow."""
 _STIFFNESS = 0.9999  # of the drives, as the engine takes it: what is left of an error in one step is 1e-4 of it
 
 Array = NDArray[np.float64]
@@ -63,7 +68,7 @@ class JointServos(Device):
         self.joints = tuple(joint.name for joint in joints)
         self.lower = np.array([joint.limits.lower for joint in joints])
         self.upper = np.array([joint.limits.upper for joint in joints])
-        self._velocity = np.array([joint.limits.velocity for joint in joints])
+        self._velocity = np.array([fastest(joint) for joint in joints])
         effort = np.array([joint.limits.effort for joint in joints])
         self._effort = np.where(np.isfinite(effort), effort, UNLIMITED)
         self._robot = robot
@@ -178,3 +183,9 @@ class JointServos(Device):
             leaders = data.qpos[self._qpos[self._leaders]]
             data.qpos[self._qpos[self._followers]] = self._multipliers * leaders + self._offsets
             data.ctrl[self._ctrl[self._followers]] = data.qpos[self._qpos[self._followers]]
+
+
+def fastest(joint: Joint) -> float:
+    """Speed that a joint is driven with at most [rad/s; m/s]."""
+    unsaid = UNSAID_SLIDE if joint.type is JointType.PRISMATIC else UNSAID_TURN
+    return unsaid if math.isinf(joint.limits.velocity) else min(joint.limits.velocity, FASTEST)

@@ -71,10 +71,10 @@ class Base(Device):
             RejectedCommandError: the numbers are not what they should be; nothing was changed.
         """
         count = 2 if self.mode is Mode.ORIGINAL else 3
-        if len(data) != count or not all(map(math.isfinite, data)):
-            raise RejectedCommandError(
-                f"a command of the base is {count} finite numbers, not {len(data)}: {_about(self.mode)}"
-            )
+        if len(data) != count:
+            raise RejectedCommandError(f"{count} numbers are needed, not {len(data)}: {_about(self.mode)}")
+        if not all(map(math.isfinite, data)):
+            raise RejectedCommandError(f"the numbers must be finite, not {list(data)}")
         if any(abs(value) > LARGEST_STEP for value in data):
             raise RejectedCommandError(f"no number of a base's command may be beyond {LARGEST_STEP:g}")
         if self.mode is Mode.VELOCITY:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from cellwright.description.robot.model import RobotModel
-from cellwright.devices.joint_servos import Array
+from cellwright.devices.joint_servos import Array, fastest
 from cellwright.simulation.device import Device, State
 from cellwright.teleop.approach import Approach, Numbers
 from cellwright.teleop.counts import Counts
@@ -68,7 +68,7 @@ class Commander(Device):
             driver.joints,
             np.array([each.lower for each in limits]),
             np.array([each.upper for each in limits]),
-            np.array([each.velocity for each in limits]),
+            np.array([fastest(joint) for joint in joints]),
             safety,
         )
         mimics = [(self.numbers[each.name], each.mimic) for each in joints if each.mimic is not None]
