@@ -23,6 +23,8 @@ COMMANDS = [
     "robot",
     "operate",
     "operate signal",
+    "operate play",
+    "operate record",
     "ros1-env",
     "ros1-workspace",
 ]

@@ -133,6 +133,7 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
         if not server.is_local:
             _warn(f"{wanted.host}: anybody who reaches this machine can drive the robot")
         in_ros = ros.join(config, server)
+        to_close.enter_context(wanted.sight.shown(node, server))  # before the clock starts: it takes a moment
 
         def poll() -> None:
             progress.update()
@@ -144,7 +145,7 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
         )
         tell = progress.line
         is_stopped.follow(partial(setattr, keeper, "is_stopped", True))
-        with wanted.sight.shown(node, server), progress.running():
+        with progress.running():
             if not is_stopped.has_come:
                 console.print(ready(node.name, server, wanted.speed) + in_ros, markup=False, soft_wrap=True)
             ran = _run(node, server, keeper, wanted)
