@@ -197,6 +197,7 @@ class Commander(Device):
     def clear_stop(self) -> None:
         """End an emergency stop: the robot stays where it is until the next command."""
         self.is_stopped = False
+        self.why_held = "holds where it was stopped, until the next command"
         for begin in self.on_clear:
             begin()
 
@@ -204,6 +205,8 @@ class Commander(Device):
         """Take commands, or none: then the robot holds where it stands."""
         if self.is_enabled and not enabled:
             self.hold("commands are switched off")
+        elif enabled and not self.is_enabled:
+            self.why_held = ""
         self.is_enabled = enabled
 
     def begin_homing(self, joints: Numbers, positions: Array) -> None:
