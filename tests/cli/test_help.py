@@ -12,7 +12,22 @@ from tests.cli.conftest import CommandLine
 HELP = Path(__file__).parents[1] / "data" / "help"
 
 
-COMMANDS = ["", "run", "eval", "serve", "check", "trials", "ros1-env", "ros1-workspace", "operate", "operate signal"]
+COMMANDS = [
+    "",
+    "run",
+    "eval",
+    "serve",
+    "teleop",
+    "check",
+    "trials",
+    "robot",
+    "operate",
+    "operate signal",
+    "operate play",
+    "operate record",
+    "ros1-env",
+    "ros1-workspace",
+]
 
 
 @pytest.mark.parametrize("command", COMMANDS)

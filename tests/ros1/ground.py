@@ -180,6 +180,18 @@ class Ground:
         cell.wait_for("^ready", READY)
         return cell
 
+    def teleop(self, robot: str, *options: str, **more: str) -> Process:
+        """Start `cellwright teleop … --ros1`, and wait until it says that it is ready.
+
+        Args:
+            robot: name or file.
+            options: of the command.
+            more: further variables of its environment.
+        """
+        node = self.cellwright("teleop", robot, "--ros1", "--port", "0", *options, **more)
+        node.wait_for("^ready", READY)
+        return node
+
     def log(self) -> str:
         """What the cells have printed so far, on both streams, in the order in which it came."""
         return "".join(cell.said for cell in self._served)

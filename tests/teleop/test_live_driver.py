@@ -141,7 +141,9 @@ def test_a_node_drives_it_and_shows_it(config: RobotConfig) -> None:
 
     hardware.on_read = fail
     step_until(node, lambda: lines)
-    assert lines == ["the driver has failed, and the robot holds: OSError: the cable is out"]
+    assert lines == [
+        "the driver has failed, and the robot holds: OSError: the cable is out; /io_teleop/clear_emergency_stop ends it"
+    ]
     node.commander.aim([number], [0.1])
     for _ in range(3):
         node.simulation.step()

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from cellwright.assembled.services import STATE
+from cellwright.pose import Pose
 from cellwright.server import Server
 from cellwright.server.robot_services import RobotServices
 from cellwright.server.timekeeper import Timekeeper
@@ -64,7 +65,7 @@ def test_nothing_to_draw_with(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_picture_is_the_robot(node: RobotNode) -> None:
     node.simulation.reset()
     services = RobotServices(node)
-    node.simulation.data.mocap_pos[0] = 1.0, 2.0, 0.5
+    node.base.place(Pose((1.0, 2.0, 0.5)))
     node.commander.aim([node.commander.numbers["lift"]], [0.3])
     for _ in range(240):
         node.simulation.step()

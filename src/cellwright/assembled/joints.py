@@ -13,8 +13,8 @@ from cellwright.errors import UnknownNameError, UsageError
 Pose = Sequence[Sequence[float]]
 """A pose as lists: [[x, y, z], [qx, qy, qz, qw]], in metres."""
 
-Numbers = Union[float, Sequence[float]]
-Indices = Union[int, Sequence[int]]
+Numbers = Union[float, Iterable[float]]
+Indices = Union[int, Iterable[int]]
 
 T = TypeVar("T")
 

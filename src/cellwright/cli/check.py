@@ -1,9 +1,11 @@
-"""`cellwright check`: is a trial's file sound?"""
+"""`cellwright check`: is a file of a trial or a robot sound?"""
 
 from __future__ import annotations
 
 import json
+from contextlib import suppress
 from dataclasses import replace
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -13,6 +15,7 @@ from cellwright.cli.arguments import Files
 from cellwright.cli.exit_status import BAD_INPUT, DONE
 from cellwright.description.check import Report
 from cellwright.description.check import check as check_files
+from cellwright.description.robot.robots import find_robot
 from cellwright.errors import CellwrightError
 from cellwright.world.own_models import problems
 
@@ -23,16 +26,18 @@ def check(
         bool, typer.Option("--json", metavar="", help="Print the findings, and what the files come to, as JSON.")
     ] = False,
 ) -> None:
-    """Say what is wrong with a trial's files, line by line, or ok. Nothing is run.
+    """Say what is wrong with a trial's files, or a robot's, line by line, or ok. Nothing is run.
 
     Errors make a file unusable. Warnings name what the format of 2017 passed over in silence, such as an option that
     does not exist. With `--json`: `ok`, `errors`, `warnings`, and under `resolved` every part, sensor and order with
     its figures worked out.
 
-    Exit status: 0 when the files can be run, 2 when they cannot.
+    A robot is a robot configuration (`vr_configs.yml`) or a URDF: `resolved` is what `cellwright robot --json` prints.
+
+    Exit status: 0 when the files can be used, 2 when they cannot.
     """
     try:
-        report = check_files(options.paths(files))
+        report = check_files(_paths(files))
         if report.trial is not None:  # some files of models are for the engine to judge
             report = replace(report, errors=tuple(problems(report.trial)))
     except CellwrightError as error:  # a file that is not there is a finding as well
@@ -43,3 +48,11 @@ def check(
         for line in report.lines():
             typer.echo(line)
     raise typer.Exit(DONE if report.ok else BAD_INPUT)
+
+
+def _paths(files: list[str]) -> list[Path]:
+    """The files that are meant: a robot's by name or folder, else those of a trial."""
+    if len(files) == 1:
+        with suppress(CellwrightError):
+            return [find_robot(files[0])]
+    return options.paths(files)

@@ -13,10 +13,12 @@ from cellwright.cli.check import check
 from cellwright.cli.eval import evaluate
 from cellwright.cli.exit_status import BAD_INPUT, NOT_DONE
 from cellwright.cli.operate.app import app as operate
+from cellwright.cli.robot import robot
 from cellwright.cli.ros1_env import ros1_env
 from cellwright.cli.ros1_workspace import ros1_workspace
 from cellwright.cli.run import run
 from cellwright.cli.serve import serve
+from cellwright.cli.teleop import teleop
 from cellwright.cli.trials import trials
 from cellwright.errors import CellwrightError
 
@@ -35,6 +37,8 @@ app = typer.Typer(
         cellwright eval lesson       # many runs, each judged, and a report
         cellwright serve lesson      # for programs in other processes
         cellwright check trial.yaml  # is this file sound?
+        cellwright teleop qinglong   # a robot's controller node
+        cellwright robot qinglong    # a robot's joints, by index
         cellwright operate --help    # drive a robot's controller node""",
     epilog="Exit status: 0 done; 1 not done; 2 bad input, and nothing was started.",
     no_args_is_help=True,
@@ -47,7 +51,9 @@ app.command()(run)
 app.command()(check)
 app.command("eval")(evaluate)
 app.command()(serve)
+app.command()(teleop)
 app.command()(trials)
+app.command()(robot)
 app.add_typer(operate)
 app.command("ros1-env")(ros1_env)
 app.command("ros1-workspace")(ros1_workspace)

@@ -158,6 +158,15 @@ def physics_rate(text: str) -> Fraction:
     return value
 
 
+def joint_speed(text: str) -> tuple[str, float]:
+    """A pattern of joint names and a speed [rad/s; m/s], from `PATTERN=SPEED`; a speed alone is for all joints."""
+    pattern, _, value = text.rpartition("=")
+    found = _number(value)
+    if not 0.0 < found < math.inf:
+        refuse(f"--max-speed {text}: give a speed above 0, such as 1.5, or J_arm_*=1.5 for some joints")
+    return pattern or "*", found
+
+
 def seed(value: int | None) -> int | None:
     """A root of chance."""
     if value is not None and not 0 <= value <= LARGEST_SEED:

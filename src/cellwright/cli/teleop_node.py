@@ -20,10 +20,11 @@ from cellwright.cli.serve_trial import pace_text, ready
 from cellwright.cli.signals import Stop, stopped_by_signals
 from cellwright.cli.teleop_progress import NodeProgress
 from cellwright.cli.teleop_ros1 import RosSide
+from cellwright.cli.teleop_sight import Sight
 from cellwright.contracts import io_teleop
 from cellwright.description.robot.config import RobotConfig
 from cellwright.devices.joint_servos import Motion
-from cellwright.errors import SimulationError
+from cellwright.errors import SimulationError, UsageError
 from cellwright.ros1_host.identity import robot
 from cellwright.run import versions
 from cellwright.server import DEFAULT_PORT, Server
@@ -32,11 +33,16 @@ from cellwright.server.timekeeper import Timekeeper
 from cellwright.serving import Pace
 from cellwright.simulation.clock import nanoseconds
 from cellwright.simulation.events import NEVER
+from cellwright.teleop.driver import Driver
 from cellwright.teleop.node import RobotNode
+from cellwright.teleop.safety import SafetySettings
 from cellwright.world.robot import TIMESTEP
 
 Load = Callable[[Callable[[str], None]], RobotConfig]
 """Gives the robot; takes what is told of warnings."""
+
+MakeDriver = Callable[[RobotConfig], Driver]
+"""Makes what moves a robot."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +53,7 @@ class TeleopOptions:
         motion: how targets are reached.
         timestep: length of a step of physics [s].
         self_collision: whether links may touch each other.
+        safety: what is guarded against.
         sim_time: tell simulation time on /clock, and stamp messages with it.
         speed: simulated seconds a wall second; None: as fast as it goes.
         lockstep: let time pass only when a guest asks.
@@ -55,6 +62,8 @@ class TeleopOptions:
         port: port to listen at; 0 takes a free one.
         ros1: be a node of ROS 1 too.
         node: its name there.
+        driver: makes what moves the robot in place of the simulation.
+        sight: what somebody wants to see.
         as_json: print the summary as JSON, and nothing else on stdout.
         verbose: say also how time kept to the wall clock.
     """
@@ -62,6 +71,7 @@ class TeleopOptions:
     motion: Motion = Motion.SERVO
     timestep: Fraction = TIMESTEP
     self_collision: bool = False
+    safety: SafetySettings = field(default_factory=SafetySettings)
     sim_time: bool = False
     speed: float | None = 1.0
     lockstep: bool = False
@@ -70,6 +80,8 @@ class TeleopOptions:
     port: int = DEFAULT_PORT
     ros1: bool = False
     node: str = io_teleop.NODE
+    driver: MakeDriver | None = None
+    sight: Sight = field(default_factory=Sight)
     as_json: bool = False
     verbose: bool = False
 
@@ -108,10 +120,12 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
             motion=wanted.motion,
             timestep=wanted.timestep,
             self_collision=wanted.self_collision,
+            safety=wanted.safety,
             node=identity.node,
             sim_time=wanted.sim_time,
             stamp=time.time_ns,
             report=lambda line: tell(line),
+            driver=None if wanted.driver is None else wanted.driver(config),
         )
         server = Server(
             node, host=wanted.host, port=wanted.port, lockstep=wanted.lockstep, report=lambda line: tell(line)
@@ -119,6 +133,7 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
         if not server.is_local:
             _warn(f"{wanted.host}: anybody who reaches this machine can drive the robot")
         in_ros = ros.join(config, server)
+        to_close.enter_context(wanted.sight.shown(node, server))  # before the clock starts: it takes a moment
 
         def poll() -> None:
             progress.update()
@@ -134,6 +149,10 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
             if not is_stopped.has_come:
                 console.print(ready(node.name, server, wanted.speed) + in_ros, markup=False, soft_wrap=True)
             ran = _run(node, server, keeper, wanted)
+    try:
+        wanted.sight.save(node)
+    except UsageError as error:
+        ran.error = ran.error or str(error)
     status = NOT_DONE if ran.error else DONE
     if ran.error:
         typer.echo(f"error: {ran.error}", err=True)

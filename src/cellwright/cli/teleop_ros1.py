@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 from cellwright.contracts.io_teleop_parameters import parameters
 from cellwright.description.robot.config import RobotConfig
+from cellwright.description.robot.urdf_file import read_text
+from cellwright.errors import DescriptionError
 from cellwright.ros1_host import Ros1
 from cellwright.ros1_host.identity import Identity
 from cellwright.server import Server
@@ -71,6 +73,6 @@ class RosSide:
 def urdf_text(config: RobotConfig) -> str:
     """The text of a robot's URDF; empty where there is none to be read."""
     try:
-        return config.urdf_path.read_text(encoding="utf-8", errors="replace")
-    except OSError:
+        return read_text(config.urdf_path)
+    except DescriptionError:  # a robot that was made in memory has none
         return ""

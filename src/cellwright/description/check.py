@@ -9,6 +9,8 @@ from typing import Any
 
 from cellwright.description.gear2017 import load_trial
 from cellwright.description.resolved import resolved
+from cellwright.description.robot.document import document
+from cellwright.description.robot.robots import is_robot_file, load_robot
 from cellwright.description.trial import Trial
 from cellwright.errors import DescriptionError
 
@@ -48,9 +50,21 @@ class Report:
 
 
 def check(paths: Sequence[Path]) -> Report:
-    """Load the files as one trial and report."""
+    """Load the files as one trial, or the one file as a robot, and report."""
+    if len(paths) == 1 and is_robot_file(paths[0]):
+        return _check_robot(paths[0])
     try:
         loaded = load_trial(paths)
     except DescriptionError as error:
         return Report(errors=tuple(map(str, error.problems)), warnings=tuple(map(str, error.warnings)))
     return Report(warnings=tuple(map(str, loaded.warnings)), resolved=resolved(loaded.figures), trial=loaded.trial)
+
+
+def _check_robot(path: Path) -> Report:
+    warnings: list[str] = []
+    try:
+        config = load_robot(path, warnings.append)
+    except DescriptionError as error:
+        found = tuple(dict.fromkeys((*warnings, *map(str, error.warnings))))
+        return Report(errors=tuple(map(str, error.problems)), warnings=found)
+    return Report(warnings=tuple(warnings), resolved=document(config))

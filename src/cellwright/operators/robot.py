@@ -8,7 +8,7 @@ from typing import Any
 
 from cellwright.client.session import Session
 from cellwright.errors import UnknownNameError, UsageError
-from cellwright.messages.build import header, joint_state, pose_from_message, pose_message
+from cellwright.messages.build import header, joint_state, nanoseconds, pose_from_message, pose_message
 from cellwright.messages.standard import Bool, PoseArray
 from cellwright.pose import Pose
 
@@ -39,6 +39,10 @@ class OperatedRobot:
 
     def __init__(self, session: Session) -> None:
         self.session = session
+        self._told = (0, 0)  # joint states heard, and how far the node's clock is ahead of the session's [ns]
+        self._stamp = 0
+        self.sent = 0
+        """How many messages it was sent."""
         self._states = session.latest(JOINT_STATES)
         self._applied = session.latest("/io_teleop/applied_joint_cmd")
         self._grippers = session.latest("/io_teleop/gripper_states")
@@ -114,25 +118,35 @@ class OperatedRobot:
 
     def send_joints(self, targets: Mapping[str, float], topic: str = JOINT_COMMAND) -> None:
         """Have some joints go to positions [rad; m]."""
-        self.session.publish(topic, joint_state(list(targets), list(targets.values()), time=self._now()))
+        self._publish(topic, joint_state(list(targets), list(targets.values()), time=self._now()))
 
     def send_grippers(self, closed: Iterable[float]) -> None:
         """Say how far each gripper is to be closed, 0 to 1: right, left."""
         values = list(closed)
         names = [f"gripper_{number}" for number in range(len(values))]
-        self.session.publish(GRIPPER_COMMAND, joint_state(names, values, time=self._now()))
+        self._publish(GRIPPER_COMMAND, joint_state(names, values, time=self._now()))
 
     def send_tips(self, tips: Iterable[Pose]) -> None:
         """Say where the tip of each arm is to go, base_T_tip: right, left."""
         message = PoseArray(header(time=self._now()), [pose_message(tip) for tip in tips])
-        self.session.publish(TIP_COMMAND, message)
+        self._publish(TIP_COMMAND, message)
 
     def stop(self) -> None:
         """Have the node hold the robot at once, and take no command until that is cleared."""
-        self.session.publish(EMERGENCY_STOP, Bool(True))
+        self._publish(EMERGENCY_STOP, Bool(True))
+
+    def _publish(self, topic: str, message: Any) -> None:
+        self.session.publish(topic, message)
+        self.sent += 1
 
     def _now(self) -> int:
-        return max(0, self.session.transport.now())
+        """The time by the node's clock [ns], as its joint states tell it: a command's age may be looked at."""
+        now = self.session.transport.now()
+        if self._states.count != self._told[0]:
+            stamp = nanoseconds(self._states.message.header.stamp)
+            self._told = (self._states.count, (stamp or now) - now)
+        self._stamp = max(self._stamp, now + self._told[1])
+        return self._stamp
 
 
 def _by_name(message: Any) -> dict[str, float]:

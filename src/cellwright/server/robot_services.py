@@ -13,7 +13,7 @@ from cellwright.errors import RejectedCommandError
 from cellwright.pose import Pose
 from cellwright.server.server import Server
 from cellwright.teleop.node import RobotNode
-from cellwright.world.robot import BASE, body_of
+from cellwright.world.robot import body_of
 
 
 class RobotServices:
@@ -30,7 +30,6 @@ class RobotServices:
         self._numbers = {
             index: numbers[joint.name] for index, joint in enumerate(self._robot.joints) if joint.name in numbers
         }
-        self._mocap = int(node.simulation.model.body(BASE).mocapid[0])
         movable = [joint.name for joint in self._robot.movable]
         self._places = [movable.index(name) for name in node.servos.joints]
 
@@ -73,7 +72,7 @@ class RobotServices:
         found: dict[str, Any] = {
             "driven": readings.positions.tolist(),
             "targets": self._node.commander.applied.tolist(),
-            "carrier": [*self._carrier.position, *self._carrier.quaternion],
+            "carrier": [*self._node.base.pose.position, *self._node.base.pose.quaternion],
         }
         for name, values in zip(("positions", "velocities", "efforts"), readings, strict=True):
             row = [0.0] * len(self._robot.movable)
@@ -84,12 +83,15 @@ class RobotServices:
 
     def move(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Have joints go somewhere."""
-        self._node.commander.aim(*self._targets(asked))
+        targets = self._targets(asked)
+        self._check_freedom()
+        self._node.commander.aim(*targets)
         return {}
 
     def place(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Put joints somewhere."""
         numbers, positions = self._targets(asked)
+        self._check_freedom()
         self._node.servos.place(numbers, positions)
         self._node.commander.aim(numbers, positions)
         return {}
@@ -105,19 +107,17 @@ class RobotServices:
             is_finite = False
         if not is_finite:
             raise RejectedCommandError("a pose is [[x, y, z], [qx, qy, qz, qw]], of finite numbers")
-        data = self._node.simulation.data
-        placed = wanted @ self._pose(-1).inverse() @ self._carrier
-        data.mocap_pos[self._mocap], data.mocap_quat[self._mocap] = placed.position, placed.quaternion
-        self._node.simulation.touch()
+        base = self._node.base
+        base.place(wanted @ self._pose(-1).inverse() @ base.pose)
         return {}
 
     # ---------------------------------------------------------------- inside
 
-    @property
-    def _carrier(self) -> Pose:
-        """Where the body is that carries the robot."""
-        data = self._node.simulation.data
-        return Pose(tuple(data.mocap_pos[self._mocap].tolist()), tuple(data.mocap_quat[self._mocap].tolist()))
+    def _check_freedom(self) -> None:
+        commander = self._node.commander
+        if not commander.takes_commands:
+            why = commander.why_held or "it is disabled, or on its way home"
+            raise RejectedCommandError(f"the robot takes no commands now: {why}")
 
     def _targets(self, asked: dict[str, Any]) -> tuple[list[int], list[float]]:
         indices, positions = asked.get("joints"), asked.get("positions")

@@ -1,14 +1,37 @@
-"""The commander: keeps what the joints were told last, and gives it to the driver before each step."""
+"""The commander: keeps what the joints were told last, and gives it to the driver before each step.
+
+What commands bring passes a gate (is anything taken now, from whom, how old is it), then becomes what is desired, and
+from there, within limits and as fast as is allowed, what is applied.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from cellwright.devices.joint_servos import Array
-from cellwright.simulation.device import Device
+from cellwright.description.robot.model import RobotModel
+from cellwright.devices.joint_servos import Array, fastest
+from cellwright.simulation.device import Device, State
+from cellwright.teleop.approach import Approach, Numbers
+from cellwright.teleop.counts import Counts
 from cellwright.teleop.driver import Driver
+from cellwright.teleop.gate import Gate
+from cellwright.teleop.notices import Notices
+from cellwright.teleop.safety import SafetySettings
+
+SELDOM = ("/io_teleop/target_gripper_status", "/io_teleop/target_base_move")
+"""Topics on which a command may come once and hold for long: silence means nothing there."""
+
+_SOURCES = (
+    "/io_teleop/joint_cmd",
+    "/io_teleop/target_joint_from_vr",
+    "/io_teleop/target_gripper_status",
+    "/io_teleop/target_finger_joints",
+    "/io_teleop/joint_cmd_finger_left",
+    "/io_teleop/joint_cmd_finger_right",
+    "/io_teleop/target_ee_poses",
+)
 
 
 class Commander(Device):
@@ -16,24 +39,261 @@ class Commander(Device):
 
     Args:
         driver: whom they go to.
+        robot: whose joints they are.
+        safety: what is guarded against.
+        gate: whose commands are taken.
+        notices: where people are told of what was taken otherwise than it was meant.
+
+    Attributes:
+        numbers: number of each joint with one degree of freedom, by name.
+        counts: how many commands were taken.
+        is_enabled: whether commands are taken, by the wish of whoever watches over the robot.
+        is_stopped: whether the emergency stop is on.
+        is_homing: whether the robot is on its way home.
+        why_held: why the robot was held last, in a sentence; empty when it follows commands.
     """
 
-    def __init__(self, driver: Driver) -> None:
+    def __init__(self, driver: Driver, robot: RobotModel, safety: SafetySettings, gate: Gate, notices: Notices) -> None:
         super().__init__("commander")
-        self.driver = driver
+        self.driver, self.gate, self.notices = driver, gate, notices
         self.numbers = {name: number for number, name in enumerate(driver.joints)}
+        self.counts = Counts()
+        self.on_hold: list[Callable[[], None]] = []
+        """Called whenever all joints are held, and before they go home: what moves by itself is to end then."""
+        self.on_clear: list[Callable[[], None]] = []
+        """Called when an emergency stop is cleared."""
+        joints = [robot.joint(name) for name in driver.joints]
+        limits = [joint.limits for joint in joints]
+        self._approach = Approach(
+            driver.joints,
+            np.array([each.lower for each in limits]),
+            np.array([each.upper for each in limits]),
+            np.array([fastest(joint) for joint in joints]),
+            safety,
+        )
+        mimics = [(self.numbers[each.name], each.mimic) for each in joints if each.mimic is not None]
+        self.followers = {driver.joints[number]: mimic.joint for number, mimic in mimics}
+        """Joints that follow another one, with its name: targets of their own count for nothing."""
+        self._mimics = [(number, self.numbers[each.joint], each.multiplier, each.offset) for number, each in mimics]
+        self._safety = safety
+        self._seconds = 0.0
+        self._silent: set[str] = set()
+        self.is_enabled = not safety.start_disabled
+        self.is_stopped = self.is_homing = False
+        self.why_held = ""
 
     def reset(self) -> None:
         """Hold what the robot stands in."""
-        self.desired: Array = self.driver.read().positions.copy()
-        self.applied: Array = self.desired.copy()
+        self._seconds = float(self.simulation.clock.timestep)
+        self._approach.begin(self.driver.read().positions)
+        self.gate.forget()
+        self._silent.clear()
+        self.is_enabled, self.is_stopped, self.is_homing = not self._safety.start_disabled, False, False
+        self.why_held = ""
 
-    def aim(self, joints: Iterable[int], positions: Iterable[float]) -> None:
-        """Have joints, by their number, go to positions [rad; m]."""
-        self.desired[list(joints)] = list(positions)
+    # ---------------------------------------------------------------- what is asked for
+
+    @property
+    def desired(self) -> Array:
+        """Where commands want the joints [rad; m], within their limits."""
+        return self._approach.desired
+
+    @property
+    def applied(self) -> Array:
+        """What the joints are given [rad; m]."""
+        return self._approach.applied
+
+    @property
+    def lower(self) -> Array:
+        """Least positions of the joints [rad; m]; finite."""
+        return self._approach.lower
+
+    @property
+    def upper(self) -> Array:
+        """Greatest positions of the joints [rad; m]; finite."""
+        return self._approach.upper
+
+    @property
+    def takes_commands(self) -> bool:
+        """Whether commands are taken now; if not, they are ignored, and counted."""
+        return self.is_enabled and not self.is_stopped and not self.is_homing
+
+    def take(self, topic: str, node: str, stamp: int, act: Callable[[], bool]) -> None:
+        """Carry out a command that came in.
+
+        Args:
+            topic: where.
+            node: from whom.
+            stamp: of the message [ns]; 0 where it has none.
+            act: carries it out; False when there was nothing in it for this robot.
+
+        Raises:
+            RejectedCommandError: it is not to be carried out.
+        """
+        if not self.takes_commands:
+            self.counts.ignored += 1
+            return
+        self.gate.check(topic, node, stamp)
+        if not act():
+            self.counts.ignored += 1
+            return
+        self.gate.confirm(topic, node, stamp)
+        self.counts.taken += 1
+        self.why_held = ""
+        if topic in self._silent:
+            self._silent.discard(topic)
+            self.notices.tell(f"{topic} is heard again, from {node or 'a client'}")
+
+    def follow(self, topic: str, joints: Iterable[int], positions: Iterable[float], *, guarded: bool = False) -> None:
+        """Have joints, by their number, follow a topic to positions [rad; m]; cut off at their limits.
+
+        Args:
+            topic: whose command it is: one of the contract's.
+            joints: which.
+            positions: one for each.
+            guarded: whether start guard and clutch are meant for them.
+
+        Raises:
+            RejectedCommandError: the start guard refuses it; nothing was changed then.
+        """
+        chosen, targets = np.fromiter(joints, dtype=np.intp), np.fromiter(positions, dtype=np.float64)
+        beyond = self._approach.follow(_SOURCES.index(topic), chosen, targets, self._measured, guarded=guarded)
+        if len(beyond):
+            self._tell_of_limits(topic, beyond, dict(zip(chosen.tolist(), targets.tolist(), strict=True)))
+
+    def aim(self, joints: Iterable[int], positions: Iterable[float]) -> bool:
+        """Have joints, by their number, go to positions [rad; m] by the wish of the node's own program.
+
+        Returns:
+            False where commands are not taken now: nothing was changed then.
+        """
+        if self.takes_commands:
+            chosen = np.fromiter(joints, dtype=np.intp)
+            self._approach.lead(chosen, np.fromiter(positions, dtype=np.float64))
+        return self.takes_commands
+
+    def leads(self, topic: str, joints: Iterable[int]) -> bool:
+        """Whether a topic is what these joints follow: no other has commanded them since, and none was held."""
+        return bool((self._approach.source[list(joints)] == _SOURCES.index(topic)).all())
+
+    # ---------------------------------------------------------------- what ends it
+
+    def hold(self, why: str) -> None:
+        """Hold all joints where they stand; what was asked for is forgotten, so that nothing jumps afterwards."""
+        self._approach.hold(self._measured())
+        self._silent.clear()
+        self.is_homing = False
+        self.why_held = why
+        for end in self.on_hold:
+            end()
+
+    def stop(self, why: str) -> None:
+        """Emergency stop: hold at once, and take no command until it is cleared."""
+        if not self.is_stopped:
+            self.is_stopped = True
+            self.hold(why)
+            self.notices.tell(f"{why}; /io_teleop/clear_emergency_stop ends it")
+
+    def clear_stop(self) -> None:
+        """End an emergency stop: the robot stays where it is until the next command."""
+        self.is_stopped = False
+        self.why_held = "holds where it was stopped, until the next command"
+        for begin in self.on_clear:
+            begin()
+
+    def set_enabled(self, enabled: bool) -> None:  # noqa: FBT001
+        """Take commands, or none: then the robot holds where it stands."""
+        if self.is_enabled and not enabled:
+            self.hold("commands are switched off")
+        elif enabled and not self.is_enabled:
+            self.why_held = ""
+        self.is_enabled = enabled
+
+    def begin_homing(self, joints: Numbers, positions: Array) -> None:
+        """Bring joints to positions [rad; m], and take no command meanwhile."""
+        for end in self.on_hold:
+            end()
+        self._approach.release()
+        self._approach.lead(joints, positions)
+        self._silent.clear()
+        self.is_homing, self.why_held = True, ""
+
+    def end_homing(self) -> None:
+        """Take commands again: the robot has come home."""
+        self._approach.release()
+        self.is_homing = False
+
+    # ---------------------------------------------------------------- time
 
     def before_step(self) -> None:
         """Give the driver what is to be applied in this step."""
-        if not np.array_equal(self.desired, self.applied):
-            self.applied = self.desired.copy()
-            self.driver.command(self.applied)
+        if self._safety.silence is not None:
+            self._watch_for_silence()
+        approach = self._approach
+        if approach.advance(self._seconds):
+            for follower, leader, multiplier, offset in self._mimics:
+                approach.applied[follower] = approach.desired[follower] = multiplier * approach.applied[leader] + offset
+            self.driver.command(approach.applied)
+
+    @property
+    def is_silent(self) -> bool:
+        """Whether the robot holds because nothing has come for too long."""
+        return bool(self._silent) and not (self._approach.source >= 0).any()
+
+    @property
+    def silent_topics(self) -> tuple[str, ...]:
+        """The topics that have fallen silent."""
+        return tuple(sorted(self._silent))
+
+    def _watch_for_silence(self) -> None:
+        for number, topic in enumerate(_SOURCES):
+            if topic in SELDOM or topic in self._silent or not self.gate.is_silent(topic):
+                continue
+            joints: Numbers = np.flatnonzero(self._approach.source == number)
+            if len(joints):
+                self._approach.hold(self._measured(), joints)
+                self._silent.add(topic)
+                self.notices.tell(f"nothing has come on {topic} for {self._safety.silence:g} s: its joints are held")
+
+    # ---------------------------------------------------------------- state
+
+    def get_state(self) -> State:
+        """Targets, flags, and whose commands are taken."""
+        return {
+            **self._approach.get_state(),
+            "gate": self.gate.get_state(),
+            "silent": sorted(self._silent),
+            "enabled": self.is_enabled,
+            "stopped": self.is_stopped,
+            "homing": self.is_homing,
+            "why held": self.why_held,
+        }
+
+    def set_state(self, state: State) -> None:
+        """Take over what `get_state` returned."""
+        self._approach.set_state(state)
+        self.gate.set_state(state["gate"])
+        self._silent = set(state["silent"])
+        self.is_enabled, self.is_stopped, self.is_homing = state["enabled"], state["stopped"], state["homing"]
+        self.why_held = state["why held"]
+
+    # ---------------------------------------------------------------- inside
+
+    def _measured(self) -> Array:
+        """Where the joints stand; what a driver cannot tell is where it was sent."""
+        found = self.driver.read().positions
+        measured: Array = np.where(np.isfinite(found), found, self._approach.applied)
+        return measured
+
+    def _tell_of_limits(self, topic: str, joints: Numbers, asked: dict[int, float]) -> None:
+        lower, upper = self._approach.lower, self._approach.upper
+        said = [
+            f"{self.driver.joints[number]} was asked for {asked[number]:.4g}, and goes from {lower[number]:.4g} to "
+            f"{upper[number]:.4g}"
+            for number in joints.tolist()[:_MOST_TOLD]
+        ]
+        more = f" (and {len(joints) - _MOST_TOLD} more)" if len(joints) > _MOST_TOLD else ""
+        self.notices.tell_now_and_then(f"limits {topic}", f"{topic}: kept within limits: {'; '.join(said)}{more}")
+
+
+_MOST_TOLD = 3  # joints in one line

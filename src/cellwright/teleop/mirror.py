@@ -15,33 +15,25 @@ class Mirror(Device):
     Args:
         driver: of the robot.
         servos: of the model.
-        hold: forgets what the joints were told, so that they are to stay where they are.
-        report: takes a line about each failure of the driver.
+        stop: stops the robot, and says why: joints are to stay where they are until somebody clears the stop.
     """
 
-    def __init__(
-        self, driver: LiveDriver, servos: JointServos, hold: Callable[[], None], report: Callable[[str], None]
-    ) -> None:
+    def __init__(self, driver: LiveDriver, servos: JointServos, stop: Callable[[str], None]) -> None:
         super().__init__("mirror")
         self._driver = driver
         self._servos = servos
-        self._hold = hold
-        self._report = report
-        self._told = ""
+        self._stop = stop
 
     def reset(self) -> None:
         """Begin with the posture of the robot."""
         self._show()
 
     def before_step(self) -> None:
-        """Look at the robot; while its driver has failed, whatever comes is forgotten."""
+        """Look at the robot; a driver that has failed is an emergency stop."""
         self._show()
         fault = self._driver.fault
         if fault:
-            self._hold()
-            if not self._told:
-                self._report(f"the driver has failed, and the robot holds: {fault}")
-        self._told = fault
+            self._stop(f"the driver has failed, and the robot holds: {fault}")
 
     def close(self) -> None:
         """Let go of the robot."""

@@ -10,13 +10,22 @@ from cellwright.contracts import io_teleop
 from cellwright.description.robot.config import RobotConfig
 from cellwright.devices.joint_servos import JointServos, Motion
 from cellwright.simulation.simulation import Simulation
+from cellwright.teleop.base import Base
 from cellwright.teleop.commander import Commander
 from cellwright.teleop.commands import Commands
 from cellwright.teleop.counts import Counts
 from cellwright.teleop.driver import Driver
+from cellwright.teleop.ee_pose_topics import EePoseTopics
+from cellwright.teleop.ee_poses import EePoses
+from cellwright.teleop.gate import Gate
+from cellwright.teleop.grippers import ranges
+from cellwright.teleop.home import Homing
+from cellwright.teleop.inverse_kinematics import Caps
 from cellwright.teleop.live_driver import LiveDriver
 from cellwright.teleop.mirror import Mirror
+from cellwright.teleop.notices import Notices
 from cellwright.teleop.publications import Publications
+from cellwright.teleop.safety import SafetySettings
 from cellwright.world.robot import TIMESTEP, build_robot
 
 
@@ -28,6 +37,7 @@ class RobotNode:
         motion: how targets are reached.
         timestep: length of a step [s].
         self_collision: whether links may touch each other.
+        safety: what is guarded against.
         node: name of the node in ROS.
         sim_time: whether messages carry simulation time, which is then told on /clock.
         stamp: the time that messages carry [ns], where that is not simulation time.
@@ -47,6 +57,7 @@ class RobotNode:
         motion: Motion = Motion.SERVO,
         timestep: Fraction = TIMESTEP,
         self_collision: bool = False,
+        safety: SafetySettings = SafetySettings(),  # noqa: B008
         node: str = io_teleop.NODE,
         sim_time: bool = False,
         stamp: Callable[[], int] | None = None,
@@ -59,18 +70,38 @@ class RobotNode:
         self.simulation = Simulation(self.world.model, timestep=timestep, first_pose=self.world.put_in_first_pose)
         self.servos = JointServos(config.robot, motion)
         self.driver: Driver = self.servos if driver is None else LiveDriver(config, driver)
-        self.commander = Commander(self.driver)
+        self.bus = Bus(lambda: self.simulation.now, report)
+        told = stamp if stamp is not None and not sim_time else lambda: self.simulation.now
+        notices = Notices(lambda: self.simulation.now, report)
+        gate = Gate(safety, lambda: self.simulation.now, told)
+        self.commander = Commander(self.driver, config.robot, safety, gate, notices)
+        self.homing = Homing(config, self.commander)
+        self.base = Base(config)
+        self.ee_poses = EePoses(config, self.commander, caps=Caps.of(safety.tip_speed, safety.tip_turning))
+        self.commander.on_hold.append(self.base.halt)
+        self._add_devices()
+        grippers = ranges(config.grippers, config.robot, self.commander.numbers)
+        table = io_teleop.rows(config, node=node, sim_time=sim_time)
+        Commands(config, self.commander, self.homing, grippers, self.base).serve(self.bus, table)
+        EePoseTopics(config, self.commander, self.ee_poses, told).serve(self.bus, self.simulation, table)
+        Publications(config.robot, self.driver, self.commander, grippers, told).advertise(
+            self.bus, self.simulation, table
+        )
+        self.simulation.reset()
+
+    def _add_devices(self) -> None:
+        """Give the devices their places: what brings targets acts before the commander, which gives them on."""
         self.simulation.add(self.servos)
         if isinstance(self.driver, LiveDriver):
-            self.simulation.add(Mirror(self.driver, self.servos, self.commander.reset, report))
-        self.simulation.add(self.commander)
-        self.bus = Bus(lambda: self.simulation.now, report)
-        table = io_teleop.rows(config, node=node, sim_time=sim_time)
-        self.counts = Counts()
-        Commands(self.commander, self.counts).serve(self.bus, table)
-        told = stamp if stamp is not None and not sim_time else lambda: self.simulation.now
-        Publications(config.robot, self.driver, self.commander, told).advertise(self.bus, self.simulation, table)
-        self.simulation.reset()
+            self.commander.on_clear.append(self.driver.clear)
+            self.simulation.add(Mirror(self.driver, self.servos, self.commander.stop))
+        for device in (self.base, self.ee_poses, self.commander, self.homing):
+            self.simulation.add(device)
+
+    @property
+    def counts(self) -> Counts:
+        """How many commands were taken, and how many ignored."""
+        return self.commander.counts
 
     @property
     def refused(self) -> int:

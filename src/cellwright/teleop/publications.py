@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,10 +12,15 @@ from cellwright.contracts.sampling import Sampled
 from cellwright.contracts.table import Row
 from cellwright.description.robot.model import RobotModel
 from cellwright.messages import Message
-from cellwright.messages.build import joint_state
+from cellwright.messages.build import joint_state, stamp
+from cellwright.messages.standard import Clock
 from cellwright.simulation.simulation import Simulation
 from cellwright.teleop.commander import Commander
 from cellwright.teleop.driver import Driver
+from cellwright.teleop.grippers import GripperRange
+from cellwright.teleop.status import StatusTopic
+
+_CLOCK_RANK = -10  # a message never comes before the clock that it is stamped with
 
 
 class Publications:
@@ -24,28 +29,49 @@ class Publications:
     Args:
         robot: whose node it is.
         driver: tells of the joints.
-        stamp: the time that messages carry [ns].
+        commander: tells of what is applied.
+        grippers: right, left.
+        told: the time that messages carry [ns].
     """
 
-    def __init__(self, robot: RobotModel, driver: Driver, commander: Commander, stamp: Callable[[], int]) -> None:
-        self._driver, self._commander, self._stamp = driver, commander, stamp
+    def __init__(
+        self,
+        robot: RobotModel,
+        driver: Driver,
+        commander: Commander,
+        grippers: Sequence[GripperRange],
+        told: Callable[[], int],
+    ) -> None:
+        self._driver, self._commander, self._grippers, self._told = driver, commander, tuple(grippers), told
         self._names = [joint.name for joint in robot.movable]
         self._places = np.array([self._names.index(name) for name in driver.joints], dtype=int)
+        self._driven = list(driver.joints)
+        self._gripper_names = [f"gripper_{number}" for number in range(len(self._grippers))]
 
     def advertise(self, bus: Bus, simulation: Simulation, table: tuple[Row, ...]) -> None:
         """Take a place on the bus."""
         build: dict[str, Callable[[], Message | None]] = {
+            "/clock": lambda: Clock(stamp(simulation.now)),
             "/io_teleop/joint_states": self._joint_states,
             "/io_teleop/applied_joint_cmd": self._applied,
+            "/io_teleop/gripper_states": self._gripper_states,
         }
         for row in table:
             if row.name in build:
-                Sampled(bus, simulation, row, row.period, build[row.name])
+                rank = _CLOCK_RANK if row.name == "/clock" else 0
+                Sampled(bus, simulation, row, row.period, build[row.name], rank=rank)
+            elif row.name == "/io_teleop/status":
+                StatusTopic(bus, simulation, row, self._commander)
 
     def _joint_states(self) -> Any:
         columns = np.zeros((3, len(self._names)))  # joints of more than one degree of freedom say 0
         columns[:, self._places] = self._driver.read()
-        return joint_state(self._names, *columns, time=self._stamp())
+        return joint_state(self._names, *columns, time=self._told())
 
     def _applied(self) -> Any:
-        return joint_state(list(self._driver.joints), self._commander.applied, time=self._stamp())
+        return joint_state(self._driven, self._commander.applied, time=self._told())
+
+    def _gripper_states(self) -> Any:
+        positions = self._driver.read().positions
+        statuses = [gripper.status(positions) for gripper in self._grippers]
+        return joint_state(self._gripper_names, statuses, time=self._told())

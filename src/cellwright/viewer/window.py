@@ -16,7 +16,7 @@ from cellwright.errors import CellwrightError
 HOW_TO_GET_IT = "pip install 'cellwright[gui]' brings what it needs"
 
 _READY = b"ready"
-_TIME_TO_END = 2.0  # [s]
+_TIME_TO_END = 0.7  # [s]
 
 
 class WindowError(CellwrightError):
@@ -58,8 +58,7 @@ class Window:
         return self._process.poll() is None
 
     def close(self) -> None:
-        """Close it. By itself it closes when the node has ended."""
-        self._process.terminate()
+        """See that it is closed. By itself it closes when the node has ended; it is given a moment to do so."""
         try:
             self._process.wait(_TIME_TO_END)
         except subprocess.TimeoutExpired:

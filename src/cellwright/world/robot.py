@@ -90,7 +90,7 @@ def build_robot(config: RobotConfig, *, timestep: Fraction = TIMESTEP, self_coll
     option.integrator = mujoco.mjtIntegrator.mjINT_EULER  # drives are constraints here: nothing is left to be damped
     option.solver = mujoco.mjtSolver.mjSOL_NEWTON
     option.tolerance = 1e-10
-    option.iterations = 20
+    option.iterations = 100  # two are usual; when many drives come to their bounds at once it takes up to fifty
     builder = _Builder(spec, config, is_touched=self_collision)
     builder.build()
     add_floor(spec)

@@ -12,8 +12,8 @@ import pytest
 from cellwright.link.frames import Frame, Kind
 from cellwright.messages import md5
 from tests.bridges.ros1.conftest import start_bridge
-from tests.bridges.ros1.fake_cell import FakeCell, service
-from tests.bridges.ros1.wire import Calls, address_of_service, encoded
+from tests.bridges.ros1.fake_cell import FakeCell, heard, out, service
+from tests.bridges.ros1.wire import Calls, address_of_service, encoded, subscribe
 from tests.ros1.ground import Ground
 from tests.ros1.waiting import until
 
@@ -21,6 +21,16 @@ pytestmark = pytest.mark.ros1
 
 MakeCell = Callable[..., FakeCell]
 START = "/ariac/start_competition"
+
+
+COMMAND = """
+import rospy
+from std_msgs.msg import String
+rospy.init_node("hasty")
+commands = rospy.Publisher("/commands", String, queue_size=1, latch=True)
+commands.publish("go")
+rospy.spin()
+"""
 
 
 @pytest.fixture
@@ -58,6 +68,28 @@ def test_calls_on_one_connection(master: Ground, cell: FakeCell) -> None:
     for data in (b"one", b"two", b"three"):  # not waiting for answers
         calls.ask(data)
     assert [calls.answer() for _ in range(3)] == [(True, b"eno"), (True, b"owt"), (True, b"eerht")]
+
+
+def test_an_answer_that_takes_its_time_holds_up_nobody(master: Ground, make_cell: MakeCell) -> None:
+    """As a robot's way home does."""
+    cell = make_cell([out("/words"), heard("/commands")], [service("/home"), service("/other")])
+    cell.answer = lambda frame: None if frame.name == "/home" else cell.usual(frame)
+    start_bridge(master, cell)
+    words = subscribe(master, "/words")
+    cell.wait_for_listener("/words")
+    waiting = Calls(master, "/home", caller="/patient")
+    waiting.ask(b"")
+    until(lambda: cell.of(Kind.CALL), 5.0, "call")
+    (asked,) = cell.of(Kind.CALL)
+    assert Calls(master, "/other").call(b"") == (True, b"")
+    assert Calls(master, "/home", probe="1").header["type"] == "std_srvs/Trigger"
+    cell.say("/words", b"\2\0\0\0up")
+    assert words.piece() == b"\2\0\0\0up"
+    master.client(COMMAND)
+    until(lambda: cell.of(Kind.PUBLISH), 5.0, "command")
+    assert waiting.is_silent(0.0)
+    cell.send(Frame(Kind.ANSWER, asked.number, payload=b"home"))
+    assert waiting.answer() == (True, b"home")
 
 
 def test_no_answer_fails_as_a_cpp_service_that_returns_false(master: Ground, cell: FakeCell) -> None:

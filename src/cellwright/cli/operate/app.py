@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import typer
 
+from cellwright.cli.operate.play import play
+from cellwright.cli.operate.record import record
 from cellwright.cli.operate.signal import signal
 
 app = typer.Typer(
@@ -13,9 +15,13 @@ app = typer.Typer(
     An operator is a client as any other: it comes over the node's socket or over ROS 1, and speaks on the io_teleop
     topics. Start the node first, in another terminal:
 
-        cellwright teleop qinglong        # the robot
-        cellwright operate signal JOINT   # do joints follow as they should?""",
+        cellwright teleop qinglong             # the robot
+        cellwright operate signal J_head_yaw   # does the joint follow as it should?
+        cellwright operate record motion.csv   # write down what the robot does
+        cellwright operate play motion.csv     # and have it do so again""",
     no_args_is_help=True,
     rich_markup_mode="markdown",
 )
 app.command()(signal)
+app.command()(record)
+app.command()(play)

@@ -12,7 +12,9 @@ from cellwright.cli import options
 from cellwright.client.session import Session
 from cellwright.client.transports.ros1 import Ros1Transport
 from cellwright.client.transports.socket import SocketTransport
+from cellwright.description.robot.robots import bundled, load_robot
 from cellwright.errors import UsageError
+from cellwright.operators.limits import JointLimits
 from cellwright.operators.robot import JOINT_STATES, OperatedRobot
 from cellwright.ros1_host import installation
 from cellwright.ros1_host.identity import node_name
@@ -45,6 +47,17 @@ OverRos1 = Annotated[
 Node = Annotated[str, typer.Option(metavar="NAME", help="Name of the operator's node.", rich_help_panel=WHERE)]
 
 
+Robot = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ROBOT",
+        help="The robot's description, for its joint limits: a name, a robot configuration or a URDF. When left out: "
+        "the bundled robot that is called as the node says.",
+        rich_help_panel=WHERE,
+    ),
+]
+
+
 class Link:
     """A way to a node, checked; nothing is connected yet.
 
@@ -52,16 +65,19 @@ class Link:
         connect: host and port, as given.
         ros1: whether it is ROS 1.
         node: name of the operator's node.
+        robot: the robot's description, as given.
 
     Raises:
         UsageError: this cannot be meant.
+        DescriptionError: the robot's description cannot be used.
     """
 
-    def __init__(self, connect: str | None, *, ros1: bool, node: str = NODE) -> None:
+    def __init__(self, connect: str | None, *, ros1: bool, node: str = NODE, robot: str | None = None) -> None:
         if ros1 and connect is not None:
             options.refuse("--connect and --ros1: give one of them")
         self.node = node_name(node)
         self._address = options.address("--connect", connect) if connect else (LOOPBACK, DEFAULT_PORT)
+        self._limits = None if robot is None else JointLimits.of(load_robot(robot, _warn).robot)
         self._ros1 = installation.find() if ros1 else None
 
     def session(self, suffix: str = "") -> Session:
@@ -89,6 +105,26 @@ class Link:
         finally:
             session.close()
 
+    def limits(self, robot: OperatedRobot) -> JointLimits:
+        """The limits of the robot's joints, as far as anybody knows them.
+
+        Raises:
+            UsageError: it is not the robot that was named.
+        """
+        if self._limits is not None:
+            missing = [name for name in self._limits.joints if name not in robot.joints]
+            if missing:
+                raise UsageError(
+                    f"--robot: {self._limits.source} has a joint {missing[0]}, and the node's robot has not"
+                )
+            return self._limits
+        welcome = getattr(robot.session.transport, "welcome", {})
+        called = str(welcome.get("trial", "")).lower()
+        if called not in bundled():
+            return JointLimits()
+        limits = JointLimits.of(load_robot(called, _ignore).robot)
+        return limits if set(limits.joints) <= set(robot.joints) else JointLimits()
+
     def _over_socket(self, name: str) -> SocketTransport:
         try:
             return SocketTransport(self._address, node=name)
@@ -98,3 +134,11 @@ class Link:
                 f"{error}; start one with: cellwright teleop ROBOT"
                 + (f" --port {port}" if (host, port) != (LOOPBACK, DEFAULT_PORT) else "")
             ) from None
+
+
+def _warn(line: object) -> None:
+    typer.echo(f"warning: {line}", err=True)
+
+
+def _ignore(_line: object) -> None:
+    pass

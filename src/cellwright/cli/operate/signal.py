@@ -16,10 +16,9 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn
 from cellwright.cli import options
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.operate import report
-from cellwright.cli.operate.link import NODE, RESULT, WHAT, Connect, Link, Node, OverRos1
+from cellwright.cli.operate.link import NODE, RESULT, WHAT, Connect, Link, Node, OverRos1, Robot
 from cellwright.errors import CellwrightError, RunEndedError, UnknownNameError
 from cellwright.operators.exercise import Exercise, check, exercise
-from cellwright.operators.limits import JointLimits
 from cellwright.operators.plot_svg import picture
 from cellwright.operators.robot import OperatedRobot
 from cellwright.operators.waves import Shape, Wave
@@ -53,6 +52,7 @@ def signal(
     ] = 4.0,
     connect: Connect = None,
     ros1: OverRos1 = False,
+    robot: Robot = None,
     node: Node = NODE,
     max_error: Annotated[
         float | None,
@@ -110,11 +110,11 @@ def signal(
         if value is not None and not value >= 0.0:
             options.refuse(f"{option} {value:g}: give a number from 0 on")
     files = (options.output_file("--csv", csv, ".csv"), options.output_file("--plot", plot, ".svg"))
-    link = Link(connect, ros1=ros1, node=node)
+    link = Link(connect, ros1=ros1, node=node, robot=robot)
     console = Console(stderr=as_json, highlight=False)
     with link.robot() as there:
         chosen = _chosen(there, joints)
-        check(there, chosen, wanted, JointLimits())
+        check(there, chosen, wanted, link.limits(there))
         found, failure = _exercise(there, chosen, wanted, console)
     failures = _failures(found, max_error, max_delay) + ([failure] if failure else [])
     status = NOT_DONE if failures else DONE

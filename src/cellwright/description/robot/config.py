@@ -64,7 +64,8 @@ class RobotConfig:
         command_links: tip of each arm, that `target_ee_poses` commands.
         reference_links: the link in whose frame each of these poses is given; None: the robot's base.
         cameras: as in the file.
-        others: entries that are known and used by nothing here (thresholds and scales of the headset's side).
+        others: entries that are kept as they are written: `base_command_mode`, which the base reads, and what is known
+            and used by nothing here (thresholds and scales of the headset's side).
     """
 
     robot: RobotModel

@@ -58,14 +58,28 @@ def read_elements(path: Path, problems: Problems) -> Element:
     Raises:
         DescriptionError: there is no such file, or it is no XML that can be read here.
     """
-    content = _content(path)
-    text = _without_strays(path, _decoded(path, content, problems), problems)
+    text, has_lines = _text(path, problems)
+    return _parsed(path, text, has_lines=has_lines)
+
+
+def read_text(path: Path) -> str:
+    """The text of a file as any reader of URDF takes it: xacro expanded, without stray bytes and declaration.
+
+    Raises:
+        DescriptionError: there is no such file, or it cannot be read.
+    """
+    return _text(path, Problems())[0].strip()
+
+
+def _text(path: Path, problems: Problems) -> tuple[str, bool]:
+    """The text, and whether its lines are those of the file."""
+    text = _without_strays(path, _decoded(path, _content(path), problems), problems)
     if declared := _DECLARATION.match(text):
         start, end = declared.span(1)  # what it says is known by now, and it may stand only at the very beginning
         text = text[:start] + re.sub(r"[^\n]", " ", declared[1]) + text[end:]
     if is_xacro(path, text):
-        return _parsed(path, expand(path, text), has_lines=False)
-    return _parsed(path, text, has_lines=True)
+        return expand(path, text), False
+    return text, True
 
 
 def refusal(path: Path, line: int, message: str) -> DescriptionError:

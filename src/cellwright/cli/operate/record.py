@@ -1,0 +1,78 @@
+"""`cellwright operate record`: what a robot does, as a file of targets that can be played again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from cellwright.cli import options
+from cellwright.cli.exit_status import DONE, NOT_DONE
+from cellwright.cli.operate.link import NODE, WHAT, Connect, Link, Node, OverRos1
+from cellwright.cli.signals import Stop, stopped_by_signals
+from cellwright.errors import RunEndedError
+from cellwright.operators.recorder import Recorder
+from cellwright.operators.robot import JOINT_STATES
+
+_LOOK = 0.1  # [s] between two looks at whether it is to end
+_SHORTEST = 0.001  # [s]: less than a tick, and more than rounding makes nothing of
+
+APPLIED = "/io_teleop/applied_joint_cmd"
+
+
+def record(
+    file: Annotated[
+        Path,
+        typer.Argument(metavar="FILE", help="A file that ends in .csv or .jsonl.", show_default=False),
+    ],
+    duration: Annotated[
+        float | None,
+        typer.Option(metavar="T", help="How long [s]; until Ctrl-C when left out.", rich_help_panel=WHAT),
+    ] = None,
+    targets: Annotated[
+        bool,
+        typer.Option(
+            "--targets",
+            metavar="",
+            help="Write the targets that the node applies, instead of what is measured.",
+            rich_help_panel=WHAT,
+        ),
+    ] = False,
+    connect: Connect = None,
+    ros1: OverRos1 = False,
+    node: Node = NODE,
+) -> None:
+    """Write where a robot's joints are, 100 times a second, for `cellwright operate play`.
+
+    Each line is on disk as soon as it is written, so that nothing is lost when something fails.
+
+        cellwright operate record motion.csv --duration 10
+
+    Exit status: 0 recorded; 1 the node has ended, nothing was told, or the disk is full; 2 bad input.
+    """
+    suffix = file.suffix.lower() if file.suffix.lower() == ".jsonl" else ".csv"
+    path = options.output_file("FILE", file, suffix) or file
+    if duration is not None and not 0.0 < duration <= options.LATEST:
+        options.refuse(f"--duration {duration:g}: give a time above 0 s")
+    link, console = Link(connect, ros1=ros1, node=node), Console(highlight=False)
+    failures: list[str] = []
+    with link.robot() as robot:
+        session, wish = robot.session, Stop()
+        recorder = Recorder(robot, path, topic=APPLIED if targets else JOINT_STATES, report=failures.append)
+        end = None if duration is None else session.time + duration
+        with stopped_by_signals(wish.stop):
+            try:
+                while not wish.has_come and recorder.is_writing and (end is None or session.time < end):
+                    left = _LOOK if end is None else max(_SHORTEST, end - session.time)
+                    session.sleep(min(_LOOK, left))
+                recorder.close()
+            except RunEndedError as error:
+                failures.append(str(error))
+    if not recorder.lines and not failures:
+        failures.append(f"nothing came on {APPLIED if targets else JOINT_STATES}")
+    for failure in failures:
+        typer.echo(f"error: {failure}", err=True)
+    console.print(f"{recorder.lines} moments, {recorder.time:.1f} s, in {file}", markup=False, soft_wrap=True)
+    raise typer.Exit(NOT_DONE if failures else DONE)

@@ -1,0 +1,1 @@
+"""What controller nodes of the io_teleop stack are made of."""

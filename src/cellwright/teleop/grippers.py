@@ -1,0 +1,50 @@
+"""Grippers as the io_teleop topics speak of them: 0 open, 1 closed, in the order right, left."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from cellwright.description.robot.config import Gripper
+from cellwright.description.robot.model import RobotModel
+from cellwright.devices.joint_servos import Array
+
+
+class GripperRange:
+    """A gripper's joints between open (their lower limits) and closed (their upper ones).
+
+    Joints without limits, and those that follow another, have no part in it.
+
+    Args:
+        gripper: the joints.
+        robot: whose they are.
+        numbers: number of each joint with one degree of freedom, by name.
+    """
+
+    def __init__(self, gripper: Gripper, robot: RobotModel, numbers: Mapping[str, int]) -> None:
+        joints = [robot.joint(name) for name in gripper.joints]
+        used = [
+            joint for joint in joints if math.isfinite(joint.limits.upper - joint.limits.lower) and joint.mimic is None
+        ]
+        self.joints = np.array([numbers[joint.name] for joint in used], dtype=np.intp)
+        self._lower = np.array([joint.limits.lower for joint in used])
+        self._range = np.array([joint.limits.upper - joint.limits.lower for joint in used])
+
+    def positions(self, status: float) -> Array:
+        """Where the joints are to be for a status from 0 to 1 [rad; m]."""
+        found: Array = self._lower + min(1.0, max(0.0, status)) * self._range
+        return found
+
+    def status(self, positions: Array) -> float:
+        """How far the gripper is closed, 0 to 1, with all joints of the robot at `positions` [rad; m]."""
+        whole = float(self._range.sum())
+        if whole <= 0.0:
+            return 0.0
+        return min(1.0, max(0.0, float((positions[self.joints] - self._lower).sum()) / whole))
+
+
+def ranges(grippers: Sequence[Gripper], robot: RobotModel, numbers: Mapping[str, int]) -> tuple[GripperRange, ...]:
+    """Of all grippers, in their order."""
+    return tuple(GripperRange(gripper, robot, numbers) for gripper in grippers)

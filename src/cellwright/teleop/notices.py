@@ -1,0 +1,52 @@
+"""What people are told about commands that were taken otherwise than they were meant: few lines, whatever comes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from cellwright.simulation.clock import NANOSECONDS
+
+MOST_NAMES = 256
+"""So many names are kept; they come from outside, and must not eat the memory."""
+
+_LONGEST = 80
+
+
+class Notices:
+    """Lines for people, each kind at most once a second, or once for all.
+
+    Args:
+        now: the node's own time [ns].
+        report: takes a line.
+    """
+
+    def __init__(self, now: Callable[[], int], report: Callable[[str], None]) -> None:
+        self._now, self._report = now, report
+        self._told: dict[str, int] = {}
+        self._once: set[str] = set()
+        self.unknown: list[str] = []
+        """Names that commands gave and the robot does not have, in the order in which they came."""
+
+    def tell(self, line: str) -> None:
+        """Tell of something that happens seldom."""
+        self._report(line)
+
+    def tell_now_and_then(self, kind: str, line: str) -> None:
+        """Tell of something unless something of its kind was told less than a second ago."""
+        now, last = self._now(), self._told.get(kind)
+        if last is None or not 0 <= now - last < NANOSECONDS:
+            self._told[kind] = now
+            self._report(line)
+
+    def tell_once(self, name: str, line: str) -> None:
+        """Tell of a name once."""
+        if name not in self._once and len(self._once) < MOST_NAMES:
+            self._once.add(name)
+            self._report(line)
+
+    def tell_of_unknown(self, topic: str, name: str, why: str) -> None:
+        """Tell once of a name that commands gave and that is passed over."""
+        said = name if len(name) <= _LONGEST else f"{name[: _LONGEST - 3]}..."
+        if said not in self.unknown and len(self.unknown) < MOST_NAMES:
+            self.unknown.append(said)
+        self.tell_once(f"{topic} {said}", f"{topic}: {said!r} {why}; passed over (told once)")

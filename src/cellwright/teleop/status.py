@@ -1,0 +1,75 @@
+"""The node's status: told when it has changed, and no more than ten times a second."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from cellwright.bus import Bus
+from cellwright.contracts.sampling import advertise
+from cellwright.contracts.table import Row
+from cellwright.messages.cellwright_msgs import TeleopStatus
+from cellwright.simulation.simulation import Simulation
+from cellwright.simulation.watches import Watch
+from cellwright.teleop.commander import Commander
+
+PERIOD = Fraction(1, 10)
+"""Least time between two messages [s]."""
+
+
+class StatusTopic:
+    """Publishes the status; a listener that comes late has it within a period.
+
+    Args:
+        row: the topic in the contract's table.
+    """
+
+    def __init__(self, bus: Bus, simulation: Simulation, row: Row, commander: Commander) -> None:
+        self._bus, self._simulation, self._row, self._commander = bus, simulation, row, commander
+        self._watch: Watch | None = None
+        self._told: TeleopStatus | None = None
+        self._publisher = advertise(bus, row, self._take_listeners)
+
+    def _take_listeners(self, count: int) -> None:
+        if count and self._watch is None:
+            self._watch = self._simulation.watch(self._row.name, PERIOD, self._publish, 0)
+        elif not count and self._watch is not None:
+            self._watch.cancel()
+            self._watch = self._told = None
+
+    def _publish(self, _index: int) -> None:
+        status = status_of(self._commander, self._bus)
+        if status != self._told:
+            self._told = status
+            self._publisher.publish(status)
+
+
+def status_of(commander: Commander, bus: Bus) -> TeleopStatus:
+    """The status as it is now."""
+    return TeleopStatus(
+        enabled=commander.is_enabled,
+        emergency_stop=commander.is_stopped,
+        resetting=commander.is_homing,
+        silent=commander.is_silent,
+        commander=", ".join(commander.gate.commanders),
+        taken=commander.counts.taken,
+        refused=bus.refusals.total,
+        ignored=commander.counts.ignored,
+        unknown_names=list(commander.notices.unknown),
+        message=_sentence(commander),
+    )
+
+
+def _sentence(commander: Commander) -> str:
+    """What there is to say: why commands are not followed, or from whom they come."""
+    if commander.is_stopped:
+        return f"{commander.why_held}; /io_teleop/clear_emergency_stop ends it"
+    if not commander.is_enabled:
+        return "takes no commands: /io_teleop/set_enabled switches them on"
+    if commander.is_homing:
+        return "on its way home; commands are ignored meanwhile"
+    if commander.silent_topics:
+        return f"joints are held: nothing has come on {', '.join(commander.silent_topics)}"
+    if commander.why_held:
+        return commander.why_held
+    commanders = commander.gate.commanders
+    return f"follows {', '.join(commanders)}" if commanders else "waits for commands"

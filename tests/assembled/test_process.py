@@ -1,0 +1,80 @@
+"""The process in which a robot moves: it is there for its program, and goes with it."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from cellwright.errors import CellwrightError, UsageError
+from cellwright.teleop import AssembledRobot
+from tests.assembled.robots import configs, write_urdf
+from tests.assembled.test_robot import until
+
+PROGRAM = """
+import json, sys, time
+from cellwright.teleop import AssembledRobot
+robot = AssembledRobot(sys.argv[1], json.loads(sys.argv[2]))
+print(robot._process._process.pid, flush=True)
+time.sleep(60)
+"""
+
+
+@pytest.fixture(scope="module")
+def urdf(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_urdf(tmp_path_factory.mktemp("robot"))
+
+
+def test_no_interpreter(urdf: Path) -> None:
+    class Lost(AssembledRobot):
+        python = "/no/such/python"
+
+    with pytest.raises(UsageError, match="/no/such/python"):
+        Lost(urdf, configs())
+
+
+def test_an_interpreter_without_cellwright(urdf: Path, tmp_path: Path) -> None:
+    false = tmp_path / "false"
+    false.write_text("#!/bin/sh\nexit 3\n")
+    false.chmod(0o755)
+
+    class Lost(AssembledRobot):
+        python = str(false)
+
+    with pytest.raises(UsageError, match="has ended with status 3"):
+        Lost(urdf, configs())
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="looks processes up in /proc")
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
+def test_it_ends_with_its_program(urdf: Path, number: signal.Signals) -> None:
+    program = subprocess.Popen(
+        [sys.executable, "-c", PROGRAM, str(urdf), json.dumps(configs())],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    assert program.stdout is not None
+    pid = int(program.stdout.readline())
+    if number == signal.SIGINT:
+        os.killpg(program.pid, number)  # as a terminal's Ctrl-C does
+    else:
+        program.send_signal(number)
+    program.wait(10.0)
+    program.stdout.close()
+    until(lambda: not Path(f"/proc/{pid}").exists(), 3.0)
+
+
+def test_when_it_is_gone_that_is_said(urdf: Path) -> None:
+    robot = AssembledRobot(urdf, configs())
+    robot._process._process.kill()
+    with pytest.raises(CellwrightError, match="does not answer"):
+        robot.move_j([1], [0.0])
+    assert not robot.is_running
+    with pytest.raises(CellwrightError, match="has ended"):
+        robot.joint_states()
+    robot.close()
+    robot.close()

@@ -1,0 +1,88 @@
+"""`cellwright operate play` and `record` at a node that is served."""
+
+import json
+import signal
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import CommandLine
+
+MOTION = "time,right_1,left_2\n0,0.1,0.6\n0.1,0.15,\n0.2,0.2,0.5\n"
+
+
+@pytest.fixture
+def motion(tmp_path: Path) -> str:
+    (tmp_path / "motion.csv").write_text(MOTION)
+    return "motion.csv"
+
+
+def test_a_file_is_played_and_what_the_robot_does_recorded(
+    motion: str, cellwright: CommandLine, address: str, tmp_path: Path
+) -> None:
+    quick = ("--approach", "0.2", "--speed", "2", "--connect", address)
+    ran = cellwright("operate", "play", motion, "--json", *quick)
+    document = json.loads(ran.out)
+    assert (ran.status, ran.err, document["outcome"], document["rounds"]) == (0, "", "done", 1)
+    assert (document["moments"], document["duration"]) == (3, 0.2)
+    assert document["messages"] >= 3 + 15
+    ran = cellwright("operate", "record", "did.jsonl", "--duration", "0.1", "--connect", address)
+    assert (ran.status, ran.err) == (0, "")
+    assert " moments, 0.1 s, in did.jsonl" in ran.out
+    last = json.loads((tmp_path / "did.jsonl").read_text().splitlines()[-1])["positions"]
+    assert last["right_1"] == pytest.approx(0.2, abs=0.01)
+    assert last["left_2"] == pytest.approx(0.5, abs=0.01)
+    ran = cellwright("operate", "record", "told.csv", "--targets", "--duration", "0.05", "--connect", address)
+    assert ran.status == 0
+    assert (tmp_path / "told.csv").read_text().startswith("time,right_1,right_2,")
+    ran = cellwright("operate", "play", "told.csv", "--approach", "0.1", "--connect", address)
+    assert ran.out.startswith("done: ")
+    assert ran.out.endswith(" messages sent\n")
+
+
+def test_a_loop_ends_with_a_signal(motion: str, cellwright: CommandLine, address: str) -> None:
+    stop = threading.Timer(1.0, signal.raise_signal, [signal.SIGINT])
+    stop.start()
+    begun = time.monotonic()
+    ran = cellwright("operate", "play", motion, "--loop", "--approach", "0.05", "--connect", address)
+    assert (ran.status, ran.err) == (0, "")
+    assert ran.out.startswith("stopped: ")
+    assert time.monotonic() - begun < 20.0
+
+
+def test_a_robot_that_does_not_come_to_the_first_targets_is_given_no_more(
+    cellwright: CommandLine, address: str, tmp_path: Path
+) -> None:
+    (tmp_path / "far.csv").write_text("time,right_1\n0,9\n1,0\n")
+    ran = cellwright("operate", "play", "far.csv", "--approach", "0", "--connect", address)
+    assert (ran.status, ran.out) == (1, "")
+    assert ran.err.startswith("error: right_1 did not come to the first target: it is at 2, and 9 was asked for")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["play", "none.csv"], "none.csv: cannot be read: No such file or directory"),
+        (["play", "bad.csv"], "bad.csv:2: right_1: 'x' is no number"),
+        (["play", "strange.csv"], "unknown joint 'rigth_1'; did you mean right_1"),
+        (["play", "motion.csv", "--speed", "0"], "--speed 0: give a factor above 0"),
+        (["play", "motion.csv", "--approach", "-1"], "--approach -1: give a time"),
+        (["play", "motion.csv", "--topic", "/arm"], "--topic: only a bag has topics"),
+        (["play", "."], "cannot be read as a bag"),
+        (["record", "motion.txt"], "give a file whose name ends in .csv"),
+        (["record", "no/motion.csv"], "there is no folder no"),
+        (["record", "did.csv", "--duration", "0"], "--duration 0: give a time above 0 s"),
+    ],
+)
+def test_bad_input_is_one_line_and_moves_nothing(
+    arguments: list[str], said: str, motion: str, cellwright: CommandLine, address: str, tmp_path: Path
+) -> None:
+    (tmp_path / "bad.csv").write_text("time,right_1\n0,x\n")
+    (tmp_path / "strange.csv").write_text("time,rigth_1\n0,0\n")
+    ran = cellwright("operate", *arguments, "--connect", address)
+    assert (ran.status, ran.out) == (2, "")
+    assert ran.err.startswith("error: ")
+    assert said in ran.err
+    assert ran.err.count("\n") == 1

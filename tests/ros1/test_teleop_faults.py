@@ -1,0 +1,187 @@
+"""What programs do wrong before a robot's node: it says so in a line, keeps its pace, and the robot stays as it is."""
+
+from __future__ import annotations
+
+import random
+import socket
+import xmlrpc.client
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, cast
+
+import pytest
+
+from tests.ros1.ground import Ground, ground
+from tests.ros1.waiting import until
+
+pytestmark = pytest.mark.ros1
+
+NODE = "/sim_robot_controller_node"
+HOME = 1.7
+"""Of the joint that is looked at, J_arm_r_04 [rad]."""
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> Iterator[Ground]:
+    """A robot that all the bad programs come to, one after the other; it has to be well to the end."""
+    with ground(tmp_path_factory.mktemp("faults"), ros1_messages) as made:
+        made.teleop("qinglong")
+        yield made
+
+
+def look(seconds: float, to: float) -> dict[str, float]:
+    """Joint states a second; and where a joint is before and after it was told to go somewhere."""
+    import time
+
+    import rospy
+    from sensor_msgs.msg import JointState
+
+    joint = "J_arm_r_04"
+    rospy.init_node("look", anonymous=True)
+    commands = rospy.Publisher("/io_teleop/joint_cmd", JointState, queue_size=1)
+    states: list[Any] = []
+    rospy.Subscriber("/io_teleop/joint_states", JointState, states.append, tcp_nodelay=True)
+    while not states or commands.get_num_connections() == 0:
+        time.sleep(0.01)
+    place, begin = states[-1].name.index(joint), len(states)
+    before = states[-1].position[place]
+    commands.publish(JointState(name=[joint], position=[to]))
+    time.sleep(seconds)
+    return {
+        "before": before,
+        "after": states[-1].position[place],
+        "rate": (len(states) - begin) / (states[-1].header.stamp - states[begin - 1].header.stamp).to_sec(),
+    }
+
+
+def assert_well(robot: Ground, *, at: float) -> None:
+    """It stands where it stood, keeps its pace, takes a command, and has said no more than a few lines."""
+    found = robot.client(look, 1.0, at + 0.1).value()
+    assert found["before"] == pytest.approx(at, abs=0.01)
+    assert found["rate"] == pytest.approx(100.0, rel=0.03)
+    assert found["after"] == pytest.approx(at + 0.1, abs=0.01)
+    assert "Traceback" not in robot.log()
+    assert len(robot.log().splitlines()) < 300
+
+
+def misbehave(count: int) -> int:
+    """Send messages that mean nothing; how many."""
+    import struct
+    import time
+
+    import rospy
+    from sensor_msgs.msg import JointState
+    from std_msgs.msg import String
+
+    class Garbage(JointState):  # type: ignore[misc]
+        def serialize(self, buff: Any) -> None:
+            buff.write(self.bytes)
+
+    rospy.init_node("clumsy", anonymous=True)
+    topics = ["joint_cmd", "target_joint_from_vr", "target_gripper_status"]
+    commands = [rospy.Publisher(f"/io_teleop/{name}", Garbage, queue_size=None) for name in topics]
+    wrong_type = rospy.Publisher("/io_teleop/target_finger_joints", String, queue_size=1)
+    while any(each.get_num_connections() == 0 for each in commands):
+        time.sleep(0.01)
+
+    def of(names: list[str], positions: list[float]) -> bytes:
+        data = struct.pack("<IIII", 0, 0, 0, 0) + struct.pack("<I", len(names))
+        data += b"".join(struct.pack("<I", len(name)) + name.encode() for name in names)
+        return data + struct.pack(f"<I{len(positions)}dII", len(positions), *positions, 0, 0)
+
+    nan, inf = float("nan"), float("inf")
+    bad = [
+        of(["J_arm_r_04"], [nan]),
+        of(["J_arm_r_04"], [inf]),
+        of(["J_arm_r_04", "J_arm_r_03"], [0.5]),
+        of(["J_arm_r_04"], [0.5, 0.5, nan]),
+        of([], [nan, 1.0, 2.0]),
+        of(["no_such_joint"], [1.0]),
+        of(["", "\0", "J_arm_r_04\n"], [1.0, 1.0, 1.0]),
+        of([f"joint{number}" for number in range(2000)], [0.0] * 2000),
+        of(["J_arm_r_04"], [0.5])[:-9],
+        of(["J_arm_r_04"], [0.5]) + b"more",
+        b"",
+        b"\xff" * 50,
+        struct.pack("<IIII", 0, 0, 0, 0) + b"\xff\xff\xff\xff",
+        struct.pack("<IIIII", 0, 0, 0, 0, 1) + b"\x02\0\0\0\xc3\x28" + struct.pack("<IdII", 1, 0.5, 0, 0),
+    ]
+    message = Garbage()
+    for number in range(count):
+        message.bytes = bad[number % len(bad)]
+        commands[number // len(bad) % 2].publish(message)
+        if number % 25 == 0:
+            time.sleep(0.02)  # as many as are taken: what comes faster is dropped unseen
+    message.bytes = of(["a"] * 300_000, [1.0] * 300_000)
+    for publisher in commands:
+        publisher.publish(message)
+    time.sleep(0.5)
+    assert wrong_type.get_num_connections() == 0
+    return count
+
+
+def test_a_thousand_malformed_messages_move_nothing(robot: Ground) -> None:
+    assert robot.client(misbehave, 1000).value(60.0) == 1000
+    for word in ("/io_teleop/joint_cmd", "clumsy"):
+        until(lambda word=word: word in robot.log(), 5.0, f"word of {word}")  # type: ignore[misc]
+    assert_well(robot, at=HOME)
+
+
+def test_bytes_that_are_no_ros_at_its_doors(robot: Ground) -> None:
+    """At the port of its topics and services, and at that where the master calls."""
+    chance = random.Random(0)
+    uri = robot.ask("lookupNode", NODE)
+    with xmlrpc.client.ServerProxy(uri) as slave:
+        said = cast("Any", slave.requestTopic("/test", "/io_teleop/joint_states", [["TCPROS"]]))
+        _, host, port = said[2]
+        wrong: tuple[tuple[Any, ...], ...] = ((), ("/t", 5, [["TCPROS"]]), ("/t", "/x", "TCPROS"), (None, {}, []))
+        for nonsense in wrong:
+            try:
+                assert cast("Any", slave.requestTopic(*nonsense))[0] != 1
+            except (xmlrpc.client.Error, TypeError):
+                continue
+    for place in ((host, port), ("127.0.0.1", int(uri.rstrip("/").rpartition(":")[2]))):
+        for number in range(50):
+            with socket.create_connection(place, 5.0) as connection:
+                connection.sendall(chance.randbytes(chance.choice((1, 4, 200, 5000))))
+                if number % 2:
+                    connection.shutdown(socket.SHUT_WR)
+    assert_well(robot, at=HOME + 0.1)
+
+
+def flood(rate: float, seconds: float) -> dict[str, float]:
+    """Command a joint at a rate [1/s], each time to another place; then where it went last."""
+    import time
+
+    import rospy
+    from sensor_msgs.msg import JointState
+
+    rospy.init_node("flood", anonymous=True)
+    commands = rospy.Publisher("/io_teleop/joint_cmd", JointState, queue_size=None, tcp_nodelay=True)
+    stamps: list[float] = []
+    rospy.Subscriber(
+        "/io_teleop/joint_states", JointState, lambda message: stamps.append(message.header.stamp.to_sec())
+    )
+    while commands.get_num_connections() == 0 or not stamps:
+        time.sleep(0.01)
+    message = JointState(name=["J_arm_r_04"], position=[0.0])
+    begin, sent, before = time.monotonic(), 0, len(stamps)
+    while (passed := time.monotonic() - begin) < seconds:
+        while sent < passed * rate:
+            message.position = [1.0 + sent % 100 / 100]
+            commands.publish(message)
+            sent += 1
+        time.sleep(0.001)
+    states = (len(stamps) - before) / (stamps[-1] - stamps[before - 1])
+    message.position = [1.3]
+    commands.publish(message)
+    time.sleep(0.2)
+    return {"rate": sent / passed, "states": states}
+
+
+def test_ten_thousand_commands_a_second(robot: Ground) -> None:
+    found = robot.client(flood, 10_000, 2.0).value(60.0)
+    assert found["rate"] > 3_000  # how fast a program gets rid of them depends on the machine
+    assert found["states"] == pytest.approx(100.0, rel=0.03)
+    arrived = robot.client(look, 0.2, 1.3).value()
+    assert arrived["before"] == pytest.approx(1.3, abs=0.02), "the last command counts"

@@ -1,0 +1,94 @@
+"""A robot's node that is stopped, killed, or loses its master: it ends as a whole, and comes back as a whole."""
+
+from __future__ import annotations
+
+import re
+import signal
+import time
+
+import pytest
+
+from tests.ros1.ground import Ground
+from tests.ros1.processes import Process, name_of
+from tests.ros1.waiting import until
+
+pytestmark = pytest.mark.ros1
+
+NODE = "/sim_robot_controller_node"
+
+
+LIMIT = 3.0
+"""How long [s] Ctrl-C may take to end all; the product promises 1 on a machine that does nothing else."""
+
+
+def send_off() -> None:
+    """Send an arm far away, and stay there; say so when it moves."""
+    import time
+
+    import rospy
+    from sensor_msgs.msg import JointState
+
+    rospy.init_node("pilot", anonymous=True)
+    commands = rospy.Publisher("/io_teleop/joint_cmd", JointState, queue_size=1)
+    velocities: list[float] = []
+    rospy.Subscriber("/io_teleop/joint_states", JointState, lambda message: velocities.append(max(message.velocity)))
+    while not velocities or commands.get_num_connections() == 0:
+        time.sleep(0.01)
+    commands.publish(JointState(name=["J_arm_r_01"], position=[2.9]))
+    while velocities[-1] < 1.0:
+        time.sleep(0.005)
+    print("it moves", flush=True)
+    while not rospy.is_shutdown():
+        time.sleep(0.05)
+
+
+def moving(ground: Ground, *options: str) -> Process:
+    """A robot on its way, with a program that commands it."""
+    robot = ground.teleop("qinglong", *options)
+    ground.client(send_off).wait_for("it moves")
+    return robot
+
+
+def registered(ground: Ground) -> set[str]:
+    """What the master knows of the node."""
+    return {name for role in ground.ask("getSystemState") for name, nodes in role if NODE in nodes}
+
+
+def test_ctrl_c_in_mid_motion_ends_all_within_a_second(master: Ground) -> None:
+    robot = moving(master)
+    begin = time.monotonic()
+    assert robot.interrupt(5.0) == 0
+    assert time.monotonic() - begin < LIMIT
+    assert robot.relatives() == []
+    assert registered(master) == set()
+    assert "Traceback" not in robot.said
+    assert re.search(r"^commands +1 taken", robot.out, re.MULTILINE)
+
+
+def test_a_node_that_is_killed_in_mid_motion_leaves_nothing(no_master: Ground) -> None:
+    """Its roscore is gone too, for it was its own. Until then it has told the time."""
+    robot = moving(no_master, "--sim-time")
+    assert no_master.ask("getParam", "/use_sim_time") is True
+    for seconds in ("/clock/clock/secs", "/io_teleop/joint_states/header/stamp/secs"):
+        assert 0 <= int(no_master.tool("rostopic", "echo", "-n", "1", seconds).split()[0]) < 60
+    robot.signal(signal.SIGKILL)
+    robot.finish()
+    until(lambda: not robot.relatives(), 5.0, lambda: f"end of {[name_of(pid) for pid in robot.relatives()]}")
+    with pytest.raises(OSError):  # noqa: PT011 - whatever it is, nobody answers
+        no_master.ask("getPid")
+
+
+def test_a_master_that_is_stopped_and_started_again(master: Ground) -> None:
+    robot = master.teleop("qinglong", "--node", "openloong_controller_node")
+    second = master.cellwright("teleop", "qinglong", "--ros1", "--port", "0", "--node", "openloong_controller_node")
+    assert second.finish() == 2
+    assert "a node /openloong_controller_node is there already" in second.err
+    master.stop_master()
+    robot.wait_for("the ROS master at .* is gone", 10.0)
+    master.start_master()
+    robot.wait_for("everything is registered again", 10.0)
+    assert "/openloong_controller_node" in master.tool("rosnode", "list").split()
+    assert '<robot name="QingLong">' in master.ask("getParam", "/robot_description")
+    assert not master.ask("hasParam", "/use_sim_time")
+    said = master.tool("rostopic", "echo", "-n", "1", "/io_teleop/joint_states/name")
+    assert "J_head_yaw" in said
