@@ -138,7 +138,7 @@ class Master:
             MasterError: the master does not answer.
         """
         published, _, _ = self._call(self.uri, "getSystemState")
-        nodes = next((nodes for name, nodes in published if name == topic), [])
+        nodes: list[Any] = next((nodes for name, nodes in published if name == topic), [])
         return [node for node in map(str, nodes) if self.living_node(node) is not None]
 
     # ---------------------------------------------------------------- calls
