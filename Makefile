@@ -28,7 +28,7 @@ check: .venv/.installed-dev
 	$(BIN)/lint-imports
 
 # What things cost: to be read on a machine that has nothing else to do.
-bench: .venv/.installed
+bench: .venv/.installed-dev
 	@for file in benchmarks/*.py; do echo "== $$file"; $(BIN)/python $$file || exit 1; done
 
 format: .venv/.installed-dev

@@ -7,9 +7,9 @@ import math
 import pytest
 from rich.console import Console
 
-from cellwright.cli.motion_check import run_check, show
+from cellwright.cli.motion_check import show
 from cellwright.teleop.findings import Finding, MotionReport
-from tests.teleop.robots import two_arms
+from tests.cli.conftest import CommandLine
 
 GOOD = Finding("J_elbow, step 0 to 1", 6.5, 5.0, "%", "0.050 s", passed=True, note="3 of 9 samples are off")
 BAD = Finding("J_wrist", math.inf, 1.0, "s late", "its effort limit is 0", passed=False, note="told in the table")
@@ -33,19 +33,43 @@ def test_a_row_for_each_finding_with_its_verdict() -> None:
     assert max(map(len, lines)) <= 80
 
 
-def test_the_exit_status_and_the_table_of_a_robot_without_a_recording(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_check(two_arms()) == 0
-    out = capsys.readouterr().out
-    assert "two_arms in its node, joint by joint: it has no recorded motion" in out
-    assert "FAILS" not in out
+def test_the_robots_that_come_along_pass(cellwright: CommandLine) -> None:
+    ran = cellwright("teleop", "tandem", "--check")
+    assert (ran.status, ran.err) == (0, "")
+    assert ran.out.startswith("tandem in its node, joint by joint: it has no recorded motion\n")
+    ran = cellwright("teleop", "qinglong", "--check", "--json")
+    assert (ran.status, ran.err) == (0, "")
+    assert json.loads(ran.out)["passed"] is True
 
 
-def test_json_holds_all_findings_and_no_infinity(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_another_law_fails_with_status_1(cellwright: CommandLine) -> None:
+    ran = cellwright("teleop", "qinglong", "--check", "--motion", "teleport")
+    assert ran.status == 1
+    assert "FAILS" in ran.out
+
+
+def test_json_holds_no_infinity(cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
     report = MotionReport("shy", "", (GOOD, BAD))
-    monkeypatch.setattr("cellwright.cli.motion_check.check_motion", lambda _config, _motion: report)
-    assert run_check(two_arms(), as_json=True) == 1
-    read = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    monkeypatch.setattr("cellwright.cli.motion_check.check_motion", lambda _config, _motion, **_wanted: report)
+    ran = cellwright("teleop", "tandem", "--check", "--json")
+    assert ran.status == 1
+    read = json.loads(ran.out, parse_constant=pytest.fail)
     assert (read["robot"], read["passed"], read["reference"]) == ("shy", False, None)
     assert [finding["worst"] for finding in read["findings"]] == [6.5, None]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "name"),
+    [
+        (["--until", "3"], "--until"),
+        (["--sim-time"], "--sim-time"),
+        (["--ros1"], "--ros1"),
+        (["--snapshot", "x.png"], "--gui, --init-debug and --snapshot"),
+        (["--watchdog", "0.5"], "the options of safety"),
+    ],
+)
+def test_what_is_meant_for_a_running_node_is_refused(arguments: list[str], name: str, cellwright: CommandLine) -> None:
+    ran = cellwright("teleop", "tandem", "--check", *arguments)
+    assert (ran.status, ran.out) == (2, "")
+    assert f"--check: leave out {name}, meant for a node that goes on running" in ran.err
+    assert ran.err.count("\n") == 1

@@ -27,6 +27,8 @@ PAGES = [
     "docs/evaluate.md",
     "docs/kitter.md",
     "docs/serve.md",
+    "docs/robots.md",
+    "docs/robot-configuration.md",
 ]
 
 

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
-from cellwright.cell import Cell
+from cellwright.bus.served import Served
 from cellwright.link.frames import Decoder, Frame, Kind, hello
 from cellwright.messages import Message, to_cdr, to_ros1, type_of
 from cellwright.server import Server
@@ -120,7 +120,7 @@ class Hall:
 
 
 @contextmanager
-def served(cell: Cell, *, lockstep: bool = False) -> Iterator[Hall]:
+def served(cell: Served, *, lockstep: bool = False) -> Iterator[Hall]:
     """A server and its guests, closed in the end."""
     lines: list[str] = []
     hall = Hall(Server(cell, port=0, lockstep=lockstep, report=lines.append), lines)

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.devices.joint_servos import Array
+from cellwright.devices.joint_servos import FARTHEST, Array
 from cellwright.errors import RejectedCommandError
-from cellwright.teleop.approach import FARTHEST, NOBODY, Approach
+from cellwright.teleop.approach import NOBODY, Approach
 from cellwright.teleop.safety import Guard, SafetySettings
 
 JOINTS = ("turn", "slide", "wheel")

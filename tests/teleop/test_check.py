@@ -23,6 +23,8 @@ from cellwright.teleop.findings import Finding, MotionReport
 from cellwright.teleop.reference import FILE
 from tests.teleop.robots import two_arms
 
+EMPTY = '{"steps_per_second": 240, "joints": [], "hands": [], "grippers": [], "closing": [], "steps": [], "sines": []}'
+
 
 @pytest.fixture(scope="module")
 def qinglong() -> RobotConfig:
@@ -137,13 +139,41 @@ def test_a_response_may_be_20_ms_early_or_late(late: float) -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ["", "[]", "{}", '{"steps_per_second": "fast"}', '{"steps_per_second": 240, "joints": 7}', "\x00"],
+    [
+        "",
+        "[]",
+        "{}",
+        "\x00",
+        EMPTY.replace("240", '"fast"'),
+        EMPTY.replace('"joints": []', '"joints": 7'),
+        EMPTY.replace('"hands": []', '"hands": [{"link": "tip", "position": [0, 0], "orientation": [0, 0, 0, 1]}]'),
+        EMPTY.replace(
+            '"hands": []', '"hands": [{"link": "tip", "position": [0, 0, NaN], "orientation": [0, 0, 0, 1]}]'
+        ),
+        EMPTY.replace('"steps": []', '"steps": [{"joint": "waist", "start": 0, "target": 1, "samples": []}]'),
+        EMPTY.replace('"steps": []', '"steps": [{"joint": "waist", "start": 0, "target": 1, "samples": [[1, 1e999]]}]'),
+    ],
 )
 def test_a_file_that_is_no_recording_is_told(tmp_path: Path, text: str) -> None:
     path = tmp_path / FILE
     path.write_text(text, "utf-8")
     with pytest.raises(UsageError, match=r"reference_motion\.json: this is no recorded motion"):
         check_motion(replace(two_arms(), path=tmp_path / "vr_configs.yml"))
+
+
+def test_a_recording_may_be_as_good_as_empty(tmp_path: Path) -> None:
+    (tmp_path / FILE).write_text(EMPTY, "utf-8")
+    report = check_motion(replace(two_arms(), path=tmp_path / "vr_configs.yml"))
+    assert [finding.what for finding in report.findings] == ["order of 0 joint states"]
+
+
+def test_a_joint_that_did_not_move_is_to_stand_still(tmp_path: Path) -> None:
+    step = '{"joint": "waist", "start": 0, "target": %s, "samples": [[1, 0.0], [100, 0.0]]}'
+    verdicts = []
+    for target in ("0", "0.5"):
+        (tmp_path / FILE).write_text(EMPTY.replace('"steps": []', f'"steps": [{step % target}]'), "utf-8")
+        verdicts.append(check_motion(replace(two_arms(), path=tmp_path / "vr_configs.yml")).findings[-1].passed)
+    assert verdicts == [True, False]
 
 
 # ---------------------------------------------------------------- joint by joint

@@ -14,7 +14,7 @@ from cellwright.messages.standard import Pose as PoseMessage
 from cellwright.pose import Pose
 from cellwright.teleop.node import RobotNode
 from cellwright.teleop.safety import SafetySettings
-from tests.teleop.qinglong import apart, tips
+from tests.teleop.bundled import apart, tips
 from tests.teleop.robots import two_arms
 
 COMMAND, STATE = "/io_teleop/target_ee_poses", "/io_teleop/state_ee_poses"

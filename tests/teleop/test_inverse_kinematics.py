@@ -8,7 +8,7 @@ import pytest
 from cellwright.pose import Pose
 from cellwright.teleop.inverse_kinematics import GAIN, ArmSolver, Caps
 from cellwright.world.robot import build_robot
-from tests.teleop.qinglong import apart, posture_near_home, qinglong, tips
+from tests.teleop.bundled import apart, posture_near_home, qinglong, tips
 from tests.teleop.robots import fixed, two_arms
 
 STEP = 1 / 240

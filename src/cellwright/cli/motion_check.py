@@ -15,11 +15,13 @@ from rich.table import Table
 from rich.text import Text
 
 from cellwright.cli.exit_status import DONE, NOT_DONE
-from cellwright.description.robot.config import RobotConfig
-from cellwright.devices.joint_servos import Motion
+from cellwright.cli.teleop_node import Load, TeleopOptions
+from cellwright.cli.teleop_sight import Sight
+from cellwright.errors import UsageError
 from cellwright.teleop.check import check_motion
 from cellwright.teleop.check_reference import RANGE, TIME
 from cellwright.teleop.findings import Finding, MotionReport
+from cellwright.teleop.safety import SafetySettings
 
 _PERCENT = (
     f"%: of a step's way, a sine's swing, a gripper's travel\n"
@@ -27,26 +29,43 @@ _PERCENT = (
 )
 
 
-def run_check(config: RobotConfig, motion: Motion = Motion.SERVO, *, as_json: bool = False) -> int:
+def run_motion_check(load: Load, wanted: TeleopOptions) -> int:
     """Check how a robot moves, and print what was found.
 
     Args:
-        config: the robot.
-        motion: how targets are reached.
-        as_json: print JSON, and nothing else on stdout.
+        load: gives the robot.
+        wanted: how its node would run: motion, steps of physics and self-collision count here.
 
     Returns:
         The exit status: 0 when all is well, else 1.
 
     Raises:
-        UsageError: the recorded motion cannot be read.
+        UsageError: the recorded motion cannot be read, or what is wanted is for a node that goes on running.
     """
-    report = check_motion(config, motion)
-    if as_json:
+    _refuse_what_runs(wanted)
+    config = load(_warn)
+    report = check_motion(config, wanted.motion, timestep=wanted.timestep, self_collision=wanted.self_collision)
+    if wanted.as_json:
         typer.echo(json.dumps(document(report), indent=2))
     else:
         show(Console(highlight=False), report)
     return DONE if report.passed else NOT_DONE
+
+
+def _refuse_what_runs(wanted: TeleopOptions) -> None:
+    meant = {
+        "--until": wanted.until is not None,
+        "--lockstep": wanted.lockstep,
+        "--sim-time": wanted.sim_time,
+        "--speed": wanted.speed != 1.0,
+        "--driver": wanted.driver is not None,
+        "--ros1": wanted.ros1,
+        "--gui, --init-debug and --snapshot": wanted.sight != Sight(),
+        "the options of safety": wanted.safety != SafetySettings(),
+    }
+    for name, is_given in meant.items():
+        if is_given:
+            raise UsageError(f"--check: leave out {name}, meant for a node that goes on running")
 
 
 def show(console: Console, report: MotionReport) -> None:
@@ -105,3 +124,7 @@ def _figure(finding: Finding) -> str:
 
 def _limit(finding: Finding) -> str:
     return f"{finding.limit:.3g} {finding.unit}"
+
+
+def _warn(line: str) -> None:
+    typer.echo(f"warning: {line}", err=True)

@@ -8,8 +8,10 @@ import typer
 
 from cellwright.cli import options
 from cellwright.cli.arguments import Until
+from cellwright.cli.motion_check import run_motion_check
 from cellwright.cli.teleop_arguments import (
     AsJson,
+    Check,
     CheckDriver,
     Clutch,
     GuardThen,
@@ -56,6 +58,7 @@ def teleop(
     motion: MotionLaw = Motion.SERVO,
     rate: Rate = "240",
     self_collision: SelfCollision = False,
+    check: Check = False,
     sim_time: SimTime = False,
     speed: Speed = None,
     lockstep: Lockstep = False,
@@ -99,6 +102,9 @@ def teleop(
         # with care: a silent operator, and a first jump, are no accident
         cellwright teleop qinglong --watchdog 0.5 --start-guard 0.8
 
+        # does it move as the robot does? a table of what was looked at
+        cellwright teleop qinglong --check
+
         # a real robot, by a driver of your own
         cellwright teleop my_robot/vr_configs.yml --driver my_driver.py:MyDriver
 
@@ -106,7 +112,7 @@ def teleop(
     within the joints' limits, and the emergency stop holds at once.
 
     Exit status: 0 stopped, by whatever was asked for; 1 the simulation became unstable, the picture could not be
-    written, or the driver was found wanting; 2 bad input, and nothing was started.
+    written, or a check found something; 2 bad input, and nothing was started.
     """
     factor = options.speed(("max" if lockstep else "1") if speed is None else speed)
     if factor != 1.0 and not (sim_time or lockstep):
@@ -145,4 +151,5 @@ def teleop(
         as_json=as_json,
         verbose=verbose,
     )
-    raise typer.Exit(run_node(partial(load_robot, robot), wanted))
+    run = run_motion_check if check else run_node
+    raise typer.Exit(run(partial(load_robot, robot), wanted))

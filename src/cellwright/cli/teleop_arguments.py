@@ -32,6 +32,15 @@ MotionLaw = Annotated[
     ),
 ]
 Rate = Annotated[str, typer.Option(metavar="HZ", help="Steps of physics a second.", rich_help_panel=WORK)]
+Check = Annotated[
+    bool,
+    typer.Option(
+        "--check",
+        metavar="",
+        help="Only look how the robot moves: against its recorded motion, or else joint by joint.",
+        rich_help_panel=WORK,
+    ),
+]
 SelfCollision = Annotated[
     bool, typer.Option("--self-collision", metavar="", help="Let links touch each other.", rich_help_panel=WORK)
 ]

@@ -127,12 +127,14 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
             report=lambda line: tell(line),
             driver=None if wanted.driver is None else wanted.driver(config),
         )
+        to_close.callback(node.close)  # a driver is let go of whatever comes
         server = Server(
             node, host=wanted.host, port=wanted.port, lockstep=wanted.lockstep, report=lambda line: tell(line)
         )
         if not server.is_local:
             _warn(f"{wanted.host}: anybody who reaches this machine can drive the robot")
         in_ros = ros.join(config, server)
+        to_close.enter_context(wanted.sight.shown(node, server))  # before the clock starts: it takes a moment
 
         def poll() -> None:
             progress.update()
@@ -144,7 +146,7 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
         )
         tell = progress.line
         is_stopped.follow(partial(setattr, keeper, "is_stopped", True))
-        with wanted.sight.shown(node, server), progress.running():
+        with progress.running():
             if not is_stopped.has_come:
                 console.print(ready(node.name, server, wanted.speed) + in_ros, markup=False, soft_wrap=True)
             ran = _run(node, server, keeper, wanted)

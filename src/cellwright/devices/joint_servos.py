@@ -28,6 +28,8 @@ UNLIMITED = 1e9
 """Effort [N m; N] of a joint that the URDF sets no bound for."""
 UNSAID_TURN, UNSAID_SLIDE = 10.0, 1.0
 """Greatest speed [rad/s; m/s] of a joint that the URDF sets no bound for."""
+FARTHEST = 1e4
+"""So far [rad; m] a joint without limits may be sent."""
 FASTEST = 1000.0
 """Faster [rad/s; m/s] no joint is driven, whatever the URDF says: the engine could not follow."""
 _STIFFNESS = 0.9999  # of the drives, as the engine takes it: what is left of an error in one step is 1e-4 of it
@@ -66,8 +68,8 @@ class JointServos(Device):
         self.motion = motion
         joints = robot.driven
         self.joints = tuple(joint.name for joint in joints)
-        self.lower = np.array([joint.limits.lower for joint in joints])
-        self.upper = np.array([joint.limits.upper for joint in joints])
+        self.lower = np.array([max(joint.limits.lower, -FARTHEST) for joint in joints])
+        self.upper = np.array([min(joint.limits.upper, FARTHEST) for joint in joints])
         self._velocity = np.array([fastest(joint) for joint in joints])
         effort = np.array([joint.limits.effort for joint in joints])
         self._effort = np.where(np.isfinite(effort), effort, UNLIMITED)
@@ -95,6 +97,8 @@ class JointServos(Device):
         self._fastest, self._back = self._velocity.copy(), -self._velocity
         data = simulation.data  # these arrays stay where they are as long as the simulation lives
         self._positions, self._velocities, self._controls = data.qpos, data.qvel, data.ctrl
+        self._guess = data.qacc_warmstart
+        self._attainable = model.dof_frictionloss / model.dof_M0
         self._counts = (-1, -1)
 
     def reset(self) -> None:
@@ -151,6 +155,9 @@ class JointServos(Device):
         self._wanted[self._dof] = wanted
         rows, dofs = self._drives()
         self.simulation.data.efc_aref[rows] = self._wanted[dofs]
+        # where the engine's solver begins: a drive that is not at its bound gives what is wanted, and one that is gives
+        # about what it gave in the step before; what comes out is the same, with a quarter of the iterations
+        np.copyto(self._guess, self._wanted, where=np.abs(self._wanted) < self._attainable)
 
     # ---------------------------------------------------------------- inside
 

@@ -8,12 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.devices.joint_servos import Array
+from cellwright.devices.joint_servos import FARTHEST, Array
 from cellwright.errors import RejectedCommandError
 from cellwright.teleop.safety import Guard, SafetySettings
-
-FARTHEST = 1e4
-"""So far [rad; m] a joint without limits may be sent."""
 
 NOBODY = -1
 

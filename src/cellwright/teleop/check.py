@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from fractions import Fraction
 
 from cellwright.description.robot.config import RobotConfig
 from cellwright.devices.joint_servos import Motion
@@ -11,10 +12,16 @@ from cellwright.teleop.check_reference import compare
 from cellwright.teleop.findings import Finding, MotionReport
 from cellwright.teleop.reference import find_reference, read_reference
 from cellwright.teleop.rig import Rig
+from cellwright.world.robot import TIMESTEP
 
 
 def check_motion(
-    config: RobotConfig, motion: Motion = Motion.SERVO, *, tell: Callable[[Finding], None] = lambda _finding: None
+    config: RobotConfig,
+    motion: Motion = Motion.SERVO,
+    *,
+    timestep: Fraction = TIMESTEP,
+    self_collision: bool = False,
+    tell: Callable[[Finding], None] = lambda _finding: None,
 ) -> MotionReport:
     """Move a robot in its node as a client would, and look at what it does.
 
@@ -24,6 +31,8 @@ def check_motion(
     Args:
         config: the robot.
         motion: how targets are reached.
+        timestep: length of a step [s]; what was recorded was so with the default one.
+        self_collision: whether links may touch each other.
         tell: told each finding as it is made.
 
     Raises:
@@ -31,7 +40,7 @@ def check_motion(
     """
     path = find_reference(config)
     reference = None if path is None else read_reference(path)
-    rig = Rig(config, motion)
+    rig = Rig(config, motion, timestep=timestep, self_collision=self_collision)
     found: list[Finding] = []
     try:
         looks: Iterator[Finding] = check_joints(rig, config) if reference is None else compare(rig, config, reference)

@@ -25,6 +25,7 @@ GRIPPER = 0.03
 GRIPPER_JOINT = 1e-3
 """How far a joint of a gripper may be off for a status [rad; m]."""
 
+_LEAST = 1e-6  # [rad; m], the range of what did not move
 _TICK = 1e-3  # [s], how finely times are told
 _CLOSED = 2.0  # [s] within which a gripper of any speed of the recording has closed
 
@@ -72,6 +73,8 @@ def _mappings(rig: Rig, config: RobotConfig, reference: ReferenceMotion) -> Iter
     """Each gripper goes to each status; its joints are looked at when they stand."""
     for gripper, names in enumerate(reference.gripper_joints):
         known = [mapping for mapping in reference.mappings if mapping.gripper == gripper]
+        if not known:
+            continue
         what = f"{_side(gripper)}, joints for {len(known)} statuses"
         if gripper >= len(config.grippers) or config.grippers[gripper].joints != names:
             yield Finding(what, math.inf, 1e3 * GRIPPER_JOINT, "mrad", "it has other joints", passed=False)
@@ -139,7 +142,7 @@ def _sine(rig: Rig, sine: Sine) -> Finding:
 
 def _response(what: str, times: Array, found: Array, at: Array, wanted: Array, whole: float) -> Finding:
     """A response against its samples: near enough where it is, or where it was or will be within `TIME`."""
-    off = np.abs(np.interp(at, times, found) - wanted) / whole
+    off = np.abs(np.interp(at, times, found) - wanted) / max(whole, _LEAST)
     far = np.flatnonzero(off > RANGE)
     shifts = [_shift(times, found, at[number], wanted[number]) for number in far]
     worst = int(far[int(np.argmax(shifts))]) if len(far) and max(shifts) > TIME else int(np.argmax(off))

@@ -119,7 +119,7 @@ def _reference(read: dict[str, Any]) -> ReferenceMotion:
         hands=tuple(Hand(each["link"], _pose(each["position"], each["orientation"])) for each in read["hands"]),
         gripper_joints=tuple(tuple(each["joints"]) for each in grippers),
         mappings=tuple(
-            Mapping(number, float(known["status"]), tuple(map(float, known["joints"])))
+            Mapping(number, float(known["status"]), tuple(_numbers(known["joints"]).tolist()))
             for number, each in enumerate(grippers)
             for known in each["positions"]
         ),
@@ -136,16 +136,25 @@ def _reference(read: dict[str, Any]) -> ReferenceMotion:
 
 
 def _samples(samples: list[list[float]], second: float) -> tuple[Array, Array]:
-    steps, values = np.array(samples, dtype=float).T
+    steps, values = _numbers(samples).T
     return steps / second, values
 
 
 def _sine(read: dict[str, Any]) -> Sine:
-    _, targets, positions = np.array(read["samples"], dtype=float).T
+    _, targets, positions = _numbers(read["samples"]).T
     return Sine(read["joint"], 1.0 / float(read["rate"]), targets, positions)
 
 
 def _pose(position: list[float], xyzw: list[float]) -> Pose:
-    x, y, z, w = np.array(xyzw, dtype=float) / np.linalg.norm(xyzw)
+    x, y, z, w = _numbers(xyzw) / np.linalg.norm(_numbers(xyzw))
+    position = _numbers(position).tolist()
     at: Vector3 = (float(position[0]), float(position[1]), float(position[2]))
     return Pose(at, (float(w), float(x), float(y), float(z)))
+
+
+def _numbers(values: Any) -> Array:
+    """Numbers as an array; with one that is not finite, a comparison would come out well whatever was measured."""
+    found: Array = np.array(values, dtype=np.float64)
+    if not np.isfinite(found).all():
+        raise ValueError("a number is not finite")
+    return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from cellwright.messages.build import joint_state
 from cellwright.messages.std_srvs import TriggerRequest
 from cellwright.pose import Pose
 from cellwright.teleop.node import RobotNode
+from cellwright.world.robot import TIMESTEP
 
 NODE = "/motion_check"
 
@@ -24,12 +26,27 @@ class Rig:
     Args:
         config: the robot.
         motion: how targets are reached.
+        timestep: length of a step [s].
+        self_collision: whether links may touch each other.
     """
 
-    def __init__(self, config: RobotConfig, motion: Motion = Motion.SERVO) -> None:
+    def __init__(
+        self,
+        config: RobotConfig,
+        motion: Motion = Motion.SERVO,
+        *,
+        timestep: Fraction = TIMESTEP,
+        self_collision: bool = False,
+    ) -> None:
         self.complaints: list[str] = []
         """What the node said of commands that it refused or cut off."""
-        self.node = RobotNode(config, motion=motion, report=self.complaints.append)
+        self.node = RobotNode(
+            config,
+            motion=motion,
+            timestep=timestep,
+            self_collision=self_collision,
+            report=self.complaints.append,
+        )
         self.numbers = {name: number for number, name in enumerate(self.node.driver.joints)}
         self.joint_states: tuple[str, ...] = ()
         """Names of the joint states, as last heard."""

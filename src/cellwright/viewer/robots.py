@@ -61,11 +61,12 @@ def save_robot_picture(
     *,
     turn: float = TURN,
     tilt: float = TILT,
+    samples: int = 2,
     progress: Progress | None = None,
 ) -> None:
     """Writes a picture of the whole robot as it stands to the file `path`, as PNG.
 
-    The arguments are those of `robot_camera`; `progress` is told how far it is.
+    The arguments are those of `robot_camera`, and for `samples` and `progress` those of `picture.render`.
 
     Raises:
         UsageError: if an argument is out of range or the file cannot be written.
@@ -73,7 +74,7 @@ def save_robot_picture(
     camera = robot_camera(world, data, width, height, turn=turn, tilt=tilt)
     heading = math.atan2(camera.eye[1] - camera.target[1], camera.eye[0] - camera.target[0])
     lamp = _LAMP_DISTANCE * _direction(heading - _LAMP_TURN, _LAMP_TILT)
-    save_picture(path, world.model, data, camera, width, height, lamp=_vector(lamp), progress=progress)
+    save_picture(path, world.model, data, camera, width, height, lamp=_vector(lamp), samples=samples, progress=progress)
 
 
 def camera_on(

@@ -29,6 +29,7 @@ NODE = "/window"
 COMMANDS = "/io_teleop/joint_cmd"
 
 _PERIOD = 1 / 60  # [s]
+_AMBIENT, _DIFFUSE = 0.35, 0.7  # of the light that comes along with the eye: there is no other
 _TIME_TO_CLOSE = 2.0  # [s]
 
 
@@ -59,6 +60,7 @@ def _show(model: mujoco.MjModel, transport: SocketTransport, *, has_sliders: boo
     picture = RobotPicture(model, data)
     picture.take(transport.ask_server(services.STATE))
     model.vis.global_.fovy = math.degrees(picture.camera.fov)
+    model.vis.headlight.ambient[:], model.vis.headlight.diffuse[:] = _AMBIENT, _DIFFUSE
     before = set(threading.enumerate())
     try:
         with viewer.launch_passive(model, data, show_left_ui=False, show_right_ui=has_sliders) as window:

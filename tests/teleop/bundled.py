@@ -1,44 +1,29 @@
-"""The QingLong from its figures, with its two arms, and poses that they can reach."""
+"""The robots that come along, and poses that their arms can reach."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 
-from cellwright.description.robot.config import Arm, RobotConfig
+from cellwright.description.robot.config import RobotConfig
 from cellwright.description.robot.posture import link_poses
-from cellwright.description.robot.qinglong.figures import figures
+from cellwright.description.robot.robots import load_robot
 from cellwright.pose import Pose
-
-HOME = (0.2, -0.97, -2.0, 1.7, 0.63, 0.0, -0.43)
-SIGNS = (-1, 1, -1, 1, -1, 1, -1)
 
 
 @cache
 def qinglong() -> RobotConfig:
-    """The robot, standing at 0.9 m and turned to the left."""
-    arms = tuple(
-        Arm(
-            tuple(f"J_arm_{side}_0{number}" for number in range(1, 8)),
-            f"io_teleop_ee_link_{name}",
-            HOME if side == "r" else tuple(sign * value for sign, value in zip(SIGNS, HOME, strict=True)),
-        )
-        for side, name in (("r", "right"), ("l", "left"))
-    )
-    return RobotConfig(
-        robot=figures(),
-        name="qinglong",
-        path=Path("qinglong.yml"),
-        urdf_path=Path("qinglong.urdf"),
-        base_pose=Pose.from_rpy((0.0, 0.0, 0.9), (0.0, 0.0, math.pi / 2)),
-        arms=arms,
-        command_links=tuple(arm.tip for arm in arms),
-        reference_links=("base_link", "base_link"),
-    )
+    """The humanoid: seven joints an arm, its base turned to the left."""
+    return load_robot("qinglong", lambda _line: None)
+
+
+@cache
+def tandem() -> RobotConfig:
+    """The small robot: six joints an arm, both on a lift."""
+    return load_robot("tandem", lambda _line: None)
 
 
 def tips(config: RobotConfig, positions: Mapping[str, float]) -> list[Pose]:

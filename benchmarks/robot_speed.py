@@ -1,0 +1,179 @@
+"""How fast a robot's whole node runs beside the engine of the io_teleop node's original, in the same run.
+
+Run with `python benchmarks/robot_speed.py [ROBOT]`; the QingLong when left out. Both load the same URDF, fastened at
+its root, without gravity, with a position drive at every joint. Ours is the node as it is served: commands on the bus,
+commander, servos, and joint_states at 100 Hz for one listener. PyBullet is driven as the original drives it: without a
+display, `setJointMotorControl2` for each joint that is commanded, `getJointStates` 100 times a second, and no messages.
+
+At rest nothing is commanded; moving, all joints are told to follow sines, at 100 Hz. The repeats are taken in turn and
+the best of each is counted, in processor time: read the figures as ratios.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from fractions import Fraction
+
+import numpy as np
+
+from cellwright.description.robot.config import RobotConfig
+from cellwright.description.robot.robots import load_robot
+from cellwright.messages.build import joint_state
+from cellwright.pose import Pose
+from cellwright.teleop.node import RobotNode
+
+SECONDS, REPEATS = 2.0, 3
+PERIOD = Fraction(1, 100)
+"""Of commands and joint states [s]."""
+RATES = (240, 1000)
+
+Array = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+
+class Sines:
+    """Targets of all joints: sines of different speed through the middle of what each joint can do."""
+
+    def __init__(self, config: RobotConfig) -> None:
+        joints = [joint for joint in config.robot.driven if joint.mimic is None]
+        self.names = [joint.name for joint in joints]
+        lower = np.array([max(joint.limits.lower, -1.0) for joint in joints])
+        upper = np.array([min(joint.limits.upper, 1.0) for joint in joints])
+        self._middle, self._reach = (lower + upper) / 2, (upper - lower) / 2
+        self._pulse = 2 * math.pi * np.linspace(0.2, 0.6, len(joints))
+
+    def at(self, time: float) -> Array:
+        """Where the joints are to be [rad; m]."""
+        targets: Array = self._middle + 0.8 * self._reach * np.sin(self._pulse * time)
+        return targets
+
+
+class Ours:
+    """The node."""
+
+    def __init__(self, config: RobotConfig, rate: int, sines: Sines) -> None:
+        self.node = RobotNode(config, timestep=Fraction(1, rate))
+        self.sines = sines
+        self.heard = 0
+        self.node.bus.subscribe("/io_teleop/joint_states", self._hear)
+
+    def _hear(self, _message: object) -> None:
+        self.heard += 1
+
+    def command(self, time: float) -> None:
+        """Publish targets of all joints, as a client does."""
+        self.node.bus.publish("/io_teleop/joint_cmd", joint_state(self.sines.names, self.sines.at(time), time=0))
+
+    def step(self) -> None:
+        """One step; the node tells its joint states by itself."""
+        self.node.simulation.step()
+
+    def look(self) -> None:
+        """The listener has been told already."""
+
+
+class PyBullet:
+    """PyBullet, driven as the original drives it."""
+
+    def __init__(self, config: RobotConfig, rate: int, sines: Sines) -> None:
+        import pybullet
+
+        self.engine, self.sines = pybullet, sines
+        self.client = pybullet.connect(pybullet.DIRECT)
+        pybullet.setTimeStep(1 / rate, physicsClientId=self.client)
+        with _without_output():
+            pose: Pose = config.base_pose
+            w, x, y, z = pose.quaternion
+            self.robot = pybullet.loadURDF(
+                str(config.urdf_path), pose.position, (x, y, z, w), useFixedBase=True, physicsClientId=self.client
+            )
+        count = pybullet.getNumJoints(self.robot, physicsClientId=self.client)
+        infos = [pybullet.getJointInfo(self.robot, index, physicsClientId=self.client) for index in range(count)]
+        self.moving = [info[0] for info in infos if info[2] != pybullet.JOINT_FIXED]
+        by_name = {info[1].decode(): info for info in infos}
+        self.driven = [(by_name[name][0], by_name[name][10], by_name[name][11]) for name in sines.names]
+        self.command(0.0)
+
+    def command(self, time: float) -> None:
+        """Give each joint its target, with the URDF's effort and velocity."""
+        for (index, effort, velocity), target in zip(self.driven, self.sines.at(time).tolist(), strict=True):
+            self.engine.setJointMotorControl2(
+                self.robot,
+                index,
+                self.engine.POSITION_CONTROL,
+                targetPosition=target,
+                maxVelocity=velocity,
+                force=effort,
+                physicsClientId=self.client,
+            )
+
+    def step(self) -> None:
+        """One step."""
+        self.engine.stepSimulation(physicsClientId=self.client)
+
+    def look(self) -> None:
+        """Read all joints, as is done for each joint_states."""
+        self.engine.getJointStates(self.robot, self.moving, physicsClientId=self.client)
+
+
+def steps_a_second(side: Ours | PyBullet, rate: int, *, moving: bool) -> float:
+    """Steps in a second of processor time, while some seconds are simulated."""
+    steps = round(SECONDS * rate)
+    due = [step for step in range(steps) if step == 0 or step * 100 // rate != (step - 1) * 100 // rate]
+    at_border = set(due)
+    begin = time.process_time()
+    for step in range(steps):
+        if step in at_border:
+            if moving:
+                side.command(step / rate)
+            side.look()
+        side.step()
+    return steps / (time.process_time() - begin)
+
+
+def main() -> None:
+    """Print the table."""
+    config = load_robot(sys.argv[1] if len(sys.argv) > 1 else "qinglong", lambda _line: None)
+    sines = Sines(config)
+    kinds: list[Callable[[RobotConfig, int, Sines], Ours | PyBullet]] = [Ours]
+    try:
+        import pybullet  # noqa: F401
+    except ImportError:
+        print("PyBullet is not installed (pip install --group dev): no comparison")
+    else:
+        kinds.append(PyBullet)
+    print(f"{config.name}, {len(sines.names)} joints driven")
+    print("                 node [steps/s]  [x real time]   PyBullet [steps/s]  [x real time]   ratio")
+    for rate in RATES:
+        sides = [kind(config, rate, sines) for kind in kinds]
+        for moving in (False, True):
+            found = [0.0] * len(sides)
+            for _ in range(REPEATS):
+                for place, side in enumerate(sides):
+                    found[place] = max(found[place], steps_a_second(side, rate, moving=moving))
+            line = f"{rate:4d} Hz, {'moving ' if moving else 'at rest'}  {found[0]:14.0f}  {found[0] / rate:13.0f}"
+            if len(found) > 1:
+                line += f"   {found[1]:18.0f}  {found[1] / rate:13.1f}   {found[0] / found[1]:5.1f}"
+            print(line)
+
+
+@contextmanager
+def _without_output() -> Iterator[None]:
+    """PyBullet's C++ side writes of each link without inertia to the process's own stdout."""
+    sys.stdout.flush()
+    kept, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
+        os.close(nowhere)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,122 @@
+"""The example of a controller node of one's own: without ROS, and at a real roscore under the system's Python."""
+
+import os
+import runpy
+import sys
+import time
+import types
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cellwright.ros1.layout import write_package
+from cellwright.ros1.packages import IO_TELEOP
+from tests.examples.no_ros import install
+from tests.ros1.ground import Ground, ground
+from tests.ros1.waiting import until
+
+PACKAGE = Path(__file__).parents[2] / "examples" / "robot_controller"
+SCRIPT = PACKAGE / "scripts" / "openloong_controller_node.py"
+
+
+def joints(**positions: float) -> Any:
+    return types.SimpleNamespace(name=list(positions), position=list(positions.values()))
+
+
+def test_the_class_without_ros(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_package(IO_TELEOP, tmp_path, tmp_path / "bin")
+    graph = install(monkeypatch, tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    robot = runpy.run_path(str(SCRIPT))["OpenLoongController"]("OpenLoong/vr_configs.yml")
+    try:
+        told = graph.published["/io_teleop/joint_states"]
+        until(lambda: len(told) > 5, 5.0, "joint states")
+        assert len(told[0].name) == len(told[0].position) == len(told[0].velocity) == 75
+
+        def position(name: str) -> float:
+            return float(dict(zip(told[-1].name, told[-1].position, strict=True))[name])
+
+        graph.subscribers["/io_teleop/joint_cmd"](joints(J_arm_r_04=1.2, no_such_joint=1.0))
+        graph.subscribers["/openloong/look"](types.SimpleNamespace(x=0.0, y=0.2, z=-0.3))
+        graph.subscribers["/io_teleop/target_gripper_status"](types.SimpleNamespace(position=[1.0, 0.0]))
+        until(lambda: abs(position("J_arm_r_04") - 1.2) < 0.01, 5.0, "the elbow")
+        until(lambda: abs(position("J_head_yaw") + 0.3) < 0.01, 5.0, "the look")
+        until(lambda: robot.grippers[0].status > 0.5 > 0.1 > robot.grippers[1].status, 5.0, "the right hand")
+        monkeypatch.setattr(time, "sleep", lambda _seconds: None)
+        answer = graph.services["io_teleop_reset_robot"](None)
+        assert (answer.success, answer.message) == (True, "Service successfully triggered!")
+        monkeypatch.undo()
+        until(lambda: abs(position("J_arm_r_04") - 1.7) < 0.01, 5.0, "home")
+    finally:
+        graph.is_over = True
+        robot.close()
+
+
+@pytest.fixture(scope="module")
+def ros(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> Iterator[Ground]:
+    with ground(tmp_path_factory.mktemp("controller"), ros1_messages, roscore=True) as made:
+        yield made
+
+
+def work() -> dict[str, object]:
+    import rospy
+    from geometry_msgs.msg import Vector3
+    from sensor_msgs.msg import JointState
+    from std_srvs.srv import Trigger
+
+    rospy.init_node("client")
+    seen: dict[str, float] = {}
+    rospy.Subscriber("/io_teleop/joint_states", JointState, lambda m: seen.update(zip(m.name, m.position, strict=True)))
+
+    def out(topic: str, kind: type) -> rospy.Publisher:
+        publisher = rospy.Publisher(topic, kind, queue_size=1)
+        while publisher.get_num_connections() == 0:
+            rospy.sleep(0.02)
+        return publisher
+
+    def wait(name: str, value: float) -> bool:
+        end = rospy.get_time() + 5.0
+        while abs(seen.get(name, 99.0) - value) > 0.01 and rospy.get_time() < end:
+            rospy.sleep(0.02)
+        return abs(seen[name] - value) <= 0.01
+
+    command, look = out("/io_teleop/joint_cmd", JointState), out("/openloong/look", Vector3)
+    command.publish(JointState(name=["J_arm_l_04"], position=[1.0]))
+    command.publish(JointState(name=["J_arm_l_04"], position=[float("nan")]))  # a traceback in its log, and no more
+    look.publish(Vector3(0.0, 0.1, 0.4))
+    moved = wait("J_arm_l_04", 1.0) and wait("J_head_yaw", 0.4)
+    rospy.wait_for_service("/io_teleop_reset_robot", 5.0)
+    answer = rospy.ServiceProxy("/io_teleop_reset_robot", Trigger)()
+    return {"moved": moved, "success": answer.success, "message": answer.message, "home": wait("J_arm_l_04", 1.7)}
+
+
+@pytest.mark.ros1
+def test_the_node_at_a_real_roscore(ros: Ground, tmp_path: Path) -> None:
+    share = tmp_path / "share"
+    write_package(IO_TELEOP, share / IO_TELEOP, tmp_path / "bin")
+    (share / "robot_controller").symlink_to(PACKAGE)
+    packages = f"{share}:/usr/share"
+    node = ros.start(["rosrun", "robot_controller", SCRIPT.name], ROS_PACKAGE_PATH=packages)
+    node.wait_for("ready: 75 joints", 30.0)
+    listed = ros.tool("rostopic", "list").split()
+    names = {"joint_cmd", "joint_states", "target_gripper_status", "target_joint_from_vr"}
+    assert {f"/io_teleop/{name}" for name in names} | {"/openloong/look"} <= set(listed)
+    assert ros.client(work).value() == {
+        "moved": True,
+        "success": True,
+        "message": "Service successfully triggered!",
+        "home": True,
+    }
+    robots = node.relatives()
+    assert robots
+    begun = time.monotonic()
+    node.interrupt()
+    assert time.monotonic() - begun < 3.0
+    until(lambda: not node.relatives(), 3.0, "end of the robot's process")
+
+
+def test_the_script_is_a_program() -> None:
+    assert os.access(SCRIPT, os.X_OK)
+    assert SCRIPT.read_text(encoding="utf-8").startswith("#!/usr/bin/env python3\n")

@@ -1,0 +1,129 @@
+"""Time passes for guests: by the wall clock, in lockstep, and while somebody waits for an answer."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+from cellwright.link.frames import Frame, Kind, advance, read_time
+from cellwright.messages import from_cdr, to_cdr
+from cellwright.messages.build import joint_state
+from cellwright.messages.std_srvs import TriggerRequest, TriggerResponse
+from cellwright.server.timekeeper import Timekeeper
+from tests.server.talk import Talker, served
+from tests.teleop.talk import RESET, Talk
+
+SECOND = 1_000_000_000
+CALL = Frame(Kind.CALL, 7, RESET, payload=to_cdr(TriggerRequest()))
+
+
+def moving() -> Talk:
+    """A node whose robot is away from home."""
+    talk = Talk()
+    talk.joints({"waist": 0.9})
+    talk.seconds(0.6)
+    return talk
+
+
+def answer(guest: Talker, number: int) -> Frame | None:
+    """What a guest has been answered by now."""
+    guest.listen()
+    return next((frame for frame in guest.heard if frame.number == number and frame.kind is not Kind.MESSAGE), None)
+
+
+def test_it_keeps_to_the_wall_clock_and_serves_meanwhile() -> None:
+    talk, polls = Talk(), list[float]()
+    with served(talk.node) as hall:
+        guest = hall.guest()
+        guest.say(Frame(Kind.SUBSCRIBE, 5, "/io_teleop/joint_states"))
+        keeper = Timekeeper(talk.node, hall.server, on_poll=lambda: polls.append(time.perf_counter()))
+        begun = time.perf_counter()
+        keeper.run(lambda: SECOND // 2)
+        assert time.perf_counter() - begun == pytest.approx(0.5, abs=0.15)
+        assert keeper.pacer is not None
+        assert keeper.pacer.factor == pytest.approx(1.0, abs=0.05)
+        assert len(guest.messages(5)) >= 45
+    assert 3 <= len(polls) <= 6
+
+
+def test_it_ends_before_the_next_tick_when_it_is_stopped() -> None:
+    talk = Talk()
+    with served(talk.node) as hall:
+        keeper = Timekeeper(talk.node, hall.server, speed=None)
+
+        def deadline() -> int:
+            keeper.is_stopped = talk.node.simulation.clock.tick >= 10
+            return SECOND
+
+        keeper.run(deadline)
+    assert talk.node.simulation.clock.tick == 11
+
+
+def test_an_answer_that_takes_its_time_holds_nobody_up() -> None:
+    talk = moving()
+    with served(talk.node) as hall:
+        waiting, other = hall.guest("/waiting"), hall.guest("/other")
+        waiting.say(CALL)
+        keeper = Timekeeper(talk.node, hall.server, speed=None)
+        begun = talk.node.simulation.now
+        keeper.run(lambda: begun + SECOND // 10)
+        assert answer(waiting, 7) is None
+        message = to_cdr(joint_state(["waist"], [0.5], time=0))
+        assert other.ask(Frame(Kind.PUBLISH, 3, "/io_teleop/joint_cmd", payload=message)).kind is Kind.DONE
+        keeper.run(lambda: begun + 2 * SECOND)
+        found = answer(waiting, 7)
+        assert found is not None
+        assert from_cdr(found.payload, TriggerResponse).success
+    assert talk.node.counts.ignored == 1
+    assert talk.at("waist") == pytest.approx(0.0, abs=1e-3)
+
+
+def test_who_leaves_before_the_answer_does_no_harm() -> None:
+    talk = moving()
+    with served(talk.node) as hall:
+        gone, other = hall.guest("/gone"), hall.guest("/other")
+        gone.say(CALL)
+        keeper = Timekeeper(talk.node, hall.server, speed=None)
+        begun = talk.node.simulation.now
+        keeper.run(lambda: begun + SECOND // 10)
+        gone.connection.close()
+        other.say(CALL)
+        keeper.run(lambda: begun + 2 * SECOND)
+        found = answer(other, 7)
+        assert found is not None
+        assert from_cdr(found.payload, TriggerResponse).success
+    assert talk.node.simulation.now >= begun + 2 * SECOND
+
+
+def test_in_lockstep_time_passes_for_who_asks_and_the_answer_comes_with_it() -> None:
+    talk = moving()
+    begun = talk.node.simulation.now
+    with served(talk.node, lockstep=True) as hall:
+        guest = hall.guest()
+        guest.say(CALL, advance(8, begun + SECOND // 10, each_tick=False))
+        keeper = Timekeeper(talk.node, hall.server, speed=None, patience=0.05)
+        keeper.run(lambda: begun + SECOND // 10)
+        told = answer(guest, 8)
+        assert told is not None
+        assert read_time(told) == begun + SECOND // 10
+        assert answer(guest, 7) is None
+        guest.say(advance(9, begun + 3 * SECOND, each_tick=False))
+        keeper.run(lambda: begun + 2 * SECOND)
+        found = answer(guest, 7)
+        assert found is not None
+        assert from_cdr(found.payload, TriggerResponse).success
+
+
+def test_a_node_that_ends_answers_first() -> None:
+    talk = moving()
+    with served(talk.node) as hall:
+        guest = hall.guest()
+        guest.say(CALL)
+        hall.server.wait(0.01)
+        talk.node.close()
+        hall.server.close("the node has stopped")
+        guest.listen()
+        answered, ended = guest.heard
+        assert from_cdr(answered.payload, TriggerResponse).message == "the node has stopped"
+        assert ended.kind is Kind.ENDED
