@@ -224,3 +224,10 @@ def test_findings_are_told_as_they_are_made() -> None:
     report = check_motion(with_limits("wheel", upper=math.inf), tell=told.append)
     assert tuple(told) == report.findings
     assert Limits() == two_arms().robot.joint("wheel").limits  # a joint without limits is moved as well
+
+
+def test_a_joint_too_weak_to_brake_in_time_is_found() -> None:
+    findings = check_motion(with_limits("shoulder_left", effort=9.0)).findings
+    assert [(f.what, f.where) for f in findings if not f.passed and f.unit == "% of way"] == [
+        ("the farthest goes beyond", "shoulder_left")
+    ]
