@@ -231,3 +231,10 @@ def test_a_joint_too_weak_to_brake_in_time_is_found() -> None:
     assert [(f.what, f.where) for f in findings if not f.passed and f.unit == "% of way"] == [
         ("the farthest goes beyond", "shoulder_left")
     ]
+
+
+def test_a_home_beyond_the_limits_is_not_held() -> None:
+    config = two_arms()
+    right = replace(config.arms[0], home=(2.4, -1.0, 0.2))
+    holds = check_motion(replace(config, arms=(right, config.arms[1]))).findings[1]
+    assert (holds.what, holds.where, holds.passed) == ("holds where it is put up", "shoulder_right", False)
