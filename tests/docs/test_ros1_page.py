@@ -1,4 +1,4 @@
-"""The page about ROS 1, followed: each `cellwright serve` in it is left running for the commands that come after it."""
+"""Pages about ROS 1, followed: each `cellwright` in them is left running for the commands that come after it."""
 
 import shlex
 from pathlib import Path
@@ -10,14 +10,15 @@ from tests.ros1.ground import Ground, check_end
 from tests.ros1.processes import Process
 from tests.ros1.waiting import until
 
-PAGE = Path(__file__).parents[2] / "docs" / "ros1.md"
+DOCS = Path(__file__).parents[2] / "docs"
 
 
 @pytest.mark.ros1
-def test_the_page_can_be_followed(no_master: Ground) -> None:
+@pytest.mark.parametrize("page", ["ros1.md", "robot-node-ros1.md"])
+def test_the_page_can_be_followed(no_master: Ground, page: str) -> None:
     served: Process | None = None
-    taken = [step for step in steps(PAGE) if isinstance(step, Command)]
-    assert len(taken) >= 6
+    taken = [step for step in steps(DOCS / page) if isinstance(step, Command)]
+    assert len(taken) >= 4
     for step in taken:
         command, *arguments = shlex.split(step.line)
         if command == "cellwright":

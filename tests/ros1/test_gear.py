@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from cellwright.messages import md5
+from cellwright.ros1.packages import IO_TELEOP
 from cellwright.ros1.system import find_system
 from cellwright.ros1.tree import ensure_tree, variables
 from tests.ros1.ground import READY, Ground
@@ -20,6 +21,13 @@ LAUNCH = """\
   <arg name="config" default="$(find osrf_gear)/config/sample.yaml" />
   <node pkg="osrf_gear" type="gear.py" name="ariac_node" output="screen" {more}
         args="--development-mode -f $(arg config) -o {out}" />
+</launch>
+"""
+
+ROBOT_LAUNCH = """\
+<launch>
+  <node pkg="io_teleop_robot_control_node" type="general_sim_robot_control_node.py" name="left_cell" output="screen"
+        args="--robot_name tandem" />
 </launch>
 """
 
@@ -202,6 +210,31 @@ def test_the_example_node_in_python(shell: Shell, tmp_path: Path) -> None:
     until(lambda: max(map(abs, position())) < 0.1, 20.0, "arm at zero")
     node.interrupt()
     launch.interrupt(20.0)
+
+
+def test_a_robot_s_node_from_a_launch_file(alone: Shell, tmp_path: Path) -> None:
+    """The vendor's script and options, under the name that the launch file gives."""
+    assert alone.tool("rosmsg", "md5", "cellwright_msgs/TeleopStatus").strip() == md5("cellwright_msgs/TeleopStatus")
+    file = tmp_path / "robot.launch"
+    file.write_text(ROBOT_LAUNCH)
+    launch = alone.start("roslaunch", str(file))
+    launch.wait_for(r"^ready: tandem at .* as /left_cell$", 2 * READY)
+    assert alone.tool("rosnode", "list").split() == ["/left_cell", "/rosout"]
+    assert "success: True" in alone.tool("rosservice", "call", "/io_teleop_reset_robot")
+    launch.interrupt(20.0)
+    assert not launch.relatives()
+    assert "Traceback" not in launch.said
+
+
+def test_the_qinglong_s_node(alone: Shell) -> None:
+    unknown = alone.start("rosrun", IO_TELEOP, "general_sim_robot_control_node.py", "--robot_name", "Nobody")
+    assert unknown.finish(20.0) == 2
+    assert unknown.err == "error: unknown robot 'Nobody' (known: OpenLoong, tandem)\n"
+    node = alone.start("rosrun", IO_TELEOP, "openloong_controller_node.py")
+    node.wait_for("^ready: QingLong at .* as /openloong_controller_node$", 2 * READY)
+    assert "/io_teleop/target_joint_from_vr" in alone.tool("rostopic", "list").split()
+    assert node.interrupt(20.0) == 0
+    assert not node.relatives()
 
 
 def test_ctrl_c_while_it_starts(shell: Shell, tmp_path: Path) -> None:

@@ -42,9 +42,9 @@ def send_off() -> None:
         time.sleep(0.05)
 
 
-def moving(ground: Ground) -> Process:
+def moving(ground: Ground, *options: str) -> Process:
     """A robot on its way, with a program that commands it."""
-    robot = ground.teleop("qinglong")
+    robot = ground.teleop("qinglong", *options)
     ground.client(send_off).wait_for("it moves")
     return robot
 
@@ -66,8 +66,11 @@ def test_ctrl_c_in_mid_motion_ends_all_within_a_second(master: Ground) -> None:
 
 
 def test_a_node_that_is_killed_in_mid_motion_leaves_nothing(no_master: Ground) -> None:
-    """Its roscore is gone too, for it was its own."""
-    robot = moving(no_master)
+    """Its roscore is gone too, for it was its own. Until then it has told the time."""
+    robot = moving(no_master, "--sim-time")
+    assert no_master.ask("getParam", "/use_sim_time") is True
+    for seconds in ("/clock/clock/secs", "/io_teleop/joint_states/header/stamp/secs"):
+        assert 0 <= int(no_master.tool("rostopic", "echo", "-n", "1", seconds).split()[0]) < 60
     robot.signal(signal.SIGKILL)
     robot.finish()
     until(lambda: not robot.relatives(), 5.0, lambda: f"end of {[name_of(pid) for pid in robot.relatives()]}")

@@ -105,6 +105,16 @@ def test_stopped_or_switched_off_on_the_way_it_fails_with_the_reason() -> None:
     assert later.response.message == "the robot was held on its way: commands are switched off"
 
 
+def test_a_new_way_home_may_begin_before_the_old_one_is_known_to_have_ended() -> None:
+    talk = far_off()
+    first = talk.reset()
+    talk.stop()
+    talk.clear()
+    second = talk.reset()
+    assert not first.response.success
+    assert talk.wait_for(second).success
+
+
 def test_who_waits_is_told_when_the_node_ends_or_begins_anew() -> None:
     talk = far_off()
     later = talk.reset()

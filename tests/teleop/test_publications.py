@@ -93,9 +93,14 @@ def test_the_status_counts_and_names_what_was_refused_and_passed_over() -> None:
     assert status.emergency_stop
     assert status.message == "emergency stop by /op; /io_teleop/clear_emergency_stop ends it"
     talk.clear()
+    talk.seconds(0.2)
+    assert heard[-1].message == "holds where it was stopped, until the next command"
     talk.enable(wanted=False)
     talk.seconds(0.2)
     assert heard[-1].message == "takes no commands: /io_teleop/set_enabled switches them on"
+    talk.enable()
+    talk.seconds(2.0)
+    assert heard[-1].message == "waits for commands"
 
 
 def scene(talk: Talk) -> str:

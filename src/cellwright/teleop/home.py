@@ -63,7 +63,8 @@ class Homing(Device):
             return _failed("the emergency stop is on: /io_teleop/clear_emergency_stop ends it")
         if not commander.is_enabled:
             return _failed("commands are switched off: /io_teleop/set_enabled switches them on")
-        if self._until is None:
+        if not commander.is_homing:
+            self._end_if_held()
             commander.begin_homing(self._joints, self._positions)
             self._until = self.simulation.now + nanoseconds(TIME)
             self.set_stepping(True)
@@ -74,13 +75,13 @@ class Homing(Device):
 
     def after_step(self) -> None:
         """See whether the robot is there, or will not be."""
-        commander = self._commander
-        if self._until is None or not commander.is_homing:
-            self._end(f"the robot was held on its way: {commander.why_held}")
+        commander, until = self._commander, self._until
+        if until is None or not commander.is_homing:
+            self._end_if_held()
             return
         readings = commander.driver.read()
         error = np.abs(readings.positions[self._joints] - self._positions)
-        is_late = self.simulation.now >= self._until
+        is_late = self.simulation.now >= until
         if (error <= NEAR).all() and (np.abs(readings.velocities[self._joints]) <= STILL).all():
             commander.end_homing()
             self._end("")
@@ -102,6 +103,11 @@ class Homing(Device):
     def close(self) -> None:
         """Tell those who wait that nothing will come of it."""
         self._answer("the node has stopped")
+
+    def _end_if_held(self) -> None:
+        """End a way home that something else has ended already."""
+        if self._until is not None:
+            self._end(f"the robot was held on its way: {self._commander.why_held}")
 
     def _end(self, why_not: str) -> None:
         self._until = None
