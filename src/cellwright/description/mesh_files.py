@@ -75,8 +75,18 @@ def _stl(content: bytes) -> Triangles:
         words = [line.split() for line in content.decode("ascii").splitlines()]
         rows = [_vertex(line) for line in words if line and line[0] == "vertex"]
         corners = np.array(rows, np.float64).reshape(-1, 3, 3)
-    vertices, numbers = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
-    return vertices, numbers.reshape(-1, 3).astype(np.int64)
+    return _merged(corners.reshape(-1, 3))
+
+
+def _merged(corners: NDArray[np.float64]) -> Triangles:
+    """Corners (3 m, 3), three by three, as triangles of vertices of which no two are the same."""
+    order = np.lexsort(corners.T[::-1])
+    in_order = corners[order]
+    is_new = np.ones(len(order), bool)
+    is_new[1:] = (in_order[1:] != in_order[:-1]).any(axis=1)
+    numbers = np.empty(len(order), np.int64)
+    numbers[order] = np.cumsum(is_new) - 1
+    return in_order[is_new], numbers.reshape(-1, 3)
 
 
 def _obj(content: bytes) -> Triangles:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,12 +9,12 @@ from urllib.parse import unquote
 
 from cellwright.description.mesh_files import read_mesh
 from cellwright.description.model_files import ModelFileError
+from cellwright.description.robot.packages import package_folders
 
 MAX_TOTAL_BYTES = 50 << 20
 """Largest meshes of one robot together [bytes]."""
 
 _SCHEME = re.compile(r"(package|model)://([^/]+)/(.+)")
-_PACKAGE_NAME = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
 
 
 class MeshFinder:
@@ -26,7 +25,7 @@ class MeshFinder:
     """
 
     def __init__(self, path: Path) -> None:
-        self._folders = path.resolve().parents
+        self._path = path
         self._found: dict[str, Path | None] = {}
         self._bytes = 0
         self.missing: dict[str, str] = {}
@@ -62,26 +61,9 @@ class MeshFinder:
         """Where a mesh may be, the likeliest place first."""
         if scheme := _SCHEME.match(reference):
             package, rest = scheme[2], unquote(scheme[3])
-            for folder in self._folders:
-                if folder.name == package or _package_name(folder) == package:
-                    yield folder / rest
-                yield folder / package / rest
-            for entry in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep):
-                if entry:
-                    yield Path(entry) / package / rest
-                    if Path(entry).name == package:
-                        yield Path(entry) / rest
+            for folder in package_folders(package, self._path):
+                yield folder / rest
             return
         name = unquote(reference.removeprefix("file://")) if reference.startswith("file://") else reference
-        for folder in self._folders:  # PyBullet, too, looks further and further up
+        for folder in self._path.resolve().parents:  # PyBullet, too, looks further and further up
             yield folder / name.replace("\\", "/")
-
-
-def _package_name(folder: Path) -> str | None:
-    """What a folder is called as a ROS package, which need not be its name on disk."""
-    try:
-        text = (folder / "package.xml").read_text("utf-8", errors="replace")
-    except (OSError, ValueError):
-        return None
-    found = _PACKAGE_NAME.search(text[:10_000])
-    return found[1] if found else None
