@@ -22,6 +22,7 @@ COMMANDS = [
     "trials",
     "robot",
     "operate",
+    "operate keyboard",
     "operate signal",
     "operate play",
     "operate record",

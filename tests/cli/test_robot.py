@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cellwright.cli.robot_pose import read_pose
+from cellwright.description.robot.model import RobotModel
 from cellwright.description.robot.robots import bundled, load_robot
 from cellwright.errors import UsageError
 from tests.cli.conftest import CommandLine
@@ -105,11 +106,16 @@ def test_a_pose_that_is_none(pose: str, said: str, cellwright: CommandLine, smal
     assert refusal(cellwright("robot", small, "--json", "--pose", pose)).startswith(said)
 
 
+@pytest.fixture(scope="module")
+def model() -> RobotModel:
+    return load_robot("tandem", lambda _line: None).robot
+
+
 @given(st.text(max_size=30) | st.recursive(st.none() | st.floats() | st.just("r1"), st.lists).map(json.dumps))
-@settings(max_examples=50, suppress_health_check=[HealthCheck.function_scoped_fixture])
-def test_any_text_is_a_pose_or_refused(tmp_path: Path, text: str) -> None:
+@settings(max_examples=50)
+def test_any_text_is_a_pose_or_refused(model: RobotModel, text: str) -> None:
     with pytest.raises(UsageError, match="--pose: "):
-        read_pose(text, load_robot(write(tmp_path), lambda _line: None).robot)
+        read_pose(text, model)
 
 
 def test_the_table_for_people(cellwright: CommandLine, small: str) -> None:

@@ -98,9 +98,9 @@ def test_ctrl_c_in_mid_motion_ends_it_within_a_second_with_a_summary() -> None:
         assert [frame.kind for frame in decoder.feed(connection.recv(1 << 20))] == [Kind.REFUSED]
         begun = time.monotonic()
         process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=30)
-        assert time.monotonic() - begun < 1.0
         assert [frame.kind for frame in decoder.feed(connection.recv(1 << 20))] == [Kind.ENDED]
+        assert time.monotonic() - begun < 1.0
+        out, err = process.communicate(timeout=30)
     assert process.returncode == 0
     assert "Traceback" not in err
     assert "'no joint' is no joint of this robot" in err
@@ -109,6 +109,14 @@ def test_ctrl_c_in_mid_motion_ends_it_within_a_second_with_a_summary() -> None:
     assert summary["commands"] == {"taken": 0, "refused": 1, "ignored": 1}
     assert summary["refused"] == {"/io_teleop/joint_cmd from /me": 1}
     assert summary["pace"]["factor"] == pytest.approx(1.0, abs=0.1)
+
+
+def test_an_agent_of_a_cell_is_told_that_it_is_none(cellwright: CommandLine) -> None:
+    with running("--lockstep") as (_, connection, _):
+        host, port = connection.getpeername()
+        ran = cellwright("run", "--connect", f"{host}:{port}")
+    assert ran.status == 2
+    assert ran.err == f"error: --connect {host}:{port}: no cell is served there, but tandem, a robot's node\n"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")

@@ -29,6 +29,7 @@ PAGES = [
     "docs/serve.md",
     "docs/robots.md",
     "docs/robot-configuration.md",
+    "docs/robot-safety.md",
 ]
 
 

@@ -29,6 +29,9 @@ class FakeMaster:
         self.server.register_function(lambda caller: [1, "", 42], "getPid")
         self.server.register_function(self.set_param, "setParam")
         self.server.register_function(self.get_param, "getParam")
+        self.server.register_function(
+            lambda caller: [1, "", [[["/states", sorted(self.nodes)]], [], []]], "getSystemState"
+        )
         self.server.register_function(self.look_up, "lookupNode")
 
     @property
@@ -118,6 +121,12 @@ def test_a_parameter_that_nobody_has_set_is_none(fake: FakeMaster) -> None:
     assert master.parameter("/x") is None
     master.set_parameter("/x", 0)
     assert master.parameter("/x") == 0
+
+
+def test_publishers_that_live(fake: FakeMaster) -> None:
+    fake.nodes = {"/alive": fake.uri, "/dead": f"http://127.0.0.1:{free_port()}"}
+    assert Master(fake.uri).living_publishers("/states") == ["/alive"]
+    assert Master(fake.uri).living_publishers("/others") == []
 
 
 def test_nobody_there() -> None:

@@ -58,6 +58,23 @@ def test_the_description_is_everybody_s_where_nobody_else_has_one(
     assert master.ask("getParam", "/robot_description") == "second", "it is of another node"
 
 
+def test_another_robot_at_the_same_master_is_told_of(master: Ground) -> None:
+    program = """
+import rospy
+from sensor_msgs.msg import JointState
+rospy.init_node("other_robot")
+states = rospy.Publisher("/io_teleop/joint_states", JointState, queue_size=1)
+print("there", flush=True)
+rospy.spin()
+"""
+    master.client(program).wait_for("there")
+    said: list[str] = []
+    with Ros1(said.append, environment=master.environment, identity=robot("arm")) as ros:
+        ros.prepare()
+    (line,) = said
+    assert line.startswith("/other_robot publishes /io_teleop/joint_states at http://")
+
+
 def test_a_node_of_the_same_name_is_not_driven_out(master: Ground) -> None:
     other = master.client("import rospy; rospy.init_node('arm'); print('there', flush=True); rospy.spin()")
     other.wait_for("there")

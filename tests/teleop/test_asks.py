@@ -85,7 +85,7 @@ def test_one_topic_that_is_alive_does_not_hide_another_that_is_dead() -> None:
         talk.seconds(0.01)
     assert talk.at("shoulder_right") == pytest.approx(0.4, abs=0.02), "held after 0.5 s"
     assert talk.at("head") == pytest.approx(0.5, abs=1e-3)
-    assert not talk.node.commander.is_silent
+    assert not talk.node.commander.watchdog.is_all_silent
 
 
 @pytest.mark.parametrize("guard", list(Guard))

@@ -28,26 +28,37 @@ def show(config: RobotConfig) -> None:
     counts = f"{len(robot.joints)} joints, {len(robot.driven)} of them driven"
     console.print(f"{config.name}: {counts}; root link {robot.root} (-1)", markup=False, soft_wrap=True)
     console.print()
-    _print(console, table(config))
+    whole = table(config)
+    needed = console.measure(whole, options=console.options.update(width=_WIDEST)).maximum
+    is_narrow = needed > console.width
+    _print(console, table(config, is_narrow=True) if is_narrow else whole)
     console.print()
-    for name, text in _notes(config):
+    notes = _notes(config)
+    if is_narrow:
+        notes.insert(1, ("left out", f"effort and speed, for which a terminal needs {needed} columns, or `| cat`"))
+    for name, text in notes:
         console.print(f"{name:<10}  {text}", markup=False, soft_wrap=True)
 
 
-def table(config: RobotConfig) -> Table:
-    """A row for each joint, in the order of their indices."""
+def table(config: RobotConfig, *, is_narrow: bool = False) -> Table:
+    """A row for each joint, in the order of their indices.
+
+    Args:
+        config: the robot.
+        is_narrow: whether to leave out what one asks for least, so that names stay in one piece.
+    """
     found = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), collapse_padding=True)
     found.add_column("#", justify="right", no_wrap=True)
     found.add_column("joint", overflow="fold")
     found.add_column("type", no_wrap=True)
     found.add_column("link", overflow="fold")
     found.add_column("on", justify="right", no_wrap=True)
-    for heading in ("lower", "upper", "effort", "speed"):
+    for heading in ("lower", "upper") if is_narrow else ("lower", "upper", "effort", "speed"):
         found.add_column(heading, justify="right", no_wrap=True)
     found.add_column("group", overflow="fold")
     found.add_column("home", justify="right", no_wrap=True)
     for index, joint in enumerate(config.robot.joints):
-        found.add_row(*_cells(config, index, joint))
+        found.add_row(*_cells(config, index, joint, is_narrow=is_narrow))
     return found
 
 
@@ -79,7 +90,7 @@ def show_bundled(*, as_json: bool) -> None:
     _print(_console(), rows)
 
 
-def _cells(config: RobotConfig, index: int, joint: Joint) -> list[str | Text]:
+def _cells(config: RobotConfig, index: int, joint: Joint, *, is_narrow: bool) -> list[str | Text]:
     on = str(parent_index(config, joint))
     group = ", ".join(_label(config, key) for key in groups_of(config, joint))
     if joint.mimic is not None:
@@ -87,8 +98,10 @@ def _cells(config: RobotConfig, index: int, joint: Joint) -> list[str | Text]:
     home = config.home.get(joint.name)
     limits = joint.limits
     is_fixed = joint.type is JointType.FIXED
-    numbers = [] if is_fixed else [limits.lower, limits.upper, limits.effort, limits.velocity]
-    figures = [_figure(number) for number in numbers] or [""] * 4
+    numbers = (
+        [limits.lower, limits.upper] if is_narrow else [limits.lower, limits.upper, limits.effort, limits.velocity]
+    )
+    figures = ["" if is_fixed else _figure(number) for number in numbers]
     return [
         str(index),
         Text(joint.name),

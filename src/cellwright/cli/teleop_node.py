@@ -127,6 +127,7 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
             report=lambda line: tell(line),
             driver=None if wanted.driver is None else wanted.driver(config),
         )
+        to_close.callback(node.close)  # a driver is let go of whatever comes
         server = Server(
             node, host=wanted.host, port=wanted.port, lockstep=wanted.lockstep, report=lambda line: tell(line)
         )

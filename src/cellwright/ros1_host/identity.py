@@ -21,6 +21,7 @@ class Identity:
         tells_time: whether programs are to take their time from it: it publishes /clock, and /use_sim_time is set.
         makes_frames: whether robot_state_publisher, or in its place the node, publishes frames of its joint states.
         shared: parameters of its own that are set for everybody too where nobody else has: `robot_description`.
+        alone_on: a topic on which nobody else should speak; empty for none.
     """
 
     node: str
@@ -28,6 +29,7 @@ class Identity:
     tells_time: bool = True
     makes_frames: bool = True
     shared: tuple[str, ...] = ()
+    alone_on: str = ""
 
 
 SIMULATOR = Identity("/gazebo", "cell")
@@ -44,7 +46,14 @@ def robot(node: str, *, sim_time: bool = False) -> Identity:
     Raises:
         UsageError: nobody can be called so.
     """
-    return Identity(node_name(node), "robot", tells_time=sim_time, makes_frames=False, shared=("robot_description",))
+    return Identity(
+        node_name(node),
+        "robot",
+        tells_time=sim_time,
+        makes_frames=False,
+        shared=("robot_description",),
+        alone_on="/io_teleop/joint_states",
+    )
 
 
 def node_name(text: str) -> str:

@@ -131,6 +131,16 @@ class Master:
             return None
         return str(uri)
 
+    def living_publishers(self, topic: str) -> list[str]:
+        """The nodes that publish a topic and answer.
+
+        Raises:
+            MasterError: the master does not answer.
+        """
+        published, _, _ = self._call(self.uri, "getSystemState")
+        nodes: list[Any] = next((nodes for name, nodes in published if name == topic), [])
+        return [node for node in map(str, nodes) if self.living_node(node) is not None]
+
     # ---------------------------------------------------------------- calls
 
     def _call(self, uri: str, method: str, *arguments: Any) -> Any:

@@ -19,9 +19,7 @@ from cellwright.teleop.driver import Driver
 from cellwright.teleop.gate import Gate
 from cellwright.teleop.notices import Notices
 from cellwright.teleop.safety import SafetySettings
-
-SELDOM = ("/io_teleop/target_gripper_status", "/io_teleop/target_base_move")
-"""Topics on which a command may come once and hold for long: silence means nothing there."""
+from cellwright.teleop.watchdog import Watchdog
 
 _SOURCES = (
     "/io_teleop/joint_cmd",
@@ -77,7 +75,7 @@ class Commander(Device):
         self._mimics = [(number, self.numbers[each.joint], each.multiplier, each.offset) for number, each in mimics]
         self._safety = safety
         self._seconds = 0.0
-        self._silent: set[str] = set()
+        self.watchdog = Watchdog(safety, _SOURCES, gate, self._approach, self._measured, notices)
         self.is_enabled = not safety.start_disabled
         self.is_stopped = self.is_homing = False
         self.why_held = ""
@@ -87,7 +85,7 @@ class Commander(Device):
         self._seconds = float(self.simulation.clock.timestep)
         self._approach.begin(self.driver.read().positions)
         self.gate.forget()
-        self._silent.clear()
+        self.watchdog.forget()
         self.is_enabled, self.is_stopped, self.is_homing = not self._safety.start_disabled, False, False
         self.why_held = ""
 
@@ -140,9 +138,7 @@ class Commander(Device):
         self.gate.confirm(topic, node, stamp)
         self.counts.taken += 1
         self.why_held = ""
-        if topic in self._silent:
-            self._silent.discard(topic)
-            self.notices.tell(f"{topic} is heard again, from {node or 'a client'}")
+        self.watchdog.hear(topic, node)
 
     def follow(self, topic: str, joints: Iterable[int], positions: Iterable[float], *, guarded: bool = False) -> None:
         """Have joints, by their number, follow a topic to positions [rad; m]; cut off at their limits.
@@ -181,7 +177,7 @@ class Commander(Device):
     def hold(self, why: str) -> None:
         """Hold all joints where they stand; what was asked for is forgotten, so that nothing jumps afterwards."""
         self._approach.hold(self._measured())
-        self._silent.clear()
+        self.watchdog.forget()
         self.is_homing = False
         self.why_held = why
         for end in self.on_hold:
@@ -215,7 +211,7 @@ class Commander(Device):
             end()
         self._approach.release()
         self._approach.lead(joints, positions)
-        self._silent.clear()
+        self.watchdog.forget()
         self.is_homing, self.why_held = True, ""
 
     def end_homing(self) -> None:
@@ -227,33 +223,12 @@ class Commander(Device):
 
     def before_step(self) -> None:
         """Give the driver what is to be applied in this step."""
-        if self._safety.silence is not None:
-            self._watch_for_silence()
+        self.watchdog.look()
         approach = self._approach
         if approach.advance(self._seconds):
             for follower, leader, multiplier, offset in self._mimics:
                 approach.applied[follower] = approach.desired[follower] = multiplier * approach.applied[leader] + offset
             self.driver.command(approach.applied)
-
-    @property
-    def is_silent(self) -> bool:
-        """Whether the robot holds because nothing has come for too long."""
-        return bool(self._silent) and not (self._approach.source >= 0).any()
-
-    @property
-    def silent_topics(self) -> tuple[str, ...]:
-        """The topics that have fallen silent."""
-        return tuple(sorted(self._silent))
-
-    def _watch_for_silence(self) -> None:
-        for number, topic in enumerate(_SOURCES):
-            if topic in SELDOM or topic in self._silent or not self.gate.is_silent(topic):
-                continue
-            joints: Numbers = np.flatnonzero(self._approach.source == number)
-            if len(joints):
-                self._approach.hold(self._measured(), joints)
-                self._silent.add(topic)
-                self.notices.tell(f"nothing has come on {topic} for {self._safety.silence:g} s: its joints are held")
 
     # ---------------------------------------------------------------- state
 
@@ -262,7 +237,7 @@ class Commander(Device):
         return {
             **self._approach.get_state(),
             "gate": self.gate.get_state(),
-            "silent": sorted(self._silent),
+            "silent": self.watchdog.get_state(),
             "enabled": self.is_enabled,
             "stopped": self.is_stopped,
             "homing": self.is_homing,
@@ -273,7 +248,7 @@ class Commander(Device):
         """Take over what `get_state` returned."""
         self._approach.set_state(state)
         self.gate.set_state(state["gate"])
-        self._silent = set(state["silent"])
+        self.watchdog.set_state(state["silent"])
         self.is_enabled, self.is_stopped, self.is_homing = state["enabled"], state["stopped"], state["homing"]
         self.why_held = state["why held"]
 

@@ -64,6 +64,7 @@ class RobotNode:
         report: Callable[[str], None] = lambda _line: None,
         driver: Driver | None = None,
     ) -> None:
+        self._is_closed = False
         self.config = config
         self.name = config.name
         self.world = build_robot(config, timestep=timestep, self_collision=self_collision)
@@ -109,5 +110,7 @@ class RobotNode:
         return self.bus.refusals.total
 
     def close(self) -> None:
-        """End: the robot is let go of."""
-        self.simulation.close()
+        """End: the robot is let go of. Again is no error."""
+        if not self._is_closed:
+            self._is_closed = True
+            self.simulation.close()

@@ -49,7 +49,7 @@ def status_of(commander: Commander, bus: Bus) -> TeleopStatus:
         enabled=commander.is_enabled,
         emergency_stop=commander.is_stopped,
         resetting=commander.is_homing,
-        silent=commander.is_silent,
+        silent=commander.watchdog.is_all_silent,
         commander=", ".join(commander.gate.commanders),
         taken=commander.counts.taken,
         refused=bus.refusals.total,
@@ -67,8 +67,8 @@ def _sentence(commander: Commander) -> str:
         return "takes no commands: /io_teleop/set_enabled switches them on"
     if commander.is_homing:
         return "on its way home; commands are ignored meanwhile"
-    if commander.silent_topics:
-        return f"joints are held: nothing has come on {', '.join(commander.silent_topics)}"
+    if commander.watchdog.topics:
+        return f"joints are held: nothing has come on {', '.join(commander.watchdog.topics)}"
     if commander.why_held:
         return commander.why_held
     commanders = commander.gate.commanders

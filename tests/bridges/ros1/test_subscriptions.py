@@ -69,6 +69,29 @@ def test_one_at_a_time_and_the_oldest_dropped(master: Ground, make_cell: MakeCel
     assert [word for _, word in words(cell)] == ["0", *map(str, range(400, 500))]
 
 
+def say_too_much(node: str, topic: str, length: int) -> None:
+    import rospy
+    from std_msgs.msg import String as RosString
+
+    rospy.init_node(node)
+    publisher = rospy.Publisher(topic, RosString, queue_size=10)
+    while publisher.get_num_connections() == 0:
+        rospy.sleep(0.01)
+    publisher.publish("x" * length)
+    while not rospy.is_shutdown():  # it is connected to again after a second
+        publisher.publish("short")
+        rospy.sleep(0.05)
+
+
+def test_a_message_too_long_costs_its_connection(master: Ground, make_cell: MakeCell) -> None:
+    cell = make_cell([heard("/words")])
+    bridge = start_bridge(master, cell)
+    master.client(say_too_much, "team", "/words", 17 << 20)
+    bridge.wait_for("messages on /words are too long, and not taken")
+    until(lambda: cell.of(Kind.PUBLISH), 10.0, "messages after it")
+    assert {word for _, word in words(cell)} == {"short"}
+
+
 def test_in_lockstep_nothing_is_dropped(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([heard("/words")], lockstep=True)
     start_bridge(master, cell)

@@ -7,10 +7,10 @@ import mujoco
 import pytest
 
 import cellwright.description.robot
-from cellwright.description.robot.config import RobotConfig
 from cellwright.description.robot.model import JointType, RobotModel
 from cellwright.description.robot.posture import link_poses
 from cellwright.description.robot.qinglong.figures import figures
+from cellwright.description.robot.robots import load_robot
 from cellwright.description.robot.urdf import read_urdf
 from cellwright.world.robot import build_robot
 
@@ -55,14 +55,17 @@ def test_the_qinglong_s_urdf_says_what_its_figures_say(qinglong: RobotModel) -> 
 
 
 @pytest.mark.parametrize("name", ["qinglong", "tandem"])
-def test_nothing_touches_itself_with_all_joints_at_0(name: str) -> None:
-    """So that --self-collision starts from a posture that holds."""
-    robot = read_without_warning(name)
-    world = build_robot(RobotConfig(robot, name, Path(name), Path(name)), self_collision=True)
+def test_nothing_touches_itself_at_0_nor_at_home(name: str) -> None:
+    """So that --self-collision starts from a posture that holds, and home can be reached."""
+    config = load_robot(name, warn=pytest.fail)
+    world = build_robot(config, self_collision=True)
     data = mujoco.MjData(world.model)
-    mujoco.mj_forward(world.model, data)
-    pairs = {tuple(sorted(world.model.body(world.model.geom_bodyid[g]).name for g in c.geom)) for c in data.contact}
-    assert not pairs
+    for posture in ({}, config.home):
+        for joint in config.robot.driven:
+            data.joint(joint.name).qpos[0] = posture.get(joint.name, 0.0)
+        mujoco.mj_forward(world.model, data)
+        touching = [[world.model.body(world.model.geom_bodyid[g]).name for g in c.geom] for c in data.contact]
+        assert not touching
 
 
 def test_tandem_s_indices_count_from_top_to_bottom(tandem: RobotModel) -> None:

@@ -9,6 +9,7 @@ import rospy
 
 from cellwright.bridges.ros1.graph import HEARD_BY_ITSELF, HEARD_FOR_FRAMES, OwnSubscription
 from cellwright.bridges.ros1.link_client import LinkClient, LinkError
+from cellwright.bridges.ros1.longest import limit_messages
 from cellwright.bridges.ros1.loop import Loop
 from cellwright.bridges.ros1.master import Master, MasterGoneError, MasterWatch, listen_on_loopback
 from cellwright.bridges.ros1.node import StoppedError, begin_node, end_process, stop_by, stop_by_exception
@@ -20,6 +21,7 @@ from cellwright.bridges.ros1.state_publisher import HOW_TO_GET_IT, NODE, StatePu
 from cellwright.bridges.ros1.step_bytes import MD5, TYPE
 from cellwright.bridges.ros1.step_service import NAME, StepService
 from cellwright.bridges.ros1.subscriptions import QUEUE, CommandTopic
+from cellwright.bridges.ros1.tally import Tally
 from cellwright.bridges.ros1.tcpros import TcprosServer
 
 ENDED, FAILED, MASTER_IS_NEW = 0, 1, 75
@@ -136,6 +138,7 @@ class Bridge:
 
     def _hear(self, topics: list[dict[str, Any]]) -> None:
         """Subscribe to what the cell hears, and to what the original's node hears of itself."""
+        limit_messages(Tally(self._loop, "{count} messages on {subject} are too long, and not taken").count)
         in_lockstep = self._sent is not None
         self._heard = {
             topic["name"]: CommandTopic(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import typer
 
+from cellwright.cli.operate.keyboard import keyboard
 from cellwright.cli.operate.play import play
 from cellwright.cli.operate.record import record
 from cellwright.cli.operate.signal import signal
@@ -16,12 +17,14 @@ app = typer.Typer(
     topics. Start the node first, in another terminal:
 
         cellwright teleop qinglong             # the robot
+        cellwright operate keyboard            # move it by keys
         cellwright operate signal J_head_yaw   # does the joint follow as it should?
         cellwright operate record motion.csv   # write down what the robot does
         cellwright operate play motion.csv     # and have it do so again""",
     no_args_is_help=True,
     rich_markup_mode="markdown",
 )
+app.command()(keyboard)
 app.command()(signal)
 app.command()(record)
 app.command()(play)

@@ -105,6 +105,12 @@ class Link:
         finally:
             session.close()
 
+    @staticmethod
+    def name(robot: OperatedRobot) -> str:
+        """What the robot is called, as far as its node says; ROS has no place for that."""
+        welcome = getattr(robot.session.transport, "welcome", {})
+        return str(welcome.get("trial") or "robot")
+
     def limits(self, robot: OperatedRobot) -> JointLimits:
         """The limits of the robot's joints, as far as anybody knows them.
 
@@ -118,8 +124,7 @@ class Link:
                     f"--robot: {self._limits.source} has a joint {missing[0]}, and the node's robot has not"
                 )
             return self._limits
-        welcome = getattr(robot.session.transport, "welcome", {})
-        called = str(welcome.get("trial", "")).lower()
+        called = self.name(robot).lower()
         if called not in bundled():
             return JointLimits()
         limits = JointLimits.of(load_robot(called, _ignore).robot)

@@ -8,7 +8,7 @@ import pytest
 from cellwright.description.robot.posture import link_poses
 from cellwright.description.robot.qinglong.__main__ import PATH
 from cellwright.description.robot.qinglong.figures import figures
-from cellwright.description.robot.qinglong.shapes import COLOURS
+from cellwright.description.robot.qinglong.shapes import COLOURS, Shape
 from cellwright.description.robot.qinglong.urdf import drawing, solids, urdf_text
 from cellwright.pose import Pose
 
@@ -50,7 +50,7 @@ def test_it_is_as_tall_as_the_robot_and_stands_on_both_soles() -> None:
     assert min(_ends(poses[name], shapes)[0] for name, shapes in drawn.items()) == min(lowest.values())
 
 
-def _ends(world_T_link: Pose, shapes: list) -> tuple[float, float]:  # type: ignore[type-arg]
+def _ends(world_T_link: Pose, shapes: list[Shape]) -> tuple[float, float]:
     """Lowest and highest point of shapes [m]."""
     low, high = math.inf, -math.inf
     for shape in shapes:

@@ -61,7 +61,7 @@ def rod(start: Vector3, end: Vector3, radius: float, colour: str) -> Shape:
     x, y, z = (b - a for a, b in zip(start, end, strict=True))
     length = math.hypot(x, y, z)
     middle = ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2, (start[2] + end[2]) / 2)
-    turned = (0.0, math.acos(max(-1.0, min(1.0, z / length))), math.atan2(y, x))
+    turned = (0.0, math.atan2(math.hypot(x, y), z), math.atan2(y, x))
     return Shape("cylinder", (radius, length, 0.0), Pose.from_rpy(middle, turned), colour)
 
 

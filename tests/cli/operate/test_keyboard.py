@@ -1,0 +1,120 @@
+"""`cellwright operate keyboard` on a terminal of its own: what is typed arrives, and the terminal is put back."""
+
+import os
+import select
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import pytest
+
+import cellwright as package
+from cellwright.client.session import Session
+from cellwright.client.transports.socket import SocketTransport
+from cellwright.operators.robot import OperatedRobot
+from cellwright.teleop.node import RobotNode
+from tests.cli.conftest import CommandLine
+from tests.operators.nodes import robot, served
+
+pty = pytest.importorskip("pty")
+termios = pytest.importorskip("termios")
+
+LIMIT = 30.0  # [s]
+
+
+class Terminal:
+    """A terminal with the keyboard operator in it."""
+
+    def __init__(self, address: str) -> None:
+        self.own, self.other = pty.openpty()
+        termios.tcsetwinsize(self.own, (30, 100))
+        self.before = termios.tcgetattr(self.other)
+        source = str(Path(package.__file__).parents[1])
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "cellwright", "operate", "keyboard", "--connect", address],
+            stdin=self.other,
+            stdout=self.other,
+            stderr=self.other,
+            env={**os.environ, "PYTHONPATH": source, "TERM": "xterm"},
+            start_new_session=True,
+        )
+        self.text = ""
+
+    def read(self, until: Callable[[], bool]) -> None:
+        """Take in what it shows until something is so."""
+        end = time.monotonic() + LIMIT
+        while not until():
+            assert time.monotonic() < end, self.text[-3000:]
+            if select.select([self.own], (), (), 0.05)[0]:
+                self.text += os.read(self.own, 65536).decode(errors="replace")
+
+    def type(self, text: str) -> None:
+        os.write(self.own, text.encode())
+
+    def status(self) -> int:
+        self.read(lambda: self.process.poll() is not None)
+        return self.process.wait()
+
+    def close(self) -> None:
+        if self.process.poll() is None:
+            self.process.kill()
+            self.process.wait()
+        os.close(self.own)
+        os.close(self.other)
+
+
+@contextmanager
+def terminal(address: str) -> Iterator[Terminal]:
+    made = Terminal(address)
+    try:
+        made.read(lambda: "EMERGENCY STOP" in made.text)  # the help is on the screen
+        yield made
+    finally:
+        made.close()
+
+
+def is_raw(terminal: Terminal) -> bool:
+    return not termios.tcgetattr(terminal.other)[3] & termios.ICANON
+
+
+def test_keys_drive_the_robot_and_the_terminal_is_put_back_whatever_ends_it() -> None:
+    with served(RobotNode(robot())) as (host, port):
+        session = Session(SocketTransport((host, port), node="/watcher"))
+        there = OperatedRobot(session)
+        with terminal(f"{host}:{port}") as first:
+            assert is_raw(first)
+            first.type("\x1b[B+\x1b[C")
+            assert session.wait_until(lambda: there.positions["right_2"] > 0.64, LIMIT)
+            first.type(" ")
+            assert session.wait_until(lambda: there.status.emergency_stop, LIMIT)
+            os.kill(first.process.pid, signal.SIGINT)  # what the shell's terminal makes of Ctrl-C
+            assert first.status() == 0
+            assert termios.tcgetattr(first.other) == first.before
+            assert first.text.rstrip().endswith("2 messages sent; the robot stays where it was told to go")
+            assert "\x1b[?1049l" in first.text  # the screen as well
+        with terminal(f"{host}:{port}") as second:
+            os.kill(second.process.pid, signal.SIGTERM)
+            assert second.status() == 1
+            assert termios.tcgetattr(second.other) == second.before
+            assert "error: SIGTERM" in second.text
+        session.close()
+
+
+def test_the_end_of_the_node_ends_it() -> None:
+    with ExitStack() as stack:
+        with served(RobotNode(robot())) as (host, port):
+            keyboard = stack.enter_context(terminal(f"{host}:{port}"))
+        assert keyboard.status() == 1
+        assert "error: the test is over" in keyboard.text
+        assert termios.tcgetattr(keyboard.other) == keyboard.before
+
+
+def test_without_a_terminal_it_says_what_else_there_is(cellwright: CommandLine, address: str) -> None:
+    ran = cellwright("operate", "keyboard", "--connect", address)
+    assert (ran.status, ran.out) == (2, "")
+    assert ran.err.startswith("error: the keyboard operator needs a terminal; without one: cellwright operate play")
+    assert ran.err.count("\n") == 1
