@@ -7,7 +7,7 @@ commands exit, 0 when left out. Blocks of other languages are for reading.
 
 A page with `<!-- terminal: NAME -->` above its blocks is one whose commands are typed into terminals, whatever they
 are. `^C` presses Ctrl-C. A command that Ctrl-C ends later on runs meanwhile, while other terminals are used; a block
-that begins with no command shows what it has printed by then.
+that begins with no command shows what it has printed by then. `<!-- exits: N -->` above that comment is its status.
 """
 
 import re
@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 _BLOCK = re.compile(
+    r"(?:^<!-- exits: (?P<exits>\d+) -->\n)?"
     r"(?:^<!-- (?P<key>file|status|terminal): (?P<value>\S+) -->\n)?^```(?P<language>\w*)\n(?P<body>.*?)^```$",
     re.MULTILINE | re.DOTALL,
 )
@@ -80,7 +81,8 @@ def _steps(block: re.Match[str]) -> list[Step]:
     if key == "file":
         return [File(value, body)]
     if block["language"] == "console":
-        return [*_commands(body, int(value) if key == "status" else 0, value if key == "terminal" else "")]
+        status = int(value) if key == "status" else int(block["exits"] or 0)
+        return [*_commands(body, status, value if key == "terminal" else "")]
     return [Program(body)] if block["language"] == "python" else []
 
 

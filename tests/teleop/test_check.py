@@ -224,3 +224,17 @@ def test_findings_are_told_as_they_are_made() -> None:
     report = check_motion(with_limits("wheel", upper=math.inf), tell=told.append)
     assert tuple(told) == report.findings
     assert Limits() == two_arms().robot.joint("wheel").limits  # a joint without limits is moved as well
+
+
+def test_a_joint_too_weak_to_brake_in_time_is_found() -> None:
+    findings = check_motion(with_limits("shoulder_left", effort=9.0)).findings
+    assert [(f.what, f.where) for f in findings if not f.passed and f.unit == "% of way"] == [
+        ("the farthest goes beyond", "shoulder_left")
+    ]
+
+
+def test_a_home_beyond_the_limits_is_not_held() -> None:
+    config = two_arms()
+    right = replace(config.arms[0], home=(2.4, -1.0, 0.2))
+    holds = check_motion(replace(config, arms=(right, config.arms[1]))).findings[1]
+    assert (holds.what, holds.where, holds.passed) == ("holds where it is put up", "shoulder_right", False)

@@ -21,7 +21,7 @@ EMERGENCY_STOP = "/io_teleop/emergency_stop"
 PATIENCE = 5.0
 """So long [s] the first joint states are waited for."""
 
-SETTLE = 0.3
+SETTLE = 0.5
 """So long [s] the other topics have to say something first; they are told 100 times a second."""
 
 
@@ -50,7 +50,7 @@ class OperatedRobot:
         self._status = session.latest("/io_teleop/status")
         if self._states.wait(PATIENCE) is None:
             raise UsageError(f"nothing comes on {JOINT_STATES}: is it a robot's controller node that runs there?")
-        others = (self._applied, self._status)
+        others = (self._applied, self._grippers, self._tips, self._status)
         session.wait_until(lambda: all(topic.message is not None for topic in others), SETTLE)
 
     # ---------------------------------------------------------------- what it says

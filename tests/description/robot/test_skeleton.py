@@ -58,6 +58,13 @@ def test_bundled_robots_are_found_out(name: str) -> None:
         assert tuple(filter(None, found.head)) == config.head.joints
 
 
+def test_joints_that_spread_fingers_do_not_close_them() -> None:
+    (right, left) = find_limbs(load_robot("qinglong", lambda _line: None).robot).grippers
+    assert {"rh_FFJ4", "rh_THJ5", "rh_LFJ4"}.isdisjoint(right.joints)
+    assert {"rh_FFJ3", "rh_THJ1"} <= set(right.joints)
+    assert len(left.joints) == len(right.joints)
+
+
 def test_sides_follow_from_names_and_right_comes_first(tmp_path: Path) -> None:
     model = robot(tmp_path, *chain("left_arm_", "base", 5), *chain("right_arm_", "base", 5), *chain("leg_", "base", 6))
     assert [arm.joints[0] for arm in find_limbs(model).arms] == ["right_arm_1", "left_arm_1"]

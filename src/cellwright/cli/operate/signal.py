@@ -186,7 +186,7 @@ def _write(found: Sequence[Exercise], csv: Path | None, plot: Path | None) -> No
 
 def _show(console: Console, found: Sequence[Exercise]) -> None:
     for each in found:
-        console.print(f"{each.trace.joint}: {each.wave.shape} from {each.start:.4g}", markup=False)
+        console.print(f"{each.trace.joint}: {each.wave.shape} from {round(each.start, 4):g}", markup=False)
         report.show_plot(console, each)
         console.print()
     if found:

@@ -133,12 +133,14 @@ class References:
         if not self._joints:
             self._problems.error(node, f"there is no {kind} {index}: the robot {self.robot.name} has no joints")
             return
-        last = len(self._joints) - 1
-        names = [joint.name if kind == "joint" else joint.child for joint in (self._joints[0], self._joints[last])]
+        if kind == "joint":
+            valid = [f"{number} {joint.name}" for number, joint in enumerate(self._joints) if joint.is_driven]
+        else:
+            valid = [f"{number} {joint.child}" for number, joint in enumerate(self._joints)]
         self._problems.error(
             node,
-            f"there is no {kind} {shortened(str(index))}{remark}; indices go from 0 ({names[0]}) "
-            f"to {last} ({names[1]}), and `cellwright robot` lists them",
+            f"there is no {kind} {shortened(str(index))}{remark}; indices go from 0 to {len(self._joints) - 1} "
+            f"(known: {listed(valid)})",
         )
 
 
