@@ -108,7 +108,16 @@ def test_ctrl_c_in_mid_motion_ends_it_within_a_second_with_a_summary() -> None:
     assert summary["outcome"] == "stopped"
     assert summary["commands"] == {"taken": 0, "refused": 1, "ignored": 1}
     assert summary["refused"] == {"/io_teleop/joint_cmd from /me": 1}
+    assert summary["unknown_names"] == ["no joint"]
     assert summary["pace"]["factor"] == pytest.approx(1.0, abs=0.1)
+
+
+def test_an_agent_of_a_cell_is_told_that_it_is_none(cellwright: CommandLine) -> None:
+    with running("--lockstep") as (_, connection, _):
+        host, port = connection.getpeername()
+        ran = cellwright("run", "--connect", f"{host}:{port}")
+    assert ran.status == 2
+    assert ran.err == f"error: --connect {host}:{port}: no cell is served there, but tandem, a robot's node\n"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")

@@ -54,7 +54,7 @@ def test_a_copy_of_a_script_is_a_node_of_its_own(scripts: Path) -> None:
 
 def test_other_options_come_last_so_that_they_count(scripts: Path) -> None:
     script = scripts / "general_sim_robot_control_node.py"
-    assert of(script, "--motion", "servo", "--init_debug")[-3:] == ["--gui", "--motion", "servo"]
+    assert of(script, "--motion", "servo", "--init_debug")[-3:] == ["--init-debug", "--motion", "servo"]
 
 
 def test_what_roslaunch_adds(scripts: Path) -> None:

@@ -28,6 +28,8 @@ from cellwright.run import DRIVE, RunOptions, RunResult
 
 Report = Callable[[str], None]
 
+_STATE = "/ariac/competition_state"  # what every cell tells of
+
 WAYS = ("socket", "ros1")
 """Ways between an agent and a cell that are in different processes."""
 
@@ -69,6 +71,11 @@ def connected(agent: str, address: str, *, as_json: bool, min_score: float | Non
     console = Console(stderr=as_json, highlight=False)
     worker = find_agent(agent)()
     transport = SocketTransport(where, node=NODE)
+    if not any(each["name"] == _STATE for each in transport.welcome["topics"]):
+        transport.close()
+        options.refuse(
+            f"--connect {address}: no cell is served there, but {transport.welcome['trial']}, a robot's node"
+        )
     console.print(f"trial {transport.welcome['trial']}, agent {agent}, at {address}", markup=False, soft_wrap=True)
     worked = work(worker, transport, _wait_for_kits)
     sys.stderr.write(worked.error)

@@ -58,7 +58,7 @@ def command(script: str, arguments: Sequence[str], warn: Callable[[str], None]) 
         f"--node={node}",
         "--port=0",
         *(["--motion=teleport"] if is_general else []),
-        *(["--gui"] if known.init_debug else []),
+        *(["--init-debug"] if known.init_debug else []),
         *more,
     ]
 

@@ -8,11 +8,13 @@ out of the file (document types, entities) is refused.
 from __future__ import annotations
 
 import codecs
+import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers import expat
+from xml.sax.saxutils import escape
 
 from cellwright.description.problems import Place, Problem, Problems
 from cellwright.description.robot.xacro_file import expand, is_xacro
@@ -26,6 +28,8 @@ MAX_DEPTH = 50
 _STRAY = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
 _DECLARATION = re.compile(r"\s*(?:<!--.*?-->\s*)*(<\?xml\s.*?\?>)", re.DOTALL)
 _ENCODING = re.compile(rb"<\?xml[^>]*?encoding\s*=\s*[\"']([A-Za-z0-9._-]+)[\"']")
+_MACRO = re.compile(r"<xacro:\w+")
+_FROM_ENVIRONMENT = re.compile(r"\$\(optenv\s+(\w+)([^()<>\"']*)\)")  # left in by xacro's forerunners
 _LONGEST_NAME = 60
 
 
@@ -77,9 +81,16 @@ def _text(path: Path, problems: Problems) -> tuple[str, bool]:
     if declared := _DECLARATION.match(text):
         start, end = declared.span(1)  # what it says is known by now, and it may stand only at the very beginning
         text = text[:start] + re.sub(r"[^\n]", " ", declared[1]) + text[end:]
-    if is_xacro(path, text):
+    if is_xacro(path):
         return expand(path, text), False
-    return text, True
+    if macro := _MACRO.search(text):
+        message = f"{macro[0]}> is a macro of xacro; end the file's name with .xacro to have it expanded"
+        raise refusal(path, text.count("\n", 0, macro.start()) + 1, message)
+    return _FROM_ENVIRONMENT.sub(_from_environment, text), True
+
+
+def _from_environment(match: re.Match[str]) -> str:
+    return escape(os.environ.get(match[1], match[2]).strip(), {'"': "&quot;"})
 
 
 def refusal(path: Path, line: int, message: str) -> DescriptionError:

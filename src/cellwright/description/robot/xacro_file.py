@@ -20,7 +20,6 @@ from cellwright.description.robot.packages import package_folders
 from cellwright.description.tree import shortened
 from cellwright.errors import DescriptionError
 
-_MACROS = re.compile(r"<xacro:|=\s*[\"'][^\"'<>]*\$[({]")
 _DECLARATION = re.compile(r"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
 _QUOTED = re.compile(r"'([^']+)'|\"([^\"]+)\"|(xacro:\w+)|'?(\w+)'?")
 _LONGEST_MESSAGE = 300
@@ -30,9 +29,9 @@ _REPETITIONS = (  # xacro says what it was told, and by whom, twice
 )
 
 
-def is_xacro(path: Path, text: str) -> bool:
-    """Whether a file has to be expanded: by its name, or because macros or substitutions are used in it."""
-    return path.suffix.lower() == ".xacro" or _MACROS.search(text) is not None
+def is_xacro(path: Path) -> bool:
+    """Whether a file has to be expanded, which its name says: a file that is data is never run as a program."""
+    return path.suffix.lower() == ".xacro"
 
 
 def expand(path: Path, text: str) -> str:
