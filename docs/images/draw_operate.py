@@ -3,6 +3,7 @@
 The robot is the QingLong, in this process; the keys are the ones that somebody would press.
 """
 
+import io
 from pathlib import Path
 
 from rich.console import Console
@@ -38,6 +39,6 @@ for keys in ("/", "arm_r_04", "\r", "+", RIGHT, RIGHT, "t", "c", "Z", "Z", "\x1b
     session.sleep(0.1)
 keyboard.take(RIGHT)
 session.sleep(0.02)
-console = Console(record=True, width=84, file=Path("/dev/null").open("w"), force_terminal=True)
+console = Console(record=True, width=84, file=io.StringIO(), force_terminal=True)
 console.print(panel(robot, keyboard.jog, limits, name=node.name, message=keyboard.message, height=26))
 console.save_svg(str(FOLDER / "operate-keyboard.svg"), title="cellwright operate keyboard")
