@@ -30,6 +30,7 @@ PAGES = [
     "docs/robots.md",
     "docs/robot-configuration.md",
     "docs/robot-safety.md",
+    "docs/ee-poses.md",
 ]
 
 
