@@ -88,6 +88,8 @@ class Commander(Device):
         self.watchdog.forget()
         self.is_enabled, self.is_stopped, self.is_homing = not self._safety.start_disabled, False, False
         self.why_held = ""
+        if self._safety.start_disabled:
+            self._approach.hold(self.applied)  # once it is enabled it is approached slowly, as after any hold
 
     # ---------------------------------------------------------------- what is asked for
 
