@@ -110,6 +110,18 @@ def test_poses(robot: AssembledRobot) -> None:
     assert robot.arms[0].home_ee_pose[0] == pytest.approx((x, y, z), abs=1e-6)
 
 
+def test_a_tip_goes_to_a_pose(robot: AssembledRobot) -> None:
+    """One joint turns it, on a circle about the shoulder."""
+    c, s = np.cos(0.8), np.sin(0.8)
+    half = [np.sin(0.4), np.cos(0.4)]
+    quarter = np.sqrt(0.5)
+    turn = [-quarter * half[0], quarter * half[0], quarter * half[1], quarter * half[1]]
+    robot.arms[0].move_ee(((0.0, 0.1 + 0.3 * c, 0.7 - 0.3 * s), turn))
+    until(lambda: abs(robot.arms[0].joint_pos[0] - 0.8) < 0.01)
+    robot.move_j([1], [0.2])  # a later command ends it
+    until(lambda: abs(robot.arms[0].joint_pos[0] - 0.2) < 0.01)
+
+
 def test_the_base(robot: AssembledRobot) -> None:
     assert robot.base.pose[0] == pytest.approx([0, 0, 0.2])
     robot.base.reset_base(((1.0, 2.0, 0.0), (0.0, 0.0, 0.0, 2.0)))  # not quite a unit quaternion

@@ -108,6 +108,7 @@ def test_ctrl_c_in_mid_motion_ends_it_within_a_second_with_a_summary() -> None:
     assert summary["outcome"] == "stopped"
     assert summary["commands"] == {"taken": 0, "refused": 1, "ignored": 1}
     assert summary["refused"] == {"/io_teleop/joint_cmd from /me": 1}
+    assert summary["unknown_names"] == ["no joint"]
     assert summary["pace"]["factor"] == pytest.approx(1.0, abs=0.1)
 
 

@@ -48,6 +48,7 @@ def rude(hall: Hall, said: bytes) -> Talker:
         (Frame(Kind.HELLO, payload=b"[]").encode(), "no JSON object"),
         (Frame(Kind.HELLO, payload=as_json(protocol=9, node="/a", encoding="cdr")).encode(), "speaks protocol 1"),
         (Frame(Kind.HELLO, payload=as_json(protocol=1, node="a", encoding="cdr")).encode(), "like '/robot'"),
+        (Frame(Kind.HELLO, payload=as_json(protocol=1, node="/a\nb", encoding="cdr")).encode(), "like '/robot'"),
         (Frame(Kind.HELLO, payload=as_json(protocol=1, node=["/a"], encoding="cdr")).encode(), "like '/robot'"),
         (Frame(Kind.HELLO, payload=as_json(protocol=1, node="/a", encoding="xml")).encode(), "cdr or ros1"),
         (Frame(Kind.HELLO, payload=as_json(protocol=1, node="/a", encoding={})).encode(), "cdr or ros1"),
@@ -110,6 +111,14 @@ def test_no_bytes_break_it(hall: Hall, is_greeted: bool, said: list[bytes]) -> N
         for _ in range(3):
             hall.server.wait(0.001)
     assert is_answered(hall.guests[0])
+
+
+@pytest.mark.parametrize("name", ["robot", "/a\nb", "/a\x1b[2J"])
+def test_in_the_name_of_what_is_no_node_nothing_is_taken(name: str) -> None:
+    with served(Cell(ARM_ONLY)) as hall:
+        answer = hall.guest().publish("/ariac/arm/command", way(), node=name)
+        assert answer.kind is Kind.REFUSED
+        assert b"a node's name is like '/robot'" in answer.payload
 
 
 def test_a_flood_of_commands_eats_idle_time_only() -> None:

@@ -51,6 +51,27 @@ def test_moving_and_placing(node: RobotNode, services: RobotServices) -> None:
     assert node.driver.read().positions[number] == pytest.approx(0.25, abs=1e-4)
 
 
+def test_a_tip_goes_to_a_pose_and_the_other_arm_goes_on(node: RobotNode, services: RobotServices) -> None:
+    robot = node.config.robot
+    arm = [robot.joint_indices[name] for name in node.config.arms[0].joints]
+    tip, elbow = robot.link_indices["tip_right"], robot.joint_indices["elbow_left"]
+    services.place({"joints": arm, "positions": [0.6, -0.9, 0.1]})
+    (goal,) = services.state({"links": [tip]})["links"]
+    services.place({"joints": arm, "positions": [0.5, -1.0, 0.2]})
+    services.move({"joints": [elbow], "positions": [-0.3]})
+    services.move_tip({"arm": 0, "pose": goal})
+    for _ in range(480):
+        node.simulation.step()
+    np.testing.assert_allclose(services.state({"links": [tip]})["links"][0][0], goal[0], atol=1e-3)
+    assert node.driver.read().positions[node.commander.numbers["elbow_left"]] == pytest.approx(-0.3, abs=1e-3)
+
+
+def test_a_tip_that_is_not_there(services: RobotServices) -> None:
+    for arm in (None, -1, 2, "right"):
+        with pytest.raises(CellwrightError, match="there is no arm"):
+            services.move_tip({"arm": arm, "pose": [[0, 0, 0], [0, 0, 0, 1]]})
+
+
 def test_while_it_is_stopped(node: RobotNode, services: RobotServices) -> None:
     node.commander.stop("somebody pressed the button")
     before = node.driver.read().positions.copy()

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
 from cellwright.errors import RejectedCommandError
+from cellwright.messages.standard import PoseArray
 from cellwright.teleop.safety import Guard, SafetySettings
-from tests.teleop.talk import Talk
+from tests.teleop.talk import Talk, stamped
 
 
 def test_an_arm_does_not_tremble_before_it_is_enabled() -> None:
@@ -20,9 +22,8 @@ def test_an_arm_does_not_tremble_before_it_is_enabled() -> None:
     assert talk.at("shoulder_right") == pytest.approx(0.5, abs=1e-3)
     assert talk.node.counts.ignored == 200
     talk.enable()
-    talk.joints({"shoulder_right": 0.6})
-    talk.seconds(1.0)
-    assert talk.at("shoulder_right") == pytest.approx(0.6, abs=1e-3)
+    assert talk.top_speed("shoulder_right", 2.0, lambda: talk.joints({"shoulder_right": 0.9})) < 0.55
+    assert talk.at("shoulder_right") == pytest.approx(0.9, abs=1e-3)
 
 
 def test_two_writers_on_one_topic_do_not_fight() -> None:
@@ -75,6 +76,27 @@ def test_a_lost_link_does_not_let_go_of_what_a_gripper_holds() -> None:
     talk.seconds(3.0)
     assert talk.applied("finger_right") == 0.04
     assert talk.at("finger_right") == pytest.approx(0.04, abs=1e-4)
+
+
+def test_a_lost_link_in_mid_way_to_a_pose_is_the_same() -> None:
+    talk = Talk(safety=SafetySettings(silence=0.25))
+    heard = talk.listen("state_ee_poses")
+    talk.steps(3)
+    poses = heard[-1].poses
+    far = [replace(pose, position=replace(pose.position, z=pose.position.z + 0.4)) for pose in poses]
+
+    def command() -> None:
+        talk.node.bus.publish("/io_teleop/target_ee_poses", PoseArray(stamped(0.0), far), node="/op")
+
+    command()
+    assert talk.top_speed("shoulder_right", 0.2) > 0.3
+    talk.seconds(0.2)
+    held = talk.at("shoulder_right")
+    talk.seconds(2.0)
+    assert talk.at("shoulder_right") == pytest.approx(held, abs=1e-3)
+    assert any("nothing has come on /io_teleop/target_ee_poses for 0.25 s" in line for line in talk.lines)
+    talk.top_speed("shoulder_right", 1.0, command)
+    assert abs(talk.at("shoulder_right") - held) > 0.1
 
 
 def test_one_topic_that_is_alive_does_not_hide_another_that_is_dead() -> None:

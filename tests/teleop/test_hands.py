@@ -61,7 +61,7 @@ def test_whatever_is_said_it_is_between_open_and_closed(status: float, position:
 
 
 def test_joints_without_limits_and_those_that_follow_have_no_part() -> None:
-    gripper = GripperRange(Gripper(("wheel", "thumb_left")), CONFIG.robot, NUMBERS)
+    gripper = GripperRange(Gripper(("wheel", "thumb_left", "antenna")), CONFIG.robot, NUMBERS)
     assert gripper.positions(1.0).tolist() == []
     assert gripper.status(np.ones(len(NUMBERS))) == 0.0
     assert len(ranges(CONFIG.grippers, CONFIG.robot, NUMBERS)) == 2

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 
 import pytest
 
@@ -26,6 +27,7 @@ def test_joint_states_tell_of_all_movable_joints_in_the_order_of_their_indices()
     assert last.velocity[place] == pytest.approx(talk.velocity("waist"))
     assert last.velocity[place] > 1.0
     assert max(abs(last.effort)) > 0.0
+    assert not any(math.copysign(1.0, value) < 0.0 for value in last.position.tolist() if value == 0.0)
     assert (last.header.stamp.sec, last.header.stamp.nanosec) == (0, 100_000_000)
 
 

@@ -1,10 +1,12 @@
 """Robots that tests put together by hand."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from cellwright.description.model import ModelShape
 from cellwright.description.robot.config import RobotConfig
-from cellwright.description.robot.model import Link, RobotModel
+from cellwright.description.robot.model import Joint, Link, RobotModel
 from cellwright.pose import Pose
 
 
@@ -12,3 +14,11 @@ def one_link(*shapes: ModelShape, base_pose: Pose | None = None) -> RobotConfig:
     """A robot that is one link and cannot move."""
     robot = RobotModel("stone", "stone", {"stone": Link("stone", shapes=shapes)}, ())
     return RobotConfig(robot, "stone", Path("stone.urdf"), Path("stone.urdf"), base_pose or Pose())
+
+
+def of_joints(*joints: Joint, links: Mapping[str, Link] | None = None, **config: Any) -> RobotConfig:
+    """A robot of these joints, the first of which hangs on its root; links are bare but for those that are given."""
+    root = joints[0].parent
+    names = [root, *(joint.child for joint in joints)]
+    robot = RobotModel("robot", root, {name: (links or {}).get(name, Link(name)) for name in names}, joints)
+    return RobotConfig(robot, "robot", Path("robot.urdf"), Path("robot.urdf"), **config)

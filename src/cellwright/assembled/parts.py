@@ -6,7 +6,7 @@ from typing import Any, Mapping, Sequence
 
 from cellwright.assembled import services
 from cellwright.assembled.joints import Joints, Pose
-from cellwright.assembled.poses import inverted, multiplied
+from cellwright.assembled.poses import as_numbers, inverted, multiplied
 from cellwright.assembled.process import RobotProcess
 from cellwright.errors import UsageError
 
@@ -33,10 +33,7 @@ class RobotBase:
 
     def reset_base(self, pose: Pose) -> None:
         """Put it at a pose in the world at once; the robot comes along."""
-        position, orientation = pose
-        if len(position) != 3 or len(orientation) != 4:
-            raise UsageError("a pose is [[x, y, z], [qx, qy, qz, qw]]")
-        self._process.ask(services.PLACE_BASE, pose=[[*map(float, position)], [*map(float, orientation)]])
+        self._process.ask(services.PLACE_BASE, pose=as_numbers(pose))
 
 
 class RobotArm:
@@ -49,8 +46,10 @@ class RobotArm:
         home_ee_pose: where the tip is in the world when the robot is put up.
     """
 
-    def __init__(self, joints: Joints, described: Mapping[str, Any]) -> None:
+    def __init__(self, process: RobotProcess, joints: Joints, number: int, described: Mapping[str, Any]) -> None:
+        self._process = process
         self._joints = joints
+        self._number = number
         self.arm_joint_index: list[int] = list(described["joints"])
         self.ee_index: int = described["tip"]
         self.home_j_pos: list[float] = list(described["home"])
@@ -71,6 +70,13 @@ class RobotArm:
         """Where its tip is in the frame of the root link."""
         tip, root = self._joints.link_poses([self.ee_index, ROOT])
         return multiplied(inverted(root), tip)
+
+    def move_ee(self, pose: Pose) -> None:
+        """Bring the link that `controller_indices.cmd_ee` names, the tip as a rule, to a pose in the world.
+
+        As near as it can be reached, within the limits of joints and speeds; the base is taken to stay where it is.
+        """
+        self._process.ask(services.MOVE_TIP, arm=self._number, pose=as_numbers(pose))
 
 
 class RobotGripper:

@@ -4,7 +4,24 @@ from __future__ import annotations
 
 from typing import Sequence
 
+from cellwright.errors import UsageError
+
 Pose = Sequence[Sequence[float]]
+
+
+def as_numbers(pose: Pose) -> list[list[float]]:
+    """A pose as plain lists, whatever sequences it is made of.
+
+    Raises:
+        UsageError: it is none.
+    """
+    try:
+        position, orientation = ([float(value) for value in part] for part in pose)
+    except (TypeError, ValueError):
+        position, orientation = [], []
+    if len(position) != 3 or len(orientation) != 4:
+        raise UsageError("a pose is [[x, y, z], [qx, qy, qz, qw]]")
+    return [position, orientation]
 
 
 def multiplied(a_T_b: Pose, b_T_c: Pose) -> list[list[float]]:

@@ -24,7 +24,7 @@ class AssembledRobot:
         robot_urdf_path: the URDF.
         configs: the robot configuration (`vr_configs.yml`) as `yaml.safe_load` has it.
         debug: print the index table, and open a window in which sliders move the joints.
-        with_ee_constraint: kept as an attribute; nothing here depends on it.
+        with_ee_constraint: kept as an attribute; `arms[].move_ee` is there in any case.
         physics_clent_id: of the original's engine (and spelt as there); kept as an attribute.
 
     Attributes:
@@ -79,7 +79,7 @@ class AssembledRobot:
         self.joint_id2name_dict: Lookup[str] = Lookup("joint index", {index: name for name, index in names.items()})
         self.link_name2id_dict: Lookup[int] = Lookup("link", {joint.link: joint.index for joint in joints.table})
         self.base = RobotBase(self._process, joints)
-        self.arms = [RobotArm(joints, arm) for arm in described["arms"]]
+        self.arms = [RobotArm(self._process, joints, number, arm) for number, arm in enumerate(described["arms"])]
         waist = described["waist"] or {"joints": [], "home": []}
         self._waist = list(zip(waist["joints"], waist["home"]))
         if described["grippers"]:

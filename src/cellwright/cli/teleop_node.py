@@ -214,6 +214,7 @@ def _document(node: RobotNode, wanted: TeleopOptions, ran: _Ran, status: int) ->
         "state_hash": node.simulation.state_hash(),
         "commands": {"taken": node.counts.taken, "refused": node.refused, "ignored": node.counts.ignored},
         "refused": dict(node.bus.refusals.counts),
+        "unknown_names": list(node.commander.notices.unknown),
         "pace": None if ran.pace is None else asdict(ran.pace),
         "versions": versions(),
     }

@@ -79,11 +79,15 @@ def _joints(robot: OperatedRobot, jog: Jog, limits: JointLimits, count: int) -> 
         table.add_row(
             "▶" if is_chosen else " ",
             Text(name, style="bold cyan" if is_chosen else ""),
-            f"{position:.3f}",
-            Text("" if math.isnan(target) else f"{target:.3f}", style=off),
+            _number(position),
+            Text("" if math.isnan(target) else _number(target), style=off),
             _bar(name, position, target, limits),
         )
     return table
+
+
+def _number(value: float) -> str:
+    return f"{round(value, 3) + 0.0:.3f}"  # no sign before a zero
 
 
 def _bar(name: str, position: float, target: float, limits: JointLimits) -> Text:

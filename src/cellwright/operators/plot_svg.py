@@ -36,9 +36,9 @@ def _pair(exercise: Exercise, top: int) -> str:
     title = f"{trace.joint}: {exercise.wave.shape}, RMS error {figures.rms:.4f}, greatest {figures.worst:.4f}, {delay}"
     told_at, told = _stairs(trace.told_at, trace.told)
     curves = [(told_at, told, _TOLD), (trace.seen_at, trace.seen, _SEEN)]
-    legend = (
-        f'<text x="{WIDTH - _RIGHT}" y="{top + 22}" text-anchor="end"><tspan fill="{_TOLD}">target</tspan> '
-        f'<tspan fill="{_SEEN}">measured</tspan> [rad; m]</text>'
+    legend = "".join(
+        f'<text x="{WIDTH - _RIGHT - right}" y="{top + 22}" text-anchor="end" fill="{colour}">{text}</text>'
+        for right, text, colour in ((130, "target", _TOLD), (62, "measured", _SEEN), (0, "[rad; m]", "#000"))
     )
     error = [(trace.seen_at, trace.target - trace.seen, _ERROR)]
     return "\n".join(
@@ -46,7 +46,7 @@ def _pair(exercise: Exercise, top: int) -> str:
             f'<text x="{_LEFT}" y="{top + 22}" font-weight="bold">{escape(title)}</text>',
             legend,
             _frame(curves, end, top + _TOP, _HIGH),
-            _frame(error, end, top + _TOP + _HIGH + _GAP, _LOW, label="error", time_below=True),
+            _frame(error, end, top + _TOP + _HIGH + _GAP, _LOW, label="error [rad; m]", time_below=True),
         ]
     )
 
@@ -68,7 +68,7 @@ def _frame(
     low, high = low - space, high + space
     width = WIDTH - _LEFT - _RIGHT
     parts = []
-    for value in _ticks(low, high, max(2, height // 45)):
+    for value in _ticks(low, high, max(6, height // 45)):
         y = top + height * (high - value) / (high - low)
         parts += [
             f'<path d="M{_LEFT} {y:.1f}h{width}" stroke="#ddd"/>',
@@ -86,7 +86,7 @@ def _frame(
         line = " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
         parts.append(f'<polyline points="{line}" fill="none" stroke="{colour}" stroke-width="1.5"/>')
     if label:
-        parts.append(f'<text x="{_LEFT + 6}" y="{top + 16}" fill="{_ERROR}">{label}</text>')
+        parts.append(f'<text x="{_LEFT}" y="{top - 5}" fill="{_ERROR}">{label}</text>')
     if time_below:
         parts.append(f'<text x="{WIDTH - _RIGHT}" y="{top + height + 32}" text-anchor="end">time [s]</text>')
     return "\n".join(parts)

@@ -90,6 +90,8 @@ class Requests:
     # ---------------------------------------------------------------- each kind of frame
 
     def _act(self, guest: Guest, frame: Frame) -> None:
+        if frame.node and not _is_name(frame.node):
+            raise UsageError(f"a node's name is like '/robot', not {frame.node!r:.40}")
         match frame.kind:
             case Kind.SUBSCRIBE:
                 self._subscribe(guest, frame)
@@ -112,7 +114,7 @@ class Requests:
         protocol, node, encoding = (said.get(key) for key in ("protocol", "node", "encoding"))
         if protocol != PROTOCOL:
             raise FrameError(f"this cell speaks protocol {PROTOCOL}, not {protocol!r:.20}")
-        if not isinstance(node, str) or not node.startswith("/") or not 1 < len(node) <= _LONGEST_NODE:
+        if not isinstance(node, str) or not _is_name(node):
             raise FrameError(f"a node's name is like '/robot', not {node!r:.40}")
         if encoding not in ENCODINGS:
             raise FrameError(f"messages can be had as {' or '.join(ENCODINGS)}, not {encoding!r:.20}")
@@ -166,6 +168,8 @@ class Requests:
             request: Any = None if service is None else self._read(guest, frame, service.request, service.name)
             response = self._cell.bus.call(frame.name, request, node=frame.node or guest.node)
             if isinstance(response, Later):
+                if self._lockstep and response.response is None:  # who waits without letting time pass waits for ever
+                    guest.say(Frame(Kind.DONE, frame.number))
                 response.then(partial(self._answer, guest, frame.number))
                 return
             answer = self._translation.to_bytes(response, guest.encoding)
@@ -191,6 +195,11 @@ class Requests:
         except MessageError as error:
             self._cell.bus.refusals.refuse(f"{frame.name} from {frame.node or guest.node}", str(error))
             raise
+
+
+def _is_name(node: str) -> bool:
+    """Whether a node may be called so: its name is printed where people read, and must not break their lines."""
+    return node.startswith("/") and 1 < len(node) <= _LONGEST_NODE and node.isprintable()
 
 
 def refusal(number: int, error: BaseException) -> Frame:

@@ -39,6 +39,7 @@ class RobotServices:
         server.offer(services.DESCRIBE, self.describe)
         server.offer(services.MOVE, self.move)
         server.offer(services.PLACE, self.place)
+        server.offer(services.MOVE_TIP, self.move_tip)
         server.offer(services.PLACE_BASE, self.place_base)
 
     def offer_state(self, server: Server) -> None:
@@ -96,17 +97,22 @@ class RobotServices:
         self._node.commander.aim(numbers, positions)
         return {}
 
+    def move_tip(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Bring the tip of an arm to a pose; the other arms go on with what they are doing."""
+        arm, world_T_tip = asked.get("arm"), _asked_pose(asked)
+        references = self._node.ee_poses.references
+        if not isinstance(arm, int) or not 0 <= arm < len(references):
+            raise RejectedCommandError(f"there is no arm {arm!r}")
+        self._check_freedom()
+        world_T_reference = self._pose(self._robot.link_indices[references[arm]])
+        poses: list[Pose | None] = [None] * len(references)
+        poses[arm] = world_T_reference.inverse() @ world_T_tip
+        self._node.ee_poses.aim(poses)
+        return {}
+
     def place_base(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Put the root link somewhere: what carries the robot is moved, which may be fastened to another link."""
-        try:
-            (x, y, z), (qx, qy, qz, qw) = asked["pose"]
-            length = math.sqrt(qx * qx + qy * qy + qz * qz + qw * qw)
-            wanted = Pose((x, y, z), (qw / length, qx / length, qy / length, qz / length))
-            is_finite = math.isfinite(x + y + z + length)
-        except (KeyError, TypeError, ValueError, ArithmeticError):
-            is_finite = False
-        if not is_finite:
-            raise RejectedCommandError("a pose is [[x, y, z], [qx, qy, qz, qw]], of finite numbers")
+        wanted = _asked_pose(asked)
         base = self._node.base
         base.place(wanted @ self._pose(-1).inverse() @ base.pose)
         return {}
@@ -161,3 +167,17 @@ class RobotServices:
         simulation.refresh()
         body = simulation.data.body(body_of(self._robot.link_at(index)))
         return Pose(tuple(body.xpos.tolist()), tuple(body.xquat.tolist()))
+
+
+def _asked_pose(asked: dict[str, Any]) -> Pose:
+    """The pose in a question, its quaternion made a unit one."""
+    try:
+        (x, y, z), (qx, qy, qz, qw) = asked["pose"]
+        length = math.sqrt(qx * qx + qy * qy + qz * qz + qw * qw)
+        pose = Pose((x, y, z), (qw / length, qx / length, qy / length, qz / length))
+        is_finite = math.isfinite(x + y + z + length)
+    except (KeyError, TypeError, ValueError, ArithmeticError):
+        is_finite = False
+    if not is_finite:
+        raise RejectedCommandError("a pose is [[x, y, z], [qx, qy, qz, qw]], of finite numbers")
+    return pose

@@ -108,10 +108,12 @@ class EePoses(Device):
         """Where each tip is being brought, reference_T_tip; None for an arm that is not."""
         return tuple(arm.target for arm in self._arms)
 
-    def aim(self, poses: Sequence[Pose]) -> None:
-        """Begin to bring the tip of each arm to a pose, reference_T_tip; one for each arm."""
+    def aim(self, poses: Sequence[Pose | None]) -> None:
+        """Begin to bring the tip of each arm to a pose, reference_T_tip; one for each arm, None to leave it alone."""
         measured = self._measured()
         for arm, pose in zip(self._arms, poses, strict=True):
+            if pose is None:
+                continue
             if arm.target is None or not self._commander.leads(TOPIC, arm.numbers):
                 arm.positions = np.clip(measured[arm.numbers], arm.solver.lower, arm.solver.upper)
                 self._commander.follow(TOPIC, arm.numbers, arm.positions)

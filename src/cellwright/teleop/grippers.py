@@ -8,14 +8,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from cellwright.description.robot.config import Gripper
-from cellwright.description.robot.model import RobotModel
+from cellwright.description.robot.model import Joint, RobotModel
 from cellwright.devices.joint_servos import Array
 
 
 class GripperRange:
     """A gripper's joints between open (their lower limits) and closed (their upper ones).
 
-    Joints without limits, and those that follow another, have no part in it.
+    Joints without limits, those that follow another, and those of more than one degree of freedom have no part in it.
 
     Args:
         gripper: the joints.
@@ -24,10 +24,8 @@ class GripperRange:
     """
 
     def __init__(self, gripper: Gripper, robot: RobotModel, numbers: Mapping[str, int]) -> None:
-        joints = [robot.joint(name) for name in gripper.joints]
-        used = [
-            joint for joint in joints if math.isfinite(joint.limits.upper - joint.limits.lower) and joint.mimic is None
-        ]
+        joints = [robot.joint(name) for name in gripper.joints if name in numbers]
+        used = [each for each in joints if each.mimic is None and _is_limited(each)]
         self.joints = np.array([numbers[joint.name] for joint in used], dtype=np.intp)
         self._lower = np.array([joint.limits.lower for joint in used])
         self._range = np.array([joint.limits.upper - joint.limits.lower for joint in used])
@@ -48,3 +46,7 @@ class GripperRange:
 def ranges(grippers: Sequence[Gripper], robot: RobotModel, numbers: Mapping[str, int]) -> tuple[GripperRange, ...]:
     """Of all grippers, in their order."""
     return tuple(GripperRange(gripper, robot, numbers) for gripper in grippers)
+
+
+def _is_limited(joint: Joint) -> bool:
+    return math.isfinite(joint.limits.upper - joint.limits.lower)

@@ -18,7 +18,7 @@ def hand_joints(config: RobotConfig, side: int) -> frozenset[str] | None:
     found: set[str] = set()
     if side < len(config.grippers):
         found.update(config.grippers[side].joints)
-    if side < len(config.arms):
+    if side < len(config.arms) and config.arms[side].joints:
         robot, wrist = config.robot, config.arms[side].joints[-1]
         arm = set(config.arms[side].joints)
         found.update(

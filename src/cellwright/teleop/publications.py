@@ -66,6 +66,7 @@ class Publications:
     def _joint_states(self) -> Any:
         columns = np.zeros((3, len(self._names)))  # joints of more than one degree of freedom say 0
         columns[:, self._places] = self._driver.read()
+        columns += 0.0  # nobody wants to read -0.0
         return joint_state(self._names, *columns, time=self._told())
 
     def _applied(self) -> Any:

@@ -38,14 +38,11 @@ class Rig:
         timestep: Fraction = TIMESTEP,
         self_collision: bool = False,
     ) -> None:
-        self.complaints: list[str] = []
-        """What the node said of commands that it refused or cut off."""
         self.node = RobotNode(
             config,
             motion=motion,
             timestep=timestep,
             self_collision=self_collision,
-            report=self.complaints.append,
         )
         self.numbers = {name: number for number, name in enumerate(self.node.driver.joints)}
         self.joint_states: tuple[str, ...] = ()

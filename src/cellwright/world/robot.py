@@ -8,6 +8,8 @@ these the recorded motion of the QingLong is met, without them its wrists are fo
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -15,6 +17,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from cellwright.description.model_files import ModelFileError
 from cellwright.description.problems import Place, Problem
 from cellwright.description.robot.config import RobotConfig
 from cellwright.description.robot.model import Inertial, Joint, JointType, Link, RobotModel
@@ -92,25 +95,29 @@ def build_robot(config: RobotConfig, *, timestep: Fraction = TIMESTEP, self_coll
     option.tolerance = 1e-10
     option.iterations = 100  # two are usual; when many drives come to their bounds at once it takes up to fifty
     builder = _Builder(spec, config, is_touched=self_collision)
-    builder.build()
+    with _refusing(config):
+        builder.build()
     add_floor(spec)
     moved = frozenset(joint.name for joint in config.robot.joints if joint.type in _HINGE)
     joined = joined_pairs(config.robot, moved, frozenset(builder.touched))
     exclude(spec, [(body_of(one), body_of(other)) for one, other in joined])
-    world = RobotWorld(config, _compiled(spec, config))
+    with _refusing(config):
+        world = RobotWorld(config, spec.compile())
     data = mujoco.MjData(world.model)
     world.put_in_first_pose(data)
     if overlapping := overlapping_pairs(world.model, data) if self_collision else []:
         exclude(spec, overlapping)
-        world = RobotWorld(config, _compiled(spec, config))
+        world = RobotWorld(config, spec.compile())
     put_floor_under(world.model, data)
     return world
 
 
-def _compiled(spec: Any, config: RobotConfig) -> mujoco.MjModel:
+@contextmanager
+def _refusing(config: RobotConfig) -> Iterator[None]:
+    """Say in one sentence what the engine does not like about a robot, or what has become of its meshes meanwhile."""
     try:
-        return spec.compile()
-    except ValueError as error:
+        yield
+    except (ValueError, ModelFileError) as error:
         message = f"the engine cannot build this robot: {' '.join(str(error).split())}"
         raise DescriptionError([Problem(Place(0, str(config.urdf_path), 0), "", message)]) from None
 

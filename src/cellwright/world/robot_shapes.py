@@ -37,7 +37,8 @@ class ShapeBuilder:
     def __init__(self, spec: Any, *, is_touched: bool) -> None:
         self._spec = spec
         self._is_touched = is_touched
-        self._meshes: dict[tuple[Path, Vector3], tuple[str, Mesh]] = {}
+        self._files: dict[Path, Mesh] = {}
+        self._names: dict[tuple[Path, Vector3], str] = {}
 
     def add(self, body: Any, shape: ModelShape) -> bool:
         """Give a body a shape, without weight; returns whether it is one that is touched."""
@@ -58,24 +59,26 @@ class ShapeBuilder:
         return is_touched
 
     def _add_mesh(self, body: Any, shape: ModelShape, path: Path, *, is_touched: bool) -> Any:
-        name, (vertices, _) = self._mesh(path, shape.size)
-        if is_touched and is_flat(vertices):  # the engine finds no hull around it: its box is touched instead
+        vertices, triangles = self._read(path, shape.size)
+        if len(vertices) < 4 or (is_touched and is_flat(vertices)):
+            # the engine finds no hull around it: its box stands for it
             lower, upper = vertices.min(axis=0), vertices.max(axis=0)
             x, y, z = ((lower + upper) / 2).tolist()
             halves = np.maximum((upper - lower) / 2, LEAST_LENGTH)
             at = shape.pose @ Pose((x, y, z))
             return body.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=halves, **placed(at))
-        return body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, **placed(shape.pose))
+        key = path, shape.size
+        if key not in self._names:
+            self._names[key] = f"mesh {len(self._names)} {path.name}"
+            add_mesh(self._spec, self._names[key], (vertices, triangles))
+        return body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=self._names[key], **placed(shape.pose))
 
-    def _mesh(self, path: Path, scale: Vector3) -> tuple[str, Mesh]:
-        """The name of a mesh in the model, and the mesh [m]."""
-        if (path, scale) not in self._meshes:
-            vertices, triangles = read_mesh(path)
-            mesh = vertices * scale, triangles if np.prod(scale) > 0 else triangles[:, ::-1]
-            name = f"mesh {len(self._meshes)} {path.name}"
-            add_mesh(self._spec, name, mesh)
-            self._meshes[path, scale] = name, mesh
-        return self._meshes[path, scale]
+    def _read(self, path: Path, scale: Vector3) -> Mesh:
+        """A mesh [m], as large as a shape has it; a mirrored one keeps its outside outside."""
+        if path not in self._files:
+            self._files[path] = read_mesh(path)
+        vertices, triangles = self._files[path]
+        return vertices * scale, triangles if np.prod(scale) > 0 else triangles[:, ::-1]
 
 
 def placed(pose: Pose) -> dict[str, Any]:

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich import box
 from rich.console import Console
 from rich.table import Table
 
@@ -20,13 +19,13 @@ _PLOT_WIDTH, _PLOT_HEIGHT = 78, 10
 
 def table(exercises: Sequence[Exercise]) -> Table:
     """The figures of all joints, a line each."""
-    found = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    found.add_column("joint")
+    found = Table(box=None, header_style="bold")
+    found.add_column("joint", no_wrap=True)
     has_steps = any(each.tracking.step for each in exercises)
-    names = ["RMS error", "greatest", "delay"]
-    names += ["rise", "settled", "overshoot", "rest"] if has_steps else []
+    names = ["RMS", "greatest", "delay"]
+    names += ["rise", "settled", "over", "rest"] if has_steps else []
     for name in names:
-        found.add_column(name, justify="right")
+        found.add_column(name, justify="right", no_wrap=True)
     for each in exercises:
         figures = each.tracking
         row = [each.trace.joint, f"{figures.rms:.4f}", f"{figures.worst:.4f}", _milliseconds(figures.delay)]
