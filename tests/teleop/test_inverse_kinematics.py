@@ -184,3 +184,12 @@ def test_links_may_be_called_as_the_engine_calls_its_own() -> None:
     )
     assert solver.pose(at(model, {})).position == pytest.approx((0.0, 0.0, 0.8))
     assert solver.frame(at(model, {}), "arm").position == pytest.approx((0.0, 0.0, 0.5))
+
+
+def test_an_arm_stands_still_where_the_solver_finds_nothing(
+    model: mujoco.MjModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    solver, data = solver_of(model), at_home(model)
+    target = Pose((0.1, 0.0, 0.0)) @ solver.pose(data)
+    monkeypatch.setattr("daqp.solve", lambda *_: (np.full(7, math.nan), 0.0, -4, {}))
+    assert solver.step(data, target, STEP).tolist() == [0.0] * 7

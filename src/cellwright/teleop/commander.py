@@ -165,10 +165,12 @@ class Commander(Device):
         Returns:
             False where commands are not taken now: nothing was changed then.
         """
-        if self.takes_commands:
-            chosen = np.fromiter(joints, dtype=np.intp)
-            self._approach.lead(chosen, np.fromiter(positions, dtype=np.float64))
-        return self.takes_commands
+        if not self.takes_commands:
+            self.counts.ignored += 1
+            return False
+        self._approach.lead(np.fromiter(joints, dtype=np.intp), np.fromiter(positions, dtype=np.float64))
+        self.counts.taken += 1
+        return True
 
     def leads(self, topic: str, joints: Iterable[int]) -> bool:
         """Whether a topic is what these joints follow: no other has commanded them since, and none was held."""
