@@ -158,3 +158,12 @@ def test_a_reference_that_the_arm_moves_is_seen_to_move() -> None:
         data.qpos[solver.qpos] += solver.step(data, goal, STEP)
         refresh(model, data)
     assert apart(solver.pose(data), goal) == pytest.approx((0.0, 0.0), abs=1e-5)
+
+
+def test_an_arm_stands_still_where_the_solver_finds_nothing(
+    model: mujoco.MjModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    solver, data = solver_of(model), at_home(model)
+    target = Pose((0.1, 0.0, 0.0)) @ solver.pose(data)
+    monkeypatch.setattr("daqp.solve", lambda *_: (np.full(7, math.nan), 0.0, -4, {}))
+    assert solver.step(data, target, STEP).tolist() == [0.0] * 7

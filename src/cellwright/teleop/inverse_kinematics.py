@@ -94,6 +94,7 @@ class ArmSolver:
         self._other = np.zeros((6, model.nv))
         self._weights = np.repeat((1.0, TURN_WEIGHT), 3)
         self._identity = np.eye(len(joints))
+        self._row_damping, self._forces = _ROW_DAMPING * np.eye(6), np.zeros(6)
         self._no_rows = np.zeros((0, len(joints)))
         self._kinds = np.zeros(len(joints), dtype=np.intc)
         self._turned, self._turn = np.zeros(4), np.zeros(3)
@@ -131,27 +132,32 @@ class ArmSolver:
         damping = _LEAST_DAMPING + _DAMPING * math.sqrt(step @ step)
 
         position = data.qpos[self.qpos]
-        most = POSTURE_SPEED * time
-        posture = np.clip(POSTURE_GAIN * time * (self._home - position), -most, most)
-        gram = jacobian @ jacobian.T
-        gram.flat[::7] += _ROW_DAMPING
-        posture -= jacobian.T @ np.linalg.solve(gram, jacobian @ posture)
-        if np.abs(posture).max() < POSTURE_REST * time:
-            posture[:] = 0.0
-
-        bound = self._velocity * time
+        posture = self._posture(position, jacobian, time)
+        bound = np.minimum(self._velocity * time, _UNBOUNDED)
         found, _, flag, _ = daqp.solve(
             jacobian.T @ jacobian + damping * self._identity,
             -(jacobian.T @ step) - damping * posture,
             self._no_rows,
-            np.minimum(np.minimum(self.upper - position, bound), _UNBOUNDED),
-            np.maximum(np.maximum(self.lower - position, -bound), -_UNBOUNDED),
+            np.minimum(self.upper - position, bound),
+            np.maximum(self.lower - position, -bound),
             self._kinds,
         )
         moved: Array = np.asarray(found)
         return moved if flag == _OPTIMAL else np.zeros_like(position)  # no step was found: stand still
 
     # ---------------------------------------------------------------- inside
+
+    def _posture(self, position: Array, jacobian: Array, time: float) -> Array:
+        """The way home that leaves the tip where it is [rad; m]: N posture."""
+        most = POSTURE_SPEED * time
+        posture: Array = np.maximum(np.minimum(POSTURE_GAIN * time * (self._home - position), most), -most)
+        gram = jacobian @ jacobian.T + self._row_damping
+        mujoco.mju_cholFactor(gram, 0.0)
+        mujoco.mju_cholSolve(self._forces, gram, jacobian @ posture)
+        posture -= jacobian.T @ self._forces
+        if np.abs(posture).max() < POSTURE_REST * time:
+            posture[:] = 0.0
+        return posture
 
     def _share(self, error: Array, time: float) -> float:
         """Which part of the error is to be made good in this step: all of it in one straight motion."""
