@@ -12,7 +12,10 @@ from cellwright.client.transports.in_process import InProcess
 from cellwright.errors import UsageError
 from cellwright.messages.build import joint_state, nanoseconds
 from cellwright.messages.cellwright_msgs import TeleopStatus
+from cellwright.operators import exercise
+from cellwright.operators.limits import JointLimits
 from cellwright.operators.robot import JOINT_COMMAND, OperatedRobot
+from cellwright.operators.waves import Shape, Wave
 from cellwright.pose import Pose
 from cellwright.teleop.node import RobotNode
 from tests.operators.nodes import robot
@@ -116,6 +119,12 @@ def test_a_strangers_node_need_only_say_where_its_joints_are() -> None:
     there = OperatedRobot(Session(stranger))
     assert there.joints == ("head", "elbow", "wrist")
     assert there.positions == {"head": 0.1}
+    assert there.position("head") == 0.1
+    for strange in ("elbow", "wrist"):
+        with pytest.raises(UsageError, match=f"the node does not say where {strange} is"):
+            there.position(strange)
+        with pytest.raises(UsageError, match="does not say"):
+            exercise.check(there, [strange], Wave(Shape.SINE, 0.1, 1.0, 1), JointLimits())
     assert (there.applied, there.grippers, there.tips, there.status, there.why_not()) == ({}, (), (), None, "")
 
 

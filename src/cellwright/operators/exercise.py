@@ -12,7 +12,7 @@ import numpy as np
 from cellwright.errors import CellwrightError, RunEndedError, UsageError
 from cellwright.messages.build import nanoseconds
 from cellwright.operators.limits import JointLimits
-from cellwright.operators.robot import JOINT_STATES, OperatedRobot
+from cellwright.operators.robot import JOINT_STATES, OperatedRobot, by_name
 from cellwright.operators.tracking import Array, Trace, Tracking, tracking
 from cellwright.operators.waves import Shape, Wave
 
@@ -49,11 +49,11 @@ def check(robot: OperatedRobot, joints: list[str], wave: Wave, limits: JointLimi
 
     Raises:
         UnknownNameError: the robot has no such joint.
-        UsageError: the signal would leave their limits, or the node takes no commands.
+        UsageError: the signal would leave their limits, or the node takes no commands or does not say where one is.
     """
     robot.check_names(joints)
     for joint in joints:
-        start, (low, high) = robot.positions[joint], wave.reach
+        start, (low, high) = robot.position(joint), wave.reach
         limits.check(joint, start + low, start + high, f"a {wave.shape} of {wave.amplitude:g}")
     reason = robot.why_not()
     if reason:
@@ -81,16 +81,15 @@ def exercise(
         UsageError: too few joint states came to say anything.
     """
     session = robot.session
-    start, begun = robot.positions[joint], session.time
+    start, begun = robot.position(joint), session.time
     told: list[tuple[float, float]] = []
     seen: list[tuple[float, float, float]] = []
     applied: list[float] = []
 
     def note(message: Any) -> None:
-        names = list(message.name)
-        if joint in names:
-            stamp = nanoseconds(message.header.stamp) / 1e9
-            seen.append((session.time - begun, stamp, float(message.position[names.index(joint)])))
+        position = by_name(message).get(joint)
+        if position is not None:
+            seen.append((session.time - begun, nanoseconds(message.header.stamp) / 1e9, position))
 
     leave = session.subscribe(JOINT_STATES, note)
     try:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from cellwright.description.robot.model import Limits, RobotModel
 from cellwright.errors import UsageError
 
-_SLACK = 1e-6  # [rad; m] that a measured position may lie outside
+_SLACK = 2e-3  # [rad; m] that a joint that was measured at its limit may lie outside; the node cuts it off
 
 _UNKNOWN = Limits()
 

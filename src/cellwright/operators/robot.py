@@ -63,12 +63,23 @@ class OperatedRobot:
     @property
     def positions(self) -> dict[str, float]:
         """Where the joints are [rad; m], as last heard."""
-        return _by_name(self._states.message)
+        return by_name(self._states.message)
+
+    def position(self, joint: str) -> float:
+        """Where a joint is [rad; m], as last heard.
+
+        Raises:
+            UsageError: the node does not say.
+        """
+        found = self.positions.get(joint)
+        if found is None:
+            raise UsageError(f"the node does not say where {joint} is")
+        return found
 
     @property
     def applied(self) -> dict[str, float]:
         """Where the node really has them go [rad; m], as last heard; empty where it does not say."""
-        return _by_name(self._applied.message)
+        return by_name(self._applied.message)
 
     @property
     def grippers(self) -> tuple[float, ...]:
@@ -149,7 +160,8 @@ class OperatedRobot:
         return self._stamp
 
 
-def _by_name(message: Any) -> dict[str, float]:
+def by_name(message: Any) -> dict[str, float]:
+    """The finite positions in a message of joints; of none, nothing."""
     if message is None:
         return {}
     values = zip(message.name, map(float, message.position), strict=False)  # strangers may send what they like
