@@ -22,6 +22,7 @@ import numpy as np
 
 from cellwright.devices.joint_servos import Array
 from cellwright.pose import Pose
+from cellwright.world.robot import body_of
 
 TURN_WEIGHT = 0.2
 """What an error of 1 rad counts beside one of 1 m [m]: as in the original's controller; the size of a hand."""
@@ -88,7 +89,7 @@ class ArmSolver:
         ids = [model.joint(name).id for name in joints]
         self.qpos = model.jnt_qposadr[ids].copy()
         self._dofs = model.jnt_dofadr[ids].copy()
-        self._tip, self._reference = model.body(tip).id, model.body(reference).id
+        self._tip, self._reference = model.body(body_of(tip)).id, model.body(body_of(reference)).id
         self._moves_reference = bool(_is_above(model, ids, self._reference))
         self._jacobian = np.zeros((6, model.nv))
         self._other = np.zeros((6, model.nv))
@@ -105,7 +106,7 @@ class ArmSolver:
 
     def frame(self, data: mujoco.MjData, link: str) -> Pose:
         """reference_T_link; positions of bodies in `data` are up to date."""
-        return _body_pose(data, self._reference).inverse() @ _body_pose(data, self._model.body(link).id)
+        return _body_pose(data, self._reference).inverse() @ _body_pose(data, self._model.body(body_of(link)).id)
 
     def error(self, data: mujoco.MjData, target: Pose) -> Array:
         """Way and turn from the tip to `target`, reference_T_tip, along the axes of the world [m, rad]."""

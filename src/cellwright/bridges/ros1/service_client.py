@@ -76,7 +76,10 @@ class ServiceClient:
             return succeeded, _piece(connection)
         except socket.timeout:
             self.close()
-            raise ServiceGoneError(f"{self._name} has not answered in {patience:g} s") from None
+            raise ServiceGoneError(
+                f"{self._name} has not answered in {patience:g} s; over ROS 1 in lockstep no time passes while a call "
+                "waits, and its answer may need some"
+            ) from None
         except OSError as error:
             self.close()
             raise ServiceGoneError(f"{self._name} has gone before it answered: {error}") from None
