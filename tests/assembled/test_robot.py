@@ -177,6 +177,24 @@ def test_from_many_threads(robot: AssembledRobot) -> None:
     until(lambda: abs(robot.arms[0].joint_pos[0] - 0.049) < 1e-3)
 
 
+@pytest.mark.parametrize(
+    ("attribute", "entry", "has_window"),
+    [(None, {}, False), (None, {"without_gui": False}, True), (True, {"without_gui": False}, False), (False, {}, True)],
+)
+def test_who_asks_for_a_window(
+    urdf: Path, monkeypatch: pytest.MonkeyPatch, attribute: bool | None, entry: dict[str, Any], has_window: bool
+) -> None:
+    class Seen(AssembledRobot):
+        without_gui = attribute
+
+    def refuse(_python: str, order: dict[str, Any]) -> None:
+        raise UsageError(f"window: {order['window']}")
+
+    monkeypatch.setattr("cellwright.assembled.robot.RobotProcess", refuse)
+    with pytest.raises(UsageError, match=f"window: {has_window}"):
+        Seen(urdf, {**configs(), **entry})
+
+
 def test_programs_reach_the_node_too(robot: AssembledRobot) -> None:
     transport = SocketTransport(robot.address)
     assert "/io_teleop/joint_cmd" in {topic["name"] for topic in transport.welcome["topics"]}

@@ -1,7 +1,7 @@
 """The check of drivers: it passes the example, and finds what is wrong with others."""
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from cellwright.description.robot.config import RobotConfig
+from cellwright.devices.joint_servos import Array
 from cellwright.teleop.check_driver import check_driver
 from tests.teleop.robots import two_arms
 from tests.teleop.test_live_driver import NAMES, Hardware
@@ -46,6 +47,17 @@ class Coupled(Hardware):
         self.positions = np.array([targets[0], targets[1] + 10.0 * (targets[0] + 1.0)])
 
 
+@dataclass
+class Pair(Hardware):
+    """A finger, and a thumb that is bolted to it, whatever it is told itself."""
+
+    joints: tuple[str, ...] = ("thumb_left", "finger_left")
+    positions: Array = field(default_factory=lambda: np.zeros(2))
+
+    def command(self, targets: Any) -> None:
+        self.positions = np.array([targets[1], targets[1]])
+
+
 def make(kind: type[Hardware], **more: Any) -> Any:
     return lambda _config: kind(**more)
 
@@ -58,6 +70,7 @@ def broken(_config: RobotConfig) -> Any:
     ("maker", "found"),
     [
         (make(Hardware), None),
+        (make(Pair), None),
         (broken, "it cannot be made: OSError: no such bus"),
         (lambda _config: object(), "it has no method command"),
         (make(Hardware, joints=("arm",)), "unknown joint 'arm'"),
