@@ -99,19 +99,26 @@ def test_after_an_emergency_stop_it_says_why_nothing_moves(there: OperatedRobot)
 
 
 @pytest.mark.parametrize(
-    ("status", "reason"),
+    ("status", "reason", "word"),
     [
-        (TeleopStatus(), ""),
-        (TeleopStatus(enabled=False), "it is not enabled"),
-        (TeleopStatus(resetting=True), "it is on its way home"),
-        (TeleopStatus(enabled=False, emergency_stop=True), "its emergency stop is on"),
+        (TeleopStatus(), "", ""),
+        (TeleopStatus(enabled=False), "it is not enabled", "enable"),
+        (TeleopStatus(resetting=True), "it is on its way home", ""),
+        (TeleopStatus(enabled=False, emergency_stop=True), "its emergency stop is on", "clear-stop"),
     ],
 )
-def test_a_status_says_why_commands_would_not_be_taken(status: TeleopStatus, reason: str) -> None:
+def test_a_status_says_why_commands_would_not_be_taken(status: TeleopStatus, reason: str, word: str) -> None:
     stranger = Stranger([joint_state(["head"], [0.1], time=0)])
     there = OperatedRobot(Session(stranger))
     stranger.callbacks["/io_teleop/status"](status)
     assert there.why_not() == reason
+    if not reason:
+        there.check_ready()
+        return
+    with pytest.raises(UsageError) as caught:
+        there.check_ready()
+    assert str(caught.value).startswith(f"the robot takes no commands: {reason}")
+    assert str(caught.value).endswith(f"cellwright operate call {word}" if word else reason)
 
 
 def test_a_strangers_node_need_only_say_where_its_joints_are() -> None:

@@ -55,9 +55,7 @@ def check(robot: OperatedRobot, joints: list[str], wave: Wave, limits: JointLimi
     for joint in joints:
         start, (low, high) = robot.position(joint), wave.reach
         limits.check(joint, start + low, start + high, f"a {wave.shape} of {wave.amplitude:g}")
-    reason = robot.why_not()
-    if reason:
-        raise UsageError(f"the robot takes no commands: {reason}")
+    robot.check_ready()
 
 
 def exercise(
