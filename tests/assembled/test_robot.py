@@ -54,18 +54,13 @@ def test_names_and_indices(robot: AssembledRobot) -> None:
     assert len(states.velocities) == len(states.efforts) == 6
 
 
-def test_parts_are_those_of_the_configuration(robot: AssembledRobot, urdf: Path) -> None:
+def test_parts_are_those_of_the_configuration(robot: AssembledRobot) -> None:
     (arm,) = robot.arms
     assert (arm.arm_joint_index, arm.ee_index, arm.home_j_pos) == ([1], 2, [0.5])
     assert robot.grippers[0].finger_index == [3, 4]
     assert robot.grippers[0].joint_range == [[0.0, 0.04], [0.0, 0.02]]
     assert robot.head.head_joint_index == [6, 5]
     assert robot.dorsal.dorsal_lift_joint_index == 0
-    bare = AssembledRobot(urdf, {}, False, True, 3)
-    assert not any(hasattr(bare, name) for name in ("grippers", "head", "dorsal", "cameras"))
-    assert (bare.arms, bare.with_ee_constraint, bare.physics_clent_id) == ([], True, 3)
-    bare.reset_home()
-    bare.close()
 
 
 def test_joints_go_where_they_are_told(robot: AssembledRobot) -> None:
@@ -182,6 +177,24 @@ def test_from_many_threads(robot: AssembledRobot) -> None:
     until(lambda: abs(robot.arms[0].joint_pos[0] - 0.049) < 1e-3)
 
 
+@pytest.mark.parametrize(
+    ("attribute", "entry", "has_window"),
+    [(None, {}, False), (None, {"without_gui": False}, True), (True, {"without_gui": False}, False), (False, {}, True)],
+)
+def test_who_asks_for_a_window(
+    urdf: Path, monkeypatch: pytest.MonkeyPatch, attribute: bool | None, entry: dict[str, Any], has_window: bool
+) -> None:
+    class Seen(AssembledRobot):
+        without_gui = attribute
+
+    def refuse(_python: str, order: dict[str, Any]) -> None:
+        raise UsageError(f"window: {order['window']}")
+
+    monkeypatch.setattr("cellwright.assembled.robot.RobotProcess", refuse)
+    with pytest.raises(UsageError, match=f"window: {has_window}"):
+        Seen(urdf, {**configs(), **entry})
+
+
 def test_programs_reach_the_node_too(robot: AssembledRobot) -> None:
     transport = SocketTransport(robot.address)
     assert "/io_teleop/joint_cmd" in {topic["name"] for topic in transport.welcome["topics"]}
@@ -197,13 +210,16 @@ def test_a_configuration_that_is_wrong(urdf: Path) -> None:
     assert "configs.yml" not in str(caught.value)
 
 
-def test_debug_prints_the_index_table(
+def test_a_bare_robot_and_debug_which_prints_the_index_table(
     urdf: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
-    robot = AssembledRobot(urdf, configs(), True)
-    robot.close()
+    bare = AssembledRobot(urdf, {}, True, True, 3)
+    assert not any(hasattr(bare, name) for name in ("grippers", "head", "dorsal", "cameras"))
+    assert (bare.arms, bare.with_ee_constraint, bare.physics_clent_id) == ([], True, 3)
+    bare.reset_home()
+    bare.close()
     said = capfd.readouterr()
     rows = [line.split() for line in said.out.splitlines()]
     assert ["1", "shoulder", "revolute", "shoulder_link", "lift_link", "-2", "2"] in rows

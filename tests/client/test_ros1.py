@@ -267,7 +267,7 @@ def test_another_topic_than_the_clock_may_be_its_sign(master: Ground, make_cell:
         heard_words: list[str] = []
         transport.subscribe("/io_teleop/joint_states", lambda message: heard_words.append(message.data))
         before = transport.now()
-        cell.say("/io_teleop/joint_states", to_ros1(String("here")))
+        cell.say_heard("/io_teleop/joint_states", to_ros1(String("here")))
         transport.advance(before + 5_000_000_000, lambda: bool(heard_words))
         assert heard_words == ["here"]
         assert transport.now() > before

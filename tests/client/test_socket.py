@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import pytest
 
@@ -25,6 +26,7 @@ from cellwright.errors import (
     UsageError,
 )
 from cellwright.link.frames import Frame, Kind, hello
+from cellwright.messages.build import joint_state
 from cellwright.messages.osrf_gear import AGVControlRequest, SubmitTrayRequest
 from cellwright.messages.std_srvs import TriggerRequest
 from cellwright.run import RunOptions, RunResult
@@ -110,6 +112,35 @@ def test_in_lockstep_a_program_sees_the_same_and_leaves_the_same_state(encoding:
     with served(Cell(WHOLE)) as home, connected(home, encoding=encoding) as transport:
         assert story(transport) == expected
         assert home.end().state_hash == cell.state_hash()
+
+
+@pytest.mark.parametrize("others", [0, 1])
+def test_in_lockstep_time_passes_while_an_answer_needs_some(others: int) -> None:
+    """As a robot's way home does; another guest may wait for time meanwhile."""
+    expected = RobotNode(robots.robot(), sim_time=True)
+    away = joint_state(["right_1"], [0.5], time=0)
+
+    def go_home(transport: Transport) -> tuple[Any, int]:
+        transport.publish("/io_teleop/joint_cmd", away)
+        transport.advance(500_000_000)
+        return transport.call("/io_teleop_reset_robot", TriggerRequest()), transport.now()
+
+    answer, time = go_home(InProcess(expected, node="/client"))
+    assert (answer.success, time > 600_000_000) == (True, True)
+    node = RobotNode(robots.robot(), sim_time=True)
+    with robots.served(node, lockstep=True) as address:
+        transport = SocketTransport(address)
+        idle = [SocketTransport(address, node=f"/idle{number}") for number in range(others)]
+        waiting = [threading.Thread(target=each.advance, args=(time + 100_000_000,)) for each in idle]
+        for thread in waiting:
+            thread.start()
+        found, now = go_home(transport)
+        assert found == answer
+        assert others or (now, node.simulation.state_hash()) == (time, expected.simulation.state_hash())
+        for thread, each in zip(waiting, idle, strict=True):
+            thread.join(20.0)
+            each.close()
+        transport.close()
 
 
 def test_time_does_not_stand_for_what_is_only_taken_note_of(monkeypatch: pytest.MonkeyPatch) -> None:

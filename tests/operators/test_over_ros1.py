@@ -7,8 +7,10 @@ from typing import Any
 
 import pytest
 
+from cellwright.cli.operate.link import Link
 from cellwright.client.session import Session
 from cellwright.client.transports.ros1 import Ros1Transport
+from cellwright.description.robot.robots import load_robot
 from cellwright.operators.jog import Jog
 from cellwright.operators.keyboard import Keyboard
 from cellwright.operators.limits import JointLimits
@@ -67,7 +69,9 @@ def test_a_strangers_joints_are_exercised(master: Ground) -> None:
     stranger.interrupt()
 
 
-def test_the_keyboard_drives_a_robot_of_ours_and_stops_it_on_its_way_home(master: Ground) -> None:
+def test_the_keyboard_drives_a_robot_of_ours_and_stops_it_on_its_way_home(
+    master: Ground, monkeypatch: pytest.MonkeyPatch
+) -> None:
     master.teleop("tandem")
 
     def session(node: str) -> Session:
@@ -77,6 +81,11 @@ def test_the_keyboard_drives_a_robot_of_ours_and_stops_it_on_its_way_home(master
     robot = OperatedRobot(session("/operator"))
     operator = Keyboard(robot, Jog(robot, JointLimits()), Services(lambda: session("/operator_services")))
     assert len(robot.tips) == len(robot.grippers) == 2
+    for name, value in master.ros.items():
+        monkeypatch.setenv(name, value)
+    limits = Link(None, ros1=True).limits(robot)
+    assert limits.source == "robot_description"
+    assert limits.joints == JointLimits.of(load_robot("tandem", print).robot).joints
     start, wait = robot.tips[0].position, robot.session.wait_until
     assert operator.take("++zc")
     assert wait(lambda: robot.tips[0].position[2] - start[2] > 0.015 and robot.grippers[0] > 0.9, 10.0)

@@ -6,7 +6,7 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cellwright.operators.exercise import Exercise
@@ -47,6 +47,7 @@ def test_all_lies_within_the_picture() -> None:
         assert 0 <= y.min() <= y.max() <= float(root.attrib["height"])
 
 
+@settings(max_examples=25)
 @given(height=st.floats(-1e4, 1e4), samples=st.integers(10, 50))
 def test_any_motion_can_be_drawn(height: float, samples: int) -> None:
     ET.fromstring(picture([done(height=height, samples=samples)]))

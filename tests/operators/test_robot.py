@@ -12,7 +12,10 @@ from cellwright.client.transports.in_process import InProcess
 from cellwright.errors import UsageError
 from cellwright.messages.build import joint_state, nanoseconds
 from cellwright.messages.cellwright_msgs import TeleopStatus
+from cellwright.operators import exercise
+from cellwright.operators.limits import JointLimits
 from cellwright.operators.robot import JOINT_COMMAND, OperatedRobot
+from cellwright.operators.waves import Shape, Wave
 from cellwright.pose import Pose
 from cellwright.teleop.node import RobotNode
 from tests.operators.nodes import robot
@@ -66,7 +69,6 @@ def test_it_tells_what_the_node_tells(there: OperatedRobot) -> None:
     assert there.joints[:3] == ("right_1", "right_2", "right_3")
     assert there.positions["right_2"] == pytest.approx(0.6)
     assert there.applied["right_2"] == pytest.approx(0.6)
-    assert there.heard >= 1
     there.session.sleep(0.1)
     assert len(there.grippers) == len(there.tips) == 2
     assert there.tips[0].position[1] == pytest.approx(-0.3, abs=1e-6)
@@ -96,19 +98,26 @@ def test_after_an_emergency_stop_it_says_why_nothing_moves(there: OperatedRobot)
 
 
 @pytest.mark.parametrize(
-    ("status", "reason"),
+    ("status", "reason", "word"),
     [
-        (TeleopStatus(), ""),
-        (TeleopStatus(enabled=False), "it is not enabled"),
-        (TeleopStatus(resetting=True), "it is on its way home"),
-        (TeleopStatus(enabled=False, emergency_stop=True), "its emergency stop is on"),
+        (TeleopStatus(), "", ""),
+        (TeleopStatus(enabled=False), "it is not enabled", "enable"),
+        (TeleopStatus(resetting=True), "it is on its way home", ""),
+        (TeleopStatus(enabled=False, emergency_stop=True), "its emergency stop is on", "clear-stop"),
     ],
 )
-def test_a_status_says_why_commands_would_not_be_taken(status: TeleopStatus, reason: str) -> None:
+def test_a_status_says_why_commands_would_not_be_taken(status: TeleopStatus, reason: str, word: str) -> None:
     stranger = Stranger([joint_state(["head"], [0.1], time=0)])
     there = OperatedRobot(Session(stranger))
     stranger.callbacks["/io_teleop/status"](status)
     assert there.why_not() == reason
+    if not reason:
+        there.check_ready()
+        return
+    with pytest.raises(UsageError) as caught:
+        there.check_ready()
+    assert str(caught.value).startswith(f"the robot takes no commands: {reason}")
+    assert str(caught.value).endswith(f"cellwright operate call {word}" if word else reason)
 
 
 def test_a_strangers_node_need_only_say_where_its_joints_are() -> None:
@@ -116,6 +125,12 @@ def test_a_strangers_node_need_only_say_where_its_joints_are() -> None:
     there = OperatedRobot(Session(stranger))
     assert there.joints == ("head", "elbow", "wrist")
     assert there.positions == {"head": 0.1}
+    assert there.position("head") == 0.1
+    for strange in ("elbow", "wrist"):
+        with pytest.raises(UsageError, match=f"the node does not say where {strange} is"):
+            there.position(strange)
+        with pytest.raises(UsageError, match="does not say"):
+            exercise.check(there, [strange], Wave(Shape.SINE, 0.1, 1.0, 1), JointLimits())
     assert (there.applied, there.grippers, there.tips, there.status, there.why_not()) == ({}, (), (), None, "")
 
 

@@ -236,3 +236,35 @@ def test_two_programs_at_once_drive_what_each_names(robot: Ground) -> None:
     right, left = robot.client(sweep, "J_arm_r_02", -0.2), robot.client(sweep, "J_arm_l_02", -0.4)
     assert right.value() == pytest.approx(-0.2, abs=0.01)
     assert left.value() == pytest.approx(-0.4, abs=0.01)
+
+
+def raise_hand(height: float) -> list[list[float]]:
+    """From home, bring the right hand up by a height [m], and send nonsense; where both hands were, and are."""
+    import copy
+    import time
+
+    import rospy
+    from geometry_msgs.msg import PoseArray
+    from std_srvs.srv import Trigger
+
+    rospy.init_node("hands", anonymous=True)
+    rospy.ServiceProxy("/io_teleop_reset_robot", Trigger)()
+    command = rospy.Publisher("/io_teleop/target_ee_poses", PoseArray, queue_size=1)
+    states: list[Any] = []
+    rospy.Subscriber("/io_teleop/state_ee_poses", PoseArray, states.append)
+    while not states or command.get_num_connections() == 0:
+        time.sleep(0.01)
+    begin = states[-1]
+    target = copy.deepcopy(begin)
+    target.poses[0].position.z += height
+    command.publish(target)
+    command.publish(PoseArray())
+    time.sleep(1.0)
+    end = states[-1]
+    return [[pose.position.z for pose in poses.poses] for poses in (begin, end)]
+
+
+def test_a_hand_goes_where_its_pose_says(robot: Ground) -> None:
+    begin, end = robot.client(raise_hand, 0.1).value()
+    assert end[0] - begin[0] == pytest.approx(0.1, abs=1e-3)
+    assert end[1] - begin[1] == pytest.approx(0.0, abs=1e-3)

@@ -107,6 +107,10 @@ def test_in_lockstep_time_passes_for_who_asks_and_the_answer_comes_with_it() -> 
         told = answer(guest, 8)
         assert told is not None
         assert read_time(told) == begun + SECOND // 10
+        promise = answer(guest, 7)
+        assert promise is not None
+        assert promise.kind is Kind.DONE
+        guest.heard.remove(promise)
         assert answer(guest, 7) is None
         guest.say(advance(9, begun + 3 * SECOND, each_tick=False))
         keeper.run(lambda: begun + 2 * SECOND)

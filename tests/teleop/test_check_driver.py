@@ -1,7 +1,7 @@
 """The check of drivers: it passes the example, and finds what is wrong with others."""
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from cellwright.description.robot.config import RobotConfig
+from cellwright.devices.joint_servos import Array
 from cellwright.teleop.check_driver import check_driver
 from tests.teleop.robots import two_arms
 from tests.teleop.test_live_driver import NAMES, Hardware
@@ -46,6 +47,17 @@ class Coupled(Hardware):
         self.positions = np.array([targets[0], targets[1] + 10.0 * (targets[0] + 1.0)])
 
 
+@dataclass
+class Pair(Hardware):
+    """A finger, and a thumb that is bolted to it, whatever it is told itself."""
+
+    joints: tuple[str, ...] = ("thumb_left", "finger_left")
+    positions: Array = field(default_factory=lambda: np.zeros(2))
+
+    def command(self, targets: Any) -> None:
+        self.positions = np.array([targets[1], targets[1]])
+
+
 def make(kind: type[Hardware], **more: Any) -> Any:
     return lambda _config: kind(**more)
 
@@ -58,16 +70,18 @@ def broken(_config: RobotConfig) -> Any:
     ("maker", "found"),
     [
         (make(Hardware), None),
+        (make(Pair), None),
         (broken, "it cannot be made: OSError: no such bus"),
         (lambda _config: object(), "it has no method command"),
         (make(Hardware, joints=("arm",)), "unknown joint 'arm'"),
         (make(Stiff), "lift did not go 0.02 within 0.2 s"),
         (make(Coupled), "lift moved along with elbow_left"),
-        (make(Hardware, on_read=lambda: time.sleep(0.02)), "and 100 are needed"),
+        (make(Hardware, on_read=lambda: time.sleep(0.05)), "and 40 are needed"),
     ],
 )
-def test_findings(config: RobotConfig, maker: Any, found: str | None) -> None:
-    problems = check_driver(maker, config, within=0.2)
+def test_findings(config: RobotConfig, maker: Any, found: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cellwright.teleop.check_driver.RATE", 40)  # a machine may be busy with other tests
+    problems = check_driver(maker, config, within=2.0 if found is None else 0.2)
     if found is None:
         assert problems == []
     else:

@@ -166,6 +166,20 @@ def test_poses_are_ignored_while_no_command_is_taken(node: RobotNode) -> None:
     assert node.counts.ignored == ignored + 1
 
 
+def test_arms_are_held_when_no_more_poses_come_and_go_on_with_the_next() -> None:
+    watched = RobotNode(two_arms(), safety=SafetySettings(silence=0.1, tip_speed=0.1))
+    far = said([Pose((-0.2, 0.0, 0.0)) @ pose for pose in watched.ee_poses.poses()])
+    watched.bus.publish(COMMAND, far)
+    watched.simulation.step_until(300_000_000)
+    assert watched.ee_poses.targets == (None, None)
+    held = watched.servos.read().positions
+    watched.simulation.step_until(400_000_000)
+    assert watched.servos.read().positions == pytest.approx(held, abs=1e-3)
+    watched.bus.publish(COMMAND, far)
+    watched.simulation.step_until(480_000_000)
+    assert watched.servos.read().positions != pytest.approx(held, abs=2e-3)
+
+
 def test_how_fast_a_tip_goes_can_be_capped() -> None:
     node = RobotNode(two_arms(), safety=SafetySettings(tip_speed=0.1), timestep=Fraction(1, 240))
     begin = node.ee_poses.poses()

@@ -5,11 +5,13 @@ import mujoco
 import numpy as np
 import pytest
 
+from cellwright.description.robot.model import Joint, JointType, Limits
 from cellwright.pose import Pose
 from cellwright.teleop.inverse_kinematics import GAIN, ArmSolver, Caps
 from cellwright.world.robot import build_robot
 from tests.teleop.bundled import apart, posture_near_home, qinglong, tips
 from tests.teleop.robots import fixed, two_arms
+from tests.world.robots import of_joints
 
 STEP = 1 / 240
 
@@ -158,3 +160,36 @@ def test_a_reference_that_the_arm_moves_is_seen_to_move() -> None:
         data.qpos[solver.qpos] += solver.step(data, goal, STEP)
         refresh(model, data)
     assert apart(solver.pose(data), goal) == pytest.approx((0.0, 0.0), abs=1e-5)
+
+
+def test_links_may_be_called_as_the_engine_calls_its_own() -> None:
+    joints = ("shoulder", "elbow")
+    config = of_joints(
+        Joint("shoulder", JointType.REVOLUTE, "world", "arm", Pose((0.0, 0.0, 0.5)), limits=Limits(-2.0, 2.0)),
+        Joint("elbow", JointType.REVOLUTE, "arm", "hand", Pose((0.0, 0.0, 0.3)), limits=Limits(-2.0, 2.0)),
+        base_pose=Pose((3.0, 2.0, 1.0)),
+    )
+    model = build_robot(config).model
+    bounds = np.full(2, 2.0)
+    solver = ArmSolver(
+        model,
+        joints=joints,
+        tip="hand",
+        reference="world",
+        home=np.zeros(2),
+        lower=-bounds,
+        upper=bounds,
+        velocity=bounds,
+        caps=Caps(),
+    )
+    assert solver.pose(at(model, {})).position == pytest.approx((0.0, 0.0, 0.8))
+    assert solver.frame(at(model, {}), "arm").position == pytest.approx((0.0, 0.0, 0.5))
+
+
+def test_an_arm_stands_still_where_the_solver_finds_nothing(
+    model: mujoco.MjModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    solver, data = solver_of(model), at_home(model)
+    target = Pose((0.1, 0.0, 0.0)) @ solver.pose(data)
+    monkeypatch.setattr("daqp.solve", lambda *_: (np.full(7, math.nan), 0.0, -4, {}))
+    assert solver.step(data, target, STEP).tolist() == [0.0] * 7

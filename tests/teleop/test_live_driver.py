@@ -12,6 +12,7 @@ from cellwright.devices.joint_servos import Array, JointReadings
 from cellwright.teleop.live_driver import DriverError, LiveDriver
 from cellwright.teleop.node import RobotNode
 from tests.teleop.robots import two_arms
+from tests.teleop.talk import Talk
 
 NAMES = ("elbow_left", "lift")  # neither all of the joints nor in their order
 
@@ -152,3 +153,28 @@ def test_a_node_drives_it_and_shows_it(config: RobotConfig) -> None:
     assert all(told == [-1.0, 0.35] for told in hardware.told)
     node.close()
     assert hardware.closed == 1
+
+
+def test_after_a_failure_it_goes_on_from_where_it_stands(config: RobotConfig) -> None:
+    hardware = Hardware()
+    talk = Talk(config, driver=hardware)
+    hardware.on_read = fail
+
+    def count() -> int:
+        return sum(line.startswith("the driver has failed") for line in talk.lines)
+
+    step_until(talk.node, lambda: count() == 1)
+    until(lambda: hardware.told)
+    assert talk.clear().success
+    step_until(talk.node, lambda: count() == 2)  # nothing has changed
+
+    hardware.on_read = lambda: None
+    hardware.positions = np.array([-1.6, 0.25])  # somebody has moved it by hand
+    lift = talk.node.commander.numbers["lift"]
+    step_until(talk.node, lambda: talk.node.driver.read().positions[lift] == 0.25)
+    hardware.told.clear()
+    assert talk.clear().success
+    talk.joints({"lift": 0.3})
+    step_until(talk.node, lambda: hardware.told and hardware.told[-1][1] == 0.3)
+    assert all(elbow == -1.6 for elbow, _ in hardware.told), "the elbow jumped"
+    talk.node.close()

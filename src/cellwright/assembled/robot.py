@@ -43,8 +43,9 @@ class AssembledRobot:
     python = sys.executable
     """The interpreter that Cellwright is installed for; under another one a subclass has to name it."""
 
-    without_gui = True
-    """Set it to False, in the class or before `__init__`, to have MuJoCo's window opened."""
+    without_gui: bool | None = None
+    """Set it to False, in the class or before `__init__`, to have MuJoCo's window opened; None: as the configuration's
+    entry of this name says, and without a window where there is none."""
 
     def __init__(
         self,
@@ -58,6 +59,8 @@ class AssembledRobot:
         self.physics_clent_id = physics_clent_id
         self.with_ee_constraint = with_ee_constraint
         self.robot_id = 0
+        if self.without_gui is None:
+            self.without_gui = bool(configs.get("without_gui", True)) if isinstance(configs, dict) else True
         order = {
             "urdf": os.path.abspath(os.fspath(robot_urdf_path)),
             "configs": configs,

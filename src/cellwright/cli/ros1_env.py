@@ -20,7 +20,7 @@ def ros1_env(
     ] = None,
     shell: Annotated[str, typer.Option(metavar="SHELL", help="Whose language: `sh` (bash, zsh) or `fish`.")] = "sh",
 ) -> None:
-    """Print the paths with which ROS 1's tools know the cell.
+    """Print the paths with which ROS 1's tools know the cell, and the robot.
 
     Messages, launcher and configurations are laid out once, as ROS packages. In a shell that has the paths, `python`
     and `python3` are the interpreter that has ROS.
@@ -33,6 +33,7 @@ def ros1_env(
 
         # and then, with ROS's own tools
         rosrun osrf_gear gear.py -f "$(rospack find osrf_gear)/config/sample.yaml"
+        rosrun io_teleop_robot_control_node openloong_controller_node.py
 
     Exit status: 0 done; 2 there is no ROS 1, or the folder cannot be written.
     """

@@ -24,8 +24,8 @@ def ros1_workspace(
 ) -> None:
     """Lay out a catkin workspace that knows the cell, for programs in C++ or Python.
 
-    The packages go to DIR/src/ariac; your own belong beside, in DIR/src. In a workspace that is there already they
-    are brought up to date, and nothing else is touched.
+    The packages go to DIR/src/ariac, that of a robot's node to DIR/src/io_teleop; your own belong beside, in DIR/src.
+    In a workspace that is there already they are brought up to date, and nothing else is touched.
 
         cellwright ros1-workspace simulation_ws
         cd simulation_ws/src

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from cellwright.contracts.io_teleop_parameters import parameters
 from cellwright.description.robot.config import RobotConfig
+from cellwright.description.robot.mesh_references import with_absolute_meshes
 from cellwright.description.robot.urdf_file import read_text
 from cellwright.errors import DescriptionError
 from cellwright.ros1_host import Ros1
@@ -71,8 +72,8 @@ class RosSide:
 
 
 def urdf_text(config: RobotConfig) -> str:
-    """The text of a robot's URDF; empty where there is none to be read."""
+    """The text of a robot's URDF, for programs elsewhere; empty where there is none to be read."""
     try:
-        return read_text(config.urdf_path)
+        return with_absolute_meshes(read_text(config.urdf_path), config.urdf_path)
     except DescriptionError:  # a robot that was made in memory has none
         return ""

@@ -8,7 +8,7 @@ The guest (a client or a bridge) speaks first with HELLO and is answered WELCOME
 | SUBSCRIBE | its own choice | topic | empty, or `quiet` | publishing node, or empty for all | | DONE |
 | UNSUBSCRIBE | of the subscription | | | | | none |
 | PUBLISH | its own choice, 0: no answer wanted | topic | message type | on whose behalf | message | DONE |
-| CALL | its own choice | service | service type | on whose behalf | request | ANSWER |
+| CALL | its own choice | service | service type | on whose behalf | request | ANSWER, or see below |
 | ADVANCE | its own choice | | | | `advance` | TIME |
 
 | cell says | number | name | payload |
@@ -24,7 +24,7 @@ The guest (a client or a bridge) speaks first with HELLO and is answered WELCOME
 Messages, requests and responses are in the form that the guest named in its HELLO: CDR or that of ROS 1. Numbers of
 one connection are the guest's own; one that is in use must not be used again. An empty node stands for the guest's own.
 ADVANCE is for a cell in lockstep, whose time passes for nothing else. It ends early with a message of a subscription
-that is not `quiet`.
+that is not `quiet`. There an answer may need time to pass: DONE says so, and ANSWER with the same number comes later.
 """
 
 from __future__ import annotations

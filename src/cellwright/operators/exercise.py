@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ import numpy as np
 from cellwright.errors import CellwrightError, RunEndedError, UsageError
 from cellwright.messages.build import nanoseconds
 from cellwright.operators.limits import JointLimits
-from cellwright.operators.robot import JOINT_STATES, OperatedRobot
+from cellwright.operators.robot import JOINT_STATES, OperatedRobot, by_name
 from cellwright.operators.tracking import Array, Trace, Tracking, tracking
 from cellwright.operators.waves import Shape, Wave
 
@@ -44,20 +45,27 @@ class Exercise:
     note: str = ""
 
 
-def check(robot: OperatedRobot, joints: list[str], wave: Wave, limits: JointLimits) -> None:
+def check(robot: OperatedRobot, joints: list[str], wave: Wave, limits: JointLimits) -> list[str]:
     """Refuse a signal that joints cannot be given from where they stand now.
+
+    Returns:
+        Sentences about joints that cannot follow it, for they are too slow.
 
     Raises:
         UnknownNameError: the robot has no such joint.
-        UsageError: the signal would leave their limits, or the node takes no commands.
+        UsageError: the signal would leave their limits, or the node takes no commands or does not say where one is.
     """
     robot.check_names(joints)
     for joint in joints:
-        start, (low, high) = robot.positions[joint], wave.reach
+        start, (low, high) = robot.position(joint), wave.reach
         limits.check(joint, start + low, start + high, f"a {wave.shape} of {wave.amplitude:g}")
-    reason = robot.why_not()
-    if reason:
-        raise UsageError(f"the robot takes no commands: {reason}")
+    robot.check_ready()
+    speeds = {joint: limits.of_joint(joint).velocity for joint in joints}
+    return [
+        f"{joint}: the signal goes at {wave.speed:.3g} a second, and the joint can do {speed:.3g}"
+        for joint, speed in speeds.items()
+        if speed < wave.speed < math.inf  # a step is as fast as it gets anyway
+    ]
 
 
 def exercise(
@@ -81,16 +89,15 @@ def exercise(
         UsageError: too few joint states came to say anything.
     """
     session = robot.session
-    start, begun = robot.positions[joint], session.time
+    start, begun = robot.position(joint), session.time
     told: list[tuple[float, float]] = []
     seen: list[tuple[float, float, float]] = []
     applied: list[float] = []
 
     def note(message: Any) -> None:
-        names = list(message.name)
-        if joint in names:
-            stamp = nanoseconds(message.header.stamp) / 1e9
-            seen.append((session.time - begun, stamp, float(message.position[names.index(joint)])))
+        position = by_name(message).get(joint)
+        if position is not None:
+            seen.append((session.time - begun, nanoseconds(message.header.stamp) / 1e9, position))
 
     leave = session.subscribe(JOINT_STATES, note)
     try:

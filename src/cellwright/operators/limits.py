@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from cellwright.description.robot.model import Limits, RobotModel
 from cellwright.errors import UsageError
 
-_SLACK = 1e-6  # [rad; m] that a measured position may lie outside
+_SLACK = 2e-3  # [rad; m] that a joint that was measured at its limit may lie outside; the node cuts it off
 
 _UNKNOWN = Limits()
 
@@ -58,11 +58,6 @@ class JointLimits:
                 f"{name}: {what} would go from {low:.4g} to {high:.4g}, and its limits ({self.source}) are "
                 f"{limits.lower:.4g} to {limits.upper:.4g}"
             )
-
-    def room(self, name: str, position: float) -> tuple[float, float]:
-        """How far a joint may go down and up from a position [rad; m]; infinite where nothing is known."""
-        limits = self.of_joint(name)
-        return max(0.0, position - limits.lower), max(0.0, limits.upper - position)
 
     @property
     def is_known(self) -> bool:

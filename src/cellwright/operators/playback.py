@@ -25,17 +25,18 @@ def check(robot: OperatedRobot, targets: Targets, limits: JointLimits) -> None:
 
     Raises:
         UnknownNameError: they name a joint that it has not.
-        UsageError: they would leave its limits, it has not as many grippers, or it takes no commands.
+        UsageError: they would leave its limits, it has not as many grippers, or it takes no commands or does
+            not say where a joint is.
     """
     robot.check_names(targets.first)
+    for name in targets.first:
+        robot.position(name)
     for name, (low, high) in targets.reach.items():
         limits.check(name, low, high, str(targets.path))
     grippers = max((len(each.values) for each in targets.moments if each.topic == GRIPPER_COMMAND), default=0)
     if robot.grippers and grippers > len(robot.grippers):
         raise UsageError(f"{targets.path}: targets of {grippers} grippers, and the robot has {len(robot.grippers)}")
-    reason = robot.why_not()
-    if reason:
-        raise UsageError(f"the robot takes no commands: {reason}")
+    robot.check_ready()
 
 
 def approach(
@@ -57,7 +58,7 @@ def approach(
         UsageError: a joint did not get there.
     """
     session = robot.session
-    start = {name: robot.positions[name] for name in first}
+    start = {name: robot.position(name) for name in first}
     farthest = max((abs(first[name] - start[name]) for name in first), default=0.0)
     if duration is None:
         duration = max(_SHORTEST, farthest * math.pi / 2 / SPEED)  # at its middle a cosine is pi/2 as fast
@@ -72,13 +73,13 @@ def approach(
 
     def missing() -> list[str]:
         now = robot.positions
-        return [name for name in first if abs(now[name] - first[name]) > _NEAR]
+        return [name for name in first if abs(now.get(name, math.inf) - first[name]) > _NEAR]
 
     if not session.wait_until(lambda: not missing(), _PATIENCE):
         name = missing()[0]
         reason = robot.why_not() or "something holds it back"
         raise UsageError(
-            f"{name} did not come to the first target: it is at {robot.positions[name]:.4g}, and "
+            f"{name} did not come to the first target: it is at {robot.position(name):.4g}, and "
             f"{first[name]:.4g} was asked for; {reason}"
         )
 

@@ -24,6 +24,8 @@ PATIENCE = 5.0
 SETTLE = 0.5
 """So long [s] the other topics have to say something first; they are told 100 times a second."""
 
+_STOPPED, _DISABLED = "its emergency stop is on", "it is not enabled"
+
 
 class OperatedRobot:
     """A robot's node.
@@ -63,12 +65,23 @@ class OperatedRobot:
     @property
     def positions(self) -> dict[str, float]:
         """Where the joints are [rad; m], as last heard."""
-        return _by_name(self._states.message)
+        return by_name(self._states.message)
+
+    def position(self, joint: str) -> float:
+        """Where a joint is [rad; m], as last heard.
+
+        Raises:
+            UsageError: the node does not say.
+        """
+        found = self.positions.get(joint)
+        if found is None:
+            raise UsageError(f"the node does not say where {joint} is")
+        return found
 
     @property
     def applied(self) -> dict[str, float]:
         """Where the node really has them go [rad; m], as last heard; empty where it does not say."""
-        return _by_name(self._applied.message)
+        return by_name(self._applied.message)
 
     @property
     def grippers(self) -> tuple[float, ...]:
@@ -87,21 +100,28 @@ class OperatedRobot:
         """What the node takes and refuses (cellwright_msgs/TeleopStatus), as last heard; None where it does not say."""
         return self._status.message
 
-    @property
-    def heard(self) -> int:
-        """How many joint states have come."""
-        return self._states.count
-
     def why_not(self) -> str:
         """Why the node would not take commands now; empty when it would, or does not say."""
         status = self.status
         if status is None:
             return ""
         if status.emergency_stop:
-            return "its emergency stop is on"
+            return _STOPPED
         if status.resetting:
             return "it is on its way home"
-        return "" if status.enabled else "it is not enabled"
+        return "" if status.enabled else _DISABLED
+
+    def check_ready(self) -> None:
+        """Refuse to drive a node that would take no commands.
+
+        Raises:
+            UsageError: why it would not, and what ends that.
+        """
+        reason = self.why_not()
+        if reason:
+            word = {_STOPPED: "clear-stop", _DISABLED: "enable"}.get(reason, "")
+            hint = f"; to change that: cellwright operate call {word}" if word else ""
+            raise UsageError(f"the robot takes no commands: {reason}{hint}")
 
     def check_names(self, names: Iterable[str]) -> None:
         """Refuse joints that it has not.
@@ -149,7 +169,8 @@ class OperatedRobot:
         return self._stamp
 
 
-def _by_name(message: Any) -> dict[str, float]:
+def by_name(message: Any) -> dict[str, float]:
+    """The finite positions in a message of joints; of none, nothing."""
     if message is None:
         return {}
     values = zip(message.name, map(float, message.position), strict=False)  # strangers may send what they like

@@ -1,4 +1,4 @@
-"""What the cell's process does for ROS 1: finds it, has a master, starts the bridge and keeps it going.
+"""What the process of a cell, or of a robot, does for ROS 1: finds it, has a master, keeps the bridge going.
 
 Nothing of ROS is imported here: the bridge is a process of its own, under the interpreter that has rospy.
 """

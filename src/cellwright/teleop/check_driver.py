@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from cellwright.description.robot.config import RobotConfig
+from cellwright.description.robot.model import RobotModel
 from cellwright.teleop.driver import Driver
 from cellwright.teleop.live_driver import DriverError, LiveDriver
 
@@ -66,13 +67,18 @@ def _slow(live: LiveDriver) -> list[str]:
 
 
 def _moved(live: LiveDriver, driver: Driver, config: RobotConfig, within: float) -> list[str]:
-    """Move each joint there and back."""
+    """Move each joint there and back; those that follow another go with it."""
     problems = []
-    begin = live.read().positions.copy()
+    robot, begin = config.robot, live.read().positions.copy()
     for name in driver.joints:
+        if robot.joint(name).mimic is not None:
+            continue
         number = live.joints.index(name)
+        nudge = NUDGE if begin[number] + NUDGE <= robot.joint(name).limits.upper else -NUDGE
         there = begin.copy()
-        there[number] += NUDGE if begin[number] + NUDGE <= config.robot.joint(name).limits.upper else -NUDGE
+        there[number] += nudge
+        for follower, multiplier in _followers(robot, name):
+            there[live.joints.index(follower)] += multiplier * nudge
         for targets, what in ((there, "go"), (begin, "come back")):
             live.command(targets)
             if not _wait(partial(_is_there, live, number, targets[number]), within, live):
@@ -80,11 +86,16 @@ def _moved(live: LiveDriver, driver: Driver, config: RobotConfig, within: float)
                 break
             away = np.abs(live.read().positions - targets)
             away[number] = 0.0
-            if away.max() > NUDGE:
+            if away.max() > NUDGE / 2:
                 problems.append(f"{live.joints[int(away.argmax())]} moved along with {name}")
         if live.fault:
             break
     return problems
+
+
+def _followers(robot: RobotModel, name: str) -> list[tuple[str, float]]:
+    """Joints that follow a joint, each with its multiplier."""
+    return [(each.name, each.mimic.multiplier) for each in robot.driven if each.mimic and each.mimic.joint == name]
 
 
 def _is_there(live: LiveDriver, number: int, goal: float) -> bool:

@@ -22,6 +22,7 @@ import numpy as np
 
 from cellwright.devices.joint_servos import Array
 from cellwright.pose import Pose
+from cellwright.world.robot import body_of
 
 TURN_WEIGHT = 0.2
 """What an error of 1 rad counts beside one of 1 m [m]: as in the original's controller; the size of a hand."""
@@ -88,12 +89,13 @@ class ArmSolver:
         ids = [model.joint(name).id for name in joints]
         self.qpos = model.jnt_qposadr[ids].copy()
         self._dofs = model.jnt_dofadr[ids].copy()
-        self._tip, self._reference = model.body(tip).id, model.body(reference).id
+        self._tip, self._reference = model.body(body_of(tip)).id, model.body(body_of(reference)).id
         self._moves_reference = bool(_is_above(model, ids, self._reference))
         self._jacobian = np.zeros((6, model.nv))
         self._other = np.zeros((6, model.nv))
         self._weights = np.repeat((1.0, TURN_WEIGHT), 3)
         self._identity = np.eye(len(joints))
+        self._row_damping, self._forces = _ROW_DAMPING * np.eye(6), np.zeros(6)
         self._no_rows = np.zeros((0, len(joints)))
         self._kinds = np.zeros(len(joints), dtype=np.intc)
         self._turned, self._turn = np.zeros(4), np.zeros(3)
@@ -104,7 +106,7 @@ class ArmSolver:
 
     def frame(self, data: mujoco.MjData, link: str) -> Pose:
         """reference_T_link; positions of bodies in `data` are up to date."""
-        return _body_pose(data, self._reference).inverse() @ _body_pose(data, self._model.body(link).id)
+        return _body_pose(data, self._reference).inverse() @ _body_pose(data, self._model.body(body_of(link)).id)
 
     def error(self, data: mujoco.MjData, target: Pose) -> Array:
         """Way and turn from the tip to `target`, reference_T_tip, along the axes of the world [m, rad]."""
@@ -131,27 +133,32 @@ class ArmSolver:
         damping = _LEAST_DAMPING + _DAMPING * math.sqrt(step @ step)
 
         position = data.qpos[self.qpos]
-        most = POSTURE_SPEED * time
-        posture = np.clip(POSTURE_GAIN * time * (self._home - position), -most, most)
-        gram = jacobian @ jacobian.T
-        gram.flat[::7] += _ROW_DAMPING
-        posture -= jacobian.T @ np.linalg.solve(gram, jacobian @ posture)
-        if np.abs(posture).max() < POSTURE_REST * time:
-            posture[:] = 0.0
-
-        bound = self._velocity * time
+        posture = self._posture(position, jacobian, time)
+        bound = np.minimum(self._velocity * time, _UNBOUNDED)
         found, _, flag, _ = daqp.solve(
             jacobian.T @ jacobian + damping * self._identity,
             -(jacobian.T @ step) - damping * posture,
             self._no_rows,
-            np.minimum(np.minimum(self.upper - position, bound), _UNBOUNDED),
-            np.maximum(np.maximum(self.lower - position, -bound), -_UNBOUNDED),
+            np.minimum(self.upper - position, bound),
+            np.maximum(self.lower - position, -bound),
             self._kinds,
         )
         moved: Array = np.asarray(found)
         return moved if flag == _OPTIMAL else np.zeros_like(position)  # no step was found: stand still
 
     # ---------------------------------------------------------------- inside
+
+    def _posture(self, position: Array, jacobian: Array, time: float) -> Array:
+        """The way home that leaves the tip where it is [rad; m]: N posture."""
+        most = POSTURE_SPEED * time
+        posture: Array = np.maximum(np.minimum(POSTURE_GAIN * time * (self._home - position), most), -most)
+        gram = jacobian @ jacobian.T + self._row_damping
+        mujoco.mju_cholFactor(gram, 0.0)
+        mujoco.mju_cholSolve(self._forces, gram, jacobian @ posture)
+        posture -= jacobian.T @ self._forces
+        if np.abs(posture).max() < POSTURE_REST * time:
+            posture[:] = 0.0
+        return posture
 
     def _share(self, error: Array, time: float) -> float:
         """Which part of the error is to be made good in this step: all of it in one straight motion."""

@@ -24,7 +24,7 @@ FIRST_PATIENCE = 10.0
 """How long the first reading may take [s]: the hardware may have to be found and switched on."""
 
 _IDLE = 0.05  # [s] between two readings when the node asks for nothing
-_TIME_TO_END = 2.0  # [s]
+_TIME_TO_END = 0.5  # [s]
 
 
 class DriverError(CellwrightError):

@@ -95,6 +95,8 @@ class RobotNode:
         self.simulation.add(self.servos)
         if isinstance(self.driver, LiveDriver):
             self.commander.on_clear.append(self.driver.clear)
+            # It may have been moved by hand meanwhile.
+            self.commander.on_clear.append(lambda: self.commander.hold(self.commander.why_held))
             self.simulation.add(Mirror(self.driver, self.servos, self.commander.stop))
         for device in (self.base, self.ee_poses, self.commander, self.homing):
             self.simulation.add(device)

@@ -15,7 +15,7 @@ from cellwright.messages.build import joint_state
 from cellwright.messages.std_srvs import TriggerRequest
 from cellwright.pose import Pose
 from cellwright.teleop.node import RobotNode
-from cellwright.world.robot import TIMESTEP
+from cellwright.world.robot import TIMESTEP, body_of
 
 NODE = "/motion_check"
 
@@ -96,7 +96,7 @@ class Rig:
     def link_pose(self, name: str) -> Pose:
         """Where a link is in the world."""
         self.node.simulation.refresh()
-        body = self.node.simulation.data.body(name)
+        body = self.node.simulation.data.body(body_of(name))
         (x, y, z), (w, i, j, k) = body.xpos.tolist(), body.xquat.tolist()
         return Pose((x, y, z), (w, i, j, k))
 

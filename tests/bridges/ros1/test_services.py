@@ -92,6 +92,18 @@ def test_an_answer_that_takes_its_time_holds_up_nobody(master: Ground, make_cell
     assert waiting.answer() == (True, b"home")
 
 
+def test_in_lockstep_an_answer_may_be_promised_first(master: Ground, make_cell: MakeCell) -> None:
+    cell = make_cell([], [service("/home")], lockstep=True)
+    cell.answer = lambda frame: Frame(Kind.DONE, frame.number) if frame.name == "/home" else cell.usual(frame)
+    start_bridge(master, cell)
+    waiting = Calls(master, "/home")
+    waiting.ask(b"")
+    until(lambda: cell.of(Kind.CALL), 5.0, "call")
+    assert waiting.is_silent(0.2)
+    cell.send(Frame(Kind.ANSWER, cell.of(Kind.CALL)[0].number, payload=b"home"))
+    assert waiting.answer() == (True, b"home")
+
+
 def test_no_answer_fails_as_a_cpp_service_that_returns_false(master: Ground, cell: FakeCell) -> None:
     answering(cell, Kind.REFUSED, b"the state is not go", "ServiceFailedError")
     assert Calls(master, START).call(b"") == (False, b"")

@@ -31,7 +31,7 @@ class Terminal:
 
     def __init__(self, address: str) -> None:
         self.own, self.other = pty.openpty()
-        termios.tcsetwinsize(self.own, (30, 100))
+        termios.tcsetwinsize(self.own, (24, 80))
         self.before = termios.tcgetattr(self.other)
         source = str(Path(package.__file__).parents[1])
         self.process = subprocess.Popen(
@@ -71,7 +71,7 @@ class Terminal:
 def terminal(address: str) -> Iterator[Terminal]:
     made = Terminal(address)
     try:
-        made.read(lambda: "EMERGENCY STOP" in made.text)  # the help is on the screen
+        made.read(lambda: "quit; the robot stays" in made.text)  # its last line is on the screen
         yield made
     finally:
         made.close()

@@ -2,12 +2,16 @@
 
 import csv
 import json
+import threading
 import xml.etree.ElementTree as ET
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 
+from cellwright.teleop.node import RobotNode
 from tests.cli.conftest import CommandLine
+from tests.operators.nodes import robot, served
 
 QUICK = ("--frequency", "1", "--duration", "1")
 
@@ -93,3 +97,14 @@ def test_where_no_node_is_it_says_how_to_start_one(cellwright: CommandLine) -> N
     ran = cellwright("operate", "signal", "right_1", "--connect", "127.0.0.1:1")
     assert ran.status == 2
     assert "start one with: cellwright teleop ROBOT --port 1" in ran.err
+
+
+def test_a_node_that_ends_meanwhile_is_told_of(cellwright: CommandLine) -> None:
+    with ExitStack() as stack:
+        host, port = stack.enter_context(served(RobotNode(robot())))
+        end = threading.Timer(1.5, stack.close)
+        end.start()
+        ran = cellwright("operate", "signal", "right_6", "right_5", "--duration", "30", "--connect", f"{host}:{port}")
+        end.join()
+    assert ran.status == 1
+    assert ran.err == "right_6: the test is over\n"

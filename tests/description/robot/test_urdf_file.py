@@ -75,10 +75,6 @@ def test_text_of_no_known_encoding_is_read_as_latin_1(tmp_path: Path) -> None:
         (b"\n<!DOCTYPE robot><robot/>", "robot.urdf:2: declares a document type or entities, which are not read"),
         (b"<robot/>\n<robot/>", "robot.urdf:2: no valid XML: junk after document element (column 1)"),
         (b"<robot>&lol;</robot>", "robot.urdf:1: no valid XML: undefined entity (column 8)"),
-        (
-            b"<robot>\n<xacro:include filename='x'/></robot>",
-            "robot.urdf:2: <xacro:include> is a macro of xacro; end the file's name with .xacro to have it expanded",
-        ),
     ],
 )
 def test_what_cannot_be_read_is_refused_with_its_line(tmp_path: Path, content: bytes, what: str) -> None:

@@ -75,3 +75,15 @@ def test_a_slip_in_an_included_file_is_told_with_that_file(tmp_path: Path) -> No
 def test_macros_without_end_are_one_sentence(tmp_path: Path) -> None:
     text = '<robot xmlns:xacro="x"><xacro:macro name="m"><xacro:m/></xacro:macro><xacro:m/></robot>'
     assert "macros that call each other without end" in refused(tmp_path, text)
+
+
+def test_a_file_of_another_name_is_never_run(tmp_path: Path) -> None:
+    path = tmp_path / "robot.urdf"
+    path.write_text('<robot>\n<link name="a"/>\n<xacro:arm/><xacro:include filename="missing"/></robot>')
+    warnings: list[str] = []
+    assert list(read_urdf(path, warn=warnings.append).links) == ["a"]
+    told = "<xacro:arm> is passed over; macros of xacro are expanded where the file's name ends in .xacro"
+    assert warnings[0] == f"{path}:3: xacro:arm: {told}"
+    path.write_text("<robot><xacro:arm/></robot>")
+    with pytest.raises(DescriptionError, match=r"a robot without links; macros of xacro are expanded where"):
+        read_urdf(path, warn=warnings.append)

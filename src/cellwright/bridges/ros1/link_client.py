@@ -74,6 +74,11 @@ class LinkClient:
             raise
         return number
 
+    def ask_again(self, number: int, answered: Answered) -> None:
+        """Have another answer to a request given to `answered`; to be called while the one before it is taken."""
+        with self._lock:
+            self._answers[number] = answered
+
     def subscribe(self, topic: str, node: str, listener: Callable[[bytes], None]) -> int:
         """Have the messages of a topic given to `listener`, from one publishing node or from all (empty); a number."""
         number = self.request(Kind.SUBSCRIBE, _ignore, name=topic, node=node)

@@ -216,7 +216,8 @@ class Relay:
             return _refusal(frame.number, "UnknownNameError", f"unknown service {frame.name!r} (known: {known})")
         if self._lockstep and self._barrier != self._count():
             self._step(0)  # what was published before must not be overtaken
-        succeeded, payload = service.call(frame.payload)
+        # in lockstep no time passes while this waits: what needs some to be answered never would be
+        succeeded, payload = service.call(frame.payload, PATIENCE if self._lockstep else None)
         if succeeded:
             return Frame(Kind.ANSWER, frame.number, payload=payload)
         if not payload:

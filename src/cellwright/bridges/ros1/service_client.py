@@ -50,8 +50,12 @@ class ServiceClient:
         connection.close()
         return header.get("type", ""), header.get("md5sum", "")
 
-    def call(self, request: bytes) -> tuple[bool, bytes]:
+    def call(self, request: bytes, patience: float | None = None) -> tuple[bool, bytes]:
         """Whether the call succeeded, and the response, or the reason why not.
+
+        Args:
+            request: in the form of ROS 1.
+            patience: how long [s] the answer may take; None for ever, for a step of time may take long.
 
         A connection that was broken meanwhile is made anew, but a request is not sent twice.
 
@@ -64,12 +68,18 @@ class ServiceClient:
             connection = None
         if connection is None:
             connection, _ = self._connect({"persistent": "1"})
-            connection.settimeout(None)  # a step of time may take long
             self._connection = connection
+        connection.settimeout(patience)
         try:
             connection.sendall(_LENGTH.pack(len(request)) + request)
             succeeded = bool(_read(connection, 1)[0])
             return succeeded, _piece(connection)
+        except socket.timeout:
+            self.close()
+            raise ServiceGoneError(
+                f"{self._name} has not answered in {patience:g} s; over ROS 1 in lockstep no time passes while a call "
+                "waits, and its answer may need some"
+            ) from None
         except OSError as error:
             self.close()
             raise ServiceGoneError(f"{self._name} has gone before it answered: {error}") from None

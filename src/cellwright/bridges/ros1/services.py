@@ -154,7 +154,9 @@ def cell_service(loop: Loop, link: LinkClient, service: dict[str, Any]) -> Servi
 
     def handle(caller: Caller, request: bytes) -> None:
         def answered(frame: Frame) -> None:
-            if frame.kind is Kind.ANSWER:
+            if frame.kind is Kind.DONE:  # in lockstep: it takes time, which others may let pass
+                link.ask_again(frame.number, answered)
+            elif frame.kind is Kind.ANSWER:
                 caller.respond(True, frame.payload)
             else:
                 caller.respond(False, b"" if frame.name == NO_ANSWER else one_line(frame.text()))

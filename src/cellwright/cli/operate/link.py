@@ -9,11 +9,12 @@ from typing import Annotated
 import typer
 
 from cellwright.cli import options
+from cellwright.cli.operate.described import described_limits
 from cellwright.client.session import Session
 from cellwright.client.transports.ros1 import Ros1Transport
 from cellwright.client.transports.socket import SocketTransport
 from cellwright.description.robot.robots import bundled, load_robot
-from cellwright.errors import UsageError
+from cellwright.errors import RunEndedError, UsageError
 from cellwright.operators.limits import JointLimits
 from cellwright.operators.robot import JOINT_STATES, OperatedRobot
 from cellwright.ros1_host import installation
@@ -52,7 +53,7 @@ Robot = Annotated[
     typer.Option(
         metavar="ROBOT",
         help="The robot's description, for its joint limits: a name, a robot configuration or a URDF. When left out: "
-        "the bundled robot that is called as the node says.",
+        "of a robot that comes along, or what is at the master as `robot_description`.",
         rich_help_panel=WHERE,
     ),
 ]
@@ -101,7 +102,11 @@ class Link:
         """The robot; the connection is closed in the end."""
         session = self.session()
         try:
-            yield OperatedRobot(session)
+            try:
+                robot = OperatedRobot(session)
+            except RunEndedError as error:
+                raise UsageError(f"the node is gone: {error}") from None
+            yield robot
         finally:
             session.close()
 
@@ -125,9 +130,12 @@ class Link:
                 )
             return self._limits
         called = self.name(robot).lower()
-        if called not in bundled():
+        if self._ros1 is not None:
+            limits = described_limits(self._ros1.environment)
+        elif called in bundled():
+            limits = JointLimits.of(load_robot(called, _ignore).robot)
+        else:
             return JointLimits()
-        limits = JointLimits.of(load_robot(called, _ignore).robot)
         return limits if set(limits.joints) <= set(robot.joints) else JointLimits()
 
     def _over_socket(self, name: str) -> SocketTransport:

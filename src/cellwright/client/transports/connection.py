@@ -50,6 +50,7 @@ class Connection:
         self._on_frame = on_frame
         self._awaited = 0
         self._answers: list[Frame] = []
+        self._promised: dict[int, Frame | None] = {}
         self._end: str | None = None
         try:
             self._send(hello(node, encoding).encode())
@@ -74,6 +75,24 @@ class Connection:
         answer = self._await_answer(frame.number)
         if answer.kind is Kind.REFUSED:
             raise _error(answer)
+        return answer
+
+    def promise(self, number: int) -> None:
+        """Keep another answer to a question that has been answered already, for `promised`."""
+        came = [frame for frame in self._answers[1:] if frame.number == number]  # right behind the first one
+        self._promised[number] = came[0] if came else None
+
+    def promised(self, number: int) -> Frame | None:
+        """That answer; None while it has not come.
+
+        Raises:
+            CellwrightError: it was refused; of the class that says why.
+        """
+        answer = self._promised[number]
+        if answer is not None:
+            del self._promised[number]
+            if answer.kind is Kind.REFUSED:
+                raise _error(answer)
         return answer
 
     def say(self, frame: Frame) -> None:
@@ -166,6 +185,8 @@ class Connection:
                 self._is_over(frame.text())
             case Kind.REFUSED if frame.number == 0:
                 self._is_over(frame.text())
+            case _ if frame.number in self._promised:
+                self._promised[frame.number] = frame
             case _ if frame.number == self._awaited:
                 self._answers.append(frame)
             case _:  # the answer to what somebody stopped waiting for

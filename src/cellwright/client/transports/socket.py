@@ -126,11 +126,13 @@ class SocketTransport:
         self._connection.ask(frame)
 
     def call(self, service: str, request: Any) -> Any:
-        """Call a service; it is carried out at the border where time stands."""
+        """Call a service; it is carried out at the border where time stands. Time passes if its answer takes some."""
         request = checked(request)
         name = type_of(type(request)).removesuffix(_REQUEST)
         frame = Frame(Kind.CALL, self._connection.number(), service, name, payload=self._write(request))
         answer = self._connection.ask(frame)
+        if answer.kind is Kind.DONE:
+            answer = self._wait_for(frame.number)
         return self._read(answer.payload, service_type(self._services[service]).response)
 
     def ask_server(self, service: str) -> dict[str, Any]:
@@ -147,6 +149,13 @@ class SocketTransport:
 
     def _ask_for_time(self, until: int, each_tick: bool) -> None:  # noqa: FBT001
         self._now = read_time(self._connection.ask(advance(self._connection.number(), until, each_tick=each_tick)))
+
+    def _wait_for(self, number: int) -> Frame:
+        """In lockstep: let time pass, tick by tick, until a call is answered."""
+        self._connection.promise(number)
+        while (answer := self._connection.promised(number)) is None:
+            self._ask_for_time(_FOR_EVER, each_tick=True)
+        return answer
 
     def _wait_for_time(self, _until: int, _each_tick: bool) -> None:  # noqa: FBT001
         before = self._now

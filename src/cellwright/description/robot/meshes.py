@@ -37,6 +37,13 @@ class MeshFinder:
             self._found[reference] = self._usable(reference)
         return self._found[reference]
 
+    def locate(self, reference: str) -> Path | None:
+        """Where the file of a mesh is, whether it can be used or not; None where there is none."""
+        try:
+            return next((place for place in self._places(reference) if place.is_file()), None)
+        except (OSError, ValueError):
+            return None
+
     def _usable(self, reference: str) -> Path | None:
         try:
             path = next((place for place in self._places(reference) if place.is_file()), None)

@@ -23,6 +23,8 @@ MOST_WARNINGS = 20
 
 _SHOWN = 3  # names that a message gives before it counts the rest
 _OTHERS = {"sdf": "an SDF file", "mujoco": "MuJoCo's own format (MJCF)", "launch": "a launch file"}
+_XACRO = "xacro:"
+_EXPANDED = "; macros of xacro are expanded where the file's name ends in .xacro"
 _KNOWN = ("link", "joint", "material")
 
 
@@ -64,7 +66,9 @@ class _Reader:
     def read(self) -> RobotModel | None:
         """The robot; None where something is wrong, which is among the problems then."""
         for element in self._root.children:
-            if element.tag not in _KNOWN and (hint := did_you_mean(element.tag, _KNOWN)):
+            if element.tag.startswith(_XACRO):
+                self._problems.warn(element, f"<{shortened(element.tag)}> is passed over{_EXPANDED}")
+            elif element.tag not in _KNOWN and (hint := did_you_mean(element.tag, _KNOWN)):
                 self._problems.warn(element, f"<{shortened(element.tag)}> is not read{hint}")
         elements = self._link_elements()
         if len(elements) > MOST_LINKS:
@@ -102,7 +106,8 @@ class _Reader:
             else:
                 found[name] = element
         if not found and not self._problems.errors:
-            self._problems.error(self._root, "a robot without links")
+            has_macros = any(element.tag.startswith(_XACRO) for element in self._root.children)
+            self._problems.error(self._root, f"a robot without links{_EXPANDED if has_macros else ''}")
         return found
 
     def _connected(self, links: dict[str, Element]) -> list[Joint]:

@@ -28,7 +28,6 @@ MAX_DEPTH = 50
 _STRAY = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
 _DECLARATION = re.compile(r"\s*(?:<!--.*?-->\s*)*(<\?xml\s.*?\?>)", re.DOTALL)
 _ENCODING = re.compile(rb"<\?xml[^>]*?encoding\s*=\s*[\"']([A-Za-z0-9._-]+)[\"']")
-_MACRO = re.compile(r"<xacro:\w+")
 _FROM_ENVIRONMENT = re.compile(r"\$\(optenv\s+(\w+)([^()<>\"']*)\)")  # left in by xacro's forerunners
 _LONGEST_NAME = 60
 
@@ -83,9 +82,6 @@ def _text(path: Path, problems: Problems) -> tuple[str, bool]:
         text = text[:start] + re.sub(r"[^\n]", " ", declared[1]) + text[end:]
     if is_xacro(path):
         return expand(path, text), False
-    if macro := _MACRO.search(text):
-        message = f"{macro[0]}> is a macro of xacro; end the file's name with .xacro to have it expanded"
-        raise refusal(path, text.count("\n", 0, macro.start()) + 1, message)
     return _FROM_ENVIRONMENT.sub(_from_environment, text), True
 
 
