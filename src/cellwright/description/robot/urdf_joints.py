@@ -17,6 +17,7 @@ ENDLESS = 1e9
 """Figures from here on mean that there is no limit [rad; m; N m; N; rad/s; m/s]."""
 
 _UNIT = 1e-3  # axes within this of unit length are rounded ones
+_FEW = 200  # joints whose names are searched for similar ones: that takes long
 _NO_AXIS = (0.0, 0.0, 0.0)
 
 
@@ -161,7 +162,7 @@ class JointReader:
         while True:
             leader = joints.get(mimic.joint)
             if leader is None:
-                hint = did_you_mean(mimic.joint, joints)
+                hint = did_you_mean(mimic.joint, joints) if len(joints) <= _FEW else ""
                 self._problems.error(element, f"follows the unknown joint {shortened(mimic.joint)!r}{hint}")
                 return None
             if leader.name in way:
