@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from itertools import islice
 from pathlib import Path
 
 from cellwright.description.problems import Problem, Problems
@@ -68,11 +69,7 @@ class _Reader:
 
     def read(self) -> RobotModel | None:
         """The robot; None where something is wrong, which is among the problems then."""
-        for tag, element in {element.tag: element for element in reversed(self._root.children)}.items():
-            if tag.startswith(_XACRO):
-                self._problems.warn(element, f"<{shortened(tag)}> is passed over{_EXPANDED}")
-            elif tag not in _KNOWN and (hint := did_you_mean(tag[:_LONGEST_TAG], _KNOWN)):
-                self._problems.warn(element, f"<{shortened(tag)}> is not read{hint}")
+        self._tell_of_others()
         self._check_counts()
         elements = self._link_elements()
         joints = self._connected(elements)
@@ -95,6 +92,17 @@ class _Reader:
         written = tuple(joint.name for joint in joints)
         is_sorted = written == tuple(joint.name for joint in ordered)
         return RobotModel(name, roots[0], links, tuple(ordered), () if is_sorted else written)
+
+    def _tell_of_others(self) -> None:
+        """What is passed over, where it looks as if it was to be read: once for each kind."""
+        first: dict[str, Element] = {}
+        for element in self._root.children:
+            first.setdefault(element.tag, element)
+        for tag, element in islice(first.items(), MOST_LINKS):
+            if tag.startswith(_XACRO):
+                self._problems.warn(element, f"<{shortened(tag)}> is passed over{_EXPANDED}")
+            elif tag not in _KNOWN and (hint := did_you_mean(tag[:_LONGEST_TAG], _KNOWN)):
+                self._problems.warn(element, f"<{shortened(tag)}> is not read{hint}")
 
     def _check_counts(self) -> None:
         """Refuse what is no robot: all that follows takes its time with each link."""
