@@ -100,11 +100,6 @@ class OperatedRobot:
         """What the node takes and refuses (cellwright_msgs/TeleopStatus), as last heard; None where it does not say."""
         return self._status.message
 
-    @property
-    def heard(self) -> int:
-        """How many joint states have come."""
-        return self._states.count
-
     def why_not(self) -> str:
         """Why the node would not take commands now; empty when it would, or does not say."""
         status = self.status

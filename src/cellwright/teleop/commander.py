@@ -259,10 +259,8 @@ class Commander(Device):
     # ---------------------------------------------------------------- inside
 
     def _measured(self) -> Array:
-        """Where the joints stand; what a driver cannot tell is where it was sent."""
-        found = self.driver.read().positions
-        measured: Array = np.where(np.isfinite(found), found, self._approach.applied)
-        return measured
+        """Where the joints stand [rad; m]."""
+        return self.driver.read().positions
 
     def _tell_of_limits(self, topic: str, joints: Numbers, asked: dict[int, float]) -> None:
         lower, upper = self._approach.lower, self._approach.upper
