@@ -1,11 +1,11 @@
 # The two commands: `make run` and `make test`. Everything is installed into .venv, but for
-# ROS 1, which tests use and which comes with the system's packages.
+# ROS 1 and a display for tests, which come with the system's packages.
 PYTHON ?= python3
 BIN := .venv/bin
 JOBS ?= 2
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: run lesson test ros1 check bench format clean
+.PHONY: run lesson test ros1 display check bench format clean
 
 run: .venv/.installed
 	$(BIN)/cellwright run lesson
@@ -14,12 +14,16 @@ run: .venv/.installed
 lesson: ros1 .venv/.installed
 	scripts/lesson
 
-test: ros1 check
+test: ros1 display check
 	$(BIN)/pytest -n $(JOBS)
 
 # Into the system, and only where that is allowed without asking; tests of it are skipped where it is not.
 ros1:
 	scripts/install-ros1
+
+# Likewise a display that nobody sees, for tests of windows.
+display:
+	scripts/install-display
 
 check: .venv/.installed-dev
 	$(BIN)/ruff format --check .

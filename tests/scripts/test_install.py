@@ -1,4 +1,4 @@
-"""The script that installs ROS 1, with the system's programs played by others: what it asks of them, and when."""
+"""The scripts that install ROS 1 and a display for tests, with the system's programs played by others: what it asks of them, and when."""
 
 import os
 import subprocess
@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 SCRIPT = Path(__file__).parents[2] / "scripts" / "install-ros1"
+DISPLAY = SCRIPT.with_name("install-display")
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="a script for Debian")
 
@@ -30,9 +31,9 @@ class Machine:
         path.write_text(f'#!/bin/sh\necho "{name} $*" >> {self.calls}\n{text}\n')
         path.chmod(0o755)
 
-    def run(self, *arguments: str, ci: bool = False) -> tuple[int, str]:
+    def run(self, *arguments: str, ci: bool = False, script: Path = SCRIPT) -> tuple[int, str]:
         done = subprocess.run(
-            [str(self.folder / "bash"), str(SCRIPT), *arguments],
+            [str(self.folder / "bash"), str(script), *arguments],
             env={"PATH": str(self.folder), "LC_ALL": "C"} | ({"CI": "true"} if ci else {}),
             capture_output=True,
             text=True,
@@ -52,13 +53,27 @@ def machine(tmp_path: Path) -> Machine:
     return Machine(tmp_path)
 
 
-def packages() -> list[str]:
-    done = subprocess.run([str(SCRIPT), "--list"], capture_output=True, text=True, timeout=30, check=True)
+def packages(script: Path = SCRIPT) -> list[str]:
+    done = subprocess.run([str(script), "--list"], capture_output=True, text=True, timeout=30, check=True)
     return done.stdout.split()
 
 
 def there(names: list[str]) -> str:
     return "\n".join(f"echo installed:{name}" for name in names)
+
+
+def test_the_display_comes_the_same_way(machine: Machine) -> None:
+    assert machine.run(script=DISPLAY)[0] == 0
+    assert machine.called("apt-get", "install", "--yes", "--no-install-recommends", "xvfb") == 1
+    machine.program("dpkg-query", there(packages(DISPLAY)))
+    assert machine.run(script=DISPLAY) == (0, "install-display: a display for tests is there\n")
+
+
+def test_a_display_without_apt(machine: Machine) -> None:
+    (machine.folder / "apt-get").unlink()
+    status, said = machine.run(script=DISPLAY, ci=True)
+    assert status == 1
+    assert "the window's tests need Xvfb" in said
 
 
 def test_each_package_is_named_once() -> None:
