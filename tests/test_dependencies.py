@@ -21,7 +21,8 @@ WINDOW = [Requirement(line) for line in PROJECT["project"]["optional-dependencie
 def test_every_dependency_is_capped_installed_and_explained(requirement: Requirement) -> None:
     operators = {each.operator for each in requirement.specifier}
     assert {">=", "<"} <= operators
-    assert version(requirement.name) in requirement.specifier
+    if requirement.marker is None or requirement.marker.evaluate():
+        assert version(requirement.name) in requirement.specifier
     assert f"`{requirement.name}`" in (ROOT / "docs" / "dependencies.md").read_text()
 
 

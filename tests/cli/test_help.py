@@ -26,6 +26,7 @@ COMMANDS = [
     "operate signal",
     "operate play",
     "operate record",
+    "operate call",
     "ros1-env",
     "ros1-workspace",
 ]

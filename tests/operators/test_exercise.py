@@ -78,6 +78,11 @@ def test_what_would_leave_the_limits_is_refused_before_anything_moves(there: Ope
     with pytest.raises(UsageError, match=r"right_3: a sine of 1 would go from -2\.2 to -0\.2"):
         check(there, ["right_1", "right_3"], replace(SINE, amplitude=1.0), LIMITS)
     check(there, ["right_3"], replace(SINE, amplitude=1.0), JointLimits())
+    assert check(there, ["right_1"], SINE, LIMITS) == []
+    assert check(there, ["right_1"], replace(SINE, frequency=2.0), LIMITS) == [
+        "right_1: the signal goes at 3.77 a second, and the joint can do 3"
+    ]
+    assert check(there, ["right_1"], Wave(Shape.STEP, 0.3, 2.0, 1), LIMITS) == []
     with pytest.raises(UnknownNameError, match="did you mean right_1"):
         check(there, ["rigth_1"], SINE, LIMITS)
     there.session.sleep(0.1)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -35,10 +33,4 @@ def test_what_nobody_knows_limits_nothing() -> None:
     assert not unknown.is_known
     assert LIMITS.is_known
     assert unknown.clamped("right_1", 99.0) == 99.0
-    assert unknown.room("right_1", 0.5) == (math.inf, math.inf)
     unknown.check("right_1", -99.0, 99.0, "a sine")
-
-
-def test_room_is_what_is_left_to_each_side() -> None:
-    assert LIMITS.room("right_1", 0.5) == pytest.approx((2.5, 1.5))
-    assert LIMITS.room("right_1", 2.5) == pytest.approx((4.5, 0.0))

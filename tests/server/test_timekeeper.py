@@ -119,6 +119,23 @@ def test_in_lockstep_time_passes_for_who_asks_and_the_answer_comes_with_it() -> 
         assert from_cdr(found.payload, TriggerResponse).success
 
 
+def test_in_lockstep_who_is_told_something_has_its_turn_in_that_tick() -> None:
+    talk = Talk()
+    with served(talk.node, lockstep=True) as hall:
+        guest = hall.guest()
+        guest.say(Frame(Kind.SUBSCRIBE, 5, "/io_teleop/joint_states"), advance(8, SECOND, each_tick=False))
+        keeper = Timekeeper(talk.node, hall.server, speed=None, on_poll=lambda: stop_after_the_first_step())
+
+        def stop_after_the_first_step() -> None:
+            keeper.is_stopped = talk.node.simulation.now > 0
+
+        keeper.run(lambda: SECOND)
+        told = answer(guest, 8)
+        assert told is not None
+        assert read_time(told) == 12_500_000
+        assert len(guest.messages(5)) == 1
+
+
 def test_a_node_that_ends_answers_first() -> None:
     talk = moving()
     with served(talk.node) as hall:

@@ -67,6 +67,10 @@ def test_a_link_that_drops_is_survived_without_a_restart() -> None:
     assert fastest < 0.55, "2 rad/s otherwise"
     assert talk.at("waist") > held + 0.5
     assert not status[-1].silent
+    talk.joints({"waist": -0.9})
+    talk.seconds(5.0)
+    assert talk.at("waist") > -0.5, "it is held the second time, too"
+    assert sum("nothing has come" in line for line in talk.lines) == 2
 
 
 def test_a_lost_link_does_not_let_go_of_what_a_gripper_holds() -> None:
@@ -157,6 +161,14 @@ def test_commands_that_waited_in_a_queue_are_dropped() -> None:
     talk.joints({"waist": 0.3}, at=talk.node.simulation.now)
     talk.seconds(1.0)
     assert talk.at("waist") == pytest.approx(0.3, abs=1e-3)
+
+
+def test_a_button_that_says_that_it_is_not_pressed_stops_nothing() -> None:
+    talk = Talk()
+    talk.stop(pressed=False)
+    talk.joints({"waist": 0.5})
+    talk.seconds(1.0)
+    assert talk.at("waist") == pytest.approx(0.5, abs=1e-3)
 
 
 def test_nothing_jumps_when_an_emergency_stop_is_cleared() -> None:

@@ -76,11 +76,12 @@ def broken(_config: RobotConfig) -> Any:
         (make(Hardware, joints=("arm",)), "unknown joint 'arm'"),
         (make(Stiff), "lift did not go 0.02 within 0.2 s"),
         (make(Coupled), "lift moved along with elbow_left"),
-        (make(Hardware, on_read=lambda: time.sleep(0.02)), "and 100 are needed"),
+        (make(Hardware, on_read=lambda: time.sleep(0.05)), "and 40 are needed"),
     ],
 )
-def test_findings(config: RobotConfig, maker: Any, found: str | None) -> None:
-    problems = check_driver(maker, config, within=0.2)
+def test_findings(config: RobotConfig, maker: Any, found: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cellwright.teleop.check_driver.RATE", 40)  # a machine may be busy with other tests
+    problems = check_driver(maker, config, within=2.0 if found is None else 0.2)
     if found is None:
         assert problems == []
     else:

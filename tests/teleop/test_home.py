@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from cellwright.devices.joint_servos import Motion
@@ -88,6 +90,28 @@ def test_a_way_that_takes_too_long_fails_and_the_robot_holds() -> None:
     assert talk.at("shoulder_right") > held + 0.4, "it goes on from there when it is asked again"
 
 
+def test_it_is_not_at_home_because_it_moves_slowly() -> None:
+    talk = Talk(safety=SafetySettings(max_speeds=(("waist", 0.008),)))
+    talk.wait_for(talk.reset())
+    talk.joints({"waist": 0.02})
+    talk.seconds(3.0)
+    begun = talk.node.simulation.time
+    assert talk.wait_for(talk.reset()).success
+    assert talk.node.simulation.time - begun > 2.0
+
+
+def test_joints_that_belong_to_no_group_go_on_whatever_the_watchdog_says() -> None:
+    talk = Talk(safety=SafetySettings(silence=0.2, max_speeds=(("wheel", 1.0), ("shoulder_right", 0.5))))
+    talk.joints({"wheel": 1.5, "shoulder_right": 0.45})
+    talk.seconds(0.15)
+    talk.joints({"shoulder_right": -0.2})
+    talk.seconds(0.15)
+    talk.joints({"shoulder_right": -0.2})
+    talk.wait_for(talk.reset())
+    talk.seconds(2.0)
+    assert talk.at("wheel") == pytest.approx(1.5, abs=1e-3)
+
+
 def test_stopped_or_switched_off_on_the_way_it_fails_with_the_reason() -> None:
     talk = far_off()
     later = talk.reset()
@@ -125,6 +149,16 @@ def test_who_waits_is_told_when_the_node_ends_or_begins_anew() -> None:
     later = talk.reset()
     talk.node.close()
     assert later.response.message == "the node has stopped"
+
+
+def test_a_home_beyond_the_limits_is_at_the_limit() -> None:
+    config = two_arms()
+    right = replace(config.arms[0], home=(0.5, -7.0, 0.2))
+    talk = Talk(replace(config, arms=(right, config.arms[1])))
+    talk.joints({"elbow_right": 0.0})
+    talk.seconds(1.0)
+    assert talk.wait_for(talk.reset()).success
+    assert talk.at("elbow_right") == pytest.approx(-2.0, abs=NEAR)
 
 
 def test_a_robot_without_groups_is_always_at_home() -> None:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import math
+from typing import Any
 
 import pytest
 
+from cellwright.errors import RejectedCommandError
 from cellwright.simulation.snapshot import restore_snapshot, take_snapshot
 from cellwright.teleop.safety import SafetySettings
 from tests.teleop.talk import Talk
@@ -37,6 +39,23 @@ def test_a_hundred_times_a_second_and_the_clock_each_step() -> None:
     talk.seconds(2.0)
     assert (len(states), len(applied), len(clock)) == (200, 200, 480)
     assert clock[-1].clock.sec == 2
+
+
+def test_no_message_comes_before_the_clock_that_it_is_stamped_with() -> None:
+    talk, told = Talk(), list[float]()
+    clock = 0.0
+
+    def tick(message: Any) -> None:
+        nonlocal clock
+        clock = message.clock.sec + message.clock.nanosec / 1e9
+
+    def state(message: Any) -> None:
+        told.append(message.header.stamp.sec + message.header.stamp.nanosec / 1e9 - clock)
+
+    talk.node.bus.subscribe("/io_teleop/joint_states", state)
+    talk.node.bus.subscribe("/clock", tick)
+    talk.seconds(0.5)
+    assert told == [0.0] * 50
 
 
 def test_what_is_applied_is_told_with_those_that_follow() -> None:
@@ -146,6 +165,26 @@ def test_a_snapshot_goes_on_as_the_run_itself_did() -> None:
     assert not talk.node.commander.is_stopped
     talk.base(0.1, 0.1)
     assert scene(talk) == first
+
+
+def test_a_snapshot_of_a_stop_is_a_stop() -> None:
+    talk = Talk()
+    talk.stop()
+    snapshot = take_snapshot(talk.node.simulation)
+    talk.clear()
+    restore_snapshot(talk.node.simulation, snapshot)
+    assert talk.node.commander.is_stopped
+
+
+def test_a_snapshot_knows_who_commands() -> None:
+    talk = Talk(safety=SafetySettings(one_commander=0.5))
+    talk.joints({"waist": 0.1}, node="/a")
+    snapshot = take_snapshot(talk.node.simulation)
+    talk.seconds(0.6)
+    talk.joints({"waist": 0.2}, node="/b")
+    restore_snapshot(talk.node.simulation, snapshot)
+    with pytest.raises(RejectedCommandError, match="/a commands here"):
+        talk.joints({"waist": 0.2}, node="/b")
 
 
 def test_the_state_tells_runs_apart_that_were_commanded_otherwise() -> None:

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from ipaddress import ip_address
 from pathlib import Path
 
 from cellwright.server import Server
 from cellwright.server.robot_services import RobotServices
+from cellwright.server.server import LOOPBACK
 from cellwright.teleop.node import RobotNode
 from cellwright.viewer.robots import save_robot_picture
 from cellwright.viewer.window import Window, WindowError
@@ -40,7 +42,9 @@ class Sight:
             return
         RobotServices(node).offer_state(server)
         try:
-            window = Window(node.world.model, server.address, sliders=self.sliders)
+            host, port = server.address
+            address = LOOPBACK if ip_address(host).is_unspecified else host
+            window = Window(node.world.model, (address, port), sliders=self.sliders)
         except WindowError as error:
             node.close()
             server.close(str(error))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -44,8 +45,11 @@ class Exercise:
     note: str = ""
 
 
-def check(robot: OperatedRobot, joints: list[str], wave: Wave, limits: JointLimits) -> None:
+def check(robot: OperatedRobot, joints: list[str], wave: Wave, limits: JointLimits) -> list[str]:
     """Refuse a signal that joints cannot be given from where they stand now.
+
+    Returns:
+        Sentences about joints that cannot follow it, for they are too slow.
 
     Raises:
         UnknownNameError: the robot has no such joint.
@@ -55,9 +59,13 @@ def check(robot: OperatedRobot, joints: list[str], wave: Wave, limits: JointLimi
     for joint in joints:
         start, (low, high) = robot.position(joint), wave.reach
         limits.check(joint, start + low, start + high, f"a {wave.shape} of {wave.amplitude:g}")
-    reason = robot.why_not()
-    if reason:
-        raise UsageError(f"the robot takes no commands: {reason}")
+    robot.check_ready()
+    speeds = {joint: limits.of_joint(joint).velocity for joint in joints}
+    return [
+        f"{joint}: the signal goes at {wave.speed:.3g} a second, and the joint can do {speed:.3g}"
+        for joint, speed in speeds.items()
+        if speed < wave.speed < math.inf  # a step is as fast as it gets anyway
+    ]
 
 
 def exercise(

@@ -59,11 +59,6 @@ class JointLimits:
                 f"{limits.lower:.4g} to {limits.upper:.4g}"
             )
 
-    def room(self, name: str, position: float) -> tuple[float, float]:
-        """How far a joint may go down and up from a position [rad; m]; infinite where nothing is known."""
-        limits = self.of_joint(name)
-        return max(0.0, position - limits.lower), max(0.0, limits.upper - position)
-
     @property
     def is_known(self) -> bool:
         """Whether anything is known."""

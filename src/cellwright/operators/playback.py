@@ -36,9 +36,7 @@ def check(robot: OperatedRobot, targets: Targets, limits: JointLimits) -> None:
     grippers = max((len(each.values) for each in targets.moments if each.topic == GRIPPER_COMMAND), default=0)
     if robot.grippers and grippers > len(robot.grippers):
         raise UsageError(f"{targets.path}: targets of {grippers} grippers, and the robot has {len(robot.grippers)}")
-    reason = robot.why_not()
-    if reason:
-        raise UsageError(f"the robot takes no commands: {reason}")
+    robot.check_ready()
 
 
 def approach(

@@ -24,6 +24,8 @@ PATIENCE = 5.0
 SETTLE = 0.5
 """So long [s] the other topics have to say something first; they are told 100 times a second."""
 
+_STOPPED, _DISABLED = "its emergency stop is on", "it is not enabled"
+
 
 class OperatedRobot:
     """A robot's node.
@@ -98,21 +100,28 @@ class OperatedRobot:
         """What the node takes and refuses (cellwright_msgs/TeleopStatus), as last heard; None where it does not say."""
         return self._status.message
 
-    @property
-    def heard(self) -> int:
-        """How many joint states have come."""
-        return self._states.count
-
     def why_not(self) -> str:
         """Why the node would not take commands now; empty when it would, or does not say."""
         status = self.status
         if status is None:
             return ""
         if status.emergency_stop:
-            return "its emergency stop is on"
+            return _STOPPED
         if status.resetting:
             return "it is on its way home"
-        return "" if status.enabled else "it is not enabled"
+        return "" if status.enabled else _DISABLED
+
+    def check_ready(self) -> None:
+        """Refuse to drive a node that would take no commands.
+
+        Raises:
+            UsageError: why it would not, and what ends that.
+        """
+        reason = self.why_not()
+        if reason:
+            word = {_STOPPED: "clear-stop", _DISABLED: "enable"}.get(reason, "")
+            hint = f"; to change that: cellwright operate call {word}" if word else ""
+            raise UsageError(f"the robot takes no commands: {reason}{hint}")
 
     def check_names(self, names: Iterable[str]) -> None:
         """Refuse joints that it has not.

@@ -41,7 +41,7 @@ class Homing(Device):
         home = {
             name: position
             for name, position in config.home.items()
-            if name in commander.numbers and name not in commander.followers and math.isfinite(position)
+            if name in commander.numbers and math.isfinite(position)
         }
         self._joints = np.array([commander.numbers[name] for name in home], dtype=np.intp)
         self._positions = np.clip(

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from cellwright.description.robot.model import JointType, RobotModel
-from cellwright.description.robot.urdf import MOST_LINKS, MOST_WARNINGS, read_urdf
+from cellwright.description.robot.urdf import MOST_LINKS, MOST_SHAPES, MOST_WARNINGS, read_urdf
 from cellwright.errors import DescriptionError
 
 LIMIT = '<limit lower="-1" upper="2" effort="3" velocity="4"/>'
@@ -63,9 +63,11 @@ def test_elements_of_other_programs_are_passed_over_and_slips_are_told(tmp_path:
 
 
 def test_warnings_do_not_flood(tmp_path: Path) -> None:
-    _, warnings = read(tmp_path, robot("<jont/>\n" * 100, links="a"))
+    boxes = '<visual><geometry><box size="0 0 0"/></geometry></visual>\n' * 100
+    _, warnings = read(tmp_path, robot("<jont/>\n" * 100, f'<link name="a">{boxes}</link>'))
+    assert warnings[0] == "robot.urdf:2: jont: <jont> is not read; did you mean joint"
     assert len(warnings) == MOST_WARNINGS + 1
-    assert warnings[-1] == "robot.urdf: 80 more warnings like these"
+    assert warnings[-1] == "robot.urdf: 81 more warnings like these"
 
 
 @pytest.mark.parametrize(
@@ -107,9 +109,19 @@ def test_all_that_is_wrong_is_told_at_once(tmp_path: Path) -> None:
     assert [problem.split(": ")[0] for problem in problems] == ["robot.urdf:4", "robot.urdf:4", "robot.urdf:5"]
 
 
-def test_more_links_than_any_robot_has_are_refused(tmp_path: Path) -> None:
-    links = "".join(f'<link name="l{number}"/>' for number in range(MOST_LINKS + 1))
-    assert refused(tmp_path, robot(links)) == [f"robot.urdf: {MOST_LINKS + 1} links; at most {MOST_LINKS} are read"]
+@pytest.mark.parametrize(
+    ("elements", "what"),
+    [
+        ("<link/>" * (MOST_LINKS + 1), f"{MOST_LINKS + 1} links; at most {MOST_LINKS} are read"),
+        ("<joint/>" * (MOST_LINKS + 1), f"{MOST_LINKS + 1} joints; at most {MOST_LINKS} are read"),
+        (
+            f"<link>{'<visual/>' * (MOST_SHAPES + 1)}</link>",
+            f"{MOST_SHAPES + 1} shapes; at most {MOST_SHAPES} are read",
+        ),
+    ],
+)
+def test_more_than_any_robot_has_is_refused(tmp_path: Path, elements: str, what: str) -> None:
+    assert refused(tmp_path, robot(elements)) == [f"robot.urdf: {what}"]
 
 
 def test_a_long_chain_is_read(tmp_path: Path) -> None:

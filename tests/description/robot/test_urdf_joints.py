@@ -141,6 +141,11 @@ def test_a_chain_of_followers_leads_to_the_first(tmp_path: Path) -> None:
         (follower("one", "b", "one"), "", "joints that follow each other in a ring: one"),
         (follower("one", "b", "two"), follower("two", "c", "one"), "joints that follow each other in a ring: one, two"),
         (follower("one", "b", "two"), joint("two", "a", "c", "", "fixed"), "follows 'two', a fixed joint"),
+        (
+            follower("one", "b", "two", 'multiplier="1e7"'),
+            joint("two", "a", "c"),
+            "follows 'two' by a factor or offset beyond 1e+06",
+        ),
         (joint("one", "a", "b", f"{LIMIT}<mimic/>"), "", 'mimic needs joint="…", the joint to follow'),
         (
             follower("one", "b", "one", 'multiplier="much"'),

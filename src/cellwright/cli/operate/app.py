@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import typer
 
+from cellwright.cli.operate.call import call
 from cellwright.cli.operate.keyboard import keyboard
 from cellwright.cli.operate.play import play
 from cellwright.cli.operate.record import record
@@ -20,7 +21,8 @@ app = typer.Typer(
         cellwright operate keyboard            # move it by keys
         cellwright operate signal J_head_yaw   # does the joint follow as it should?
         cellwright operate record motion.csv   # write down what the robot does
-        cellwright operate play motion.csv     # and have it do so again""",
+        cellwright operate play motion.csv     # and have it do so again
+        cellwright operate call home           # one word, for scripts""",
     no_args_is_help=True,
     rich_markup_mode="markdown",
 )
@@ -28,3 +30,4 @@ app.command()(keyboard)
 app.command()(signal)
 app.command()(record)
 app.command()(play)
+app.command()(call)

@@ -114,7 +114,8 @@ def signal(
     console = Console(stderr=as_json, highlight=False)
     with link.robot() as there:
         chosen = _chosen(there, joints)
-        check(there, chosen, wanted, link.limits(there))
+        for warning in check(there, chosen, wanted, link.limits(there)):
+            typer.echo(f"warning: {warning}", err=True)
         found, failure = _exercise(there, chosen, wanted, console)
     failures = _failures(found, max_error, max_delay) + ([failure] if failure else [])
     status = NOT_DONE if failures else DONE

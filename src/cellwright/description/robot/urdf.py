@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from itertools import islice
 from pathlib import Path
 
 from cellwright.description.problems import Problem, Problems
@@ -18,9 +19,12 @@ from cellwright.errors import DescriptionError, did_you_mean
 
 MOST_LINKS = 1000
 """Most links of one robot."""
+MOST_SHAPES = 5000
+"""Most shapes of one robot, seen and touched together."""
 MOST_WARNINGS = 20
 """Most warnings that are told of one file."""
 
+_LONGEST_TAG = 60
 _SHOWN = 3  # names that a message gives before it counts the rest
 _OTHERS = {"sdf": "an SDF file", "mujoco": "MuJoCo's own format (MJCF)", "launch": "a launch file"}
 _XACRO = "xacro:"
@@ -65,14 +69,9 @@ class _Reader:
 
     def read(self) -> RobotModel | None:
         """The robot; None where something is wrong, which is among the problems then."""
-        for element in self._root.children:
-            if element.tag.startswith(_XACRO):
-                self._problems.warn(element, f"<{shortened(element.tag)}> is passed over{_EXPANDED}")
-            elif element.tag not in _KNOWN and (hint := did_you_mean(element.tag, _KNOWN)):
-                self._problems.warn(element, f"<{shortened(element.tag)}> is not read{hint}")
+        self._tell_of_others()
+        self._check_counts()
         elements = self._link_elements()
-        if len(elements) > MOST_LINKS:
-            raise refusal(self._path, 0, f"{len(elements)} links; at most {MOST_LINKS} are read")
         joints = self._connected(elements)
         roots = [name for name in elements if name not in {joint.child for joint in joints}]
         if self._problems.errors or not self._has_one_root(elements, roots):
@@ -93,6 +92,28 @@ class _Reader:
         written = tuple(joint.name for joint in joints)
         is_sorted = written == tuple(joint.name for joint in ordered)
         return RobotModel(name, roots[0], links, tuple(ordered), () if is_sorted else written)
+
+    def _tell_of_others(self) -> None:
+        """What is passed over, where it looks as if it was to be read: once for each kind."""
+        first: dict[str, Element] = {}
+        for element in self._root.children:
+            first.setdefault(element.tag, element)
+        for tag, element in islice(first.items(), MOST_LINKS):
+            if tag.startswith(_XACRO):
+                self._problems.warn(element, f"<{shortened(tag)}> is passed over{_EXPANDED}")
+            elif tag not in _KNOWN and (hint := did_you_mean(tag[:_LONGEST_TAG], _KNOWN)):
+                self._problems.warn(element, f"<{shortened(tag)}> is not read{hint}")
+
+    def _check_counts(self) -> None:
+        """Refuse what is no robot: all that follows takes its time with each link."""
+        shapes = sum(len(link.all("visual", "collision")) for link in self._root.all("link"))
+        for what, count, most in (
+            ("links", len(self._root.all("link")), MOST_LINKS),
+            ("joints", len(self._root.all("joint")), MOST_LINKS),
+            ("shapes", shapes, MOST_SHAPES),
+        ):
+            if count > most:
+                raise refusal(self._path, 0, f"{count} {what}; at most {most} are read")
 
     def _link_elements(self) -> dict[str, Element]:
         found: dict[str, Element] = {}
@@ -120,7 +141,8 @@ class _Reader:
                 continue
             for tag, name in (("parent", joint.parent), ("child", joint.child)):
                 if name not in links:
-                    hint = did_you_mean(name, links)
+                    is_one_of_many = len(self._problems.errors) > MOST_WARNINGS  # names are searched slowly
+                    hint = "" if is_one_of_many else did_you_mean(name[:_LONGEST_TAG], links)
                     self._problems.error(element.find(tag) or element, f"unknown link {shortened(name)!r}{hint}")
             if joint.child in above:
                 message = (

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from cellwright.description.robot.model import DRIVEN, Joint, JointType, Limits, Mimic
 from cellwright.description.robot.urdf_file import Element
-from cellwright.description.robot.urdf_numbers import Numbers
+from cellwright.description.robot.urdf_numbers import FARTHEST, Numbers
 from cellwright.description.tree import shortened
 from cellwright.errors import did_you_mean
 from cellwright.pose import Vector3
@@ -17,6 +17,7 @@ ENDLESS = 1e9
 """Figures from here on mean that there is no limit [rad; m; N m; N; rad/s; m/s]."""
 
 _UNIT = 1e-3  # axes within this of unit length are rounded ones
+_FEW = 200  # joints whose names are searched for similar ones: that takes long
 _NO_AXIS = (0.0, 0.0, 0.0)
 
 
@@ -157,22 +158,27 @@ class JointReader:
         if not joint.is_driven:
             self._problems.warn(element, f"a {joint.type} joint follows nothing; left out")
             return None
-        way = [joint.name]
+        way = {joint.name: None}
         while True:
             leader = joints.get(mimic.joint)
             if leader is None:
-                hint = did_you_mean(mimic.joint, joints)
+                hint = did_you_mean(mimic.joint, joints) if len(joints) <= _FEW else ""
                 self._problems.error(element, f"follows the unknown joint {shortened(mimic.joint)!r}{hint}")
                 return None
             if leader.name in way:
-                self._problems.error(element, f"joints that follow each other in a ring: {', '.join(way[:5])}")
+                self._problems.error(element, f"joints that follow each other in a ring: {', '.join(list(way)[:5])}")
                 return None
             if not leader.is_driven:
                 self._problems.error(element, f"follows {shortened(leader.name)!r}, a {leader.type} joint")
                 return None
+            if max(abs(mimic.multiplier), abs(mimic.offset)) > FARTHEST:
+                self._problems.error(
+                    element, f"follows {shortened(leader.name)!r} by a factor or offset beyond {FARTHEST:g}"
+                )
+                return None
             if leader.mimic is None:
                 return mimic
-            way.append(leader.name)
+            way[leader.name] = None
             further = leader.mimic
             offset = mimic.multiplier * further.offset + mimic.offset
             mimic = Mimic(further.joint, mimic.multiplier * further.multiplier, offset)

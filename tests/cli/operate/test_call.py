@@ -1,0 +1,47 @@
+"""`cellwright operate call` at a node that is served."""
+
+import pytest
+
+from cellwright.client.session import Session
+from cellwright.client.transports.socket import SocketTransport
+from cellwright.messages.build import joint_state
+from tests.cli.conftest import CommandLine
+
+
+def test_each_word_is_carried_out_and_a_refusal_told(cellwright: CommandLine, address: str) -> None:
+    def said(word: str) -> tuple[int, str, str]:
+        ran = cellwright("operate", "call", word, "--connect", address)
+        return ran.status, ran.out, ran.err
+
+    host, port = address.split(":")
+    watcher = Session(SocketTransport((host, int(port)), node="/watcher"))
+    states, status = watcher.latest("/io_teleop/joint_states"), watcher.latest("/io_teleop/status")
+    watcher.publish("/io_teleop/joint_cmd", joint_state(["right_1"], [0.3], time=0))
+    watcher.sleep(0.5)
+    assert states.message.position[0] == pytest.approx(0.3, abs=0.01)
+    code, out, err = said("home")
+    assert (code, err) == (0, "")
+    assert out.startswith("home: ")
+    watcher.sleep(0.2)
+    assert states.message.position[0] == pytest.approx(0.0, abs=0.01)
+    assert said("disable")[0] == 0
+    watcher.sleep(0.2)
+    assert not status.message.enabled
+    code, out, err = said("home")
+    assert (code, out) == (1, "")
+    assert err.startswith("home: ")
+    assert said("enable")[0] == 0
+    assert said("stop") == (0, "stop: stopped\n", "")
+    assert said("enable")[0] == 1  # the stop has to be cleared first
+    assert said("clear-stop")[0] == 0
+    watcher.sleep(0.2)
+    assert not status.message.emergency_stop
+    watcher.close()
+
+
+@pytest.mark.parametrize("arguments", [["jump"], ["home", "--connect", "127.0.0.1:1"]])
+def test_bad_input_is_one_line(arguments: list[str], cellwright: CommandLine) -> None:
+    ran = cellwright("operate", "call", *arguments)
+    assert (ran.status, ran.out) == (2, "")
+    assert ran.err.startswith("error: ")
+    assert ran.err.count("\n") == 1
