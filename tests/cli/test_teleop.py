@@ -55,6 +55,11 @@ def test_the_summary_for_people(cellwright: CommandLine) -> None:
     assert "state hash" in ran.out
 
 
+def test_a_node_that_takes_no_commands_yet_says_so(cellwright: CommandLine) -> None:
+    ran = cellwright("teleop", "tandem", "--start-disabled", "--sim-time", "--until", "0.01", "--port", "0")
+    assert ran.out.splitlines()[0].endswith(", real time, takes no commands until /io_teleop/set_enabled says so")
+
+
 def test_the_same_run_has_the_same_hash(cellwright: CommandLine) -> None:
     arguments = ("--sim-time", "--speed", "max", "--until", "0.1", "--rate", "1000", "--port", "0", "--json")
     first, second = (json.loads(cellwright("teleop", "tandem", *arguments).out) for _ in range(2))

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from cellwright.errors import MessageError, RejectedCommandError
 from cellwright.messages.standard import String
+from cellwright.teleop.safety import SafetySettings
 from tests.teleop.robots import bare, fixed, two_arms
 from tests.teleop.talk import RESET, Talk
 
@@ -189,6 +190,24 @@ def test_switched_off_it_holds_and_counts_what_it_ignores(talk: Talk) -> None:
     talk.joints({"waist": -0.5})
     talk.seconds(4.0)
     assert talk.at("waist") == pytest.approx(-0.5, abs=1e-4)
+
+
+def test_why_commands_are_ignored_is_told_once_for_each_reason() -> None:
+    talk = Talk(safety=SafetySettings(start_disabled=True))
+    for _ in range(20):
+        talk.joints({"waist": 0.5})
+        talk.seconds(0.2)
+    (line,) = talk.lines
+    assert line.startswith("ignored /io_teleop/joint_cmd from /op, and what follows: commands are switched off (")
+    talk.stop()
+    talk.joints({"waist": 0.5})
+    assert talk.lines[-1].endswith("the emergency stop is on (/io_teleop/clear_emergency_stop ends it)")
+    talk.clear()
+    talk.enable()
+    talk.joints({"waist": 0.5})
+    talk.enable(wanted=False)
+    talk.joints({"waist": 0.5})
+    assert sum("commands are switched off (" in line for line in talk.lines) == 2
 
 
 def test_what_makes_no_sense_is_refused_also_when_it_would_be_ignored(talk: Talk) -> None:

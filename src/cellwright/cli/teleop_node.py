@@ -148,7 +148,9 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
         is_stopped.follow(partial(setattr, keeper, "is_stopped", True))
         with progress.running():
             if not is_stopped.has_come:
-                console.print(ready(node.name, server, wanted.speed) + in_ros, markup=False, soft_wrap=True)
+                console.print(
+                    ready(node.name, server, wanted.speed) + in_ros + _off(node), markup=False, soft_wrap=True
+                )
             ran = _run(node, server, keeper, wanted)
     try:
         wanted.sight.save(node)
@@ -197,6 +199,11 @@ def _show(console: Console, node: RobotNode, wanted: TeleopOptions, ran: _Ran) -
     if wanted.verbose:
         note("state hash", node.simulation.state_hash())
         note("versions", ", ".join(f"{name} {version}" for name, version in versions().items()))
+
+
+def _off(node: RobotNode) -> str:
+    """What the ready line says of a node that takes no commands yet."""
+    return "" if node.commander.is_enabled else ", takes no commands until /io_teleop/set_enabled says so"
 
 
 def _document(node: RobotNode, wanted: TeleopOptions, ran: _Ran, status: int) -> dict[str, Any]:

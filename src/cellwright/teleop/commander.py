@@ -79,6 +79,7 @@ class Commander(Device):
         self.is_enabled = not safety.start_disabled
         self.is_stopped = self.is_homing = False
         self.why_held = ""
+        self._ignored_for = ""  # for what reason the newest commands were ignored
 
     def reset(self) -> None:
         """Hold what the robot stands in."""
@@ -131,8 +132,9 @@ class Commander(Device):
             RejectedCommandError: it is not to be carried out.
         """
         if not self.takes_commands:
-            self.counts.ignored += 1
+            self._ignore(topic, node)
             return
+        self._ignored_for = ""
         self.gate.check(topic, node, stamp)
         if not act():
             self.counts.ignored += 1
@@ -261,6 +263,19 @@ class Commander(Device):
     def _measured(self) -> Array:
         """Where the joints stand [rad; m]."""
         return self.driver.read().positions
+
+    def _ignore(self, topic: str, node: str) -> None:
+        """Count a command that is not taken now; tell once why none is."""
+        self.counts.ignored += 1
+        if self.is_stopped:
+            why = "the emergency stop is on (/io_teleop/clear_emergency_stop ends it)"
+        elif not self.is_enabled:
+            why = "commands are switched off (/io_teleop/set_enabled switches them on)"
+        else:
+            why = "the robot is on its way home"
+        if why != self._ignored_for:
+            self._ignored_for = why
+            self.notices.tell(f"ignored {topic}{f' from {node}' if node else ''}, and what follows: {why}")
 
     def _tell_of_limits(self, topic: str, joints: Numbers, asked: dict[int, float]) -> None:
         lower, upper = self._approach.lower, self._approach.upper
