@@ -1,4 +1,4 @@
-"""The scripts that install ROS 1 and a display for tests, with the system's programs played by others: what it asks of them, and when."""
+"""The scripts that install ROS 1 and a display for tests, with the system's programs played by others."""
 
 import os
 import subprocess

@@ -38,7 +38,7 @@ def test_names_are_told_once_and_do_not_eat_the_memory() -> None:
     notices, _, lines = made()
     for _ in range(2):
         for number in range(1000):
-            notices.tell_of_unknown("/t", f"{number}" * 1000, "is nothing")
+            notices.tell_of_unknown("/t", {f"{number}" * 1000: "is nothing"})
     assert len(notices.unknown) == len(lines) == MOST_NAMES
     assert all(len(name) <= 80 for name in notices.unknown)
     assert max(map(len, lines)) < 160
@@ -46,5 +46,18 @@ def test_names_are_told_once_and_do_not_eat_the_memory() -> None:
 
 def test_a_name_cannot_break_a_line() -> None:
     notices, _, lines = made()
-    notices.tell_of_unknown("/t", "a\nb\x1b[31m", "is nothing")
+    notices.tell_of_unknown("/t", {"a\nb\x1b[31m": "is nothing"})
     assert lines == ["/t: 'a\\nb\\x1b[31m' is nothing; passed over (told once)"]
+
+
+def test_many_names_at_once_are_one_line() -> None:
+    notices, _, lines = made()
+    notices.tell_of_unknown("/t", {"a": "is nothing"})
+    notices.tell_of_unknown("/t", dict.fromkeys("abcdefg", "is nothing"))
+    assert (
+        lines[1] == "/t: 'b' is nothing, 'c' is nothing, 'd' is nothing and 3 more such names; passed over (told once)"
+    )
+    assert notices.unknown == list("abcdefg")
+    notices.tell_of_unknown("/t", dict.fromkeys("abcdefg", "is nothing"))
+    notices.tell_of_unknown("/t", {})
+    assert len(lines) == 2

@@ -97,18 +97,20 @@ class Commands:
     def _tell_of_others(self, topic: str, allowed: frozenset[str] | None, asked: dict[str, float]) -> None:
         """Tell of names that are passed over, each once."""
         commander = self._commander
+        strange: dict[str, str] = {}
         for name in asked:
             if name in commander.followers:
                 line = f"{topic}: {name} follows {commander.followers[name]}; its own target is passed over (told once)"
                 commander.notices.tell_once(f"follows {name}", line)
             elif name in commander.numbers:
                 if allowed is not None and name not in allowed:
-                    commander.notices.tell_of_unknown(topic, name, "is no joint of that hand")
+                    strange[name] = "is no joint of that hand"
             elif name in self._config.robot.joint_indices:
                 kind = self._config.robot.joint(name).type.value
-                commander.notices.tell_of_unknown(topic, name, f"is a {kind} joint, which takes no position")
+                strange[name] = f"is a {kind} joint, which takes no position"
             else:
-                commander.notices.tell_of_unknown(topic, name, "is no joint of this robot")
+                strange[name] = "is no joint of this robot"
+        commander.notices.tell_of_unknown(topic, strange)
 
     # ---------------------------------------------------------------- grippers and base
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from cellwright.simulation.clock import NANOSECONDS
 
@@ -10,6 +10,7 @@ MOST_NAMES = 256
 """So many names are kept; they come from outside, and must not eat the memory."""
 
 _LONGEST = 80
+_MOST_TOLD = 3  # names in one line
 
 
 class Notices:
@@ -44,9 +45,17 @@ class Notices:
             self._once.add(name)
             self._report(line)
 
-    def tell_of_unknown(self, topic: str, name: str, why: str) -> None:
-        """Tell once of a name that commands gave and that is passed over."""
-        said = name if len(name) <= _LONGEST else f"{name[: _LONGEST - 3]}..."
-        if said not in self.unknown and len(self.unknown) < MOST_NAMES:
-            self.unknown.append(said)
-        self.tell_once(f"{topic} {said}", f"{topic}: {said!r} {why}; passed over (told once)")
+    def tell_of_unknown(self, topic: str, names: Mapping[str, str]) -> None:
+        """Tell once of names that a command gave and that are passed over, with the reason for each; in one line."""
+        told = []
+        for name, why in names.items():
+            said = name if len(name) <= _LONGEST else f"{name[: _LONGEST - 3]}..."
+            if said not in self.unknown and len(self.unknown) < MOST_NAMES:
+                self.unknown.append(said)
+            key = f"{topic} {said}"
+            if key not in self._once and len(self._once) < MOST_NAMES:
+                self._once.add(key)
+                told.append(f"{said!r} {why}")
+        if told:
+            more = f" and {len(told) - _MOST_TOLD} more such names" if len(told) > _MOST_TOLD else ""
+            self._report(f"{topic}: {', '.join(told[:_MOST_TOLD])}{more}; passed over (told once)")
