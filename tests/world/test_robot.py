@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cellwright.description.model import ModelShape
 from cellwright.description.robot.config import Gripper
 from cellwright.description.robot.model import Inertial, Joint, JointType, Limits, Link
 from cellwright.description.robot.posture import link_poses
@@ -86,6 +87,32 @@ def test_links_without_mass_weigh_what_they_weighed_in_the_original() -> None:
     assert model.body("arm").mass[0] == MASS
     assert model.body("finger").mass[0] == FINGER_MASS
     assert model.body("finger").inertia == pytest.approx([0.2 * FINGER_MASS / 2.0] * 3)  # lighter, of the same form
+
+
+LYING = Pose.from_rpy((5.0, 0.0, 0.0), (0.0, math.pi / 2, 0.0))
+SLAB, BALL = ModelShape("box", (0.1, 0.2, 0.3)), ModelShape("sphere", (0.1, 0.0, 0.0))
+ROD = [0.2 / 12, 0.2 / 12, 0.08 / 12]  # of a box of 0.2 m by 0.2 m by 0.4 m and 1 kg
+
+
+@pytest.mark.parametrize(
+    ("shapes", "inertia"),
+    [
+        # as PyBullet has it, but for its margins of 1 mm
+        ((ModelShape("box", (0.2, 0.2, 0.2)),), [0.2**2 / 6] * 3),
+        ((SLAB,), [0.13 / 12, 0.10 / 12, 0.05 / 12]),
+        ((replace(SLAB, pose=LYING),), [0.05 / 12, 0.10 / 12, 0.13 / 12]),
+        ((BALL, replace(BALL, pose=Pose((0.0, 0.0, 0.2)))), ROD),
+        ((ModelShape("cylinder", (0.1, 0.4, 0.0)),), ROD),
+        ((ModelShape("capsule", (0.1, 0.2, 0.0)),), ROD),
+        ((replace(SLAB, is_touched=False),), [1e-9] * 3),
+    ],
+)
+def test_a_link_without_mass_resists_like_the_box_around_it(
+    shapes: tuple[ModelShape, ...], inertia: list[float]
+) -> None:
+    model = build_robot(of_joints(hinge("arm"), links={"arm": Link("arm", shapes=shapes)})).model
+    assert sorted(model.body("arm").inertia) == pytest.approx(sorted(inertia), rel=1e-6)
+    assert model.body("arm").mass[0] == MASS
 
 
 def test_inertia_is_turned_with_its_axes() -> None:

@@ -30,7 +30,7 @@ from cellwright.world.robot_shapes import ShapeBuilder, placed
 TIMESTEP = Fraction(1, 240)
 """Of the original's physics [s]."""
 MASS = 1.0
-"""Of a link that the file gives no mass for [kg]; its inertia is next to nothing."""
+"""Of a link that the file gives no mass for [kg]; its inertia is that of a box around what is touched of it."""
 FINGER_MASS = 0.1
 """Of a link that a gripper's joint moves [kg]."""
 
@@ -181,7 +181,7 @@ class _Builder:
         body.explicitinertial = True
         inertial = link.inertial
         mass = MASS if inertial is None else inertial.mass
-        inertia = (_LEAST_INERTIA,) * 3 + (0.0,) * 3 if inertial is None else _in_link_frame(inertial)
+        inertia = self._inertia_of_shapes(link) if inertial is None else _in_link_frame(inertial)
         if link.name in self._fingers:
             factor = FINGER_MASS / mass if mass > 0 else 0.0
             mass, inertia = FINGER_MASS, tuple(factor * value for value in inertia)
@@ -191,6 +191,13 @@ class _Builder:
         for shape in link.shapes:
             if self._shapes.add(body, shape):
                 self.touched.add(link.name)
+
+    def _inertia_of_shapes(self, link: Link) -> tuple[float, ...]:
+        """Of a link without mass: that of a box of 1 kg around what is touched; next to nothing where nothing is."""
+        extent = self._shapes.extent(link.shapes)
+        x, y, z = (0.0, 0.0, 0.0) if extent is None else extent.tolist()
+        squares = (y * y + z * z, z * z + x * x, x * x + y * y)
+        return (*(max(MASS / 12 * square, _LEAST_INERTIA) for square in squares), 0.0, 0.0, 0.0)
 
 
 def _range(joint: Joint) -> tuple[bool, tuple[float, float]]:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from cellwright.description.mesh_files import is_flat, read_mesh
 from cellwright.description.model import ModelShape
@@ -57,6 +60,28 @@ class ShapeBuilder:
         geom.group = 2 if shape.is_seen else 3
         geom.mass = 0.0
         return is_touched
+
+    def extent(self, shapes: Iterable[ModelShape]) -> NDArray[np.float64] | None:
+        """Edge lengths (3) [m] of the box around what is touched, along the axes of the link; None where nothing is."""
+        bounds = [self._bounds(shape) for shape in shapes if shape.is_touched]
+        if not bounds:
+            return None
+        lower, upper = np.min([each[0] for each in bounds], axis=0), np.max([each[1] for each in bounds], axis=0)
+        edges: NDArray[np.float64] = upper - lower
+        return edges
+
+    def _bounds(self, shape: ModelShape) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Lower and upper corner [m] of the box around a shape's own box, along the axes of the link."""
+        if shape.mesh is not None:
+            vertices, _ = self._read(shape.mesh, shape.size)
+            lower, upper = vertices.min(axis=0), vertices.max(axis=0)
+        else:
+            x, y, z = shape.size
+            halves = {"box": (x / 2, y / 2, z / 2), "sphere": (x, x, x), "cylinder": (x, x, y / 2)}
+            upper = np.array(halves.get(shape.kind, (x, x, x + y / 2)))
+            lower = -upper
+        corners = [shape.pose.transform((x, y, z)) for x, y, z in product(*zip(lower, upper, strict=True))]
+        return np.min(corners, axis=0), np.max(corners, axis=0)
 
     def _add_mesh(self, body: Any, shape: ModelShape, path: Path, *, is_touched: bool) -> Any:
         vertices, triangles = self._read(path, shape.size)
