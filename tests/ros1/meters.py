@@ -70,6 +70,8 @@ def subscriber_headers(types: dict[str, str]) -> dict[str, list[dict[str, str]]]
     Args:
         types: the type of each topic, by full name.
     """
+    import time
+
     import rospy
     from roslib.message import get_message_class
     from rospy.impl.tcpros_pubsub import TCPROSHandler
@@ -84,7 +86,7 @@ def subscriber_headers(types: dict[str, str]) -> dict[str, list[dict[str, str]]]
     TCPROSHandler.topic_connection_handler = watched
     rospy.init_node("publisher", anonymous=True)
     publishers = [rospy.Publisher(topic, get_message_class(kind), queue_size=1) for topic, kind in types.items()]
-    end = rospy.get_rostime().to_sec() + 10.0
-    while rospy.get_rostime().to_sec() < end and not all(each.get_num_connections() for each in publishers):
-        rospy.sleep(0.02)
+    end = time.monotonic() + 10.0  # not by the clock of ROS, which may jump from 0 far ahead with the first message
+    while time.monotonic() < end and not all(each.get_num_connections() for each in publishers):
+        rospy.rostime.wallsleep(0.02)
     return said

@@ -45,6 +45,8 @@ def act(goals: list[dict[str, Any]]) -> list[dict[str, Any]]:
     from trajectory_msgs.msg import JointTrajectoryPoint
 
     rospy.init_node("actor", anonymous=True)
+    while not rospy.get_time():  # else the first /clock, some time into the run, would end a wait that began at 0
+        rospy.rostime.wallsleep(0.01)
     name = "/ariac/arm/follow_joint_trajectory"
     clients, results = [], []
     for wanted in goals:

@@ -152,17 +152,20 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
                     ready(node.name, server, wanted.speed) + in_ros + _off(node), markup=False, soft_wrap=True
                 )
             ran = _run(node, server, keeper, wanted)
+    if not wanted.as_json:
+        _show(console, node, wanted, ran)
     try:
-        wanted.sight.save(node)
+        wanted.sight.save(node, console)  # after the summary, since it takes a while
     except UsageError as error:
         ran.error = ran.error or str(error)
+    else:
+        if wanted.sight.snapshot is not None and not wanted.as_json:
+            score_table.note(console, "picture", str(wanted.sight.snapshot))
     status = NOT_DONE if ran.error else DONE
     if ran.error:
         typer.echo(f"error: {ran.error}", err=True)
     if wanted.as_json:
         typer.echo(json.dumps(_document(node, wanted, ran, status), indent=2))
-    else:
-        _show(console, node, wanted, ran)
     return status
 
 

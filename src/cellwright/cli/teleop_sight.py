@@ -8,6 +8,9 @@ from dataclasses import dataclass
 from ipaddress import ip_address
 from pathlib import Path
 
+from rich.console import Console
+
+from cellwright.cli.progress import bar
 from cellwright.server import Server
 from cellwright.server.robot_services import RobotServices
 from cellwright.server.server import LOOPBACK
@@ -54,11 +57,12 @@ class Sight:
         finally:
             window.close()
 
-    def save(self, node: RobotNode) -> None:
-        """Write the picture, if one is wanted.
+    def save(self, node: RobotNode, console: Console) -> None:
+        """Write the picture, if one is wanted; it takes some seconds.
 
         Raises:
             UsageError: it cannot be written.
         """
         if self.snapshot is not None:
-            save_robot_picture(self.snapshot, node.world, node.simulation.data)
+            with bar(console, f"drawing {self.snapshot}", 1.0) as tell:
+                save_robot_picture(self.snapshot, node.world, node.simulation.data, progress=tell)
