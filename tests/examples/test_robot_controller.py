@@ -52,7 +52,7 @@ def test_the_class_without_ros(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         until(lambda: abs(position("J_arm_r_04") - 1.7) < 0.01, 5.0, "home")
     finally:
         graph.is_over = True
-        for thread in threading.enumerate():  # it may be asking at this moment; a node is not closed but ends as a whole
+        for thread in threading.enumerate():  # else it may be asking while the robot is closed
             if "publish_joint_states" in thread.name:
                 thread.join(5.0)
         robot.close()
