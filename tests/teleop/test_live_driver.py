@@ -118,6 +118,30 @@ def test_a_failure_holds_the_robot_until_it_is_cleared(config: RobotConfig) -> N
     live.close()
 
 
+def test_a_hold_that_does_not_get_through_is_said_again(config: RobotConfig) -> None:
+    @dataclass
+    class Loose(Hardware):
+        """A robot whose cable is out for its first three targets."""
+
+        refused: int = 0
+
+        def command(self, targets: Array) -> None:
+            if self.refused < 3:
+                self.refused += 1
+                fail()
+            super().command(targets)
+
+    hardware = Loose()
+    live = LiveDriver(config, hardware)
+    live.command(np.full(len(live.joints), 0.3))
+    until(lambda: live.read() and hardware.told)
+    assert live.fault == "OSError: the cable is out"
+    before = live.count
+    until(lambda: live.read() and live.count > before + 2)
+    assert hardware.told == [[-1.0, 0.2]]
+    live.close()
+
+
 def test_a_driver_that_is_stuck_is_not_waited_for(config: RobotConfig) -> None:
     hardware = Hardware()
     live = LiveDriver(config, hardware, patience=0.05)

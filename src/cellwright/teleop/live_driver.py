@@ -125,11 +125,13 @@ class LiveDriver:
         """Give the driver what is new, and read it."""
         with self._lock:
             targets, self._targets = self._targets, None
-            if self._fault:
+            is_failed = bool(self._fault)
+            if is_failed:
                 targets = None if self._is_holding else self._readings.positions[self._places].copy()
-                self._is_holding = True
         if targets is not None:
             self._driver.command(targets)
+            with self._lock:  # not before: a hold that did not get through is said again
+                self._is_holding = is_failed and bool(self._fault)  # it may have been cleared meanwhile
         readings = self._checked(self._driver.read())
         with self._lock:
             self._readings = readings
