@@ -2,15 +2,17 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
 
 from cellwright.description.robot.config import RobotConfig
 from cellwright.devices.joint_servos import Array, JointReadings
+from cellwright.errors import DescriptionError, UnknownNameError
 from cellwright.teleop.live_driver import DriverError, LiveDriver
 from cellwright.teleop.node import RobotNode
+from cellwright.teleop.safety import SafetySettings
 from tests.teleop.robots import two_arms
 from tests.teleop.talk import Talk
 
@@ -96,6 +98,19 @@ def test_targets_and_readings_go_by_name(config: RobotConfig) -> None:
 def test_what_is_no_driver_of_this_robot(config: RobotConfig, hardware: Hardware, reason: str) -> None:
     with pytest.raises(DriverError, match=reason):
         LiveDriver(config, hardware)
+    assert hardware.closed == 1, "nobody lets go of the robot"
+
+
+def test_a_node_that_cannot_be_lets_go_of_the_robot(config: RobotConfig) -> None:
+    hardware = Hardware()
+    with pytest.raises(UnknownNameError, match="tail"):
+        RobotNode(config, driver=hardware, safety=SafetySettings(max_speeds=(("tail", 1.0),)))
+    assert hardware.closed == 1
+    wheel, *others = config.robot.joints
+    twice = replace(config, robot=replace(config.robot, joints=(replace(wheel, name="lift"), *others)))
+    with pytest.raises(DescriptionError):
+        RobotNode(twice, driver=(hardware := Hardware()))
+    assert hardware.closed == 1
 
 
 def test_a_failure_holds_the_robot_until_it_is_cleared(config: RobotConfig) -> None:
