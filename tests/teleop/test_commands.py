@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
+import time
+from contextlib import suppress
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.errors import MessageError, RejectedCommandError
+from cellwright.messages.build import joint_state
 from cellwright.messages.standard import String
+from cellwright.teleop.joint_targets import MOST, targets
 from cellwright.teleop.safety import SafetySettings
 from tests.teleop.robots import bare, fixed, two_arms
 from tests.teleop.talk import RESET, Talk
@@ -79,6 +83,21 @@ def test_what_makes_no_sense_is_refused_whole(
     talk.seconds(0.2)
     assert talk.at("waist") == pytest.approx(0.0, abs=1e-6)
     assert (talk.node.counts.taken, talk.node.refused) == (0, 1)
+
+
+def test_a_message_that_is_refused_takes_no_longer_than_one_that_is_taken() -> None:
+    names = [f"{'joint' * 12}{number}" for number in range(MOST)]
+
+    def least_time(names: list[str]) -> float:
+        found, message = [], joint_state(names, [0.0] * len(names), time=0)
+        for _ in range(3):
+            begun = time.perf_counter()
+            with suppress(RejectedCommandError):
+                targets(message)
+            found.append(time.perf_counter() - begun)
+        return min(found)
+
+    assert least_time([*names[:-1], names[-2]]) < 20.0 * least_time(names)  # it was 200 times as long
 
 
 def test_another_type_is_refused(talk: Talk) -> None:
