@@ -78,7 +78,10 @@ def test_while_it_is_stopped(node: RobotNode, services: RobotServices) -> None:
     for service in (services.move, services.place):
         with pytest.raises(CellwrightError, match="takes no commands now: somebody pressed the button"):
             service({"joints": [1], "positions": [0.5]})
+    with pytest.raises(CellwrightError, match="takes no commands now: somebody pressed the button"):
+        services.place_base({"pose": [[1, 0, 0], [0, 0, 0, 1]]})
     np.testing.assert_array_equal(node.driver.read().positions, before)
+    assert services.state({})["carrier"][0] == 0.0
 
 
 @pytest.mark.parametrize(

@@ -113,6 +113,7 @@ class RobotServices:
     def place_base(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Put the root link somewhere: what carries the robot is moved, which may be fastened to another link."""
         wanted = _asked_pose(asked)
+        self._check_freedom()
         base = self._node.base
         base.place(wanted @ self._pose(-1).inverse() @ base.pose)
         return {}
