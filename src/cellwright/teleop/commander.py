@@ -233,7 +233,9 @@ class Commander(Device):
         approach = self._approach
         if approach.advance(self._seconds):
             for follower, leader, multiplier, offset in self._mimics:
-                approach.applied[follower] = approach.desired[follower] = multiplier * approach.applied[leader] + offset
+                place = multiplier * approach.applied[leader] + offset
+                place = min(max(place, approach.lower[follower]), approach.upper[follower])
+                approach.applied[follower] = approach.desired[follower] = place
             self.driver.command(approach.applied)
 
     # ---------------------------------------------------------------- state
