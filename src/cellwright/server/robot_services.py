@@ -61,7 +61,13 @@ class RobotServices:
                 }
                 for arm in config.arms
             ],
-            "grippers": [{"joints": self._indices(gripper.joints)} for gripper in config.grippers],
+            "grippers": [
+                {
+                    "joints": self._indices(gripper.joints),
+                    "follows": [self._robot.joint(name).mimic is not None for name in gripper.joints],
+                }
+                for gripper in config.grippers
+            ],
             "head": None if config.head is None else {**self._posture(config.head), "axes": list(config.head_axes)},
             "dorsal": None if config.dorsal is None else self._posture(config.dorsal),
             "waist": None if config.waist is None else self._posture(config.waist),
