@@ -194,6 +194,25 @@ def test_a_node_drives_it_and_shows_it(config: RobotConfig) -> None:
     assert hardware.closed == 1
 
 
+def test_joints_that_were_moved_by_hand_before_the_first_target_stay(config: RobotConfig) -> None:
+    hardware = Hardware()
+    talk = Talk(config, driver=hardware)
+    lift = talk.node.commander.numbers["lift"]
+    hardware.positions = np.array([-1.6, 0.25])
+    step_until(talk.node, lambda: talk.node.driver.read().positions[lift] == 0.25)
+    talk.steps(2)
+    talk.joints({"lift": 0.3})
+    step_until(talk.node, lambda: hardware.told)
+    assert hardware.told == [[-1.6, 0.3]], "the elbow jumps, and nobody has told it to"
+    hardware.positions = np.array([-1.5, 0.3])  # pushed: now it is held where it was told to be
+    step_until(talk.node, lambda: talk.node.driver.read().positions[lift] == 0.3)
+    talk.steps(2)
+    talk.joints({"lift": 0.2})
+    step_until(talk.node, lambda: hardware.told[-1][1] == 0.2)
+    assert hardware.told[-1] == [-1.6, 0.2]
+    talk.node.close()
+
+
 def test_after_a_failure_it_goes_on_from_where_it_stands(config: RobotConfig) -> None:
     hardware = Hardware()
     talk = Talk(config, driver=hardware)

@@ -178,6 +178,10 @@ class Commander(Device):
         """Whether a topic is what these joints follow: no other has commanded them since, and none was held."""
         return bool((self._approach.source[list(joints)] == _SOURCES.index(topic)).all())
 
+    def stand(self) -> None:
+        """As long as nothing has been asked for, take where the robot stands for what it is to hold."""
+        self._approach.stand(self._measured())
+
     # ---------------------------------------------------------------- what ends it
 
     def hold(self, why: str) -> None:

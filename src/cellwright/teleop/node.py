@@ -107,7 +107,7 @@ class RobotNode:
             self.commander.on_clear.append(self.driver.clear)
             # It may have been moved by hand meanwhile.
             self.commander.on_clear.append(lambda: self.commander.hold(self.commander.why_held))
-            self.simulation.add(Mirror(self.driver, self.servos, self.commander.stop))
+            self.simulation.add(Mirror(self.driver, self.servos, self.commander.stop, self.commander.stand))
         for device in (self.base, self.ee_poses, self.commander, self.homing):
             self.simulation.add(device)
 
