@@ -6,9 +6,12 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from socket import socket
+from typing import Any, cast
 
 import pytest
 
+from cellwright.assembled import services
 from cellwright.errors import CellwrightError, UsageError
 from cellwright.teleop import AssembledRobot
 from tests.assembled.robots import configs, write_urdf
@@ -77,4 +80,30 @@ def test_when_it_is_gone_that_is_said(urdf: Path) -> None:
     with pytest.raises(CellwrightError, match="has ended"):
         robot.joint_states()
     robot.close()
+    robot.close()
+
+
+class Interrupted:
+    """A connection on which a Ctrl-C comes while somebody waits for an answer."""
+
+    def __init__(self, connection: Any) -> None:
+        self.sendall = connection.sendall
+
+    def recv(self, _size: int) -> bytes:
+        raise KeyboardInterrupt
+
+
+def test_after_a_ctrl_c_answers_belong_to_their_questions(urdf: Path) -> None:
+    robot = AssembledRobot(urdf, configs())
+    process = robot._process
+    connection = process._connection
+    process._connection = cast("socket", Interrupted(connection))
+    for _ in range(2):
+        with pytest.raises(KeyboardInterrupt):
+            robot.joint_states()
+    process._connection = connection
+    with pytest.raises(CellwrightError, match="index 99"):  # the first answers to come are those of the states
+        process.ask(services.MOVE, joints=[99], positions=[0.0])
+    robot.reset_j([1], [0.25])
+    assert robot.joint_states().positions[1] == pytest.approx(0.25, abs=1e-6)
     robot.close()

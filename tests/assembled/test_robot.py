@@ -225,3 +225,19 @@ def test_a_bare_robot_and_debug_which_prints_the_index_table(
     assert ["1", "shoulder", "revolute", "shoulder_link", "lift_link", "-2", "2"] in rows
     assert ["2", "tip", "fixed", "tip_link", "shoulder_link"] in rows
     assert "no window can be opened" in said.err
+
+
+def test_how_far_a_gripper_is_closed_whose_thumb_follows_the_other_way(urdf: Path, tmp_path: Path) -> None:
+    text = urdf.read_text()
+    at = text.index("/>", text.index("<limit", text.index('name="thumb"'))) + 2
+    assert 'lower="0.0" upper="0.02"' in text[at - 80 : at]
+    thumb = text[:at].replace('lower="0.0" upper="0.02"', 'lower="-0.04" upper="0"')
+    (tmp_path / "small.urdf").write_text(f'{thumb}<mimic joint="finger" multiplier="-1"/>{text[at:]}')
+    robot = AssembledRobot(tmp_path / "small.urdf", configs())
+    (gripper,) = robot.grippers
+    for status in (0.0, 0.25, 1.0):
+        gripper.reset(status)
+        assert gripper.joint_pos == pytest.approx([0.04 * status, -0.04 * status], abs=1e-6)
+        assert gripper.status == pytest.approx(status, abs=1e-4)
+    robot.move_j((index for index in (0, 1)), map(float, "12"))  # what can be walked through but has no length
+    robot.close()

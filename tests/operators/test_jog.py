@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 from dataclasses import dataclass, field
 from typing import cast
@@ -9,11 +10,14 @@ from typing import cast
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rich.console import Console
 
 from cellwright.description.robot.model import Limits
 from cellwright.operators.jog import JOINT_STEPS, TIP_STEPS, Jog
 from cellwright.operators.limits import JointLimits
 from cellwright.operators.orders import Ask, MoveGrippers, MoveJoints, MoveTips, Now
+from cellwright.operators.panel import _joints
+from cellwright.operators.robot import OperatedRobot
 from cellwright.pose import Pose
 
 KEYS = [*"xXyYzZrRpPwW/tf-+=oc,.Hed uqj", "up", "down", "left", "right", "pageup", "pagedown", "home", "end"]
@@ -31,6 +35,7 @@ class Told:
     grippers: tuple[float, ...] = (0.3, 0.0)
     tips: tuple[Pose, ...] = (Pose((0.5, -0.2, 0.3)), Pose.from_rpy((0.5, 0.2, 0.3), (0.0, 0.0, math.pi / 2)))
     reason: str = ""
+    applied: dict[str, float] = field(default_factory=dict)
 
     def why_not(self) -> str:
         return self.reason
@@ -59,6 +64,21 @@ def pressed(jog: Jog, *keys: str) -> list[object]:
 
 
 # ---------------------------------------------------------------- joints
+
+
+@pytest.mark.parametrize("key", KEYS)
+def test_a_node_that_tells_of_no_joints_for_a_while(key: str, jog: Jog, robot: Told) -> None:
+    names, robot.joints = robot.joints, ()
+    order = jog.press(key)
+    assert not isinstance(order, MoveJoints)
+    assert jog.joint == ""
+    assert jog.note == "the node tells of no joints" or key not in ("left", "right")
+    shown = Console(width=120, file=io.StringIO())
+    with shown.capture() as capture:
+        shown.print(_joints(cast("OperatedRobot", robot), jog, LIMITS, 5))
+    assert "measured" in capture.get()
+    robot.joints = names
+    assert jog.joint == names[0]
 
 
 def test_the_first_step_begins_where_the_robot_stands_and_the_next_where_that_led(jog: Jog, robot: Told) -> None:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cellwright.errors import CellwrightError
+from cellwright.errors import CellwrightError, RejectedCommandError
 from cellwright.server.robot_services import RobotServices
 from cellwright.teleop.node import RobotNode
 from tests.teleop.robots import two_arms
@@ -78,7 +78,10 @@ def test_while_it_is_stopped(node: RobotNode, services: RobotServices) -> None:
     for service in (services.move, services.place):
         with pytest.raises(CellwrightError, match="takes no commands now: somebody pressed the button"):
             service({"joints": [1], "positions": [0.5]})
+    with pytest.raises(CellwrightError, match="takes no commands now: somebody pressed the button"):
+        services.place_base({"pose": [[1, 0, 0], [0, 0, 0, 1]]})
     np.testing.assert_array_equal(node.driver.read().positions, before)
+    assert services.state({})["carrier"][0] == 0.0
 
 
 @pytest.mark.parametrize(
@@ -93,6 +96,7 @@ def test_while_it_is_stopped(node: RobotNode, services: RobotServices) -> None:
         {"joints": [1], "positions": [float("nan")]},
         {"joints": [1], "positions": ["0"]},
         {"joints": [1], "positions": [None]},
+        {"joints": [1] * 5000, "positions": [0.0] * 5000},
     ],
 )
 def test_nonsense_is_refused(services: RobotServices, asked: dict[str, Any]) -> None:
@@ -107,3 +111,9 @@ def test_a_pose_that_is_none(services: RobotServices, pose: Any) -> None:
         services.place_base({"pose": pose})
     with pytest.raises(CellwrightError):
         services.state({"links": [1e9]})
+
+
+@pytest.mark.parametrize("links", [[0] * 5000, {"0": 1}, 7, None])
+def test_physics_is_not_held_up_by_long_questions(services: RobotServices, links: Any) -> None:
+    with pytest.raises(RejectedCommandError, match="a list of indices"):
+        services.state({"links": links})

@@ -114,6 +114,23 @@ def test_one_topic_that_is_alive_does_not_hide_another_that_is_dead() -> None:
     assert not talk.node.commander.watchdog.is_all_silent
 
 
+def test_joints_that_another_topic_has_taken_over_are_no_longer_said_to_be_held() -> None:
+    talk = Talk(safety=SafetySettings(silence=0.5))
+    status = talk.listen("status")
+    talk.joints({"head": 0.1, "waist": 0.1})
+    talk.seconds(1.0)
+    assert status[-1].message == "joints are held: nothing has come on /io_teleop/joint_cmd"
+
+    def last_status(*joints: str) -> str:
+        for _ in range(20):
+            talk.joints(dict.fromkeys(joints, 0.2), "target_joint_from_vr")
+            talk.seconds(0.02)
+        return str(status[-1].message)
+
+    assert last_status("head") == "joints are held: nothing has come on /io_teleop/joint_cmd"  # the waist is
+    assert last_status("head", "waist") == "follows /op"
+
+
 @pytest.mark.parametrize("guard", list(Guard))
 def test_the_first_command_does_not_jump(guard: Guard) -> None:
     talk = Talk(safety=SafetySettings(start_guard=0.8, guard=guard, resume_speed=0.4))

@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cellwright.description.robot.config import RobotConfig
-from cellwright.description.robot.model import Limits
+from cellwright.description.robot.config import Gripper, RobotConfig
+from cellwright.description.robot.model import Limits, Mimic
 from cellwright.description.robot.robots import load_robot
 from cellwright.devices.joint_servos import Motion
 from cellwright.errors import UsageError
@@ -238,3 +238,14 @@ def test_a_home_beyond_the_limits_is_not_held() -> None:
     right = replace(config.arms[0], home=(2.4, -1.0, 0.2))
     holds = check_motion(replace(config, arms=(right, config.arms[1]))).findings[1]
     assert (holds.what, holds.where, holds.passed) == ("holds where it is put up", "shoulder_right", False)
+
+
+def test_fingers_that_follow_may_close_towards_their_lower_limits() -> None:
+    config = two_arms()
+    thumb = config.robot.joint("thumb_left")
+    other_way = replace(thumb, limits=replace(thumb.limits, lower=-0.04, upper=0.0), mimic=Mimic("finger_left", -1.0))
+    joints = tuple(other_way if joint == thumb else joint for joint in config.robot.joints)
+    grippers = (config.grippers[0], Gripper(("finger_left", "thumb_left")))
+    changed = replace(config, robot=replace(config.robot, joints=joints), grippers=grippers)
+    closes = [finding for finding in check_motion(changed).findings if finding.what == "left gripper closes"]
+    assert [(each.where, each.passed) for each in closes] == [("finger_left", True)]

@@ -1,7 +1,7 @@
 """The check of drivers: it passes the example, and finds what is wrong with others."""
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cellwright.description.robot.config import RobotConfig
-from cellwright.devices.joint_servos import Array
+from cellwright.devices.joint_servos import Array, JointReadings
 from cellwright.teleop.check_driver import check_driver
 from tests.teleop.robots import two_arms
 from tests.teleop.test_live_driver import NAMES, Hardware
@@ -86,6 +86,20 @@ def test_findings(config: RobotConfig, maker: Any, found: str | None, monkeypatc
         assert problems == []
     else:
         assert any(found in problem for problem in problems), problems
+
+
+@pytest.mark.parametrize(("upper", "begin"), [(0.015, 0.0), (0.015, 0.006), (0.015, 0.015), (0.03, 0.015), (0.0, 0.0)])
+def test_no_joint_is_sent_past_its_limits(config: RobotConfig, upper: float, begin: float) -> None:
+    joints = tuple(
+        replace(joint, limits=replace(joint.limits, lower=0.0, upper=upper)) if joint.name == "finger_left" else joint
+        for joint in config.robot.joints
+    )
+    hardware = Hardware(joints=("finger_left",), positions=np.array([begin]))
+    narrow = replace(config, robot=replace(config.robot, joints=joints))
+    hardware.read = lambda: JointReadings(hardware.positions, np.zeros(1), np.zeros(1))  # type: ignore[method-assign]
+    assert check_driver(lambda _config: hardware, narrow) == []
+    assert len(hardware.told) == (2 if upper > 0.0 else 0)
+    assert all(0.0 <= position <= upper for (position,) in hardware.told), hardware.told
 
 
 def test_the_joints_of_the_tests_are_the_robots(config: RobotConfig) -> None:

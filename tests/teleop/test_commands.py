@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 import math
+import time
+from contextlib import suppress
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cellwright.description.robot.config import RobotConfig
+from cellwright.description.robot.model import Mimic
 from cellwright.errors import MessageError, RejectedCommandError
+from cellwright.messages.build import joint_state
 from cellwright.messages.standard import String
+from cellwright.teleop.joint_targets import MOST, targets
 from cellwright.teleop.safety import SafetySettings
 from tests.teleop.robots import bare, fixed, two_arms
 from tests.teleop.talk import RESET, Talk
@@ -81,9 +88,58 @@ def test_what_makes_no_sense_is_refused_whole(
     assert (talk.node.counts.taken, talk.node.refused) == (0, 1)
 
 
+def test_a_message_that_is_refused_takes_no_longer_than_one_that_is_taken() -> None:
+    names = [f"{'joint' * 12}{number}" for number in range(MOST)]
+
+    def least_time(names: list[str]) -> float:
+        found, message = [], joint_state(names, [0.0] * len(names), time=0)
+        for _ in range(3):
+            begun = time.perf_counter()
+            with suppress(RejectedCommandError):
+                targets(message)
+            found.append(time.perf_counter() - begun)
+        return min(found)
+
+    assert least_time([*names[:-1], names[-2]]) < 20.0 * least_time(names)  # it was 200 times as long
+
+
 def test_another_type_is_refused(talk: Talk) -> None:
     with pytest.raises(MessageError):
         talk.node.bus.publish("/io_teleop/joint_cmd", String("waist"), node="/op")
+
+
+def followed(multiplier: float, offset: float) -> RobotConfig:
+    """The robot of the tests, the head of which follows its right shoulder, which is put up at 0.5 rad."""
+    config = two_arms()
+    mimic = Mimic("shoulder_right", multiplier, offset)
+    joints = (replace(joint, mimic=mimic) if joint.name == "head" else joint for joint in config.robot.joints)
+    return replace(config, robot=replace(config.robot, joints=tuple(joints)), head=None, head_axes=())
+
+
+def test_a_joint_that_follows_begins_where_it_belongs() -> None:
+    talk = Talk(followed(-0.5, 0.3))
+    applied = talk.listen("applied_joint_cmd")
+    for _ in range(10):
+        assert talk.at("head") == pytest.approx(0.05, abs=1e-6), "it moves and nobody has told it to"
+        talk.steps(1)
+    told = dict(zip(applied[-1].name, applied[-1].position.tolist(), strict=True))
+    assert told["head"] == pytest.approx(0.05)
+
+
+def test_a_joint_that_follows_keeps_within_its_own_limits() -> None:
+    talk = Talk(followed(2.0, 0.0))  # the head turns to 1.5 rad
+    applied = talk.listen("applied_joint_cmd")
+    talk.joints({"shoulder_right": 1.9})
+    for _ in range(240):
+        talk.steps(1)
+        assert talk.at("head") < 1.5 + 0.01
+    assert talk.at("shoulder_right") == pytest.approx(1.9, abs=1e-3)
+    assert talk.at("head") == pytest.approx(1.5, abs=1e-3)
+    told = dict(zip(applied[-1].name, applied[-1].position.tolist(), strict=True))
+    assert told["head"] == 1.5
+    talk.joints({"shoulder_right": 0.2})
+    talk.seconds(1.5)
+    assert talk.at("head") == pytest.approx(0.4, abs=1e-3)
 
 
 def test_targets_are_kept_within_limits_and_told(talk: Talk) -> None:

@@ -1,14 +1,18 @@
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from cellwright.devices.joint_servos import UNSAID_TURN
 from cellwright.messages.std_srvs import TriggerRequest
 from cellwright.pose import Pose
 from cellwright.simulation.snapshot import restore_snapshot, take_snapshot
+from cellwright.teleop.ee_poses import VELOCITY_SHARE
 from cellwright.teleop.inverse_kinematics import TURN_WEIGHT
 from cellwright.teleop.node import RobotNode
+from cellwright.teleop.safety import SafetySettings
 from tests.teleop.bundled import apart, posture_near_home, qinglong, tandem, tips
 from tests.teleop.robots import two_arms
 
@@ -253,3 +257,24 @@ def test_a_way_goes_on_from_a_snapshot(small: RobotNode) -> None:
     restore_snapshot(small.simulation, taken)
     run(small, 0.2)
     assert small.simulation.state_hash() == expected
+
+
+def test_a_joint_that_the_urdf_sets_no_speed_for_is_sent_no_faster_than_it_is_driven() -> None:
+    config = two_arms()
+    joints = tuple(
+        replace(joint, limits=replace(joint.limits, velocity=math.inf)) if joint.name == "wrist_right" else joint
+        for joint in config.robot.joints
+    )
+    node = RobotNode(
+        replace(config, robot=replace(config.robot, joints=joints)), safety=SafetySettings(tip_turning=100.0)
+    )
+    number = node.commander.numbers["wrist_right"]
+    right, left = node.ee_poses.poses()
+    node.ee_poses.aim([right @ Pose.from_rpy((0.0, 0.0, 0.0), (1.5, 0.0, 0.0)), left])
+    fastest, before = 0.0, node.commander.applied[number]
+    for _ in range(240):
+        node.simulation.step()
+        fastest = max(fastest, abs(node.commander.applied[number] - before) * 240.0)
+        before = node.commander.applied[number]
+    assert before == pytest.approx(1.7, abs=1e-3)
+    assert fastest == pytest.approx(VELOCITY_SHARE * UNSAID_TURN, rel=1e-6)

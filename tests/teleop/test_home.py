@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from cellwright.devices.joint_servos import Motion
-from cellwright.teleop.home import DONE, NEAR
+from cellwright.teleop.home import DONE, MOST_WAITING, NEAR
 from cellwright.teleop.safety import SafetySettings
 from tests.teleop.robots import bare, two_arms
 from tests.teleop.talk import Talk
@@ -51,6 +51,16 @@ def test_commands_meanwhile_are_ignored_and_counted_and_nothing_jumps_back() -> 
     talk.joints({"shoulder_right": 1.0})
     talk.seconds(1.0)
     assert talk.at("shoulder_right") == pytest.approx(1.0, abs=1e-3)
+
+
+def test_calls_without_end_do_not_eat_the_memory() -> None:
+    talk = far_off()
+    laters = [talk.reset() for _ in range(MOST_WAITING)]
+    answer = talk.reset()
+    assert (answer.success, answer.message) == (False, "the robot goes home, and 1000 calls wait for it already")
+    talk.wait_for(laters[-1])
+    assert all(later.response.success for later in laters)
+    assert talk.wait_for(talk.reset()).success
 
 
 def test_in_the_middle_of_motion_and_twice_at_once() -> None:

@@ -2,15 +2,17 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
 
 from cellwright.description.robot.config import RobotConfig
 from cellwright.devices.joint_servos import Array, JointReadings
+from cellwright.errors import DescriptionError, UnknownNameError
 from cellwright.teleop.live_driver import DriverError, LiveDriver
 from cellwright.teleop.node import RobotNode
+from cellwright.teleop.safety import SafetySettings
 from tests.teleop.robots import two_arms
 from tests.teleop.talk import Talk
 
@@ -96,6 +98,19 @@ def test_targets_and_readings_go_by_name(config: RobotConfig) -> None:
 def test_what_is_no_driver_of_this_robot(config: RobotConfig, hardware: Hardware, reason: str) -> None:
     with pytest.raises(DriverError, match=reason):
         LiveDriver(config, hardware)
+    assert hardware.closed == 1, "nobody lets go of the robot"
+
+
+def test_a_node_that_cannot_be_lets_go_of_the_robot(config: RobotConfig) -> None:
+    hardware = Hardware()
+    with pytest.raises(UnknownNameError, match="tail"):
+        RobotNode(config, driver=hardware, safety=SafetySettings(max_speeds=(("tail", 1.0),)))
+    assert hardware.closed == 1
+    wheel, *others = config.robot.joints
+    twice = replace(config, robot=replace(config.robot, joints=(replace(wheel, name="lift"), *others)))
+    with pytest.raises(DescriptionError):
+        RobotNode(twice, driver=(hardware := Hardware()))
+    assert hardware.closed == 1
 
 
 def test_a_failure_holds_the_robot_until_it_is_cleared(config: RobotConfig) -> None:
@@ -115,6 +130,30 @@ def test_a_failure_holds_the_robot_until_it_is_cleared(config: RobotConfig) -> N
     live.clear()
     assert not live.fault
     assert live.read().positions[number] == 0.2
+    live.close()
+
+
+def test_a_hold_that_does_not_get_through_is_said_again(config: RobotConfig) -> None:
+    @dataclass
+    class Loose(Hardware):
+        """A robot whose cable is out for its first three targets."""
+
+        refused: int = 0
+
+        def command(self, targets: Array) -> None:
+            if self.refused < 3:
+                self.refused += 1
+                fail()
+            super().command(targets)
+
+    hardware = Loose()
+    live = LiveDriver(config, hardware)
+    live.command(np.full(len(live.joints), 0.3))
+    until(lambda: live.read() and hardware.told)
+    assert live.fault == "OSError: the cable is out"
+    before = live.count
+    until(lambda: live.read() and live.count > before + 2)
+    assert hardware.told == [[-1.0, 0.2]]
     live.close()
 
 
@@ -153,6 +192,25 @@ def test_a_node_drives_it_and_shows_it(config: RobotConfig) -> None:
     assert all(told == [-1.0, 0.35] for told in hardware.told)
     node.close()
     assert hardware.closed == 1
+
+
+def test_joints_that_were_moved_by_hand_before_the_first_target_stay(config: RobotConfig) -> None:
+    hardware = Hardware()
+    talk = Talk(config, driver=hardware)
+    lift = talk.node.commander.numbers["lift"]
+    hardware.positions = np.array([-1.6, 0.25])
+    step_until(talk.node, lambda: talk.node.driver.read().positions[lift] == 0.25)
+    talk.steps(2)
+    talk.joints({"lift": 0.3})
+    step_until(talk.node, lambda: hardware.told)
+    assert hardware.told == [[-1.6, 0.3]], "the elbow jumps, and nobody has told it to"
+    hardware.positions = np.array([-1.5, 0.3])  # pushed: now it is held where it was told to be
+    step_until(talk.node, lambda: talk.node.driver.read().positions[lift] == 0.3)
+    talk.steps(2)
+    talk.joints({"lift": 0.2})
+    step_until(talk.node, lambda: hardware.told[-1][1] == 0.2)
+    assert hardware.told[-1] == [-1.6, 0.2]
+    talk.node.close()
 
 
 def test_after_a_failure_it_goes_on_from_where_it_stands(config: RobotConfig) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from cellwright.teleop.notices import MOST_NAMES, Notices
 
 SECOND = 1_000_000_000
@@ -42,6 +44,17 @@ def test_names_are_told_once_and_do_not_eat_the_memory() -> None:
     assert len(notices.unknown) == len(lines) == MOST_NAMES
     assert all(len(name) <= 80 for name in notices.unknown)
     assert max(map(len, lines)) < 160
+
+
+def test_when_no_more_names_are_kept_none_is_looked_at() -> None:
+    class Unread(dict[str, str]):
+        def items(self) -> Any:
+            raise AssertionError("4096 names a message take their time")
+
+    notices, _, lines = made()
+    notices.tell_of_unknown("/t", {str(number): "is nothing" for number in range(MOST_NAMES)})
+    notices.tell_of_unknown("/t", Unread({"more": "is nothing"}))
+    assert len(lines) == 1
 
 
 def test_a_name_cannot_break_a_line() -> None:

@@ -6,8 +6,10 @@ import os
 import shutil
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
+from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
 import mujoco
@@ -15,14 +17,16 @@ import numpy as np
 import pytest
 
 from cellwright.assembled.services import STATE
+from cellwright.client.transports.socket import SocketTransport
 from cellwright.pose import Pose
 from cellwright.server import Server
 from cellwright.server.robot_services import RobotServices
 from cellwright.server.timekeeper import Timekeeper
 from cellwright.simulation.events import NEVER
 from cellwright.teleop.node import RobotNode
+from cellwright.teleop.safety import SafetySettings
 from cellwright.viewer.window import Window, WindowError, hindrance
-from cellwright.viewer.window_program import RobotPicture
+from cellwright.viewer.window_program import NODE, RobotPicture, _keep_up
 from tests.teleop.robots import two_arms
 
 PROGRAM = shutil.which("Xvfb")
@@ -93,6 +97,50 @@ def test_the_first_view_has_the_robot_in_front(node: RobotNode) -> None:
     level = math.cos(elevation)
     forward = np.array([level * math.cos(azimuth), level * math.sin(azimuth), math.sin(elevation)])
     np.testing.assert_allclose(view.lookat - view.distance * forward, camera.eye, atol=1e-6)
+
+
+class Unseen:
+    """A window that nobody sees: what its sliders are moved to, one value a look."""
+
+    def __init__(self, data: mujoco.MjData, slider: int, values: list[float]) -> None:
+        self.cam = mujoco.MjvCamera()
+        self._data, self._slider, self._values = data, slider, values
+        self.shown: list[float] = []
+
+    def lock(self) -> AbstractContextManager[None]:
+        return nullcontext()
+
+    def is_running(self) -> bool:
+        if self._values:
+            self._data.ctrl[self._slider] = self._values.pop(0)
+            return True
+        return False
+
+    def sync(self) -> None:
+        self.shown.append(float(self._data.ctrl[self._slider]))
+
+
+def test_a_slider_whose_target_is_refused_goes_back_and_the_window_stays() -> None:
+    node = RobotNode(two_arms(), sim_time=True, safety=SafetySettings(start_guard=0.2, max_age=1.0))
+    server = Server(node, port=0)
+    RobotServices(node).offer_state(server)
+    keeper = Timekeeper(node, server)
+    thread = threading.Thread(target=keeper.run, args=(lambda: NEVER,))
+    thread.start()
+    data, slider = mujoco.MjData(node.world.model), node.world.model.actuator("head").id
+    picture, transport = RobotPicture(node.world.model, data), SocketTransport(server.address, node=NODE)
+    try:
+        picture.take(transport.ask_server(STATE))
+        window = Unseen(data, slider, [1.0, 0.1, 0.1])
+        _keep_up(window, picture, transport)
+    finally:
+        keeper.is_stopped = True
+        thread.join()
+        transport.close()
+        server.close("it is over")
+        node.close()
+    assert window.shown[0] == 0.0, "the guard refuses it"
+    assert window.shown[-1] == 0.1, "no stamp of another clock is in its way"
 
 
 @pytest.mark.usefixtures("display")

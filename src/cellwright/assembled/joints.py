@@ -137,7 +137,10 @@ class Joints:
 
 def _listed(value: Any) -> list[Any]:
     """One number or several, as programs give them, arrays of numpy among them."""
-    return list(value) if hasattr(value, "__len__") else [value]
+    try:
+        return list(value)
+    except TypeError:
+        return [value]
 
 
 def _joint(row: Mapping[str, Any]) -> JointInfo:

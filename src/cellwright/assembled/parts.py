@@ -82,6 +82,8 @@ class RobotArm:
 class RobotGripper:
     """A gripper or hand: 0 is open, all its joints at their lower limits, and 1 closed, at the upper ones.
 
+    Joints that mimic others go with these, wherever that is, and have no part in how far it is closed.
+
     Attributes:
         finger_index: indices of its joints.
         joint_range: limits of each [rad; m].
@@ -90,6 +92,7 @@ class RobotGripper:
     def __init__(self, joints: Joints, described: Mapping[str, Any]) -> None:
         self._joints = joints
         self.finger_index: list[int] = list(described["joints"])
+        self._follows: list[bool] = list(described["follows"])  # which of them mimic others
         self.joint_range = [list(joints.range_of(index)) for index in self.finger_index]
 
     @property
@@ -100,8 +103,9 @@ class RobotGripper:
     @property
     def status(self) -> float:
         """How far it is closed, from 0 to 1."""
-        way = sum(position - lower for position, (lower, _) in zip(self.joint_pos, self.joint_range))
-        whole = sum(upper - lower for lower, upper in self.joint_range)
+        fingers = [each for each, follows in zip(zip(self.joint_pos, self.joint_range), self._follows) if not follows]
+        way = sum(position - lower for position, (lower, _) in fingers)
+        whole = sum(upper - lower for _, (lower, upper) in fingers)
         return min(max(way / whole, 0.0), 1.0) if whole > 0.0 else 0.0
 
     def joint_pos_from_status(self, status: float) -> list[float]:

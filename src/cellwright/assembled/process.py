@@ -142,17 +142,19 @@ class RobotProcess:
             raise CellwrightError("the robot's process has ended")
         try:
             connection.sendall(frame.encode())
-            while not self._frames:
+            while True:
+                # what a Ctrl-C kept somebody from waiting for is still to come, and is no answer to this
+                while self._frames:
+                    answer = self._frames.pop(0)
+                    if answer.kind is Kind.ENDED:
+                        raise CellwrightError(f"the robot's process has ended: {answer.text()}")
+                    if answer.number in (frame.number, 0):  # 0: who is cut off is told so
+                        return answer
                 data = connection.recv(_PIECE)
                 if not data:
                     raise FrameError("it has hung up")
                 self._frames.extend(self._decoder.feed(data))
         except (OSError, FrameError) as error:
-            # whatever came next would be the answer to another question
             self._connection = None
             connection.close()
             raise CellwrightError(f"the robot's process does not answer: {error}") from None
-        answer = self._frames.pop(0)
-        if answer.kind is Kind.ENDED:
-            raise CellwrightError(f"the robot's process has ended: {answer.text()}")
-        return answer

@@ -56,7 +56,7 @@ class JointReadings(NamedTuple):
 class JointServos(Device):
     """The servos of all joints of a robot with one degree of freedom, in the order of their indices.
 
-    A joint that mimics another is driven along with it, whatever target it is given.
+    A joint that mimics another is driven along with it, whatever target it is given, as far as its own limits let it.
 
     Args:
         robot: whose joints they are.
@@ -80,6 +80,7 @@ class JointServos(Device):
         self._leaders = np.array([numbers[mimic.joint] for _, mimic in mimics], dtype=int)
         self._multipliers = np.array([mimic.multiplier for _, mimic in mimics])
         self._offsets = np.array([mimic.offset for _, mimic in mimics])
+        self._least, self._most = self.lower[self._followers], self.upper[self._followers]
 
     def attach(self, simulation: Simulation) -> None:
         """Look up the joints, and let their dry friction be their drives."""
@@ -147,9 +148,10 @@ class JointServos(Device):
         np.minimum(wanted, self._fastest, out=wanted)
         np.maximum(wanted, self._back, out=wanted)
         if len(self._followers):
-            follow = self._multipliers * position[self._leaders] + self._offsets - position[self._followers]
-            ahead = self._multipliers * wanted[self._leaders]
-            wanted[self._followers] = ahead + GAIN * follow
+            there = self._multipliers * position[self._leaders] + self._offsets
+            soon = there + self._multipliers * wanted[self._leaders] / self._frequency
+            within, soon = (np.minimum(np.maximum(each, self._least), self._most) for each in (there, soon))
+            wanted[self._followers] = (soon - within) * self._frequency + GAIN * (within - position[self._followers])
         wanted -= self._velocities[self._dof]
         wanted *= self._frequency
         self._wanted[self._dof] = wanted
@@ -188,7 +190,8 @@ class JointServos(Device):
         if len(self._followers):
             data = self.simulation.data
             leaders = data.qpos[self._qpos[self._leaders]]
-            data.qpos[self._qpos[self._followers]] = self._multipliers * leaders + self._offsets
+            places = np.clip(self._multipliers * leaders + self._offsets, self._least, self._most)
+            data.qpos[self._qpos[self._followers]] = places
             data.ctrl[self._ctrl[self._followers]] = data.qpos[self._qpos[self._followers]]
 
 

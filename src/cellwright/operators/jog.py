@@ -102,8 +102,9 @@ class Jog:
 
     @property
     def joint(self) -> str:
-        """The joint that is chosen."""
-        return self._robot.joints[min(self._chosen, len(self._robot.joints) - 1)]
+        """The joint that is chosen; empty where the node tells of none."""
+        joints = self._robot.joints
+        return joints[min(self._chosen, len(joints) - 1)] if joints else ""
 
     @property
     def joint_step(self) -> float:
@@ -138,7 +139,7 @@ class Jog:
     # ---------------------------------------------------------------- choosing
 
     def _choose(self, key: str) -> bool:
-        last = len(self._robot.joints) - 1
+        last = max(0, len(self._robot.joints) - 1)
         steps = {"up": -1, "down": 1, "pageup": -_PAGE, "pagedown": _PAGE, "home": -last, "end": last}
         if key in steps:
             self._chosen = min(max(self._chosen + steps[key], 0), last)
@@ -193,6 +194,9 @@ class Jog:
 
     def _move_joint(self, sign: int) -> Order | None:
         joint, step = self.joint, self.joint_step
+        if not joint:
+            self.note = "the node tells of no joints"
+            return None
         measured = self._robot.positions.get(joint)
         if measured is None:
             self.note = f"the node does not say where {joint} is"

@@ -64,7 +64,8 @@ def _state(robot: OperatedRobot, name: str) -> Text:
 def _joints(robot: OperatedRobot, jog: Jog, limits: JointLimits, count: int) -> Table:
     """As many joints as there is room for, the chosen one among them."""
     names, positions, applied = robot.joints, robot.positions, robot.applied
-    first = min(max(names.index(jog.joint) - count // 2, 0), max(len(names) - count, 0))
+    chosen = names.index(jog.joint) if names else 0
+    first = min(max(chosen - count // 2, 0), max(len(names) - count, 0))
     table = Table.grid(padding=(0, 2))
     for _ in range(2):
         table.add_column()

@@ -12,6 +12,7 @@ from cellwright.description.robot.model import Joint
 from cellwright.errors import RejectedCommandError
 from cellwright.pose import Pose
 from cellwright.server.server import Server
+from cellwright.teleop.joint_targets import MOST
 from cellwright.teleop.node import RobotNode
 from cellwright.world.robot import body_of
 
@@ -61,7 +62,13 @@ class RobotServices:
                 }
                 for arm in config.arms
             ],
-            "grippers": [{"joints": self._indices(gripper.joints)} for gripper in config.grippers],
+            "grippers": [
+                {
+                    "joints": self._indices(gripper.joints),
+                    "follows": [self._robot.joint(name).mimic is not None for name in gripper.joints],
+                }
+                for gripper in config.grippers
+            ],
             "head": None if config.head is None else {**self._posture(config.head), "axes": list(config.head_axes)},
             "dorsal": None if config.dorsal is None else self._posture(config.dorsal),
             "waist": None if config.waist is None else self._posture(config.waist),
@@ -69,6 +76,9 @@ class RobotServices:
 
     def state(self, asked: dict[str, Any]) -> dict[str, Any]:
         """All movable joints, what carries the robot, where the driven joints are to go, and the links asked for."""
+        links = asked.get("links", [])
+        if not isinstance(links, list) or len(links) > MOST:
+            raise RejectedCommandError(f"links are given as a list of indices, of no more than {MOST}")
         readings = self._node.driver.read()
         found: dict[str, Any] = {
             "driven": readings.positions.tolist(),
@@ -80,7 +90,7 @@ class RobotServices:
             for place, value in zip(self._places, values.tolist(), strict=True):
                 row[place] = value
             found[name] = row
-        return {**found, "links": [self._link_pose(index) for index in asked.get("links", ())]}
+        return {**found, "links": [self._link_pose(index) for index in links]}
 
     def move(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Have joints go somewhere."""
@@ -113,6 +123,7 @@ class RobotServices:
     def place_base(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Put the root link somewhere: what carries the robot is moved, which may be fastened to another link."""
         wanted = _asked_pose(asked)
+        self._check_freedom()
         base = self._node.base
         base.place(wanted @ self._pose(-1).inverse() @ base.pose)
         return {}
@@ -129,6 +140,8 @@ class RobotServices:
         indices, positions = asked.get("joints"), asked.get("positions")
         if not isinstance(indices, list) or not isinstance(positions, list) or len(indices) != len(positions):
             raise RejectedCommandError("as many positions as joints are needed")
+        if len(indices) > MOST:
+            raise RejectedCommandError(f"{len(indices)} joints are too many: {MOST} are the most")
         for index, position in zip(indices, positions, strict=True):
             if not isinstance(index, int) or index not in self._numbers:
                 raise RejectedCommandError(f"there is no joint with the index {index!r} that can be moved")

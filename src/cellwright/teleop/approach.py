@@ -53,6 +53,7 @@ class Approach:
         self._wary, self._slowly = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
         self._offsets = np.zeros(count)
         self._is_under_way = False
+        self._is_untouched = True  # nothing has been asked for since the beginning
 
     # ---------------------------------------------------------------- commands
 
@@ -63,12 +64,19 @@ class Approach:
         self._wary[:] = self._slowly[:] = False
         self._offsets[:] = 0.0
         self._is_under_way = False
+        self._is_untouched = True
+
+    def stand(self, positions: Array) -> None:
+        """Stand at positions [rad; m], unless something has been asked for: a robot that nothing holds may sink."""
+        if self._is_untouched:
+            self.desired = np.clip(positions, self.lower, self.upper)
+            self.applied = self.desired.copy()
 
     def hold(self, positions: Array, joints: Numbers | slice = slice(None)) -> None:
         """Hold joints at positions [rad; m] of all joints: what was asked for is forgotten."""
         within = np.clip(positions, self.lower, self.upper)
         self.desired[joints] = self.applied[joints] = within[joints]
-        self._is_under_way = True
+        self._is_under_way, self._is_untouched = True, False
         self.source[joints] = NOBODY
         self._slowly[joints] = False
         self._wary[joints] = True
@@ -82,7 +90,7 @@ class Approach:
         """Have joints go to positions [rad; m] by the node's own wish: past guard and clutch, within limits."""
         self.source[joints] = NOBODY
         self.desired[joints] = np.clip(positions, self.lower[joints], self.upper[joints])
-        self._is_under_way = True
+        self._is_under_way, self._is_untouched = True, False
         self._wary[joints] = self._slowly[joints] = False
 
     def follow(
@@ -115,7 +123,7 @@ class Approach:
         self._wary[joints] = False
         self.source[joints] = source
         self.desired[joints] = within
-        self._is_under_way = True
+        self._is_under_way, self._is_untouched = True, False
         beyond: Numbers = joints[np.abs(targets - within) > _WORTH_TELLING]
         return beyond
 
@@ -157,13 +165,13 @@ class Approach:
     def get_state(self) -> dict[str, Any]:
         """All of it, as JSON values."""
         arrays = {name: getattr(self, attribute).tolist() for name, attribute in _ARRAYS.items()}
-        return arrays | {"under way": self._is_under_way}
+        return arrays | {"under way": self._is_under_way, "untouched": self._is_untouched}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Take over what `get_state` returned."""
         for name, attribute in _ARRAYS.items():
             setattr(self, attribute, np.array(state[name], dtype=getattr(self, attribute).dtype))
-        self._is_under_way = state["under way"]
+        self._is_under_way, self._is_untouched = state["under way"], state["untouched"]
 
 
 _ARRAYS = {

@@ -9,12 +9,14 @@ from functools import partial
 import numpy as np
 
 from cellwright.description.robot.config import RobotConfig
-from cellwright.description.robot.model import RobotModel
+from cellwright.description.robot.model import Limits, RobotModel
 from cellwright.teleop.driver import Driver
 from cellwright.teleop.live_driver import DriverError, LiveDriver
 
 NUDGE = 0.02
-"""How far each joint is moved, and back [rad; m]; away from a limit that is near."""
+"""How far each joint is moved, and back [rad; m]; away from a limit that is near, and no farther than to the other."""
+LEAST = 1e-3
+"""Joints that have no more way than this [rad; m] are left alone."""
 RATE = 100
 """How often a driver is to be read [1/s]: so often joint states leave the node."""
 
@@ -74,15 +76,18 @@ def _moved(live: LiveDriver, driver: Driver, config: RobotConfig, within: float)
         if robot.joint(name).mimic is not None:
             continue
         number = live.joints.index(name)
-        nudge = NUDGE if begin[number] + NUDGE <= robot.joint(name).limits.upper else -NUDGE
+        nudge = _nudge(robot.joint(name).limits, begin[number])
+        if abs(nudge) < LEAST:
+            continue
         there = begin.copy()
         there[number] += nudge
         for follower, multiplier in _followers(robot, name):
-            there[live.joints.index(follower)] += multiplier * nudge
+            if follower in driver.joints:  # others are not read, and stay where they were
+                there[live.joints.index(follower)] += multiplier * nudge
         for targets, what in ((there, "go"), (begin, "come back")):
             live.command(targets)
-            if not _wait(partial(_is_there, live, number, targets[number]), within, live):
-                problems.append(f"{name} did not {what} {NUDGE:g} within {within:g} s")
+            if not _wait(partial(_is_there, live, number, targets[number], abs(nudge) / 4), within, live):
+                problems.append(f"{name} did not {what} {abs(nudge):.2g} within {within:g} s")
                 break
             away = np.abs(live.read().positions - targets)
             away[number] = 0.0
@@ -98,8 +103,14 @@ def _followers(robot: RobotModel, name: str) -> list[tuple[str, float]]:
     return [(each.name, each.mimic.multiplier) for each in robot.driven if each.mimic and each.mimic.joint == name]
 
 
-def _is_there(live: LiveDriver, number: int, goal: float) -> bool:
-    return bool(live.fault) or abs(live.read().positions[number] - goal) < NUDGE / 4
+def _nudge(limits: Limits, position: float) -> float:
+    """By how much a joint is to be moved from where it stands [rad; m]: never past a limit."""
+    up, down = max(0.0, limits.upper - position), max(0.0, position - limits.lower)
+    return min(NUDGE, up) if up >= min(NUDGE, down) else -min(NUDGE, down)
+
+
+def _is_there(live: LiveDriver, number: int, goal: float, near: float) -> bool:
+    return bool(live.fault) or abs(live.read().positions[number] - goal) < near
 
 
 def _wait(condition: Callable[[], bool], within: float, live: LiveDriver) -> bool:

@@ -123,7 +123,8 @@ def _move(rig: Rig, joint: Joint) -> tuple[float, float]:
 
 def _gripper(rig: Rig, config: RobotConfig, number: int) -> Finding:
     """Close a gripper, and see how far it comes."""
-    joints = [config.robot.joint(name) for name in config.grippers[number].joints]
+    named = [config.robot.joint(name) for name in config.grippers[number].joints]
+    joints = [joint for joint in named if joint.mimic is None]  # others may go to the lower ends of their ways
     ways = [joint.limits.upper - joint.limits.lower for joint in joints]
     rig.begin()
     rig.send_grippers([float(each == number) for each in range(len(config.grippers))])

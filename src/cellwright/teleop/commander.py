@@ -178,6 +178,10 @@ class Commander(Device):
         """Whether a topic is what these joints follow: no other has commanded them since, and none was held."""
         return bool((self._approach.source[list(joints)] == _SOURCES.index(topic)).all())
 
+    def stand(self) -> None:
+        """As long as nothing has been asked for, take where the robot stands for what it is to hold."""
+        self._approach.stand(self._measured())
+
     # ---------------------------------------------------------------- what ends it
 
     def hold(self, why: str) -> None:
@@ -233,7 +237,9 @@ class Commander(Device):
         approach = self._approach
         if approach.advance(self._seconds):
             for follower, leader, multiplier, offset in self._mimics:
-                approach.applied[follower] = approach.desired[follower] = multiplier * approach.applied[leader] + offset
+                place = multiplier * approach.applied[leader] + offset
+                place = min(max(place, approach.lower[follower]), approach.upper[follower])
+                approach.applied[follower] = approach.desired[follower] = place
             self.driver.command(approach.applied)
 
     # ---------------------------------------------------------------- state

@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from cellwright.description.robot.config import RobotConfig
-from cellwright.devices.joint_servos import Array
+from cellwright.devices.joint_servos import Array, fastest
 from cellwright.pose import Pose
 from cellwright.simulation.device import Device, State
 from cellwright.simulation.simulation import Simulation
@@ -23,7 +23,7 @@ from cellwright.teleop.inverse_kinematics import ArmSolver, Caps
 
 TOPIC = "/io_teleop/target_ee_poses"
 VELOCITY_SHARE = 0.9
-"""Share of the URDF's velocities that a way to a pose makes use of: what is left, the servos need to keep up."""
+"""Share of the speeds of the servos that a way to a pose makes use of: what is left, they need to keep up."""
 
 
 @dataclass
@@ -46,7 +46,7 @@ class EePoses(Device):
         config: the robot.
         commander: whom joint targets go to.
         caps: how fast a tip may be brought to its target.
-        velocity_share: share of the URDF's velocities of the joints that may be used, above 0.
+        velocity_share: share of the speeds that joints are driven with at most that may be used, above 0.
     """
 
     def __init__(
@@ -76,7 +76,8 @@ class EePoses(Device):
         for place, arm in enumerate(config.arms):
             tip = config.command_links[place] if place < len(config.command_links) else arm.tip
             reference = config.reference_links[place] if place < len(config.reference_links) else None
-            limits = [config.robot.joint(name).limits for name in arm.joints]
+            driven = [config.robot.joint(name) for name in arm.joints]
+            limits = [each.limits for each in driven]
             solver = ArmSolver(
                 model,
                 joints=arm.joints,
@@ -85,7 +86,7 @@ class EePoses(Device):
                 home=np.array(arm.home),
                 lower=np.array([each.lower for each in limits]),
                 upper=np.array([each.upper for each in limits]),
-                velocity=self._velocity_share * np.array([each.velocity for each in limits]),
+                velocity=self._velocity_share * np.array([fastest(each) for each in driven]),
                 caps=self._caps,
             )
             numbers = np.array([joints.index(name) for name in arm.joints], dtype=int)

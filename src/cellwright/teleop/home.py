@@ -20,6 +20,8 @@ NEAR = 1e-3
 """So near [rad; m] to its place a joint is at home."""
 STILL = 1e-2
 """So slow [rad/s; m/s] it has to be there."""
+MOST_WAITING = 1000
+"""More callers than these are not kept waiting at a time; they come from outside, and must not eat the memory."""
 DONE = "Service successfully triggered!"
 """What the original answers."""
 
@@ -69,6 +71,8 @@ class Homing(Device):
             self._until = self.simulation.now + nanoseconds(TIME)
             self.set_stepping(True)
             commander.notices.tell(f"going home, as {node or 'a client'} asked for")
+        if len(self._waiting) >= MOST_WAITING:
+            return _failed(f"the robot goes home, and {MOST_WAITING} calls wait for it already")
         later = Later()
         self._waiting.append(later)
         return later

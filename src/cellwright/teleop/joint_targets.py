@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from typing import Any
 
 from cellwright.errors import RejectedCommandError
@@ -27,7 +28,8 @@ def targets(message: Any) -> dict[str, float]:
         )
     found = dict(zip(names, message.position.tolist(), strict=True))
     if len(found) != count:
-        twice = next(name for name in names if names.count(name) > 1)
+        counts = Counter(names)  # in one walk: the message is a stranger's, and physics waits
+        twice = next(name for name in names if counts[name] > 1)
         raise RejectedCommandError(f"{twice!r:.80} is named twice: which of the two is meant")
     for name, position in found.items():
         if not math.isfinite(position):

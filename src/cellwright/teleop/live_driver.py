@@ -42,7 +42,7 @@ class LiveDriver:
         patience: silence [s] that counts as failure.
 
     Raises:
-        DriverError: its joints are not the robot's, or its first reading fails.
+        DriverError: its joints are not the robot's, or its first reading fails; it has been closed then.
     """
 
     def __init__(self, config: RobotConfig, driver: Driver, *, patience: float = PATIENCE) -> None:
@@ -50,7 +50,11 @@ class LiveDriver:
         self.joints = tuple(joint.name for joint in robot.driven)
         self._driver = driver
         self._patience = patience
-        self._places = _places(self.joints, driver)
+        try:
+            self._places = _places(self.joints, driver)
+        except DriverError:
+            let_go(driver)
+            raise
         self.count = 0
         """How often the driver was read."""
         still = np.zeros(len(self.joints))
@@ -118,18 +122,19 @@ class LiveDriver:
             first.set()
             self._awake.wait(_IDLE)
             self._awake.clear()
-        with contextlib.suppress(Exception):
-            self._driver.close()
+        let_go(self._driver)
 
     def _turn(self) -> None:
         """Give the driver what is new, and read it."""
         with self._lock:
             targets, self._targets = self._targets, None
-            if self._fault:
+            is_failed = bool(self._fault)
+            if is_failed:
                 targets = None if self._is_holding else self._readings.positions[self._places].copy()
-                self._is_holding = True
         if targets is not None:
             self._driver.command(targets)
+            with self._lock:  # not before: a hold that did not get through is said again
+                self._is_holding = is_failed and bool(self._fault)  # it may have been cleared meanwhile
         readings = self._checked(self._driver.read())
         with self._lock:
             self._readings = readings
@@ -155,6 +160,12 @@ class LiveDriver:
             self._heard = time.monotonic()
             if not self._fault:
                 self._fault = reason
+
+
+def let_go(driver: Driver) -> None:
+    """Close a driver; what it raises then changes nothing any more."""
+    with contextlib.suppress(Exception):
+        driver.close()
 
 
 def _places(joints: tuple[str, ...], driver: Driver) -> np.ndarray[tuple[int], np.dtype[np.int64]]:

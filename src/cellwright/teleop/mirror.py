@@ -16,13 +16,17 @@ class Mirror(Device):
         driver: of the robot.
         servos: of the model.
         stop: stops the robot, and says why: joints are to stay where they are until somebody clears the stop.
+        stand: called while the robot works: until its first target nothing holds it, and somebody may move it.
     """
 
-    def __init__(self, driver: LiveDriver, servos: JointServos, stop: Callable[[str], None]) -> None:
+    def __init__(
+        self, driver: LiveDriver, servos: JointServos, stop: Callable[[str], None], stand: Callable[[], None]
+    ) -> None:
         super().__init__("mirror")
         self._driver = driver
         self._servos = servos
         self._stop = stop
+        self._stand = stand
 
     def reset(self) -> None:
         """Begin with the posture of the robot."""
@@ -34,6 +38,8 @@ class Mirror(Device):
         fault = self._driver.fault
         if fault:
             self._stop(f"the driver has failed, and the robot holds: {fault}")
+        else:
+            self._stand()
 
     def close(self) -> None:
         """Let go of the robot."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import ExitStack
 from fractions import Fraction
 
 from cellwright.bus import Bus
@@ -21,7 +22,7 @@ from cellwright.teleop.gate import Gate
 from cellwright.teleop.grippers import ranges
 from cellwright.teleop.home import Homing
 from cellwright.teleop.inverse_kinematics import Caps
-from cellwright.teleop.live_driver import LiveDriver
+from cellwright.teleop.live_driver import LiveDriver, let_go
 from cellwright.teleop.mirror import Mirror
 from cellwright.teleop.notices import Notices
 from cellwright.teleop.publications import Publications
@@ -42,7 +43,8 @@ class RobotNode:
         sim_time: whether messages carry simulation time, which is then told on /clock.
         stamp: the time that messages carry [ns], where that is not simulation time.
         report: takes a line about refused input, at most one a second from each source.
-        driver: moves the robot in place of the simulation, which then only shows it; it is closed with the node.
+        driver: moves the robot in place of the simulation, which then only shows it; it is closed with the node, also
+            when there comes to be none.
 
     Raises:
         DriverError: the driver is not this robot's, or cannot be read.
@@ -67,28 +69,36 @@ class RobotNode:
         self._is_closed = False
         self.config = config
         self.name = config.name
-        self.world = build_robot(config, timestep=timestep, self_collision=self_collision)
-        self.simulation = Simulation(self.world.model, timestep=timestep, first_pose=self.world.put_in_first_pose)
-        self.servos = JointServos(config.robot, motion)
-        self.driver: Driver = self.servos if driver is None else LiveDriver(config, driver)
-        self.bus = Bus(lambda: self.simulation.now, report)
-        told = stamp if stamp is not None and not sim_time else lambda: self.simulation.now
-        notices = Notices(lambda: self.simulation.now, report)
-        gate = Gate(safety, lambda: self.simulation.now, told)
-        self.commander = Commander(self.driver, config.robot, safety, gate, notices)
-        self.homing = Homing(config, self.commander)
-        self.base = Base(config)
-        self.ee_poses = EePoses(config, self.commander, caps=Caps.of(safety.tip_speed, safety.tip_turning))
-        self.commander.on_hold.append(self.base.halt)
-        self._add_devices()
-        grippers = ranges(config.grippers, config.robot, self.commander.numbers)
-        table = io_teleop.rows(config, node=node, sim_time=sim_time)
-        Commands(config, self.commander, self.homing, grippers, self.base).serve(self.bus, table)
-        EePoseTopics(config, self.commander, self.ee_poses, told).serve(self.bus, self.simulation, table)
-        Publications(config.robot, self.driver, self.commander, grippers, told).advertise(
-            self.bus, self.simulation, table
-        )
-        self.simulation.reset()
+        with ExitStack() as on_failure:
+            if driver is not None:
+                on_failure.callback(let_go, driver)
+            self.world = build_robot(config, timestep=timestep, self_collision=self_collision)
+            self.simulation = Simulation(self.world.model, timestep=timestep, first_pose=self.world.put_in_first_pose)
+            self.servos = JointServos(config.robot, motion)
+            self.driver: Driver = self.servos
+            if driver is not None:
+                on_failure.pop_all()  # from here on it is closed by the thread that calls it
+                self.driver = live = LiveDriver(config, driver)
+                on_failure.callback(live.close)
+            self.bus = Bus(lambda: self.simulation.now, report)
+            told = stamp if stamp is not None and not sim_time else lambda: self.simulation.now
+            notices = Notices(lambda: self.simulation.now, report)
+            gate = Gate(safety, lambda: self.simulation.now, told)
+            self.commander = Commander(self.driver, config.robot, safety, gate, notices)
+            self.homing = Homing(config, self.commander)
+            self.base = Base(config)
+            self.ee_poses = EePoses(config, self.commander, caps=Caps.of(safety.tip_speed, safety.tip_turning))
+            self.commander.on_hold.append(self.base.halt)
+            self._add_devices()
+            grippers = ranges(config.grippers, config.robot, self.commander.numbers)
+            table = io_teleop.rows(config, node=node, sim_time=sim_time)
+            Commands(config, self.commander, self.homing, grippers, self.base).serve(self.bus, table)
+            EePoseTopics(config, self.commander, self.ee_poses, told).serve(self.bus, self.simulation, table)
+            Publications(config.robot, self.driver, self.commander, grippers, told).advertise(
+                self.bus, self.simulation, table
+            )
+            self.simulation.reset()
+            on_failure.pop_all()
 
     def _add_devices(self) -> None:
         """Give the devices their places: what brings targets acts before the commander, which gives them on."""
@@ -97,7 +107,7 @@ class RobotNode:
             self.commander.on_clear.append(self.driver.clear)
             # It may have been moved by hand meanwhile.
             self.commander.on_clear.append(lambda: self.commander.hold(self.commander.why_held))
-            self.simulation.add(Mirror(self.driver, self.servos, self.commander.stop))
+            self.simulation.add(Mirror(self.driver, self.servos, self.commander.stop, self.commander.stand))
         for device in (self.base, self.ee_poses, self.commander, self.homing):
             self.simulation.add(device)
 

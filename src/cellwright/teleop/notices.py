@@ -47,10 +47,12 @@ class Notices:
 
     def tell_of_unknown(self, topic: str, names: Mapping[str, str]) -> None:
         """Tell once of names that a command gave and that are passed over, with the reason for each; in one line."""
-        told = []
+        told: list[str] = []
+        if len(self._once) >= MOST_NAMES and len(self.unknown) >= MOST_NAMES:
+            return  # whatever comes now is not kept, and a stranger's long message must not hold up the physics
         for name, why in names.items():
             said = name if len(name) <= _LONGEST else f"{name[: _LONGEST - 3]}..."
-            if said not in self.unknown and len(self.unknown) < MOST_NAMES:
+            if len(self.unknown) < MOST_NAMES and said not in self.unknown:
                 self.unknown.append(said)
             key = f"{topic} {said}"
             if key not in self._once and len(self._once) < MOST_NAMES:

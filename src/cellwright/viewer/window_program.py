@@ -6,6 +6,7 @@ served there as it is, about sixty times a second, until the window is closed or
 
 from __future__ import annotations
 
+import contextlib
 import math
 import signal
 import sys
@@ -19,7 +20,7 @@ import numpy as np
 
 from cellwright.assembled import services
 from cellwright.client.transports.socket import SocketTransport
-from cellwright.errors import CellwrightError, RunEndedError
+from cellwright.errors import CellwrightError, RejectedCommandError, RunEndedError
 from cellwright.messages.build import joint_state
 from cellwright.viewer.camera import Camera
 from cellwright.viewer.robots import HEIGHT, TILT, TURN, WIDTH, camera_on
@@ -79,7 +80,9 @@ def _keep_up(window: Any, picture: RobotPicture, transport: SocketTransport) -> 
         with window.lock():
             moved = picture.moved()
         if moved:
-            transport.publish(COMMANDS, joint_state(list(moved), np.array([*moved.values()]), time=time.time_ns()))
+            # without a stamp, for the node's time may be another; what is refused is seen by the slider going back
+            with contextlib.suppress(RejectedCommandError):
+                transport.publish(COMMANDS, joint_state(list(moved), np.array([*moved.values()]), time=0))
         state = transport.ask_server(services.STATE)
         with window.lock():
             picture.take(state)

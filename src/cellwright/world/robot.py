@@ -21,6 +21,7 @@ from cellwright.description.model_files import ModelFileError
 from cellwright.description.problems import Place, Problem
 from cellwright.description.robot.config import RobotConfig
 from cellwright.description.robot.model import Inertial, Joint, JointType, Link, RobotModel
+from cellwright.description.robot.posture import position_of
 from cellwright.errors import DescriptionError
 from cellwright.pose import IDENTITY_QUATERNION
 from cellwright.world.robot_contacts import exclude, joined_pairs, overlapping_pairs
@@ -66,8 +67,14 @@ class RobotWorld:
     model: mujoco.MjModel
 
     def put_in_first_pose(self, data: mujoco.MjData) -> None:
-        """Write the posture that the robot is put up in."""
-        for name, position in self.config.start.items():
+        """Write the posture that the robot is put up in; joints that follow another stand where that has them."""
+        start, robot = self.config.start, self.config.robot
+        positions = dict(start)
+        for joint in robot.driven:
+            if joint.mimic is not None and joint.name not in start:
+                place = position_of(robot, joint, start)
+                positions[joint.name] = min(max(place, joint.limits.lower), joint.limits.upper)
+        for name, position in positions.items():
             data.qpos[self.model.joint(name).qposadr[0]] = position
 
 
