@@ -80,6 +80,23 @@ def hinge(child: str, parent: str = "root", limits: Limits | None = None, name: 
     )
 
 
+def test_joints_that_cannot_be_at_0_are_put_up_at_their_nearest_limit() -> None:
+    ranges = {"above": (0.2, 1.0), "below": (-1.0, -0.3), "around": (-1.0, 1.0), "one_sided": (0.1, math.inf)}
+    joints = [
+        Joint(name, REVOLUTE, f"link_{number}", f"link_{number + 1}", limits=Limits(*ends, 10.0, 1.0))
+        for number, (name, ends) in enumerate(ranges.items())
+    ]
+    world = build_robot(of_joints(*joints))
+    data = mujoco.MjData(world.model)
+    world.put_in_first_pose(data)
+    assert {name: data.joint(name).qpos[0] for name in ranges} == {
+        "above": 0.2,
+        "below": -0.3,
+        "around": 0.0,
+        "one_sided": 0.1,
+    }
+
+
 def test_links_without_mass_weigh_what_they_weighed_in_the_original() -> None:
     links = {"finger": Link("finger", Inertial(2.0, inertia=(0.2, 0.2, 0.2, 0, 0, 0)))}
     config = of_joints(hinge("arm"), hinge("finger", "arm"), links=links, grippers=(Gripper(("to finger",)),))

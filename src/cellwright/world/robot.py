@@ -67,13 +67,18 @@ class RobotWorld:
     model: mujoco.MjModel
 
     def put_in_first_pose(self, data: mujoco.MjData) -> None:
-        """Write the posture that the robot is put up in; joints that follow another stand where that has them."""
-        start, robot = self.config.start, self.config.robot
-        positions = dict(start)
-        for joint in robot.driven:
-            if joint.mimic is not None and joint.name not in start:
-                place = position_of(robot, joint, start)
-                positions[joint.name] = min(max(place, joint.limits.lower), joint.limits.upper)
+        """Write the posture that the robot is put up in.
+
+        A joint that cannot be at 0 stands at the limit nearest to it: the original puts it up at 0 all the same, and
+        the first command makes it jump. Joints that follow another stand where that has them.
+        """
+        robot, positions = self.config.robot, dict(self.config.start)
+        leaders_first = sorted(robot.driven, key=lambda joint: joint.mimic is not None)
+        for joint in leaders_first:
+            if joint.name in positions:
+                continue
+            place = position_of(robot, joint, positions)
+            positions[joint.name] = min(max(place, joint.limits.lower), joint.limits.upper)
         for name, position in positions.items():
             data.qpos[self.model.joint(name).qposadr[0]] = position
 
