@@ -30,6 +30,7 @@ def test_a_driver_of_ones_own(cellwright: CommandLine) -> None:
     ran = cellwright("teleop", "tandem", *SHORT, "--driver", f"{EXAMPLE}:MyDriver")
     assert ran.status == 0, ran.err
     assert "0 taken" in ran.out
+    assert "simulated" not in ran.out  # nothing is
 
 
 @pytest.mark.parametrize(
@@ -39,6 +40,11 @@ def test_a_driver_of_ones_own(cellwright: CommandLine) -> None:
         (["--driver", f"{EXAMPLE}:MineDriver"], "did you mean MyDriver"),
         (["--driver", f"{EXAMPLE}:MyDriver", "--sim-time"], "a real robot keeps real time"),
         (["--check-driver"], "name the driver"),
+        (["--driver", f"{EXAMPLE}:MyDriver", "--check-driver", "--check"], "give one of them"),
+        (
+            ["--driver", f"{EXAMPLE}:MyDriver", "--check-driver", "--max-speed", "0.1"],
+            "leave out the options of safety",
+        ),
     ],
 )
 def test_no_driver(cellwright: CommandLine, arguments: list[str], said: str) -> None:

@@ -132,7 +132,7 @@ def test_an_agent_that_clings_to_its_cell_is_ended(agents: str) -> None:
     said: list[str] = []
     child = AgentProcess(f"{agents}:Clings", ("127.0.0.1", 1), node="/agent", level=30, say=said.append)
     child.end(20.0)
-    with pytest.raises(AgentError, match="no cell answers"):
+    with pytest.raises(AgentError, match="nobody answers"):
         child.worked()
     host = Host(Cell(KITTING), f"{agents}:Clings")
     begin = time.monotonic()

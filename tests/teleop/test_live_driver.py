@@ -1,8 +1,10 @@
 """A driver of one's own: what it is given, what is known of it, and what happens when it fails."""
 
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,13 +30,16 @@ class Hardware:
     told: list[list[float]] = field(default_factory=list)
     closed: int = 0
     on_read: Callable[[], object] = lambda: None
+    answer: object = None
 
     def command(self, targets: Array) -> None:
         self.told.append(targets.tolist())
         self.positions = targets
 
-    def read(self) -> JointReadings:
+    def read(self) -> Any:
         self.on_read()
+        if self.answer is not None:
+            return self.answer
         return JointReadings(self.positions, np.array([0.1, 0.2]), np.array([3.0, 4.0]))
 
     def close(self) -> None:
@@ -58,6 +63,10 @@ def step_until(node: RobotNode, condition: Callable[[], object]) -> None:
 
 def fail() -> None:
     raise OSError("the cable is\nout")
+
+
+def give_up() -> None:
+    sys.exit("no bus")  # as programs of vendors do
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +101,13 @@ def test_targets_and_readings_go_by_name(config: RobotConfig) -> None:
         (Hardware(joints=("lift", "lift")), "twice"),
         (Hardware(on_read=fail), "OSError: the cable is out"),
         (Hardware(positions=np.array([np.nan, 0.0])), "positions of elbow_left are no finite number"),
-        (Hardware(positions=np.zeros(3)), "positions of 3 joints were read, and it has 2"),
+        (Hardware(positions=np.zeros(3)), "used: positions of 3 joints were read, and it has 2"),
+        (Hardware(on_read=give_up), "SystemExit: no bus"),
+        (Hardware(answer=[0.0, 0.0]), "three things, positions, velocities and efforts, and it gave a list of 2"),
+        (Hardware(answer=dict.fromkeys((*NAMES, "waist"), 0.0)), "it gave a dict of 3"),
+        (Hardware(answer=0.5), "it gave a float"),
+        (Hardware(answer=(0.0, 0.0, 0.0)), "each a number for each joint; positions: a float"),
+        (Hardware(answer=(np.zeros(2), {}, np.zeros(2))), "velocities: a dict of 0"),
     ],
 )
 def test_what_is_no_driver_of_this_robot(config: RobotConfig, hardware: Hardware, reason: str) -> None:
@@ -113,13 +128,16 @@ def test_a_node_that_cannot_be_lets_go_of_the_robot(config: RobotConfig) -> None
     assert hardware.closed == 1
 
 
-def test_a_failure_holds_the_robot_until_it_is_cleared(config: RobotConfig) -> None:
+@pytest.mark.parametrize(("failure", "reason"), [(fail, "OSError: the cable is out"), (give_up, "SystemExit: no bus")])
+def test_a_failure_holds_the_robot_until_it_is_cleared(
+    config: RobotConfig, failure: Callable[[], None], reason: str
+) -> None:
     hardware = Hardware()
     live = LiveDriver(config, hardware)
     number = live.joints.index("lift")
-    hardware.on_read = fail
+    hardware.on_read = failure
     until(lambda: live.fault)
-    assert live.fault == "OSError: the cable is out"
+    assert live.fault == reason
     until(lambda: hardware.told)
     assert hardware.told == [[-1.0, 0.2]]  # the posture that was read last
     live.command(np.full(len(live.joints), 0.3))

@@ -119,25 +119,32 @@ def teleop(
         options.refuse(f"--speed {speed}: time other than the wall clock's has to be told: add --sim-time")
     if driver is not None and (sim_time or lockstep):
         options.refuse("--driver: a real robot keeps real time: leave out --sim-time and --lockstep")
+    if guard is not Guard.REFUSE and start_guard is None:
+        options.refuse(f"--start-guard-then {guard}: say how far away a first target has to be: add --start-guard 0.8")
+    safety = SafetySettings(
+        start_disabled=start_disabled,
+        silence=watchdog,
+        max_speeds=tuple(map(options.joint_speed, max_speed or ())),
+        start_guard=start_guard,
+        guard=guard,
+        resume_speed=resume_speed,
+        one_commander=one_commander,
+        max_age=max_age,
+        tip_speed=tip_speed,
+        tip_turning=tip_turning,
+        clutch=clutch,
+    )
     if check_driver:
+        if check:
+            options.refuse("--check and --check-driver: give one of them")
+        if safety != SafetySettings():
+            options.refuse("--check-driver: leave out the options of safety: the driver is told its targets directly")
         raise typer.Exit(run_check(driver, partial(load_robot, robot)))
     wanted = TeleopOptions(
         motion=motion,
         timestep=1 / options.physics_rate(rate),
         self_collision=self_collision,
-        safety=SafetySettings(
-            start_disabled=start_disabled,
-            silence=watchdog,
-            max_speeds=tuple(map(options.joint_speed, max_speed or ())),
-            start_guard=start_guard,
-            guard=guard,
-            resume_speed=resume_speed,
-            one_commander=one_commander,
-            max_age=max_age,
-            tip_speed=tip_speed,
-            tip_turning=tip_turning,
-            clutch=clutch,
-        ),
+        safety=safety,
         sim_time=sim_time or lockstep,
         speed=factor,
         lockstep=lockstep,

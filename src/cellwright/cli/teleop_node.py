@@ -196,7 +196,7 @@ def _show(console: Console, node: RobotNode, wanted: TeleopOptions, ran: _Ran) -
     note("commands", f"{counts.taken} taken, {node.refused} refused, {counts.ignored} ignored")
     for source, count in sorted(node.bus.refusals.counts.items()):
         note(f"refused {count}", source)
-    note("simulated", f"{node.simulation.time:.1f} s in {ran.wall:.1f} s")
+    note("simulated" if wanted.driver is None else "ran", f"{node.simulation.time:.1f} s in {ran.wall:.1f} s")
     if ran.pace is not None:
         note("pace", pace_text(ran.pace))
     if wanted.verbose:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import threading
 import time
+from collections.abc import Mapping, Sized
 
 import numpy as np
 
@@ -25,6 +26,7 @@ FIRST_PATIENCE = 10.0
 
 _IDLE = 0.05  # [s] between two readings when the node asks for nothing
 _TIME_TO_END = 0.5  # [s]
+_COLUMNS = ", ".join(JointReadings._fields[:-1]) + " and " + JointReadings._fields[-1]
 
 
 class DriverError(CellwrightError):
@@ -117,7 +119,9 @@ class LiveDriver:
         while not self._has_ended:
             try:
                 self._turn()
-            except Exception as error:  # it is somebody else's code, and the node goes on
+            except DriverError as error:
+                self._fail(str(error))
+            except (Exception, SystemExit) as error:  # it is somebody else's code, and the node goes on
                 self._fail(f"{type(error).__name__}: {' '.join(str(error).split())}".rstrip(": "))
             first.set()
             self._awake.wait(_IDLE)
@@ -142,8 +146,14 @@ class LiveDriver:
             self._heard = time.monotonic()
 
     def _checked(self, found: JointReadings) -> JointReadings:
+        if not isinstance(found, Sized) or isinstance(found, Mapping) or len(found) != len(JointReadings._fields):
+            raise DriverError(f"read() is to give three things, {_COLUMNS}, and it gave {_kind(found)}")
         columns = []
         for name, old, values in zip(JointReadings._fields, self._readings, found, strict=True):
+            if np.ndim(values) != 1:
+                raise DriverError(
+                    f"read() is to give {_COLUMNS}, each a number for each joint; {name}: {_kind(values)}"
+                )
             given = np.asarray(values, dtype=float)
             if given.shape != self._places.shape:
                 raise DriverError(f"{name} of {given.size} joints were read, and it has {self._places.size}")
@@ -164,8 +174,13 @@ class LiveDriver:
 
 def let_go(driver: Driver) -> None:
     """Close a driver; what it raises then changes nothing any more."""
-    with contextlib.suppress(Exception):
+    with contextlib.suppress(Exception, SystemExit):
         driver.close()
+
+
+def _kind(value: object) -> str:
+    """What a value is, for people: its type, and how many are in it."""
+    return f"a {type(value).__name__}" + (f" of {len(value)}" if isinstance(value, Sized) else "")
 
 
 def _places(joints: tuple[str, ...], driver: Driver) -> np.ndarray[tuple[int], np.dtype[np.int64]]:

@@ -13,3 +13,7 @@ def address() -> Iterator[str]:
     """Where it is reached, HOST:PORT."""
     with served(RobotNode(robot()), lockstep=True) as (host, port):
         yield f"{host}:{port}"
+
+
+UNCHECKED = "warning: this robot's joint limits are not known here, so nothing is checked against them; see --robot\n"
+"""What is said where a robot is neither one that comes along nor described."""

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import CommandLine
+from tests.cli.operate.conftest import UNCHECKED
 
 MOTION = "time,right_1,left_2\n0,0.1,0.6\n0.1,0.15,\n0.2,0.2,0.5\n"
 
@@ -25,7 +26,7 @@ def test_a_file_is_played_and_what_the_robot_does_recorded(
     quick = ("--approach", "0.2", "--speed", "2", "--connect", address)
     ran = cellwright("operate", "play", motion, "--json", *quick)
     document = json.loads(ran.out)
-    assert (ran.status, ran.err, document["outcome"], document["rounds"]) == (0, "", "done", 1)
+    assert (ran.status, ran.err, document["outcome"], document["rounds"]) == (0, UNCHECKED, "done", 1)
     assert (document["moments"], document["duration"]) == (3, 0.2)
     assert document["messages"] >= 3 + 15
     ran = cellwright("operate", "record", "did.jsonl", "--duration", "0.1", "--connect", address)
@@ -47,7 +48,7 @@ def test_a_loop_ends_with_a_signal(motion: str, cellwright: CommandLine, address
     stop.start()
     begun = time.monotonic()
     ran = cellwright("operate", "play", motion, "--loop", "--approach", "0.05", "--connect", address)
-    assert (ran.status, ran.err) == (0, "")
+    assert (ran.status, ran.err) == (0, UNCHECKED)
     assert ran.out.startswith("stopped: ")
     assert time.monotonic() - begun < 20.0
 
@@ -58,7 +59,9 @@ def test_a_robot_that_does_not_come_to_the_first_targets_is_given_no_more(
     (tmp_path / "far.csv").write_text("time,right_1\n0,9\n1,0\n")
     ran = cellwright("operate", "play", "far.csv", "--approach", "0", "--connect", address)
     assert (ran.status, ran.out) == (1, "")
-    assert ran.err.startswith("error: right_1 did not come to the first target: it is at 2, and 9 was asked for")
+    assert ran.err.startswith(
+        UNCHECKED + "error: right_1 did not come to the first target: it is at 2, and 9 was asked for"
+    )
 
 
 @pytest.mark.parametrize(

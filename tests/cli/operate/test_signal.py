@@ -11,6 +11,7 @@ import pytest
 
 from cellwright.teleop.node import RobotNode
 from tests.cli.conftest import CommandLine
+from tests.cli.operate.conftest import UNCHECKED
 from tests.operators.nodes import robot, served
 
 QUICK = ("--frequency", "1", "--duration", "1")
@@ -19,7 +20,7 @@ QUICK = ("--frequency", "1", "--duration", "1")
 def test_it_draws_and_tells_the_figures_of_each_joint(cellwright: CommandLine, address: str) -> None:
     enough = ("--max-error", "0.01", "--max-delay", "100")  # of a step, what is left at its end
     ran = cellwright("operate", "signal", "right_[56]", *QUICK, "--wave", "step", "--connect", address, *enough)
-    assert (ran.status, ran.err) == (0, "")
+    assert (ran.status, ran.err) == (0, UNCHECKED)
     assert [line for line in ran.out.splitlines() if ": step from" in line] == [
         "right_6: step from 0",  # of those that match a pattern, the last of the robot comes first
         "right_5: step from 0.4",
@@ -41,7 +42,7 @@ def test_figures_as_json_samples_as_files_and_limits_as_exit_status(
     (joint,) = document["joints"]
     assert (joint["joint"], joint["wave"], joint["duration"]) == ("right_4", "sine", 1.0)
     assert ran.status == document["exit_status"] == 1
-    assert ran.err.splitlines() == document["failures"]
+    assert ran.err.splitlines() == [UNCHECKED.strip(), *document["failures"]]
     assert [line.partition(",")[2] for line in document["failures"]] == [
         " and 0.01 was allowed",
         " and 10 ms was allowed",
@@ -58,7 +59,7 @@ def test_a_joint_that_does_not_follow_fails_a_limit_on_its_delay(cellwright: Com
     # below its lower limit a finger cannot go, and nobody has told the operator what that is
     few = ("right_finger", "--amplitude", "-0.04", "--wave", "ramp", *QUICK)
     ran = cellwright("operate", "signal", *few, "--connect", address, "--max-delay", "1000")
-    assert (ran.status, ran.err) == (1, "right_finger: it does not follow\n")
+    assert (ran.status, ran.err) == (1, UNCHECKED + "right_finger: it does not follow\n")
 
 
 @pytest.mark.parametrize(
@@ -107,4 +108,4 @@ def test_a_node_that_ends_meanwhile_is_told_of(cellwright: CommandLine) -> None:
         ran = cellwright("operate", "signal", "right_6", "right_5", "--duration", "30", "--connect", f"{host}:{port}")
         end.join()
     assert ran.status == 1
-    assert ran.err == "right_6: the test is over\n"
+    assert ran.err == UNCHECKED + "right_6: the test is over\n"

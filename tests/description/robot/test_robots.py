@@ -76,6 +76,7 @@ def test_what_is_not_there_is_refused(name: str, tmp_path: Path, monkeypatch: py
         ("a", "\ufeff<robot/>", True, True),
         ("a.yml", "urdf_path: b\narms: []\n", True, False),
         ("a.yml", "urdf_pth: b\narms: []\ngrippers: []", True, False),
+        ("a.yml", "urdf_path: b\narmz: []\ngripper: []", True, False),
         ("vr_configs.yml", "", True, False),
         ("vr_configs.yml", "a: [", True, False),
         ("a.yml", "a: [", False, False),

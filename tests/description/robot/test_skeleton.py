@@ -106,7 +106,24 @@ def test_home_lies_within_limits_to_the_last_digit(tmp_path: Path) -> None:
     model = robot(tmp_path, *chain("j", "base", 5), limits='lower="0.12345672" upper="0.12345679"')
     config, warnings = read_back(tmp_path, model)
     assert warnings == []
-    assert config.arms[0].home == (0.12345672,) * 5
+    assert all(0.12345672 <= position <= 0.12345679 for position in config.arms[0].home)
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "home"),
+    [
+        (-1.0, 2.0, 0.0),
+        (0.0, 2.6, 0.5),  # an elbow that is stretched out at 0
+        (-3.14, 0.0, -0.5),
+        (-0.0873, 3.8223, 0.413),
+        (-2.9, -0.1, -0.6),
+        (0.0, 0.4, 0.1),
+    ],
+)
+def test_an_arm_is_not_stretched_out_at_home(lower: float, upper: float, home: float, tmp_path: Path) -> None:
+    model = robot(tmp_path, *chain("j", "base", 4), limits=f'lower="{lower}" upper="{upper}"')
+    config, _ = read_back(tmp_path, model)
+    assert config.arms[0].home == (home,) * 4
 
 
 NAMES = st.sampled_from(["yes", "1", "a: b", "[x", "it's", "#", "r arm", "größe", "-", "null", "1e3", "l_hand", "x y"])

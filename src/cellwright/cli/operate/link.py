@@ -149,6 +149,12 @@ class Link:
             ) from None
 
 
+def warn_of_unknown(limits: JointLimits) -> None:
+    """Say that nothing was checked against limits, where none are known."""
+    if not limits.joints:
+        _warn("this robot's joint limits are not known here, so nothing is checked against them; see --robot")
+
+
 def _warn(line: object) -> None:
     typer.echo(f"warning: {line}", err=True)
 

@@ -13,7 +13,7 @@ from rich.progress import BarColumn, Progress, TextColumn
 
 from cellwright.cli import options
 from cellwright.cli.exit_status import DONE, NOT_DONE
-from cellwright.cli.operate.link import NODE, RESULT, WHAT, Connect, Link, Node, OverRos1, Robot
+from cellwright.cli.operate.link import NODE, RESULT, WHAT, Connect, Link, Node, OverRos1, Robot, warn_of_unknown
 from cellwright.cli.signals import Stop, stopped_by_signals
 from cellwright.errors import CellwrightError, RunEndedError
 from cellwright.operators import playback
@@ -89,7 +89,9 @@ def play(
     console = Console(stderr=as_json, highlight=False)
     failure, rounds = "", 0
     with link.robot() as there:
-        playback.check(there, targets, link.limits(there))
+        limits = link.limits(there)
+        playback.check(there, targets, limits)
+        warn_of_unknown(limits)
         wish = Stop()
         with stopped_by_signals(wish.stop):
             try:

@@ -16,7 +16,7 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn
 from cellwright.cli import options
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.operate import report
-from cellwright.cli.operate.link import NODE, RESULT, WHAT, Connect, Link, Node, OverRos1, Robot
+from cellwright.cli.operate.link import NODE, RESULT, WHAT, Connect, Link, Node, OverRos1, Robot, warn_of_unknown
 from cellwright.errors import CellwrightError, RunEndedError, UnknownNameError
 from cellwright.operators.exercise import Exercise, check, exercise
 from cellwright.operators.plot_svg import picture
@@ -114,8 +114,10 @@ def signal(
     console = Console(stderr=as_json, highlight=False)
     with link.robot() as there:
         chosen = _chosen(there, joints)
-        for warning in check(there, chosen, wanted, link.limits(there)):
+        limits = link.limits(there)
+        for warning in check(there, chosen, wanted, limits):
             typer.echo(f"warning: {warning}", err=True)
+        warn_of_unknown(limits)
         found, failure = _exercise(there, chosen, wanted, console)
     failures = _failures(found, max_error, max_delay) + ([failure] if failure else [])
     status = NOT_DONE if failures else DONE

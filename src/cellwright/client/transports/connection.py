@@ -42,7 +42,7 @@ class Connection:
         try:
             self._socket = socket.create_connection(address, timeout=timeout)
         except (OSError, OverflowError) as error:
-            raise UsageError(f"no cell answers at {where}: {getattr(error, 'strerror', None) or error}") from None
+            raise UsageError(f"nobody answers at {where}: {getattr(error, 'strerror', None) or error}") from None
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._socket.setblocking(True)
         self._decoder = Decoder()
@@ -58,7 +58,7 @@ class Connection:
             """What the cell says of itself, its topics and its services."""
         except (RunEndedError, FrameError) as error:
             self.close()
-            raise UsageError(f"no cell answers at {where}: {error}") from None
+            raise UsageError(f"nobody answers at {where}: {error}") from None
 
     def number(self) -> int:
         """A number for a question or a subscription that is not in use."""
@@ -144,7 +144,7 @@ class Connection:
             else:
                 self._send_much(data)
         except OSError:
-            self._is_over("the cell is gone")
+            self._is_over("the server is gone")
             raise RunEndedError(self._end) from None
 
     def _send_much(self, data: bytes) -> None:
@@ -169,7 +169,7 @@ class Connection:
         except OSError:
             data = b""
         if not data:
-            self._is_over("the cell is gone")
+            self._is_over("the server is gone")
             return
         try:
             for frame in self._decoder.feed(data):

@@ -44,7 +44,7 @@ class SocketTransport:
         encoding: the form in which messages travel, `cdr` or `ros1`.
 
     Raises:
-        UsageError: no cell answers there.
+        UsageError: nobody answers there.
     """
 
     def __init__(self, address: tuple[str, int], *, node: str = "/client", encoding: str = "cdr") -> None:

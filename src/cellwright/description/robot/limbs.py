@@ -25,6 +25,8 @@ _HAND = re.compile(r"hand|palm|flange", re.IGNORECASE)
 _RIGHT = re.compile(r"(^|[_\W])r(ight)?([_\W\d]|$)|right", re.IGNORECASE)
 _LEFT = re.compile(r"(^|[_\W])l(eft)?([_\W\d]|$)|left", re.IGNORECASE)
 
+_BEND = 0.5  # [rad] from the limit that an arm begins at when 0 is next to it
+
 
 @dataclass(frozen=True, slots=True)
 class Limbs:
@@ -52,7 +54,7 @@ def find_limbs(robot: RobotModel) -> Limbs:
     lifts = [joint for joint in trunk if joint.type is JointType.PRISMATIC]
     waist = [joint for joint in trunk if joint not in lifts]
     return Limbs(
-        tuple(Arm(_names(arm), _tip(robot, arm), tuple(map(_rest, arm))) for arm in arms),
+        tuple(Arm(_names(arm), _tip(robot, arm), tuple(map(_bent, arm))) for arm in arms),
         tuple(Gripper(_names(hand)) for hand in hands if hand),
         head,
         Posture(_names(lifts[:1]), (_rest(lifts[0]),)) if lifts else None,
@@ -172,6 +174,16 @@ def _above(robot: RobotModel, arm: list[Joint]) -> tuple[Joint, ...]:
 def _rest(joint: Joint) -> float:
     """Zero, or the limit that lies next to it [rad; m]."""
     return min(max(0.0, joint.limits.lower), joint.limits.upper)
+
+
+def _bent(joint: Joint) -> float:
+    """Zero, or 0.5 rad away from a limit that lies next to it: stretched out, an arm cannot go everywhere [rad]."""
+    lower, upper = joint.limits.lower, joint.limits.upper
+    near, bend = (upper - lower) / 10, min(_BEND, (upper - lower) / 4)
+    if joint.type is not JointType.REVOLUTE or not math.isfinite(near):
+        return _rest(joint)
+    inside = lower + bend if -lower < near else upper - bend if upper < near else 0.0
+    return min(max(round(inside, 3), lower), upper)
 
 
 def _names(joints: list[Joint]) -> tuple[str, ...]:

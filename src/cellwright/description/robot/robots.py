@@ -78,14 +78,15 @@ def is_urdf(path: Path) -> bool:
 
 
 def is_robot_file(path: Path) -> bool:
-    """Whether a file describes a robot rather than a trial: a URDF, or YAML with more of a robot's entries."""
+    """Whether a file describes a robot rather than a trial: a URDF, or YAML that names one or has a robot's entries."""
     if is_urdf(path):
         return True
     try:
         entries = read_tree(path, Problems()).entries
     except DescriptionError:
         return path.name in _CONFIGS
-    return sum(name in (*READ, *UNUSED) for name in entries) > len(entries) / 2 or path.name in _CONFIGS
+    known = sum(name in (*READ, *UNUSED) for name in entries)
+    return "urdf_path" in entries or known > len(entries) / 2 or path.name in _CONFIGS
 
 
 def _in_folder(folder: Path) -> Path:
