@@ -2,6 +2,7 @@
 
 import re
 import shlex
+import time
 from pathlib import Path
 
 import pytest
@@ -36,6 +37,7 @@ def test_ctrl_c_ends_it_in_order(sign: str, newcomer: dict[str, str]) -> None:
     with Terminal(ROOT, newcomer) as terminal:
         terminal.give(f"{SCRIPT} {shlex.quote(newcomer['HOME'])}/lesson.png")
         assert terminal.wait(lambda: sign in terminal.printed, LIMIT), terminal.printed
+        time.sleep(0.3)  # rospy logs that it was interrupted, and complains if it is just then logging something else
         terminal.interrupt()
         assert terminal.wait(lambda: terminal.status is not None, 30.0), terminal.printed
         assert terminal.status == 130, terminal.printed
