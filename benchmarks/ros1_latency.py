@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from cellwright.cell import Cell
-from cellwright.contracts.gear_parameters import parameters
+from cellwright.contracts.gear.parameters import parameters
 from cellwright.contracts.sampling import Sampled
 from cellwright.contracts.table import Row
 from cellwright.description.catalogue import find_trial

@@ -19,7 +19,7 @@ from cellwright.kitting.effects import (
     StateChanged,
     TrialEnded,
 )
-from cellwright.kitting.scorer import Scorer
+from cellwright.kitting.score.scorer import Scorer
 from cellwright.messages.osrf_gear import AGVControlRequest
 from cellwright.pose import Pose
 from tests.cells import (

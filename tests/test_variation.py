@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 
 from cellwright.cell import Cell
 from cellwright.description.catalogue import find_trial
-from cellwright.description.footprint import footprint
 from cellwright.description.gear2017 import load_trial
 from cellwright.description.layout import BIN_CENTRES
+from cellwright.description.own_models.footprint import footprint
 from cellwright.description.trial import BeltPart, Circumstances, Part, Trial
 from cellwright.errors import UnknownNameError, UsageError
 from cellwright.pose import Pose

@@ -11,8 +11,8 @@ import mujoco
 
 from cellwright.bus import Bus
 from cellwright.competition import Competition
-from cellwright.contracts.gear_binding import bind
-from cellwright.contracts.gear_devices import GearDevices
+from cellwright.contracts.gear.binding import bind
+from cellwright.contracts.gear.devices import GearDevices
 from cellwright.contracts.plugin_sensors import make_brought_sensor
 from cellwright.description.trial import Sensor as SensorDescription
 from cellwright.description.trial import ServoProfile, Trial
@@ -21,6 +21,7 @@ from cellwright.devices.arm import Arm
 from cellwright.devices.conveyor import Conveyor
 from cellwright.devices.deletion_wall import DeletionWall
 from cellwright.devices.demo_tray import DemoTray
+from cellwright.devices.gripper.vacuum_gripper import VacuumGripper
 from cellwright.devices.kit_tray import KitTray
 from cellwright.devices.parts import Parts
 from cellwright.devices.population import Population
@@ -31,7 +32,6 @@ from cellwright.devices.sensors.proximity import ProximitySensor
 from cellwright.devices.sensors.quality_control import QualityControlSensor
 from cellwright.devices.sensors.scene import Scene, SceneModel, collision_geoms
 from cellwright.devices.sensors.sensor import Sensor
-from cellwright.devices.vacuum_gripper import VacuumGripper
 from cellwright.kitting.effects import CompetitionState, Effect, StateChanged
 from cellwright.plugin_devices import make_brought_device
 from cellwright.simulation.checkpoints import Checkpoints

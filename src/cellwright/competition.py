@@ -11,9 +11,9 @@ from typing import Any
 from cellwright.description.trial import Order, Trial
 from cellwright.devices.agv import Agv
 from cellwright.devices.conveyor import Conveyor
+from cellwright.devices.gripper.vacuum_gripper import VacuumGripper
 from cellwright.devices.kit_tray import KitTray
 from cellwright.devices.population import Population
-from cellwright.devices.vacuum_gripper import VacuumGripper
 from cellwright.errors import RejectedCommandError
 from cellwright.kitting.drops import DropZones
 from cellwright.kitting.effects import (
@@ -26,11 +26,11 @@ from cellwright.kitting.effects import (
     PopulationRestart,
     StateChanged,
 )
-from cellwright.kitting.evidence import Evidence, evidence
 from cellwright.kitting.faults import Faults
 from cellwright.kitting.names import part_type
 from cellwright.kitting.referee import Referee
-from cellwright.kitting.scorer import GameScore
+from cellwright.kitting.score.evidence import Evidence, evidence
+from cellwright.kitting.score.scorer import GameScore
 from cellwright.kitting.tray import TrayObject
 from cellwright.pose import Pose
 from cellwright.simulation.device import Device, State

@@ -7,8 +7,8 @@ the cell's own.
 
 from __future__ import annotations
 
-from cellwright import plugins
 from cellwright.description.trial import PluginDevice
+from cellwright.extensions import entry_points as plugins
 from cellwright.simulation.device import Device
 
 

@@ -21,8 +21,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cellwright.description.footprint import Footprint, footprint
 from cellwright.description.layout import BIN_CENTRES, BIN_PART_HEIGHT, BIN_WIDTH, PART_FOOTPRINTS, REFERENCE_FRAMES
+from cellwright.description.own_models.footprint import Footprint, footprint
 from cellwright.description.trial import Circumstances, Part, Trial
 from cellwright.errors import UnknownNameError, UsageError
 from cellwright.pose import Pose, quaternion_from_rpy, quaternion_product

@@ -11,7 +11,7 @@ from cellwright.cell import Cell
 from cellwright.client.client import ARM_JOINTS, Client
 from cellwright.description.catalogue import find_trial
 from cellwright.description.gear2017 import load_trial
-from cellwright.devices.vacuum_gripper import VacuumGripper
+from cellwright.devices.gripper.vacuum_gripper import VacuumGripper
 from cellwright.messages.osrf_gear import AGVControlRequest
 from cellwright.pose import Pose
 from cellwright.run import Outcome, RunOptions, RunResult, run_cell

@@ -1,6 +1,6 @@
 from pathlib import Path
 
-from cellwright.contracts.gear import GEAR, rows
+from cellwright.contracts.gear.rows import GEAR, rows
 from cellwright.contracts.page import contract_page, markdown
 from cellwright.description.trial import Trial
 

@@ -13,8 +13,8 @@ from cellwright.cell import Cell
 from cellwright.description.layout import ARM_JOINTS
 from cellwright.description.trial import Part, ServoProfile, Trial
 from cellwright.devices.arm import Arm
-from cellwright.devices.trajectory import JointTrajectory, TrajectoryPoint
-from cellwright.devices.vacuum_gripper import VacuumGripper
+from cellwright.devices.gripper.vacuum_gripper import VacuumGripper
+from cellwright.devices.trajectory.trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.pose import Pose
 from cellwright.simulation.clock import nanoseconds
 from cellwright.world.build import WorldPart

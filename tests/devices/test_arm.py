@@ -9,10 +9,10 @@ import pytest
 
 from cellwright.description.layout import ARM_JOINTS
 from cellwright.description.trial import ArmSettings, CellSettings, JointGains, JointTolerance
-from cellwright.devices.trajectory import JointTrajectory, TrajectoryPoint
-from cellwright.devices.trajectory_command import RejectedTrajectoryError
-from cellwright.devices.trajectory_goal import GoalRequest, GoalResult, GoalStatus, TrajectoryGoal
-from cellwright.devices.trajectory_tolerance import AskedTolerance
+from cellwright.devices.trajectory.command import RejectedTrajectoryError
+from cellwright.devices.trajectory.goal import GoalRequest, GoalResult, GoalStatus, TrajectoryGoal
+from cellwright.devices.trajectory.tolerance import AskedTolerance
+from cellwright.devices.trajectory.trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.pose import Pose
 from cellwright.simulation.clock import nanoseconds
 from cellwright.simulation.snapshot import restore_snapshot, take_snapshot

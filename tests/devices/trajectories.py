@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 from hypothesis import strategies as st
 
-from cellwright.devices.joint_trajectory_controller import JointTrajectoryController
-from cellwright.devices.trajectory import JointTrajectory, TrajectoryPoint
+from cellwright.devices.trajectory.controller import JointTrajectoryController
+from cellwright.devices.trajectory.trajectory import JointTrajectory, TrajectoryPoint
 
 SECOND = 1_000_000_000
 STEP = 2_000_000

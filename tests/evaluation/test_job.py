@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.description.model import Furniture, Model, ModelShape
+from cellwright.description.own_models.model import Furniture, Model, ModelShape
 from cellwright.description.trial import Trial
 from cellwright.evaluation import job as job_module
 from cellwright.evaluation.job import EvaluatedTrial, agent_digest, make_jobs, models_digest

@@ -11,7 +11,7 @@ from cellwright.description.gear2017 import load_trial
 from cellwright.evaluation.timeline import Timeline
 from cellwright.run import RunOptions, run_cell
 from tests.cells import KITTING
-from tests.test_run import Script, deliver_and_go_on, work
+from tests.run.test_run import Script, deliver_and_go_on, work
 
 
 def test_orders_kits_and_agvs() -> None:

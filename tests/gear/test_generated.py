@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from cellwright.contracts.gear_urdf import robot_description
+from cellwright.contracts.gear.urdf import robot_description
 from cellwright.description.catalogue import find_trial
 from cellwright.description.gear2017 import Loaded, load_trial
 from cellwright.description.resolved import resolved

@@ -20,8 +20,8 @@ from cellwright.kitting.effects import (
     StateChanged,
     TrialEnded,
 )
-from cellwright.kitting.kit_score import KitScore, PartFinding, Refusal, RefusalReason, Verdict
-from cellwright.kitting.scorer import GameScore, OrderScore
+from cellwright.kitting.score.kit_score import KitScore, PartFinding, Refusal, RefusalReason, Verdict
+from cellwright.kitting.score.scorer import GameScore, OrderScore
 from cellwright.pose import Pose
 
 PLACED = PartFinding("gear_part", Pose(), Verdict.PLACED)

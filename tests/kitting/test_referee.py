@@ -18,9 +18,9 @@ from cellwright.kitting.effects import (
     StateChanged,
     TrialEnded,
 )
-from cellwright.kitting.kit_score import RefusalReason
 from cellwright.kitting.referee import Referee
-from cellwright.kitting.scorer import GameScore
+from cellwright.kitting.score.kit_score import RefusalReason
+from cellwright.kitting.score.scorer import GameScore
 from cellwright.simulation.events import NEVER
 from tests.kitting.builders import TRAY_1, TRAY_2, filling, order, thing
 

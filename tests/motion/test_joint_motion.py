@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.client import ARM_JOINTS
-from cellwright.devices.trajectory import Knot, Trajectory, join
+from cellwright.devices.trajectory.trajectory import Knot, Trajectory, join
 from cellwright.errors import UsageError
 from cellwright.motion import DEFAULT_LIMITS, JointMotion, move
 from cellwright.motion.trajectories import STILL

@@ -11,7 +11,7 @@ import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from cellwright.bus.topics import Direction
-from cellwright.contracts.gear import rows
+from cellwright.contracts.gear.rows import rows
 from cellwright.contracts.table import Kind
 from cellwright.description.catalogue import find_trial
 from cellwright.description.gear2017 import load_trial

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from cellwright.cli import options
-from cellwright.contracts.gear_urdf import robot_description
+from cellwright.contracts.gear.urdf import robot_description
 from tests.contracts.urdf_chain import joints_of, world_T
 from tests.ros1.ground import Ground
 

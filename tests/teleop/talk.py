@@ -12,7 +12,7 @@ from cellwright.messages.build import floats, header, joint_state
 from cellwright.messages.standard import Bool
 from cellwright.messages.std_srvs import SetBoolRequest, TriggerRequest
 from cellwright.teleop.node import RobotNode
-from cellwright.teleop.safety import SafetySettings
+from cellwright.teleop.safety.settings import SafetySettings
 from tests.teleop.robots import two_arms
 
 PREFIX = "/io_teleop/"

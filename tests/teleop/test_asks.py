@@ -9,7 +9,7 @@ import pytest
 
 from cellwright.errors import RejectedCommandError
 from cellwright.messages.standard import PoseArray
-from cellwright.teleop.safety import Guard, SafetySettings
+from cellwright.teleop.safety.settings import Guard, SafetySettings
 from tests.teleop.talk import Talk, stamped
 
 

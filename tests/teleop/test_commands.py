@@ -17,7 +17,7 @@ from cellwright.errors import MessageError, RejectedCommandError
 from cellwright.messages.build import joint_state
 from cellwright.messages.standard import String
 from cellwright.teleop.joint_targets import MOST, targets
-from cellwright.teleop.safety import SafetySettings
+from cellwright.teleop.safety.settings import SafetySettings
 from tests.teleop.robots import bare, fixed, two_arms
 from tests.teleop.talk import RESET, Talk
 

@@ -8,7 +8,7 @@ import pytest
 
 from cellwright.devices.joint_servos import Motion
 from cellwright.teleop.home import DONE, MOST_WAITING, NEAR
-from cellwright.teleop.safety import SafetySettings
+from cellwright.teleop.safety.settings import SafetySettings
 from tests.teleop.robots import bare, two_arms
 from tests.teleop.talk import Talk
 

@@ -17,7 +17,7 @@ from cellwright.messages import message_type
 from cellwright.messages.build import floats
 from cellwright.messages.standard import Bool, Header, JointState, Point, Pose, PoseArray, Quaternion, Time
 from cellwright.messages.std_srvs import SetBoolRequest, TriggerRequest
-from cellwright.teleop.safety import SafetySettings
+from cellwright.teleop.safety.settings import SafetySettings
 from tests.server.talk import served
 from tests.teleop.talk import PREFIX, RESET, Talk
 

@@ -10,7 +10,7 @@ import pytest
 
 from cellwright.errors import RejectedCommandError
 from cellwright.simulation.snapshot import restore_snapshot, take_snapshot
-from cellwright.teleop.safety import SafetySettings
+from cellwright.teleop.safety.settings import SafetySettings
 from tests.teleop.talk import Talk
 
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from cellwright.description.model import ModelShape
+from cellwright.description.own_models.model import ModelShape
 from cellwright.description.robot.config import RobotConfig
 from cellwright.description.robot.model import Inertial, Joint, JointType, Limits, Link
 from cellwright.pose import Pose
-from cellwright.teleop.rig import Rig
+from cellwright.teleop.checks.rig import Rig
 from tests.world.robots import of_joints
 
 APART, LENGTH, THICKNESS = 0.4, 0.5, 0.1

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cellwright.description.model import ModelShape
+from cellwright.description.own_models.model import ModelShape
 from cellwright.errors import UsageError
 from cellwright.pose import Pose
 from cellwright.viewer.robots import camera_on, robot_camera, save_robot_picture

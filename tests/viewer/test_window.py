@@ -24,7 +24,7 @@ from cellwright.server.robot_services import RobotServices
 from cellwright.server.timekeeper import Timekeeper
 from cellwright.simulation.events import NEVER
 from cellwright.teleop.node import RobotNode
-from cellwright.teleop.safety import SafetySettings
+from cellwright.teleop.safety.settings import SafetySettings
 from cellwright.viewer.window import Window, WindowError, hindrance
 from cellwright.viewer.window_program import NODE, RobotPicture, _keep_up
 from tests.teleop.robots import two_arms

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from cellwright.description.model import ModelShape
+from cellwright.description.own_models.model import ModelShape
 from cellwright.description.robot.config import RobotConfig
 from cellwright.description.robot.model import Joint, Link, RobotModel
 from cellwright.pose import Pose

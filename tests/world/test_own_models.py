@@ -6,8 +6,8 @@ import pytest
 
 from cellwright.cell import Cell
 from cellwright.description.gear2017 import load_trial
-from cellwright.description.model import Model, ModelShape
-from cellwright.description.model_files import ModelFileError
+from cellwright.description.own_models.files import ModelFileError
+from cellwright.description.own_models.model import Model, ModelShape
 from cellwright.description.trial import Part, Trial
 from cellwright.pose import Pose
 from cellwright.world.build import build_world

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cellwright.description.model import ModelShape
+from cellwright.description.own_models.model import ModelShape
 from cellwright.description.robot.config import Gripper
 from cellwright.description.robot.model import Inertial, Joint, JointType, Limits, Link
 from cellwright.description.robot.posture import link_poses

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from cellwright.description.model import ModelShape
+from cellwright.description.own_models.model import ModelShape
 from cellwright.pose import Pose
 from cellwright.world.robot import build_robot
 from cellwright.world.robot_floor import FLOOR, seen_corners

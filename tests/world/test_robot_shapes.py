@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from cellwright.description.model import ModelShape
+from cellwright.description.own_models.model import ModelShape
 from cellwright.errors import DescriptionError
 from cellwright.pose import Pose, Vector3
 from cellwright.world.robot import build_robot

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol, runtime_checkable
 
-from cellwright import own_classes, plugins
 from cellwright.client.client import Client
 from cellwright.errors import CellwrightError, UnknownNameError
+from cellwright.extensions import entry_points as plugins
+from cellwright.extensions import own_classes
 
 
 @runtime_checkable
@@ -32,7 +33,8 @@ class AgentError(CellwrightError):
 def find_agent(name: str) -> Callable[[], Agent]:
     """What makes an agent: a name, `path/to/file.py:Class`, or `package.module:Class`.
 
-    Names are those of agents that come along, and then those that other packages bring (`cellwright.plugins`).
+    Names are those of agents that come along, and then those that other packages bring
+    (`cellwright.extensions.entry_points`).
 
     Raises:
         PluginError: another package brings an agent of this name along, and it cannot be imported.

@@ -10,15 +10,15 @@ import typer
 
 import cellwright
 from cellwright.cli.check import check
-from cellwright.cli.eval import evaluate
+from cellwright.cli.eval.command import evaluate
 from cellwright.cli.exit_status import BAD_INPUT, NOT_DONE
 from cellwright.cli.operate.app import app as operate
-from cellwright.cli.robot import robot
-from cellwright.cli.ros1_env import ros1_env
-from cellwright.cli.ros1_workspace import ros1_workspace
-from cellwright.cli.run import run
-from cellwright.cli.serve import serve
-from cellwright.cli.teleop import teleop
+from cellwright.cli.robot.command import robot
+from cellwright.cli.ros1.env import ros1_env
+from cellwright.cli.ros1.workspace import ros1_workspace
+from cellwright.cli.run.command import run
+from cellwright.cli.serve.command import serve
+from cellwright.cli.teleop.command import teleop
 from cellwright.cli.trials import trials
 from cellwright.errors import CellwrightError
 

@@ -17,8 +17,8 @@ from cellwright.description.catalogue import bundled, bundled_sensors, find_tria
 from cellwright.description.gear2017 import load_trial
 from cellwright.description.trial import ServoProfile, Trial
 from cellwright.errors import UnknownNameError, UsageError
-from cellwright.kitting.scorer import OrderScore
-from cellwright.kitting.trial_score import Averages, trial_score
+from cellwright.kitting.score.scorer import OrderScore
+from cellwright.kitting.score.trial_score import Averages, trial_score
 from cellwright.viewer.camera import Camera
 from cellwright.viewer.views import view
 

@@ -12,14 +12,14 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from cellwright import plugins
 from cellwright.description.catalogue import bundled, bundled_sensors, find_trial, scenario
 from cellwright.description.demands import demands
 from cellwright.description.gear2017 import load_trial
 from cellwright.description.trial import Order, Trial
 from cellwright.errors import CellwrightError
-from cellwright.kitting.reach import reach
-from cellwright.kitting.trial_score import system_cost
+from cellwright.extensions import entry_points as plugins
+from cellwright.kitting.score.reach import reach
+from cellwright.kitting.score.trial_score import system_cost
 
 _NAME_WIDTH = max(map(len, bundled()))
 

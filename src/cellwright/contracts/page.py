@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterable, Sequence
 
 from cellwright.bus import Direction
-from cellwright.contracts.gear import GEAR
+from cellwright.contracts.gear.rows import GEAR
 from cellwright.contracts.table import Competition, Kind, Row
 from cellwright.messages import md5
 from cellwright.messages.names import short_name
@@ -16,7 +16,7 @@ INTRODUCTION = """\
 # The contract of the kit-building cell
 
 Every name that the cell answers to, in a program's own process as over ROS 1 and ROS 2. The names, types, rates and
-latches are those of the 2017 competition. Made from the table in `src/cellwright/contracts/gear.py` by
+latches are those of the 2017 competition. Made from the table in `src/cellwright/contracts/gear/rows.py` by
 `python -m cellwright.contracts.page > docs/contract.md`; a test holds the two together.
 
 - Rates are in simulation time, and "each step" means the simulation's own step (2 ms unless the file says otherwise).

@@ -6,15 +6,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from cellwright import plugins
 from cellwright.bus import Bus
-from cellwright.contracts.gear_devices import GearDevices
+from cellwright.contracts.gear.devices import GearDevices
 from cellwright.contracts.sampling import Streamed
 from cellwright.contracts.table import Row
 from cellwright.description.sensors import SENSOR_TYPES
 from cellwright.description.trial import Sensor as SensorDescription
 from cellwright.devices.sensors.scene import Scene
 from cellwright.devices.sensors.sensor import Sensor
+from cellwright.extensions import entry_points as plugins
 from cellwright.messages import Message
 
 

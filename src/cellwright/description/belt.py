@@ -5,7 +5,7 @@ from __future__ import annotations
 from cellwright.description.figures import BeltFigure
 from cellwright.description.models import PartBook
 from cellwright.description.other_years import OtherYear
-from cellwright.description.tree import Entry, Leaf, Node, Scalar
+from cellwright.description.reading.tree import Entry, Leaf, Node, Scalar
 
 
 def read_belt(node: Node, book: PartBook, other_year: OtherYear) -> tuple[BeltFigure, ...]:

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from importlib.resources import files
 from pathlib import Path
 
-from cellwright import plugins
 from cellwright.errors import UnknownNameError
+from cellwright.extensions import entry_points as plugins
 
 _SUFFIX = ".yaml"
 _SENSORS = "_sensors"

@@ -6,9 +6,9 @@ an error wherever it stands, even in an entry that is otherwise ignored.
 
 import math
 
-from cellwright.description.expressions import evaluate
-from cellwright.description.problems import Problems
-from cellwright.description.tree import Items, Leaf, Node, Table, described
+from cellwright.description.reading.expressions import evaluate
+from cellwright.description.reading.problems import Problems
+from cellwright.description.reading.tree import Items, Leaf, Node, Table, described
 from cellwright.errors import ExpressionError
 
 _LISTS = ("xyz", "rpy")

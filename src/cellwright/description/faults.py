@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 from cellwright.description.figures import DropFigure, Figures
 from cellwright.description.models import PartBook
-from cellwright.description.python2 import dictionary_order
-from cellwright.description.reader import Reader
-from cellwright.description.tree import Entry, Items, Leaf, Node, Table, described, shortened
+from cellwright.description.reading.python2 import dictionary_order
+from cellwright.description.reading.reader import Reader
+from cellwright.description.reading.tree import Entry, Items, Leaf, Node, Table, described, shortened
 from cellwright.description.trial import Options
 from cellwright.errors import did_you_mean
 from cellwright.pose import Vector3

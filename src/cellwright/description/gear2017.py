@@ -20,18 +20,18 @@ from cellwright.description.models import PartBook, read_bins, read_extras
 from cellwright.description.options import OptionFigures, read_options
 from cellwright.description.orders import read_orders
 from cellwright.description.other_years import OtherYear
-from cellwright.description.own_models import read_own_models
+from cellwright.description.own_models.section import read_own_models
 from cellwright.description.plugin_devices import read_plugin_devices
-from cellwright.description.problems import Place, Problem, Problems
-from cellwright.description.python2 import dictionary_order
-from cellwright.description.reader import Reader
+from cellwright.description.reading.problems import Place, Problem, Problems
+from cellwright.description.reading.python2 import dictionary_order
+from cellwright.description.reading.reader import Reader
+from cellwright.description.reading.texts import JoinedText, Text, read_texts
+from cellwright.description.reading.tree import Leaf, Node, Table, described
+from cellwright.description.reading.yaml_source import parse
 from cellwright.description.sensors import read_arm, read_sensors
 from cellwright.description.settings import SettingFigures, read_settings
-from cellwright.description.texts import JoinedText, Text, read_texts
-from cellwright.description.tree import Leaf, Node, Table, described
 from cellwright.description.trial import Trial
 from cellwright.description.trial_of import trial_of
-from cellwright.description.yaml_source import parse
 from cellwright.errors import DescriptionError, UsageError
 
 TOP_LEVEL = (

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from cellwright.description.figures import ModelFigure, Placement
 from cellwright.description.layout import BIN_CENTRES, BIN_PART_HEIGHT, BIN_WIDTH, PART_TYPES, REFERENCE_FRAMES
 from cellwright.description.options import OptionFigures
-from cellwright.description.problems import Located
-from cellwright.description.python2 import quotient
-from cellwright.description.reader import Reader
-from cellwright.description.tree import Entry, Leaf, Node, Table, shortened
+from cellwright.description.reading.problems import Located
+from cellwright.description.reading.python2 import quotient
+from cellwright.description.reading.reader import Reader
+from cellwright.description.reading.tree import Entry, Leaf, Node, Table, shortened
 from cellwright.errors import did_you_mean
 from cellwright.pose import Vector3
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 
 from cellwright.description.other_years import year_of_option
-from cellwright.description.reader import Reader
-from cellwright.description.tree import Leaf, Node, described
+from cellwright.description.reading.reader import Reader
+from cellwright.description.reading.tree import Leaf, Node, described
 from cellwright.description.trial import Options
 from cellwright.errors import did_you_mean
 

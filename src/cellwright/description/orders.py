@@ -7,8 +7,8 @@ import math
 from cellwright.description.figures import OrderFigure, Placement, order_id
 from cellwright.description.models import MAX_PARTS, PartBook, read_part
 from cellwright.description.other_years import OtherYear
-from cellwright.description.python2 import dictionary_order
-from cellwright.description.tree import Entry, Items, Leaf, Node, described, shortened
+from cellwright.description.reading.python2 import dictionary_order
+from cellwright.description.reading.tree import Entry, Items, Leaf, Node, described, shortened
 from cellwright.errors import did_you_mean
 
 CONDITIONS = ("time", "wanted_parts", "unwanted_parts")

@@ -5,7 +5,7 @@ The years are those in which an entry first appeared; later formats kept many of
 
 from collections.abc import Mapping
 
-from cellwright.description.tree import Items, Scalar, Table
+from cellwright.description.reading.tree import Items, Scalar, Table
 from cellwright.errors import did_you_mean
 
 EARLY = 2016

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from cellwright import plugins
-from cellwright.description.reader import Reader
-from cellwright.description.tree import Items, Leaf, Node, Table, shortened
+from cellwright.description.reading.reader import Reader
+from cellwright.description.reading.tree import Items, Leaf, Node, Table, shortened
 from cellwright.description.trial import PluginDevice
 from cellwright.errors import did_you_mean
+from cellwright.extensions import entry_points as plugins
 
 
 def read_plugin_devices(node: Node | None, reader: Reader) -> tuple[PluginDevice, ...]:

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from cellwright.description.figures import ZERO, Figures, OrderFigure, Placement, kit_type, order_id
-from cellwright.description.python2 import number_text
+from cellwright.description.reading.python2 import number_text
 from cellwright.pose import Vector3
 
 

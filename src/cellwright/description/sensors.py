@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from typing import get_args
 
-from cellwright import plugins
 from cellwright.description.other_years import year_of_sensor
-from cellwright.description.reader import Reader
-from cellwright.description.tree import Entry, Node, shortened
+from cellwright.description.reading.reader import Reader
+from cellwright.description.reading.tree import Entry, Node, shortened
 from cellwright.description.trial import Sensor, SensorType
 from cellwright.errors import did_you_mean
+from cellwright.extensions import entry_points as plugins
 
 ARM_TYPES = ("ur10",)
 SENSOR_TYPES: tuple[str, ...] = get_args(SensorType)

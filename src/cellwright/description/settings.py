@@ -10,8 +10,8 @@ from typing import Any, cast, get_args
 
 from cellwright.description import evaluated
 from cellwright.description.layout import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
-from cellwright.description.reader import Reader
-from cellwright.description.tree import Entry, Leaf, Node, Table, described, shortened
+from cellwright.description.reading.reader import Reader
+from cellwright.description.reading.tree import Entry, Leaf, Node, Table, described, shortened
 from cellwright.description.trial import ArmSettings, CellSettings, JointGains, JointTolerance, ServoProfile
 from cellwright.errors import ExpressionError, did_you_mean
 

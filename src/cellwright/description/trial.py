@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
 
-from cellwright.description.model import Furniture, Model
+from cellwright.description.own_models.model import Furniture, Model
 from cellwright.pose import Pose, Vector3
 
 SensorType: TypeAlias = Literal["break_beam", "proximity_sensor", "logical_camera", "laser_profiler"]

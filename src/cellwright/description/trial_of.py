@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cellwright.description.figures import ZERO, DropFigure, Figures, ModelFigure, OrderFigure, kit_type, order_id
-from cellwright.description.own_models import OwnModels
+from cellwright.description.own_models.section import OwnModels
 from cellwright.description.settings import SettingFigures
 from cellwright.description.trial import (
     BeltPart,

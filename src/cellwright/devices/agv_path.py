@@ -16,7 +16,7 @@ from itertools import pairwise
 from math import hypot
 from typing import Final, TypeAlias
 
-from cellwright.devices.trajectory import Knot, Segment, Trajectory, join
+from cellwright.devices.trajectory.trajectory import Knot, Segment, Trajectory, join
 from cellwright.errors import UsageError
 from cellwright.simulation.clock import NANOSECONDS
 

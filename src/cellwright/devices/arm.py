@@ -9,9 +9,9 @@ import numpy as np
 
 from cellwright.description.layout import ARM_JOINTS
 from cellwright.description.trial import ArmSettings
-from cellwright.devices.joint_trajectory_controller import Following, JointTrajectoryController
-from cellwright.devices.trajectory import JointTrajectory
-from cellwright.devices.trajectory_goal import GoalRequest, TrajectoryGoal
+from cellwright.devices.trajectory.controller import Following, JointTrajectoryController
+from cellwright.devices.trajectory.goal import GoalRequest, TrajectoryGoal
+from cellwright.devices.trajectory.trajectory import JointTrajectory
 from cellwright.simulation.device import Device, State
 from cellwright.simulation.simulation import Simulation
 

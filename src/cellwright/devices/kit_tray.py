@@ -9,8 +9,8 @@ from typing import Any
 
 import mujoco
 
+from cellwright.devices.gripper.weld import engage
 from cellwright.devices.parts import Parts
-from cellwright.devices.weld import engage
 from cellwright.pose import Pose
 from cellwright.simulation.clock import nanoseconds
 from cellwright.simulation.device import Device, State

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from cellwright.cell import Cell
-from cellwright.devices.vacuum_gripper import VacuumGripper
+from cellwright.devices.gripper.vacuum_gripper import VacuumGripper
 from cellwright.kitting.effects import Effect, KitSubmitted, OrderAnnounced, OrderCompleted
 from cellwright.kitting.names import part_type
 

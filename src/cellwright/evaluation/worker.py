@@ -23,7 +23,7 @@ from cellwright.cell import Cell
 from cellwright.description.gear2017 import load_trial
 from cellwright.evaluation.limits import limit_memory
 from cellwright.evaluation.timeline import Timeline
-from cellwright.kitting.evidence_json import evidence_to_json
+from cellwright.kitting.score.evidence_json import evidence_to_json
 from cellwright.recording.run_log import RunLog
 from cellwright.run import RunOptions, run_cell
 from cellwright.variation import vary

@@ -13,7 +13,7 @@ from typing import Any
 
 import yaml
 
-from cellwright.contracts.gear_urdf import robot_description
+from cellwright.contracts.gear.urdf import robot_description
 from cellwright.description.gear2017 import Loaded
 from cellwright.description.resolved import resolved
 from cellwright.description.trial import Sensor

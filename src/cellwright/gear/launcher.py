@@ -8,9 +8,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from cellwright.cell import Cell
-from cellwright.cli.serve_trial import EXIT_ON_COMPLETION, ServeOptions, serve_trial
+from cellwright.cli.serve.trial import EXIT_ON_COMPLETION, ServeOptions, serve_trial
 from cellwright.description.gear2017 import Loaded, load_trial
-from cellwright.description.texts import read_texts
+from cellwright.description.reading.texts import read_texts
 from cellwright.errors import CellwrightError, UsageError
 from cellwright.gear import generated
 from cellwright.gear.arguments import Arguments, parse

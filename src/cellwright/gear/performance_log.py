@@ -16,8 +16,8 @@ from cellwright.kitting.effects import (
     StateChanged,
     TrialEnded,
 )
-from cellwright.kitting.kit_score import KitScore
-from cellwright.kitting.scorer import GameScore, OrderScore
+from cellwright.kitting.score.kit_score import KitScore
+from cellwright.kitting.score.scorer import GameScore, OrderScore
 from cellwright.recording.line_file import LineFile
 from cellwright.simulation.clock import seconds
 

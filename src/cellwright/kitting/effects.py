@@ -7,8 +7,8 @@ from enum import StrEnum
 from typing import TypeAlias
 
 from cellwright.description.trial import Order
-from cellwright.kitting.kit_score import KitScore
-from cellwright.kitting.scorer import GameScore, OrderScore
+from cellwright.kitting.score.kit_score import KitScore
+from cellwright.kitting.score.scorer import GameScore, OrderScore
 
 
 class CompetitionState(StrEnum):

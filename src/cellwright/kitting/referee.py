@@ -29,7 +29,7 @@ from cellwright.kitting.effects import (
     StateChanged,
     TrialEnded,
 )
-from cellwright.kitting.scorer import GameScore, Scorer
+from cellwright.kitting.score.scorer import GameScore, Scorer
 from cellwright.kitting.tray import TrayObject, Trays
 from cellwright.simulation.clock import nanoseconds
 from cellwright.simulation.events import NEVER

@@ -25,10 +25,10 @@ from cellwright.kitting.effects import (
     StateChanged,
     TrialEnded,
 )
-from cellwright.kitting.evidence import Evidence, kit_evidence
-from cellwright.kitting.evidence_json import evidence_to_json, kit_to_json
-from cellwright.kitting.reach import TrialReach, reach
-from cellwright.kitting.trial_score import system_cost
+from cellwright.kitting.score.evidence import Evidence, kit_evidence
+from cellwright.kitting.score.evidence_json import evidence_to_json, kit_to_json
+from cellwright.kitting.score.reach import TrialReach, reach
+from cellwright.kitting.score.trial_score import system_cost
 from cellwright.recording.json_lines import JsonLines
 from cellwright.simulation.clock import seconds
 

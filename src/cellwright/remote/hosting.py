@@ -9,7 +9,7 @@ from functools import partial
 
 from cellwright.cell import Cell
 from cellwright.client.client import Client
-from cellwright.contracts.gear_parameters import parameters
+from cellwright.contracts.gear.parameters import parameters
 from cellwright.errors import RunEndedError
 from cellwright.remote.child import AgentProcess
 from cellwright.remote.working import Parting, Worked

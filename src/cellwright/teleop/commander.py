@@ -13,13 +13,13 @@ import numpy as np
 from cellwright.description.robot.model import RobotModel
 from cellwright.devices.joint_servos import Array, fastest
 from cellwright.simulation.device import Device, State
-from cellwright.teleop.approach import Approach, Numbers
-from cellwright.teleop.counts import Counts
-from cellwright.teleop.driver import Driver
-from cellwright.teleop.gate import Gate
-from cellwright.teleop.notices import Notices
-from cellwright.teleop.safety import SafetySettings
-from cellwright.teleop.watchdog import Watchdog
+from cellwright.teleop.drivers.driver import Driver
+from cellwright.teleop.safety.approach import Approach, Numbers
+from cellwright.teleop.safety.counts import Counts
+from cellwright.teleop.safety.gate import Gate
+from cellwright.teleop.safety.notices import Notices
+from cellwright.teleop.safety.settings import SafetySettings
+from cellwright.teleop.safety.watchdog import Watchdog
 
 _SOURCES = (
     "/io_teleop/joint_cmd",

@@ -15,8 +15,8 @@ from cellwright.messages.build import nanoseconds
 from cellwright.messages.std_srvs import SetBoolRequest, SetBoolResponse, TriggerRequest, TriggerResponse
 from cellwright.teleop.base import Base
 from cellwright.teleop.commander import Commander
-from cellwright.teleop.grippers import GripperRange
-from cellwright.teleop.hands import LEFT, RIGHT, hand_joints
+from cellwright.teleop.hands.grippers import GripperRange
+from cellwright.teleop.hands.joints import LEFT, RIGHT, hand_joints
 from cellwright.teleop.home import Homing
 from cellwright.teleop.joint_targets import statuses, targets
 

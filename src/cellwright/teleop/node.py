@@ -7,26 +7,26 @@ from contextlib import ExitStack
 from fractions import Fraction
 
 from cellwright.bus import Bus
-from cellwright.contracts import io_teleop
+from cellwright.contracts.io_teleop import rows as io_teleop
 from cellwright.description.robot.config import RobotConfig
 from cellwright.devices.joint_servos import JointServos, Motion
 from cellwright.simulation.simulation import Simulation
 from cellwright.teleop.base import Base
 from cellwright.teleop.commander import Commander
 from cellwright.teleop.commands import Commands
-from cellwright.teleop.counts import Counts
-from cellwright.teleop.driver import Driver
-from cellwright.teleop.ee_pose_topics import EePoseTopics
-from cellwright.teleop.ee_poses import EePoses
-from cellwright.teleop.gate import Gate
-from cellwright.teleop.grippers import ranges
+from cellwright.teleop.drivers.driver import Driver
+from cellwright.teleop.drivers.live import LiveDriver, let_go
+from cellwright.teleop.drivers.mirror import Mirror
+from cellwright.teleop.hands.grippers import ranges
+from cellwright.teleop.hands.inverse_kinematics import Caps
+from cellwright.teleop.hands.poses import EePoses
+from cellwright.teleop.hands.topics import EePoseTopics
 from cellwright.teleop.home import Homing
-from cellwright.teleop.inverse_kinematics import Caps
-from cellwright.teleop.live_driver import LiveDriver, let_go
-from cellwright.teleop.mirror import Mirror
-from cellwright.teleop.notices import Notices
 from cellwright.teleop.publications import Publications
-from cellwright.teleop.safety import SafetySettings
+from cellwright.teleop.safety.counts import Counts
+from cellwright.teleop.safety.gate import Gate
+from cellwright.teleop.safety.notices import Notices
+from cellwright.teleop.safety.settings import SafetySettings
 from cellwright.world.robot import TIMESTEP, build_robot
 
 

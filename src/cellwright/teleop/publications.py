@@ -16,8 +16,8 @@ from cellwright.messages.build import joint_state, stamp
 from cellwright.messages.standard import Clock
 from cellwright.simulation.simulation import Simulation
 from cellwright.teleop.commander import Commander
-from cellwright.teleop.driver import Driver
-from cellwright.teleop.grippers import GripperRange
+from cellwright.teleop.drivers.driver import Driver
+from cellwright.teleop.hands.grippers import GripperRange
 from cellwright.teleop.status import StatusTopic
 
 _CLOCK_RANK = -10  # a message never comes before the clock that it is stamped with

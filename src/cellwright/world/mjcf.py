@@ -9,8 +9,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from cellwright.description.model import ModelShape, ModelShapeKind
-from cellwright.description.model_files import ModelFileError
+from cellwright.description.own_models.files import ModelFileError
+from cellwright.description.own_models.model import ModelShape, ModelShapeKind
 from cellwright.pose import Pose
 from cellwright.world.meshes import Mesh
 

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.description.mesh_files import read_mesh
-from cellwright.description.model import Furniture, Model, ModelShape
-from cellwright.description.model_files import ModelFileError
-from cellwright.description.own_models import FARTHEST_REACH
+from cellwright.description.own_models.files import ModelFileError
+from cellwright.description.own_models.meshes import read_mesh
+from cellwright.description.own_models.model import Furniture, Model, ModelShape
+from cellwright.description.own_models.section import FARTHEST_REACH
 from cellwright.description.trial import Trial
 from cellwright.pose import Pose, Vector3
 from cellwright.world import colours

@@ -17,8 +17,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from cellwright.description.model_files import ModelFileError
-from cellwright.description.problems import Place, Problem
+from cellwright.description.own_models.files import ModelFileError
+from cellwright.description.reading.problems import Place, Problem
 from cellwright.description.robot.config import RobotConfig
 from cellwright.description.robot.model import Inertial, Joint, JointType, Link, RobotModel
 from cellwright.description.robot.posture import position_of

@@ -11,8 +11,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.description.mesh_files import is_flat, read_mesh
-from cellwright.description.model import ModelShape
+from cellwright.description.own_models.meshes import is_flat, read_mesh
+from cellwright.description.own_models.model import ModelShape
 from cellwright.pose import IDENTITY_QUATERNION, Pose, Vector3
 from cellwright.world.meshes import Mesh, add_mesh
 

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.description.problems import Place, Problems
-from cellwright.description.reader import Reader
+from cellwright.description.reading.problems import Place, Problems
+from cellwright.description.reading.reader import Reader
+from cellwright.description.reading.tree import Entry, Items, Leaf, Table
 from cellwright.description.robot.base_pose import read_base_pose
 from cellwright.description.robot.config_reader import read_tree
-from cellwright.description.tree import Entry, Items, Leaf, Table
 from cellwright.pose import Pose
 
 HERE = Place(0, "a.yml", 1)

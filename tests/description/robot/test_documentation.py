@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 import yaml
 
+from cellwright.description.reading.texts import MAX_BYTES
 from cellwright.description.robot import config_keys, meshes, urdf, urdf_file
 from cellwright.description.robot.config import RobotConfig
 from cellwright.description.robot.config_reader import read_robot_config
 from cellwright.description.robot.robots import bundled, find_robot, load_robot
-from cellwright.description.texts import MAX_BYTES
 
 PAGE = (Path(__file__).parents[3] / "docs" / "robot-configuration.md").read_text()
 

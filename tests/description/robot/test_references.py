@@ -4,11 +4,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.description.problems import Place, Problems
+from cellwright.description.reading.problems import Place, Problems
+from cellwright.description.reading.tree import Items, Leaf, Scalar
 from cellwright.description.robot.model import RobotModel
 from cellwright.description.robot.references import MOST_LISTED, References, listed, numbered
 from cellwright.description.robot.robots import load_robot
-from cellwright.description.tree import Items, Leaf, Scalar
 from tests.description.robot.small_robot import INDICES, urdf
 
 HERE = Place(0, "a.yml", 7)

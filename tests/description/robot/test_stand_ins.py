@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.description.model import ModelShape
+from cellwright.description.own_models.model import ModelShape
 from cellwright.description.robot.model import Inertial, Joint, JointType, Link
 from cellwright.description.robot.stand_ins import DENSITY, NEAR, Use, with_stand_ins
 from cellwright.pose import Pose, Vector3

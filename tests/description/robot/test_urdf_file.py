@@ -7,7 +7,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from cellwright.description.problems import Problems
+from cellwright.description.reading.problems import Problems
 from cellwright.description.robot.urdf_file import MAX_BYTES, MAX_DEPTH, Element, read_elements
 from cellwright.errors import DescriptionError
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.description.model import ModelShape
+from cellwright.description.own_models.model import ModelShape
 from cellwright.description.robot.model import Inertial, Link
 from cellwright.pose import Pose
 from tests.description.robot.test_urdf import read, refused, robot

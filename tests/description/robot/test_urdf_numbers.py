@@ -2,7 +2,7 @@
 
 import pytest
 
-from cellwright.description.problems import Place, Problems
+from cellwright.description.reading.problems import Place, Problems
 from cellwright.description.robot.urdf_file import Element
 from cellwright.description.robot.urdf_numbers import Numbers
 from cellwright.pose import Pose

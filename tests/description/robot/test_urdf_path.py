@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.description.problems import Problems
-from cellwright.description.reader import Reader
+from cellwright.description.reading.problems import Problems
+from cellwright.description.reading.reader import Reader
 from cellwright.description.robot.config_reader import read_tree
 from cellwright.description.robot.urdf_path import find_urdf
 

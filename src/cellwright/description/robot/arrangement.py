@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from cellwright.description.problems import Problems
+from cellwright.description.reading.problems import Problems
+from cellwright.description.reading.tree import Items, Node, Table
 from cellwright.description.robot.config import Arm, RobotConfig
 from cellwright.description.robot.model import Joint, RobotModel
 from cellwright.description.robot.references import listed, numbered
-from cellwright.description.tree import Items, Node, Table
 
 
 def groups(config: RobotConfig) -> Iterator[tuple[str, tuple[str, ...], tuple[float, ...] | None]]:

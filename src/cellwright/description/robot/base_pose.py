@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from cellwright.description.reader import Reader
+from cellwright.description.reading.reader import Reader
+from cellwright.description.reading.tree import Items, Node, described
 from cellwright.description.robot import config_keys
-from cellwright.description.tree import Items, Node, described
 from cellwright.pose import Pose, normalized
 
 _ROUGH = 0.01  # how far from 1 the length of a quaternion may be before somebody should look: 0.707 is rounding

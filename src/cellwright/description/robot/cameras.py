@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from cellwright.description.reader import Reader
+from cellwright.description.reading.reader import Reader
+from cellwright.description.reading.tree import Items, Leaf, Node, Table, described
 from cellwright.description.robot import config_keys
 from cellwright.description.robot.config import Camera
-from cellwright.description.tree import Items, Leaf, Node, Table, described
 
 
 def read_cameras(node: Node, reader: Reader) -> tuple[Camera, ...]:

@@ -11,8 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cellwright.description.problems import Place, Problems
-from cellwright.description.reader import Reader
+from cellwright.description.reading.problems import Place, Problems
+from cellwright.description.reading.reader import Reader
+from cellwright.description.reading.texts import read_texts
+from cellwright.description.reading.tree import Entry, Items, Leaf, Node, Table, described
+from cellwright.description.reading.yaml_source import parse
 from cellwright.description.robot import config_keys
 from cellwright.description.robot.arrangement import check_arms, check_shared
 from cellwright.description.robot.base_pose import read_base_pose
@@ -23,9 +26,6 @@ from cellwright.description.robot.model import RobotModel
 from cellwright.description.robot.references import References, numbered
 from cellwright.description.robot.urdf import read_urdf
 from cellwright.description.robot.urdf_path import find_urdf
-from cellwright.description.texts import read_texts
-from cellwright.description.tree import Entry, Items, Leaf, Node, Table, described
-from cellwright.description.yaml_source import parse
 from cellwright.errors import DescriptionError, did_you_mean
 
 Warn = Callable[[str], None]

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from cellwright.description.reader import Reader
+from cellwright.description.reading.reader import Reader
+from cellwright.description.reading.tree import Items, Leaf, Node, Table, described
 from cellwright.description.robot import config_keys
 from cellwright.description.robot.config import Arm, Gripper, Posture
 from cellwright.description.robot.model import ROOT, Joint
 from cellwright.description.robot.references import References
-from cellwright.description.tree import Items, Leaf, Node, Table, described
 
 AXES_OF_HEAD = ("roll", "pitch", "yaw")
 _NO_HOME = "; write the positions that the joints go home to [rad; m]"

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from urllib.parse import unquote
 
-from cellwright.description.mesh_files import read_mesh
-from cellwright.description.model_files import ModelFileError
+from cellwright.description.own_models.files import ModelFileError
+from cellwright.description.own_models.meshes import read_mesh
 from cellwright.description.robot.packages import package_folders
 
 MAX_TOTAL_BYTES = 50 << 20

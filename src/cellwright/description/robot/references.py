@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from cellwright.description.problems import Problems
+from cellwright.description.reading.problems import Problems
+from cellwright.description.reading.tree import Items, Leaf, Node, described, shortened
 from cellwright.description.robot.model import ROOT, Joint, RobotModel
-from cellwright.description.tree import Items, Leaf, Node, described, shortened
 from cellwright.errors import did_you_mean
 
 MOST_LISTED = 12

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.resources import files
 from pathlib import Path
 
-from cellwright.description.problems import Place, Problem, Problems
+from cellwright.description.reading.problems import Place, Problem, Problems
 from cellwright.description.robot.config import RobotConfig
 from cellwright.description.robot.config_keys import READ, UNUSED
 from cellwright.description.robot.config_reader import Warn, read_robot_config, read_tree

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable
 from dataclasses import replace
 from enum import Enum
 
-from cellwright.description.model import ModelShape
+from cellwright.description.own_models.model import ModelShape
 from cellwright.description.robot.model import Joint, Link
 from cellwright.pose import Pose, Quaternion, Vector3, normalized
 

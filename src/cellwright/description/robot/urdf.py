@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterable
 from itertools import islice
 from pathlib import Path
 
-from cellwright.description.problems import Problem, Problems
+from cellwright.description.reading.problems import Problem, Problems
+from cellwright.description.reading.tree import shortened
 from cellwright.description.robot.meshes import MeshFinder
 from cellwright.description.robot.model import Joint, Link, RobotModel
 from cellwright.description.robot.stand_ins import Use, with_stand_ins
@@ -14,7 +15,6 @@ from cellwright.description.robot.urdf_file import Element, read_elements, refus
 from cellwright.description.robot.urdf_joints import JointReader
 from cellwright.description.robot.urdf_links import LinkReader
 from cellwright.description.robot.urdf_numbers import Numbers
-from cellwright.description.tree import shortened
 from cellwright.errors import DescriptionError, did_you_mean
 
 MOST_LINKS = 1000

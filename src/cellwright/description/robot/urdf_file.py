@@ -16,7 +16,7 @@ from pathlib import Path
 from xml.parsers import expat
 from xml.sax.saxutils import escape
 
-from cellwright.description.problems import Place, Problem, Problems
+from cellwright.description.reading.problems import Place, Problem, Problems
 from cellwright.description.robot.xacro_file import expand, is_xacro
 from cellwright.errors import DescriptionError
 

@@ -6,10 +6,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+from cellwright.description.reading.tree import shortened
 from cellwright.description.robot.model import DRIVEN, Joint, JointType, Limits, Mimic
 from cellwright.description.robot.urdf_file import Element
 from cellwright.description.robot.urdf_numbers import FARTHEST, Numbers
-from cellwright.description.tree import shortened
 from cellwright.errors import did_you_mean
 from cellwright.pose import Vector3
 

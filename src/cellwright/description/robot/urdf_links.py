@@ -7,13 +7,13 @@ from typing import TypeAlias
 
 import numpy as np
 
-from cellwright.description.model import Colour, ModelShape, ModelShapeKind
+from cellwright.description.own_models.model import Colour, ModelShape, ModelShapeKind
+from cellwright.description.reading.tree import shortened
 from cellwright.description.robot.meshes import MeshFinder
 from cellwright.description.robot.model import Inertial, Link
 from cellwright.description.robot.stand_ins import Use
 from cellwright.description.robot.urdf_file import Element
 from cellwright.description.robot.urdf_numbers import Numbers
-from cellwright.description.tree import shortened
 from cellwright.errors import did_you_mean
 from cellwright.pose import Pose, Vector3
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from cellwright.description.problems import Problems
+from cellwright.description.reading.problems import Problems
+from cellwright.description.reading.tree import shortened
 from cellwright.description.robot.urdf_file import Element
-from cellwright.description.tree import shortened
 from cellwright.pose import Pose, Vector3
 
 FARTHEST = 1e6

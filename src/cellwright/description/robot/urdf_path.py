@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from cellwright.description.reader import Reader
-from cellwright.description.tree import Leaf, Table, described
+from cellwright.description.reading.reader import Reader
+from cellwright.description.reading.tree import Leaf, Table, described
 from cellwright.errors import did_you_mean
 
 _NEARBY = tuple(f"{levels}*.{suffix}" for levels in ("", "*/", "*/*/") for suffix in ("urdf", "xacro"))

@@ -15,9 +15,9 @@ from xml.parsers.expat import ExpatError
 import xacro
 import xacro.substitution_args
 
-from cellwright.description.problems import Place, Problem
+from cellwright.description.reading.problems import Place, Problem
+from cellwright.description.reading.tree import shortened
 from cellwright.description.robot.packages import package_folders
-from cellwright.description.tree import shortened
 from cellwright.errors import DescriptionError
 
 _DECLARATION = re.compile(r"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)

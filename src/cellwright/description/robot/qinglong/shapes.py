@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from itertools import product
 
-from cellwright.description.model import ModelShapeKind
+from cellwright.description.own_models.model import ModelShapeKind
 from cellwright.pose import Pose, Vector3
 
 SHELL, DARK, AZURE, GLASS, RUBBER = "shell", "graphite", "azure", "glass", "rubber"

@@ -1,0 +1,197 @@
+"""`cellwright eval`: a program in many runs, and what they come to."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from cellwright.cli import options
+from cellwright.cli.arguments import OUTPUT, WORK, Vary
+from cellwright.cli.eval.progress import EvalProgress
+from cellwright.cli.eval.table import show
+from cellwright.cli.exit_status import DONE, NOT_DONE
+from cellwright.cli.signals import stopped_by_signals
+from cellwright.description.catalogue import bundled_sensors
+from cellwright.description.gear2017 import load_trial
+from cellwright.errors import UsageError
+from cellwright.evaluation.evaluate import Evaluation
+from cellwright.evaluation.job import EvaluatedTrial, Job, make_jobs, models_digest
+from cellwright.evaluation.junit import junit
+from cellwright.evaluation.limits import MEBIBYTE, MEMORY_IS_LIMITED, Limits
+from cellwright.evaluation.report import report
+from cellwright.evaluation.result import Result
+from cellwright.evaluation.results_file import ResultsFile
+from cellwright.evaluation.summary import Threshold, shortcoming, summary_document
+from cellwright.kitting.score.reach import reach
+
+_MOST_SEEDS, _MOST_JOBS = 100_000, 1024
+_MEMORY = 256.0, 2.0**24  # [MiB]; with less a worker cannot begin
+
+ARM_AND_SENSORS = bundled_sensors()[0]
+"""What a trial of the competition lacks, where each team brought its own."""
+
+_LIMITS = "Limits of each run"
+
+
+def evaluate(
+    trials: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="TRIAL",
+            help="Trials that come with Cellwright, such as `lesson`, and YAML files; each is a trial of its own.",
+            show_default=False,
+        ),
+    ],
+    agent: Annotated[
+        str,
+        typer.Option(
+            metavar="AGENT",
+            help="What works the cells: `kitter`, `lesson`, your `path.py:Class` or `module:Class`.",
+            rich_help_panel=WORK,
+        ),
+    ] = "kitter",
+    joined: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--with",
+            metavar="FILE",
+            help="A file that is joined to each trial, such as one with your arm and sensors; repeatable. "
+            f"Without it a trial that has no arm gets `{ARM_AND_SENSORS}`.",
+            rich_help_panel=WORK,
+        ),
+    ] = None,
+    seeds: Annotated[
+        int, typer.Option(metavar="N", help="Each trial runs with the seeds 1 to N.", rich_help_panel=WORK)
+    ] = 1,
+    vary: Vary = False,
+    jobs: Annotated[
+        int | None,
+        typer.Option(metavar="J", help="Runs at a time; as many as processors when left out.", rich_help_panel=WORK),
+    ] = None,
+    time_limit: Annotated[
+        float,
+        typer.Option(metavar="T", help="Time on the wall clock [s].", rich_help_panel=_LIMITS),
+    ] = 600.0,
+    memory_limit: Annotated[float, typer.Option(metavar="M", help="Memory [MiB].", rich_help_panel=_LIMITS)] = 2048.0,
+    min_score: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SCORE",
+            help="Exit with status 1 when a run is below: points, or `75%` of what is within reach.",
+            rich_help_panel=OUTPUT,
+        ),
+    ] = None,
+    out: Annotated[
+        Path, typer.Option(metavar="FOLDER", help="Where results, logs and reports go.", rich_help_panel=OUTPUT)
+    ] = Path("evaluation"),
+    as_json: Annotated[
+        bool,
+        typer.Option("--json", metavar="", help="Print the summary as JSON on stdout.", rich_help_panel=OUTPUT),
+    ] = False,
+) -> None:
+    """Judge a program in many runs, each in a process of its own.
+
+    Results are in FOLDER/results.jsonl as soon as they are there; the same command again goes on where it was stopped.
+    At the end FOLDER has report.html for people, junit.xml and summary.json for CI.
+
+        # the bundled agent in five cells that differ a little
+        cellwright eval lesson final01 --vary --seeds 5
+
+        # your program in CI: status 1 if a run has less than 75 % of the points
+        cellwright eval trial.yaml --agent my_robot.py:MyRobot --min-score 75%
+
+    Exit status: 0 every run is done, and not below --min-score; 1 some are not; 2 bad input, and nothing was started.
+    """
+    least = None if min_score is None else _threshold(min_score)
+    limits = Limits(
+        _within("--time-limit", time_limit, 0.1, options.LATEST),
+        round(_within("--memory-limit", memory_limit, *_MEMORY) * MEBIBYTE),
+    )
+    numbers = range(1, int(_within("--seeds", seeds, 1, _MOST_SEEDS)) + 1)
+    workers = int(_within("--jobs", os.cpu_count() or 1 if jobs is None else jobs, 1, _MOST_JOBS))
+    wanted = make_jobs(_trials(trials, joined or []), agent, numbers, vary=vary)
+    console = Console(stderr=as_json, highlight=False)
+    if not MEMORY_IS_LIMITED:
+        console.print("note: on this system the memory of a run is not limited")
+    try:
+        store = ResultsFile(out)
+    except OSError as error:
+        options.refuse(f"--out {out}: cannot be written to: {error.strerror}")
+    with store:
+        results, interrupted = _work(wanted, store, limits, workers, console)
+    short = [shortcoming(result, least) for result in results]
+    status = NOT_DONE if interrupted or any(short) else DONE
+    document = json.dumps(summary_document(results, least, status), indent=2)
+    (out / "summary.json").write_text(document + "\n", encoding="utf-8")
+    (out / "junit.xml").write_bytes(junit(results, least))
+    (out / "report.html").write_text(report(results, least), encoding="utf-8")
+    show(console, results, least)
+    if interrupted:
+        console.print(f"interrupted: {len(wanted) - len(results)} runs are left; the same command goes on with them")
+    console.print(f"report      {out / 'report.html'}", markup=False, soft_wrap=True)
+    if as_json:
+        typer.echo(document)
+    raise typer.Exit(status)
+
+
+def _work(
+    jobs: Sequence[Job], store: ResultsFile, limits: Limits, workers: int, console: Console
+) -> tuple[list[Result], bool]:
+    """The results of the jobs that have one, in the jobs' order; and whether it was interrupted."""
+    interrupted = False
+    with EvalProgress(console, jobs) as progress:
+        evaluation = Evaluation(
+            store, limits=limits, workers=workers, on_result=progress.take, on_look=progress.show_running
+        )
+        known = [store.results[job.key] for job in jobs if evaluation.is_settled(job)]
+        progress.begin(known, store.path.parent)
+        if len(known) < len(jobs):
+            problem = evaluation.check_agent(jobs[0].agent)
+            if problem:
+                options.refuse(problem)
+            with stopped_by_signals(evaluation.stop):
+                interrupted = not evaluation.run(jobs)
+    return [store.results[job.key] for job in jobs if evaluation.is_settled(job)], interrupted
+
+
+def _trials(names: Sequence[str], joined: Sequence[str]) -> list[EvaluatedTrial]:
+    """The trials, read once: what is wrong with them is told before anything starts."""
+    found = []
+    for name in dict.fromkeys(names):
+        has_arm = load_trial(options.paths([name])).trial.has_arm
+        parts = [name, *(joined or ([] if has_arm else [ARM_AND_SENSORS]))]
+        trial = options.load(parts)
+        found.append((name, parts, trial, reach(trial)))
+    how_often = Counter(trial.name for _, _, trial, _ in found)
+    return [
+        EvaluatedTrial(
+            trial.name if how_often[trial.name] == 1 else name,
+            tuple(path.resolve() for path in options.paths(parts)),
+            could.total,
+            could.maximum,
+            trial.time_limit,
+            models_digest(trial),
+            tuple(parts),
+        )
+        for name, parts, trial, could in found
+    ]
+
+
+def _threshold(text: str) -> Threshold:
+    try:
+        return Threshold.read(text)
+    except UsageError as error:
+        options.refuse(f"--min-score {error}")
+
+
+def _within(option: str, value: float, least: float, most: float) -> float:
+    if not least <= value <= most:
+        options.refuse(f"{option} {value:g}: give a number from {least:g} to {most:g}")
+    return value

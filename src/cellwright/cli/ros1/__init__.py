@@ -1,0 +1,1 @@
+"""`cellwright ros1-env` and `cellwright ros1-workspace`."""

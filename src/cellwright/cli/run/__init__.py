@@ -1,0 +1,1 @@
+"""`cellwright run`, and what a run looks like to people and programs."""

@@ -1,0 +1,138 @@
+"""`cellwright serve`: a cell for programs in other processes."""
+
+from __future__ import annotations
+
+import os
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cellwright import variation
+from cellwright.cli import options
+from cellwright.cli.arguments import END, OUTPUT, WORK, Development, Files, Log, Seed, Servo, Until, Vary
+from cellwright.cli.serve.trial import EXIT_ON_COMPLETION, ServeOptions, serve_trial
+from cellwright.description.trial import Trial
+from cellwright.server import DEFAULT_PORT
+from cellwright.server.server import LOOPBACK
+
+_REACH = "Where it is reached"
+
+
+def serve(
+    files: Files,
+    speed: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FACTOR",
+            help="Simulated seconds a second, or `max`; 1 when left out, and `max` in lockstep.",
+            rich_help_panel=WORK,
+        ),
+    ] = None,
+    lockstep: Annotated[
+        bool,
+        typer.Option("--lockstep", metavar="", help="Let time pass only when a guest asks.", rich_help_panel=WORK),
+    ] = False,
+    servo: Servo = None,
+    seed: Seed = None,
+    vary: Vary = False,
+    development: Development = False,
+    until: Until = None,
+    exit_on_completion: Annotated[
+        bool,
+        typer.Option(
+            "--exit-on-completion",
+            metavar="",
+            help=f"Stop when the competition is done; also with {EXIT_ON_COMPLETION} set.",
+            rich_help_panel=END,
+        ),
+    ] = False,
+    host: Annotated[str, typer.Option(metavar="HOST", help="Address to listen at.", rich_help_panel=_REACH)] = LOOPBACK,
+    port: Annotated[
+        int, typer.Option(metavar="N", help="Port to listen at; 0 takes a free one.", rich_help_panel=_REACH)
+    ] = DEFAULT_PORT,
+    ros1: Annotated[
+        bool,
+        typer.Option(
+            "--ros1",
+            metavar="",
+            help="Be the simulator of ROS 1 programs too, at the master that ROS_MASTER_URI names.",
+            rich_help_panel=_REACH,
+        ),
+    ] = False,
+    as_json: Annotated[
+        bool,
+        typer.Option(
+            "--json",
+            metavar="",
+            help="Print the result as JSON at the end, and nothing else on stdout.",
+            rich_help_panel=OUTPUT,
+        ),
+    ] = False,
+    log: Log = None,
+    picture: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.png",
+            help="Write a picture of the cell at the end, unless it is stopped with the competition not done.",
+            rich_help_panel=OUTPUT,
+        ),
+    ] = None,
+    view: Annotated[
+        str,
+        typer.Option(
+            metavar="VIEW",
+            help="Where it is taken from: overview, bins, belt, agv1, agv2.",
+            rich_help_panel=OUTPUT,
+        ),
+    ] = "overview",
+    verbose: Annotated[
+        bool,
+        typer.Option(
+            "--verbose", "-v", metavar="", help="Say also how time kept to the wall clock.", rich_help_panel=OUTPUT
+        ),
+    ] = False,
+) -> None:
+    """Run a trial for programs in other processes, until Ctrl-C; then print its score.
+
+    Programs connect over a socket; what happens is a line each.
+
+        # the lesson's cell, in real time
+        cellwright serve lesson
+
+        # time passes only when a program asks for it: the same result on any host
+        cellwright serve lesson --lockstep
+
+        # then, in another terminal: your program works that cell
+        cellwright run --connect 127.0.0.1:11399 --agent my_robot.py:MyRobot
+
+        # the same cell for programs of ROS 1, with a master if there is none
+        cellwright serve lesson --ros1
+
+    Exit status: 0 stopped, by whatever was asked for; 1 the simulation became unstable, or the picture could not be
+    written; 2 bad input, and nothing was started.
+    """
+    wanted = ServeOptions(
+        speed=options.speed(("max" if lockstep else "1") if speed is None else speed),
+        lockstep=lockstep,
+        servo=servo,
+        seed=options.seed(seed),
+        competition=not development,
+        until=options.until(until),
+        ends_when_done=exit_on_completion or EXIT_ON_COMPLETION in os.environ,
+        host=host,
+        port=port,
+        ros1=ros1,
+        as_json=as_json,
+        log=options.log_file(log),
+        picture=options.picture_file(picture),
+        camera=options.camera(view),
+        verbose=verbose,
+    )
+    raise typer.Exit(serve_trial(partial(_trial, files, seed, is_varied=vary), wanted))
+
+
+def _trial(files: list[str], seed: int | None, *, is_varied: bool) -> Trial:
+    trial, root = options.load(files), options.seed(seed)
+    return variation.vary(trial, trial.settings.seed if root is None else root) if is_varied else trial

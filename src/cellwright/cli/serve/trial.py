@@ -1,0 +1,180 @@
+"""Serving a trial from the command line: the cell, its server, its ROS 1 side, and what is said of it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import typer
+from rich.console import Console
+
+from cellwright.cell import Cell
+from cellwright.cli import options
+from cellwright.cli.exit_status import DONE, NOT_DONE
+from cellwright.cli.run import document, score_table
+from cellwright.cli.run.pictures import Pictures
+from cellwright.cli.run.progress import RunProgress, bar
+from cellwright.cli.serve.result import offer_result
+from cellwright.cli.signals import Stop, stopped_by_signals
+from cellwright.contracts.gear.parameters import parameters
+from cellwright.description.trial import Trial
+from cellwright.recording.run_log import RunLog
+from cellwright.ros1_host import Ros1
+from cellwright.run import Outcome, RunOptions
+from cellwright.server import DEFAULT_PORT, Server
+from cellwright.server.server import LOOPBACK
+from cellwright.serving import Hooks, Pace, Serving
+from cellwright.viewer.camera import Camera
+from cellwright.viewer.views import VIEWS
+
+EXIT_ON_COMPLETION = "ARIAC_EXIT_ON_COMPLETION"
+"""Environment variable of the original: with any value the simulator ends when the competition does."""
+
+
+@dataclass(frozen=True)
+class ServeOptions:
+    """What serving a trial may be told.
+
+    Attributes:
+        speed: simulated seconds a wall second; None: as fast as it goes.
+        lockstep: let time pass only when a guest asks.
+        servo: servos of the arm; None: as the trial says.
+        seed: root of all chance; None: the trial's own.
+        competition: refuse what a competition refuses.
+        until: stop at this simulation time [s]; None: when somebody stops it.
+        ends_when_done: stop when the competition is done.
+        host: address to listen at.
+        port: port to listen at; 0 takes a free one.
+        ros1: be the simulator of ROS 1 programs too.
+        as_json: print the result as JSON, and nothing else on stdout.
+        log: file for what happens.
+        picture: file for a picture of the cell at the end; none when it is stopped before the competition is done.
+        camera: where that is taken from.
+        verbose: say also how time kept to the wall clock.
+    """
+
+    speed: float | None = 1.0
+    lockstep: bool = False
+    servo: str | None = None
+    seed: int | None = None
+    competition: bool = True
+    until: float | None = None
+    ends_when_done: bool = False
+    host: str = LOOPBACK
+    port: int = DEFAULT_PORT
+    ros1: bool = False
+    as_json: bool = False
+    log: Path | None = None
+    picture: Path | None = None
+    camera: Camera = VIEWS["overview"]
+    verbose: bool = False
+
+
+def serve_trial(
+    load: Callable[[], Trial], wanted: ServeOptions, on_cell: Callable[[Cell], None] = lambda _cell: None
+) -> int:
+    """Serve a trial until it is over or a signal ends it, and print what came of it.
+
+    Args:
+        load: gives the trial.
+        wanted: how.
+        on_cell: called with the cell before its time passes.
+
+    Returns:
+        The exit status.
+    """
+    console = Console(stderr=wanted.as_json, highlight=False)
+    is_stopped = Stop()
+    with stopped_by_signals(is_stopped.stop), ExitStack() as to_close:
+        trial = load()
+        warn = partial(console.print, markup=False, soft_wrap=True, style="yellow")
+        ros = to_close.enter_context(Ros1(warn, lambda: is_stopped.has_come)) if wanted.ros1 else None
+        if ros is not None:
+            ros.prepare()
+        cell = Cell(
+            trial,
+            seed=wanted.seed,
+            servo=options.servo(wanted.servo),
+            competition=wanted.competition,
+            report=warn,
+        )
+        on_cell(cell)
+        progress = RunProgress(console, cell, until=wanted.until)
+        report = partial(progress.line, style="yellow")
+        if ros is not None:
+            ros.report = report
+        server = Server(cell, host=wanted.host, port=wanted.port, lockstep=wanted.lockstep, report=report)
+        if not server.is_local:
+            typer.echo(f"warning: {wanted.host}: anybody who reaches this machine can drive the cell", err=True)
+        hooks = Hooks(
+            on_ready=lambda: _begin(console, cell, server, wanted.speed, ros),
+            on_poll=_nothing if ros is None else ros.poll,
+        )
+        serving = Serving(cell, server, speed=wanted.speed, hooks=hooks)
+        offer_result(serving)
+        is_stopped.follow(serving.stop)
+        kept = None if wanted.log is None else RunLog(wanted.log, about={"agent": "served"}, report=_warn)
+        with progress.running():
+            run = RunOptions(until=wanted.until, ends_when_done=wanted.ends_when_done, log=kept)
+            result = serving.run(run)
+    status = NOT_DONE if result.outcome is Outcome.UNSTABLE else DONE
+    if result.error:
+        typer.echo(result.error, err=True, nl=False)
+    pace = serving.pace
+    if not wanted.as_json:
+        score_table.show(console, result)
+        if wanted.verbose and pace is not None:
+            score_table.note(console, "pace", pace_text(pace))
+    pictures = Pictures(wanted.camera, [], _warn)
+    # After the score, since it takes a while; not for somebody who wants it to end now, with the work undone.
+    if wanted.picture is not None and (result.outcome is Outcome.DONE or not is_stopped.has_come):
+        with bar(console, f"drawing {wanted.picture}", 1.0) as tell:
+            pictures.take(wanted.picture, cell, tell)
+    if pictures.missed:
+        status = NOT_DONE
+    if wanted.as_json:
+        about = document.of_run(cell, "served", result, status, pictures.written) | {"pace": document.of_pace(pace)}
+        typer.echo(json.dumps(about, indent=2))
+    else:
+        for written in pictures.written:
+            score_table.note(console, "picture", written)
+    return status
+
+
+def _begin(console: Console, cell: Cell, server: Server, speed: float | None, ros: Ros1 | None) -> None:
+    """Have ROS know the cell, if it is to; then say that it is ready."""
+    if ros is None:
+        _ready(console, cell, server, speed)
+    elif ros.join(server.address, parameters(cell.trial, competition=cell.in_competition), server.wait):
+        _ready(console, cell, server, speed, f", ROS 1 at {ros.master.uri}")
+
+
+def _ready(console: Console, cell: Cell, server: Server, speed: float | None, more: str = "") -> None:
+    console.print(ready(cell.trial.name, server, speed) + more, markup=False, soft_wrap=True)
+
+
+def ready(name: str, server: Server, speed: float | None) -> str:
+    """The line that says that something is served, where, and how its time passes."""
+    host, port = server.address
+    if server.lockstep:
+        pace = "lockstep"
+    else:
+        pace = "as fast as it goes" if speed is None else "real time" if speed == 1.0 else f"{speed:g} x real time"
+    return f"ready: {name} at {host}:{port}, {pace}"
+
+
+def _nothing() -> None:
+    pass
+
+
+def pace_text(pace: Pace) -> str:
+    """How time kept to the wall clock, in words."""
+    return f"{pace.factor:.4f} x real time, latest tick {pace.worst_lateness * 1e3:.1f} ms late"
+
+
+def _warn(line: str) -> None:
+    typer.echo(f"warning: {line}", err=True)

@@ -1,0 +1,130 @@
+"""A check of a robot's motion as people read it, in 80 columns, and as JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from cellwright.cli.exit_status import DONE, NOT_DONE
+from cellwright.cli.teleop.node import Load, TeleopOptions
+from cellwright.cli.teleop.sight import Sight
+from cellwright.errors import UsageError
+from cellwright.teleop.checks.check import check_motion
+from cellwright.teleop.checks.findings import Finding, MotionReport
+from cellwright.teleop.checks.reference import RANGE, TIME
+from cellwright.teleop.safety.settings import SafetySettings
+
+_PERCENT = (
+    f"%: of a step's way, a sine's swing, a gripper's travel\n"
+    f"   steps and sines may be off by {100 * RANGE:g} %, or be {1e3 * TIME:.0f} ms early or late"
+)
+
+
+def run_motion_check(load: Load, wanted: TeleopOptions) -> int:
+    """Check how a robot moves, and print what was found.
+
+    Args:
+        load: gives the robot.
+        wanted: how its node would run: motion, steps of physics and self-collision count here.
+
+    Returns:
+        The exit status: 0 when all is well, else 1.
+
+    Raises:
+        UsageError: the recorded motion cannot be read, or what is wanted is for a node that goes on running.
+    """
+    _refuse_what_runs(wanted)
+    config = load(_warn)
+    report = check_motion(config, wanted.motion, timestep=wanted.timestep, self_collision=wanted.self_collision)
+    if wanted.as_json:
+        typer.echo(json.dumps(document(report), indent=2))
+    else:
+        show(Console(highlight=False), report)
+    return DONE if report.passed else NOT_DONE
+
+
+def _refuse_what_runs(wanted: TeleopOptions) -> None:
+    meant = {
+        "--until": wanted.until is not None,
+        "--lockstep": wanted.lockstep,
+        "--sim-time": wanted.sim_time,
+        "--speed": wanted.speed != 1.0,
+        "--driver": wanted.driver is not None,
+        "--ros1": wanted.ros1,
+        "--gui, --init-debug and --snapshot": wanted.sight != Sight(),
+        "the options of safety": wanted.safety != SafetySettings(),
+    }
+    for name, is_given in meant.items():
+        if is_given:
+            raise UsageError(f"--check: leave out {name}, meant for a node that goes on running")
+
+
+def show(console: Console, report: MotionReport) -> None:
+    """Print a row for each finding, and what they come to."""
+    against = (
+        f"against its recorded motion, {Path(report.reference).name}"
+        if report.reference
+        else "joint by joint: it has no recorded motion"
+    )
+    console.print(f"{report.robot} in its node, {against}", markup=False, soft_wrap=True)
+    console.print()
+    console.print(table(report))
+    if report.reference:
+        console.print(_PERCENT, markup=False)
+    for finding in report.findings:
+        if finding.note and finding.passed:
+            console.print(f"  {finding.what}: {finding.note}", markup=False, soft_wrap=True)
+    good = sum(finding.passed for finding in report.findings)
+    console.print()
+    console.print(f"passed      {good} of {len(report.findings)}", markup=False)
+
+
+def table(report: MotionReport) -> Table:
+    """A row for each finding."""
+    found = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
+    found.add_column("looked at", overflow="fold")
+    for heading in ("worst", "limit"):
+        found.add_column(heading, justify="right", no_wrap=True)
+    found.add_column("where", overflow="fold")
+    found.add_column("", no_wrap=True)
+    for finding in report.findings:
+        verdict = Text("ok", style="green") if finding.passed else Text("FAILS", style="bold red")
+        found.add_row(Text(finding.what), _figure(finding), _limit(finding), Text(finding.where), verdict)
+    return found
+
+
+def document(report: MotionReport) -> dict[str, Any]:
+    """The report as JSON values; a figure that does not exist is null."""
+    findings = [asdict(finding) for finding in report.findings]
+    for finding in findings:
+        if not math.isfinite(finding["worst"]):
+            finding["worst"] = None
+    return {
+        "robot": report.robot,
+        "reference": report.reference or None,
+        "passed": report.passed,
+        "findings": findings,
+    }
+
+
+def _figure(finding: Finding) -> str:
+    if not math.isfinite(finding.worst):
+        return "-"
+    return f"{finding.worst:.0f}" if finding.unit == "differ" else f"{finding.worst:.2f}"
+
+
+def _limit(finding: Finding) -> str:
+    return f"{finding.limit:.3g} {finding.unit}"
+
+
+def _warn(line: str) -> None:
+    typer.echo(f"warning: {line}", err=True)

@@ -1,0 +1,234 @@
+"""Running a robot's controller node from the command line: the node, its server, and what is said of it."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass, field
+from fractions import Fraction
+from functools import partial
+from typing import Any
+
+import typer
+from rich.console import Console
+
+from cellwright.cli.exit_status import DONE, NOT_DONE
+from cellwright.cli.run import score_table
+from cellwright.cli.serve.trial import pace_text, ready
+from cellwright.cli.signals import Stop, stopped_by_signals
+from cellwright.cli.teleop.progress import NodeProgress
+from cellwright.cli.teleop.ros1 import RosSide
+from cellwright.cli.teleop.sight import Sight
+from cellwright.contracts.io_teleop import rows as io_teleop
+from cellwright.description.robot.config import RobotConfig
+from cellwright.devices.joint_servos import Motion
+from cellwright.errors import SimulationError, UsageError
+from cellwright.ros1_host.identity import robot
+from cellwright.run import versions
+from cellwright.server import DEFAULT_PORT, Server
+from cellwright.server.server import LOOPBACK
+from cellwright.server.timekeeper import Timekeeper
+from cellwright.serving import Pace
+from cellwright.simulation.clock import nanoseconds
+from cellwright.simulation.events import NEVER
+from cellwright.teleop.drivers.driver import Driver
+from cellwright.teleop.node import RobotNode
+from cellwright.teleop.safety.settings import SafetySettings
+from cellwright.world.robot import TIMESTEP
+
+Load = Callable[[Callable[[str], None]], RobotConfig]
+"""Gives the robot; takes what is told of warnings."""
+
+MakeDriver = Callable[[RobotConfig], Driver]
+"""Makes what moves a robot."""
+
+
+@dataclass(frozen=True)
+class TeleopOptions:
+    """What running a robot's node may be told.
+
+    Attributes:
+        motion: how targets are reached.
+        timestep: length of a step of physics [s].
+        self_collision: whether links may touch each other.
+        safety: what is guarded against.
+        sim_time: tell simulation time on /clock, and stamp messages with it.
+        speed: simulated seconds a wall second; None: as fast as it goes.
+        lockstep: let time pass only when a guest asks.
+        until: stop at this simulation time [s]; None: when somebody stops it.
+        host: address to listen at.
+        port: port to listen at; 0 takes a free one.
+        ros1: be a node of ROS 1 too.
+        node: its name there.
+        driver: makes what moves the robot in place of the simulation.
+        sight: what somebody wants to see.
+        as_json: print the summary as JSON, and nothing else on stdout.
+        verbose: say also how time kept to the wall clock.
+    """
+
+    motion: Motion = Motion.SERVO
+    timestep: Fraction = TIMESTEP
+    self_collision: bool = False
+    safety: SafetySettings = field(default_factory=SafetySettings)
+    sim_time: bool = False
+    speed: float | None = 1.0
+    lockstep: bool = False
+    until: float | None = None
+    host: str = LOOPBACK
+    port: int = DEFAULT_PORT
+    ros1: bool = False
+    node: str = io_teleop.NODE
+    driver: MakeDriver | None = None
+    sight: Sight = field(default_factory=Sight)
+    as_json: bool = False
+    verbose: bool = False
+
+
+@dataclass
+class _Ran:
+    """What came of a node."""
+
+    outcome: str = "stopped"
+    error: str = ""
+    wall: float = 0.0
+    pace: Pace | None = field(default=None)
+
+
+def run_node(load: Load, wanted: TeleopOptions) -> int:
+    """Run a robot's node until a signal ends it or its time is over, and print what came of it.
+
+    Args:
+        load: gives the robot.
+        wanted: how.
+
+    Returns:
+        The exit status.
+    """
+    console = Console(stderr=wanted.as_json, highlight=False)
+    is_stopped = Stop()
+    tell: Callable[[str], None] = _warn
+    identity = robot(wanted.node, sim_time=wanted.sim_time)
+    with stopped_by_signals(is_stopped.stop), ExitStack() as to_close:
+        config = load(_warn)
+        ros = RosSide.made(identity, lambda line: tell(line), lambda: is_stopped.has_come, wanted=wanted.ros1)
+        to_close.enter_context(ros.running)
+        ros.prepare()
+        node = RobotNode(
+            config,
+            motion=wanted.motion,
+            timestep=wanted.timestep,
+            self_collision=wanted.self_collision,
+            safety=wanted.safety,
+            node=identity.node,
+            sim_time=wanted.sim_time,
+            stamp=time.time_ns,
+            report=lambda line: tell(line),
+            driver=None if wanted.driver is None else wanted.driver(config),
+        )
+        to_close.callback(node.close)  # a driver is let go of whatever comes
+        server = Server(
+            node, host=wanted.host, port=wanted.port, lockstep=wanted.lockstep, report=lambda line: tell(line)
+        )
+        if not server.is_local:
+            _warn(f"{wanted.host}: anybody who reaches this machine can drive the robot")
+        in_ros = ros.join(config, server)
+        to_close.enter_context(wanted.sight.shown(node, server))  # before the clock starts: it takes a moment
+
+        def poll() -> None:
+            progress.update()
+            ros.poll()
+
+        keeper = Timekeeper(node, server, speed=wanted.speed, on_poll=poll)
+        progress = NodeProgress(
+            console, node, until=wanted.until, factor=lambda: None if keeper.pacer is None else keeper.pacer.factor
+        )
+        tell = progress.line
+        is_stopped.follow(partial(setattr, keeper, "is_stopped", True))
+        with progress.running():
+            if not is_stopped.has_come:
+                console.print(
+                    ready(node.name, server, wanted.speed) + in_ros + _off(node), markup=False, soft_wrap=True
+                )
+            ran = _run(node, server, keeper, wanted)
+    if not wanted.as_json:
+        _show(console, node, wanted, ran)
+    try:
+        wanted.sight.save(node, console)  # after the summary, since it takes a while
+    except UsageError as error:
+        ran.error = ran.error or str(error)
+    else:
+        if wanted.sight.snapshot is not None and not wanted.as_json:
+            score_table.note(console, "picture", str(wanted.sight.snapshot))
+    status = NOT_DONE if ran.error else DONE
+    if ran.error:
+        typer.echo(f"error: {ran.error}", err=True)
+    if wanted.as_json:
+        typer.echo(json.dumps(_document(node, wanted, ran, status), indent=2))
+    return status
+
+
+def _run(node: RobotNode, server: Server, keeper: Timekeeper, wanted: TeleopOptions) -> _Ran:
+    """Let time pass until it is over; the node and its server are closed then."""
+    ran, begun = _Ran(), time.perf_counter()
+    end = NEVER if wanted.until is None else nanoseconds(wanted.until)
+    try:
+        keeper.run(lambda: end, lambda: "the node has stopped")
+        if not keeper.is_stopped:
+            ran.outcome = "until"
+    except SimulationError as error:
+        ran.outcome, ran.error = "unstable", str(error)
+    finally:
+        ran.wall = time.perf_counter() - begun
+        node.close()
+        server.close("the node has stopped")
+    if keeper.pacer is not None and not wanted.lockstep:
+        ran.pace = Pace(keeper.pacer.factor, keeper.pacer.worst)
+    node.bus.refusals.flush()
+    return ran
+
+
+def _show(console: Console, node: RobotNode, wanted: TeleopOptions, ran: _Ran) -> None:
+    counts = node.counts
+    console.print()
+    note = partial(score_table.note, console)
+    note("commands", f"{counts.taken} taken, {node.refused} refused, {counts.ignored} ignored")
+    for source, count in sorted(node.bus.refusals.counts.items()):
+        note(f"refused {count}", source)
+    note("simulated" if wanted.driver is None else "ran", f"{node.simulation.time:.1f} s in {ran.wall:.1f} s")
+    if ran.pace is not None:
+        note("pace", pace_text(ran.pace))
+    if wanted.verbose:
+        note("state hash", node.simulation.state_hash())
+        note("versions", ", ".join(f"{name} {version}" for name, version in versions().items()))
+
+
+def _off(node: RobotNode) -> str:
+    """What the ready line says of a node that takes no commands yet."""
+    return "" if node.commander.is_enabled else ", takes no commands until /io_teleop/set_enabled says so"
+
+
+def _document(node: RobotNode, wanted: TeleopOptions, ran: _Ran, status: int) -> dict[str, Any]:
+    """The summary as JSON values; times in s."""
+    return {
+        "robot": node.name,
+        "motion": wanted.motion.value,
+        "timestep": float(wanted.timestep),
+        "outcome": ran.outcome,
+        "exit_status": status,
+        "error": ran.error,
+        "simulated": node.simulation.time,
+        "wall": ran.wall,
+        "steps": node.simulation.clock.tick,
+        "state_hash": node.simulation.state_hash(),
+        "commands": {"taken": node.counts.taken, "refused": node.refused, "ignored": node.counts.ignored},
+        "refused": dict(node.bus.refusals.counts),
+        "unknown_names": list(node.commander.notices.unknown),
+        "pace": None if ran.pace is None else asdict(ran.pace),
+        "versions": versions(),
+    }
+
+
+def _warn(line: str) -> None:
+    typer.echo(f"warning: {line}", err=True)

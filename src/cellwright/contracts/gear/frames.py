@@ -1,0 +1,86 @@
+"""The tree of frames of the kit-building cell, as its topics /tf and /tf_static carry it."""
+
+from __future__ import annotations
+
+import math
+
+from cellwright.contracts.gear.devices import GearDevices
+from cellwright.description.trial import Trial
+from cellwright.devices.sensors.logical_camera import Frame
+from cellwright.pose import Pose
+from cellwright.simulation.simulation import Simulation
+from cellwright.world.frames import AGV_HOMES, BELT_FRAME, BIN_CENTRES, load_point
+
+MOVING_LINKS = (
+    ("linear_arm_actuator", "base_link"),
+    ("base_link", "shoulder_link"),
+    ("shoulder_link", "upper_arm_link"),
+    ("upper_arm_link", "forearm_link"),
+    ("forearm_link", "wrist_1_link"),
+    ("wrist_1_link", "wrist_2_link"),
+    ("wrist_2_link", "wrist_3_link"),
+)
+"""Parent and child link of each joint that moves."""
+
+BIN_FRAME_HEIGHT = 0.72
+BIN_FRAME_YAW = 1.5708
+
+_FLANGE = Pose((0.0, 0.0922, 0.0))  # UR10, d6
+
+LINK_FRAMES = (
+    Frame("base_link", "base", Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, -math.pi))),
+    Frame("wrist_3_link", "ee_link", _FLANGE @ Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, math.pi / 2))),
+    Frame("wrist_3_link", "tool0", _FLANGE @ Pose.from_rpy((0.0, 0.0, 0.0), (-math.pi / 2, 0.0, 0.0))),
+)
+"""Frames without a body that are fixed to a link of the arm."""
+
+
+def static_frames(trial: Trial) -> list[Frame]:
+    """Frames that never move: bins, load points, belt, sensors, and what is fixed to a link of the arm."""
+    frames = [
+        Frame("world", f"{name}_frame", Pose.from_rpy((x, y, BIN_FRAME_HEIGHT), (0.0, 0.0, BIN_FRAME_YAW)))
+        for name, (x, y) in BIN_CENTRES.items()
+    ]
+    frames += [Frame("world", f"{agv}_load_point_frame", load_point(agv)) for agv in AGV_HOMES]
+    frames.append(Frame("world", "belt_frame", BELT_FRAME))
+    # The original left out sensors by their names, not by their type: a camera's frame came from the camera itself.
+    frames += [
+        Frame("world", f"{sensor.name}_frame", sensor.pose)
+        for sensor in trial.sensors
+        if not sensor.name.startswith("logical_camera")
+    ]
+    return frames
+
+
+def fixed_arm_frames(simulation: Simulation) -> list[Frame]:
+    """Frames that are fixed to a link of the arm or to the world."""
+    return [
+        Frame("world", "linear_arm_actuator", relative(simulation, "world", "linear_arm_actuator")),
+        *LINK_FRAMES,
+        Frame("wrist_3_link", "vacuum_gripper_link", relative(simulation, "wrist_3_link", "vacuum_gripper_link")),
+    ]
+
+
+def arm_frames(simulation: Simulation) -> list[Frame]:
+    """Where the arm's moving links are now, each in its parent's frame."""
+    return [Frame(parent, child, relative(simulation, parent, child)) for parent, child in MOVING_LINKS]
+
+
+def relative(simulation: Simulation, parent: str, child: str) -> Pose:
+    """parent_T_child of two bodies, as of this tick."""
+    simulation.refresh()
+    return body_pose(simulation, parent).inverse() @ body_pose(simulation, child)
+
+
+def body_pose(simulation: Simulation, name: str) -> Pose:
+    """world_T_body, as of the last refresh."""
+    body = simulation.model.body(name).id
+    x, y, z = simulation.data.xpos[body].tolist()
+    qw, qx, qy, qz = simulation.data.xquat[body].tolist()
+    return Pose((x, y, z), (qw, qx, qy, qz))
+
+
+def all_static_frames(devices: GearDevices) -> list[Frame]:
+    """Every frame of /tf_static."""
+    arm = fixed_arm_frames(devices.simulation) if devices.arm is not None else []
+    return [*static_frames(devices.trial), *arm]

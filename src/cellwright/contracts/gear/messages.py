@@ -1,0 +1,115 @@
+"""Devices' readings as messages of the 2017 contract."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cellwright.description.trial import Order
+from cellwright.devices.sensors import laser_profiler, proximity
+from cellwright.devices.sensors.break_beam import BEAM_LENGTH, BEAM_START, BeamReading
+from cellwright.devices.sensors.laser_profiler import ProfileReading
+from cellwright.devices.sensors.logical_camera import CameraReading, Frame
+from cellwright.devices.sensors.proximity import ProximityReading
+from cellwright.devices.trajectory.controller import Following
+from cellwright.kitting.tray import TrayObject
+from cellwright.messages.build import header, pose_message, single, singles, trajectory_point, transform_stamped
+from cellwright.messages.control_msgs import JointTrajectoryControllerState
+from cellwright.messages.osrf_gear import (
+    DetectedObject,
+    Kit,
+    KitObject,
+    LogicalCameraImage,
+    Model,
+    Proximity,
+    TrayContents,
+)
+from cellwright.messages.osrf_gear import Order as OrderMessage
+from cellwright.messages.standard import LaserScan, Range, TFMessage
+
+ULTRASOUND = 0
+"""sensor_msgs/Range.radiation_type of the proximity sensor."""
+
+FIELD_OF_VIEW = 0.125
+"""sensor_msgs/Range.field_of_view of the proximity sensor [rad]."""
+
+
+def order_message(order: Order) -> OrderMessage:
+    """An order as it is announced."""
+    return OrderMessage(
+        order.order_id,
+        [
+            Kit(kit.kit_type, [KitObject(each.type, pose_message(each.pose)) for each in kit.objects])
+            for kit in order.kits
+        ],
+    )
+
+
+def tray_message(tray_id: str, objects: Sequence[TrayObject]) -> TrayContents:
+    """What a tray holds."""
+    return TrayContents(
+        tray_id, [DetectedObject(each.type, each.is_faulty, pose_message(each.tray_T_object)) for each in objects]
+    )
+
+
+def beam_message(reading: BeamReading, frame: str) -> Proximity:
+    """A break beam's reading. The ranges are those of the ray, seen from the sensor's pose."""
+    return Proximity(
+        header(frame, reading.time_ns), reading.detected, single(BEAM_START), single(BEAM_START + BEAM_LENGTH)
+    )
+
+
+def range_message(reading: ProximityReading, frame: str) -> Range:
+    """A proximity sensor's reading."""
+    return Range(
+        header(frame, reading.time_ns),
+        ULTRASOUND,
+        single(FIELD_OF_VIEW),
+        single(proximity.MIN_RANGE),
+        single(proximity.MAX_RANGE),
+        single(reading.range),
+        0.0,
+    )
+
+
+def scan_message(reading: ProfileReading, frame: str) -> LaserScan:
+    """A laser profiler's reading."""
+    first, last = -laser_profiler.HALF_ANGLE, laser_profiler.HALF_ANGLE
+    return LaserScan(
+        header=header(frame, reading.time_ns),
+        angle_min=single(first),
+        angle_max=single(last),
+        angle_increment=single((last - first) / (laser_profiler.RAY_COUNT - 1)),
+        time_increment=0.0,
+        scan_time=0.0,
+        range_min=single(laser_profiler.MIN_RANGE),
+        range_max=single(laser_profiler.MAX_RANGE),
+        ranges=singles(reading.ranges),
+        intensities=singles(np.zeros(laser_profiler.RAY_COUNT)),
+    )
+
+
+def image_message(reading: CameraReading) -> LogicalCameraImage:
+    """A logical camera's picture: model poses in the camera frame, the camera's own in the world frame."""
+    return LogicalCameraImage(
+        [Model(each.type, pose_message(each.camera_T_model)) for each in reading.detections],
+        pose_message(reading.world_T_camera),
+    )
+
+
+def frames_message(frames: Sequence[Frame], time: int) -> TFMessage:
+    """Coordinate frames at a time [ns]."""
+    return TFMessage([transform_stamped(each.parent, each.child, each.pose, time) for each in frames])
+
+
+def controller_state_message(names: Sequence[str], following: Following, time: int) -> JointTrajectoryControllerState:
+    """What the arm's controller wants and what the joints do."""
+    desired = following.desired
+    return JointTrajectoryControllerState(
+        header("", time),
+        list(names),
+        trajectory_point(desired.positions, desired.velocities, desired.accelerations),
+        trajectory_point(following.actual_positions, following.actual_velocities),
+        trajectory_point(following.error_positions, following.error_velocities),
+    )

@@ -1,0 +1,1 @@
+"""Part types and furniture of somebody's own, from YAML and from model files."""

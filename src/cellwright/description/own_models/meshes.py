@@ -1,0 +1,111 @@
+"""Reads meshes: STL (binary or text) and the triangles of Wavefront OBJ."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cellwright.description.own_models.files import MAX_ASSET_BYTES, ModelFileError
+
+Triangles: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int64]]
+"""Vertices, shape (n, 3), in the file's units, and triangles as numbers of vertices, shape (m, 3)."""
+
+MAX_TRIANGLES = 200_000
+"""Most triangles of a mesh, as in the engine."""
+FARTHEST_VERTEX = 1e9
+"""Largest coordinate, in the file's units: what lies beyond is a broken file."""
+
+_FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+_HEADER = 84
+
+
+def read_mesh(path: Path) -> Triangles:
+    """The mesh in a file.
+
+    Raises:
+        ModelFileError: there is none that can be used.
+    """
+    readers = {".stl": _stl, ".obj": _obj}
+    reader = readers.get(path.suffix.lower())
+    if reader is None:
+        raise ModelFileError(f"{path}: meshes are read from .stl and .obj files")
+    try:
+        if path.stat().st_size > MAX_ASSET_BYTES:
+            raise ModelFileError(f"{path}: larger than {MAX_ASSET_BYTES >> 20} MiB")
+        content = path.read_bytes()
+    except FileNotFoundError:
+        raise ModelFileError(f"{path}: there is no such file") from None
+    except OSError as error:
+        raise ModelFileError(f"{path}: cannot be read: {error.strerror}") from None
+    try:
+        vertices, triangles = reader(content)
+    except (ValueError, IndexError, OverflowError):
+        raise ModelFileError(f"{path}: no valid {path.suffix[1:].upper()} file") from None
+    _check(path, vertices, triangles)
+    return vertices, triangles
+
+
+def is_flat(vertices: NDArray[np.float64]) -> bool:
+    """Whether vertices [m], shape (n, 3), lie in a plane, as far as a cell can tell: within 10 um."""
+    spread = np.linalg.svd(vertices - vertices.mean(axis=0), compute_uv=False)
+    return len(vertices) < 4 or bool(spread[-1] < 1e-5 * np.sqrt(len(vertices)))
+
+
+def _check(path: Path, vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> None:
+    if not len(triangles):
+        raise ModelFileError(f"{path}: no triangles in it")
+    if len(triangles) > MAX_TRIANGLES:
+        raise ModelFileError(f"{path}: {len(triangles)} triangles; at most {MAX_TRIANGLES} are read")
+    if triangles.min() < 0 or triangles.max() >= len(vertices):
+        raise ModelFileError(f"{path}: a triangle with a corner that does not exist")
+    if not np.isfinite(vertices).all():
+        raise ModelFileError(f"{path}: a coordinate that is no finite number")
+    if np.abs(vertices).max() > FARTHEST_VERTEX:
+        raise ModelFileError(f"{path}: a coordinate beyond {FARTHEST_VERTEX:g}")
+
+
+def _stl(content: bytes) -> Triangles:
+    count = int.from_bytes(content[80:_HEADER], "little")
+    if len(content) == _HEADER + count * _FACET.itemsize:
+        corners = np.frombuffer(content, _FACET, count, _HEADER)["corners"].astype(np.float64)
+    else:
+        words = [line.split() for line in content.decode("ascii").splitlines()]
+        rows = [_vertex(line) for line in words if line and line[0] == "vertex"]
+        corners = np.array(rows, np.float64).reshape(-1, 3, 3)
+    return _merged(corners.reshape(-1, 3))
+
+
+def _merged(corners: NDArray[np.float64]) -> Triangles:
+    """Corners (3 m, 3), three by three, as triangles of vertices of which no two are the same."""
+    order = np.lexsort(corners.T[::-1])
+    in_order = corners[order]
+    is_new = np.ones(len(order), bool)
+    is_new[1:] = (in_order[1:] != in_order[:-1]).any(axis=1)
+    numbers = np.empty(len(order), np.int64)
+    numbers[order] = np.cumsum(is_new) - 1
+    return in_order[is_new], numbers.reshape(-1, 3)
+
+
+def _obj(content: bytes) -> Triangles:
+    vertices: list[list[float]] = []
+    triangles: list[tuple[int, int, int]] = []
+    for line in content.decode("utf-8").splitlines():
+        words = line.split()
+        if words[:1] == ["v"]:
+            vertices.append(_vertex(words))
+        elif words[:1] == ["f"]:
+            numbers = [int(word.partition("/")[0]) for word in words[1:]]
+            corners = [number - 1 if number > 0 else len(vertices) + number for number in numbers]
+            triangles += [(corners[0], corners[k], corners[k + 1]) for k in range(1, len(corners) - 1)]
+    return np.array(vertices, np.float64).reshape(-1, 3), np.array(triangles, np.int64).reshape(-1, 3)
+
+
+def _vertex(words: list[str]) -> list[float]:
+    """The three numbers behind the first word of a line; more are colours and weights."""
+    numbers = [float(word) for word in words[1:4]]
+    if len(numbers) != 3:
+        raise ValueError(f"a vertex of {len(numbers)} numbers")
+    return numbers

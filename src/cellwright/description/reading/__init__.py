@@ -1,0 +1,1 @@
+"""Text made safe: files as trees that know their lines, expressions, and problems told with their place."""

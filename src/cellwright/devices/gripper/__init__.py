@@ -1,0 +1,1 @@
+"""The vacuum gripper: what it sees, holds and lets go."""

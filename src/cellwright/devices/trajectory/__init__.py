@@ -1,0 +1,1 @@
+"""The arm's controller: goals, interpolation and tolerances."""

@@ -1,0 +1,23 @@
+"""One run from start to result."""
+
+from cellwright.run.course import DRIVE, Course, how_it_ended, wait_for_kits
+from cellwright.run.options import RunOptions
+from cellwright.run.result import Outcome, RunResult, versions
+from cellwright.run.run import GRACE, conduct, run_cell
+from cellwright.run.working import let_work, told
+
+__all__ = [
+    "DRIVE",
+    "GRACE",
+    "Course",
+    "Outcome",
+    "RunOptions",
+    "RunResult",
+    "conduct",
+    "how_it_ended",
+    "let_work",
+    "run_cell",
+    "told",
+    "versions",
+    "wait_for_kits",
+]

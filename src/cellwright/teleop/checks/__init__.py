@@ -1,0 +1,1 @@
+"""Checks of how a robot moves and of what a driver promises."""

@@ -1,0 +1,1 @@
+"""What stands between the node and a robot."""

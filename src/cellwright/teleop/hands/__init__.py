@@ -1,0 +1,1 @@
+"""Hands and grippers: poses of the tips, and the joints that open and close."""

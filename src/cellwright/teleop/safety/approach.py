@@ -1,0 +1,184 @@
+"""The way of targets from what was asked for to what is applied: limits, speeds, first jumps, offsets. Pure logic."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cellwright.devices.joint_servos import FARTHEST, Array
+from cellwright.errors import RejectedCommandError
+from cellwright.teleop.safety.settings import Guard, SafetySettings
+
+NOBODY = -1
+
+_WORTH_TELLING = 1e-3  # [rad; m]: limits and targets are written with few digits
+
+Numbers = NDArray[np.intp]
+Flags = NDArray[np.bool_]
+
+
+class Approach:
+    """Targets of all joints, in the order of their indices.
+
+    A joint follows one source of commands at a time, from its first command until it is held or another source
+    commands it. A hold leaves it wary: what comes next is approached slowly, until it has been caught up with.
+
+    Args:
+        joints: names of the joints.
+        lower, upper: their limits [rad; m]; infinite where there are none.
+        speeds: the URDF's limits of speed [rad/s; m/s].
+        safety: what is guarded against.
+
+    Attributes:
+        desired: where commands want the joints [rad; m], within limits.
+        applied: what they are given [rad; m].
+        source: the number of the source that each joint follows; NOBODY where it follows none.
+    """
+
+    def __init__(
+        self, joints: tuple[str, ...], lower: Array, upper: Array, speeds: Array, safety: SafetySettings
+    ) -> None:
+        count = len(joints)
+        self._joints = joints
+        self.lower, self.upper = np.maximum(lower, -FARTHEST), np.minimum(upper, FARTHEST)
+        self._speeds = safety.speeds(joints, speeds)
+        self._slow = np.minimum(np.minimum(self._speeds, speeds), safety.resume_speed)
+        self._safety = safety
+        self._has_limits = bool(np.isfinite(self._speeds).any())
+        self.desired, self.applied = np.zeros(count), np.zeros(count)
+        self.source = np.full(count, NOBODY)
+        self._wary, self._slowly = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
+        self._offsets = np.zeros(count)
+        self._is_under_way = False
+        self._is_untouched = True  # nothing has been asked for since the beginning
+
+    # ---------------------------------------------------------------- commands
+
+    def begin(self, positions: Array) -> None:
+        """Stand at positions [rad; m], with nothing commanded yet."""
+        self.desired, self.applied = positions.copy(), positions.copy()
+        self.source[:] = NOBODY
+        self._wary[:] = self._slowly[:] = False
+        self._offsets[:] = 0.0
+        self._is_under_way = False
+        self._is_untouched = True
+
+    def stand(self, positions: Array) -> None:
+        """Stand at positions [rad; m], unless something has been asked for: a robot that nothing holds may sink."""
+        if self._is_untouched:
+            self.desired = np.clip(positions, self.lower, self.upper)
+            self.applied = self.desired.copy()
+
+    def hold(self, positions: Array, joints: Numbers | slice = slice(None)) -> None:
+        """Hold joints at positions [rad; m] of all joints: what was asked for is forgotten."""
+        within = np.clip(positions, self.lower, self.upper)
+        self.desired[joints] = self.applied[joints] = within[joints]
+        self._is_under_way, self._is_untouched = True, False
+        self.source[joints] = NOBODY
+        self._slowly[joints] = False
+        self._wary[joints] = True
+
+    def release(self) -> None:
+        """Let the next command of each joint be its first one; where the joints go now stays as it is."""
+        self.source[:] = NOBODY
+        self._wary[:] = False
+
+    def lead(self, joints: Numbers, positions: Array) -> None:
+        """Have joints go to positions [rad; m] by the node's own wish: past guard and clutch, within limits."""
+        self.source[joints] = NOBODY
+        self.desired[joints] = np.clip(positions, self.lower[joints], self.upper[joints])
+        self._is_under_way, self._is_untouched = True, False
+        self._wary[joints] = self._slowly[joints] = False
+
+    def follow(
+        self, source: int, joints: Numbers, targets: Array, measured: Callable[[], Array], *, guarded: bool = True
+    ) -> Numbers:
+        """Have joints go to targets [rad; m].
+
+        Args:
+            source: whose targets they are.
+            joints: which, by number.
+            targets: one for each.
+            measured: tells where all joints stand [rad; m].
+            guarded: whether they are positions of a stream, which start guard and clutch are meant for.
+
+        Returns:
+            Those of the joints whose targets were beyond their limits.
+
+        Raises:
+            RejectedCommandError: the start guard refuses a first target; nothing was changed then.
+        """
+        first = self.source[joints] != source
+        is_jump = first & False
+        if guarded and self._safety.clutch:
+            self._offsets[joints] = np.where(first, self.applied[joints] - targets, self._offsets[joints])
+            targets = targets + self._offsets[joints]
+        elif guarded and self._safety.start_guard is not None and first.any():
+            is_jump = self._jumps(joints, np.abs(targets - measured()[joints]), first, self._safety.start_guard)
+        within = np.clip(targets, self.lower[joints], self.upper[joints])
+        self._slowly[joints] |= (first & self._wary[joints]) | is_jump
+        self._wary[joints] = False
+        self.source[joints] = source
+        self.desired[joints] = within
+        self._is_under_way, self._is_untouched = True, False
+        beyond: Numbers = joints[np.abs(targets - within) > _WORTH_TELLING]
+        return beyond
+
+    def _jumps(self, joints: Numbers, far: Array, first: Flags, limit: float) -> Flags:
+        """Which first targets are farther away than the start guard allows.
+
+        Raises:
+            RejectedCommandError: there are some, and they are to be refused.
+        """
+        is_jump: Flags = first & (far > limit)
+        if is_jump.any() and self._safety.guard is Guard.REFUSE:
+            worst = int(np.argmax(np.where(is_jump, far, 0.0)))
+            raise RejectedCommandError(
+                f"{self._joints[joints[worst]]} would jump by {far[worst]:.2g} at the start (the guard allows "
+                f"{limit:g}): begin nearer to where the robot stands, or reset it"
+            )
+        return is_jump
+
+    # ---------------------------------------------------------------- time
+
+    def advance(self, seconds: float) -> bool:
+        """Bring what is applied nearer to what is desired, as far as `seconds` allow; whether it changed."""
+        if not self._is_under_way:
+            return False
+        if self._has_limits or self._slowly.any():
+            reach = np.where(self._slowly, self._slow, self._speeds) * seconds
+            error = self.desired - self.applied
+            is_there = np.abs(error) <= reach
+            self.applied = np.where(is_there, self.desired, self.applied + np.clip(error, -reach, reach))
+            self._slowly &= ~is_there
+            self._is_under_way = not is_there.all()
+        else:
+            self.applied = self.desired.copy()
+            self._is_under_way = False
+        return True
+
+    # ---------------------------------------------------------------- state
+
+    def get_state(self) -> dict[str, Any]:
+        """All of it, as JSON values."""
+        arrays = {name: getattr(self, attribute).tolist() for name, attribute in _ARRAYS.items()}
+        return arrays | {"under way": self._is_under_way, "untouched": self._is_untouched}
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Take over what `get_state` returned."""
+        for name, attribute in _ARRAYS.items():
+            setattr(self, attribute, np.array(state[name], dtype=getattr(self, attribute).dtype))
+        self._is_under_way, self._is_untouched = state["under way"], state["untouched"]
+
+
+_ARRAYS = {
+    "desired": "desired",
+    "applied": "applied",
+    "source": "source",
+    "wary": "_wary",
+    "slowly": "_slowly",
+    "offsets": "_offsets",
+}

@@ -1,0 +1,138 @@
+"""`cellwright eval`, from its arguments to its files."""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from rich.console import Console
+
+from cellwright.cli.eval.progress import EvalProgress
+from cellwright.cli.eval.table import show
+from cellwright.cli.main import main
+from cellwright.evaluation.evaluate import Running
+from cellwright.evaluation.job import EvaluatedTrial, make_jobs
+from cellwright.evaluation.summary import Threshold
+from tests.cli.conftest import CommandLine
+from tests.evaluation.programs import PROGRAMS, TRIAL
+from tests.evaluation.results import CRASHED, LOST, result
+
+
+@pytest.fixture
+def tiny(cellwright: CommandLine) -> CommandLine:
+    Path("tiny.yaml").write_text(TRIAL)
+    Path("programs.py").write_text(PROGRAMS)
+    Path("sensors.yaml").write_text("sensors: {beam: {type: break_beam, pose: {xyz: [1, 2, 1]}}}\n")
+    return cellwright
+
+
+def test_a_program_that_is_good(tiny: CommandLine) -> None:
+    ran = tiny("eval", "tiny.yaml", "--agent", "programs.py:Deliver", "--min-score", "100%", "--jobs", "1")
+    assert (ran.status, ran.err) == (0, "")
+    assert "[1/1] tiny seed 1: 6 of 6 points, done, " in ran.out
+    assert "passed      1 of 1 runs" in ran.out
+    folder = Path("evaluation")
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "junit.xml",
+        "logs",
+        "report.html",
+        "results.jsonl",
+        "summary.json",
+    ]
+    assert ElementTree.fromstring((folder / "junit.xml").read_bytes()).get("failures") == "0"
+    assert json.loads((folder / "summary.json").read_text())["exit_status"] == 0
+    assert "tiny seed 1" in (folder / "report.html").read_text(encoding="utf-8")
+    again = tiny("eval", "tiny.yaml", "--agent", "programs.py:Deliver", "--min-score", "7", "--jobs", "1", "--json")
+    assert again.status == 1
+    assert "1 of them have a result from before" in again.err
+    document = json.loads(again.out)
+    assert document["results"][0]["shortcoming"] == "6 of 6 points, but 7 points were asked for"
+    assert ElementTree.fromstring((folder / "junit.xml").read_bytes()).get("failures") == "1"
+
+
+def test_a_program_that_crashes_in_one_trial_of_two(tiny: CommandLine) -> None:
+    Path("other.yaml").write_text("arm: {type: ur10}\ntime_limit: 1\n")
+    ran = tiny("eval", "tiny.yaml", "other.yaml", "--with", "sensors.yaml", "--agent", "programs.py:Crash", "--json")
+    assert ran.status == 1
+    assert [each["trial"] for each in json.loads(ran.out)["results"]] == ["tiny", "other"]
+    assert "tiny seed 1: LookupError" in ran.err
+
+
+def test_a_trial_without_an_arm_gets_one(tiny: CommandLine) -> None:
+    look = "print(client.sensor('logical_camera_belt').wait(1.0) is not None)"
+    Path("looks.py").write_text(f"class Looks:\n    def run(self, client):\n        {look}\n")
+    assert tiny("eval", "tiny.yaml", "--agent", "looks.py:Looks").status == 1
+    (log,) = Path("evaluation", "logs").glob("tiny-*.log")
+    assert log.read_text() == "True\n"
+    assert tiny("eval", "tiny.yaml", "--agent", "looks.py:Looks", "--with", "sensors.yaml", "--out", "b").status == 1
+    (log,) = Path("b", "logs").glob("tiny-*.log")
+    assert log.read_text() == "False\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["no.yaml"], "no.yaml: there is no such file"),
+        (["nothing"], "unknown trial 'nothing'"),
+        (["tiny.yaml", "--agent", "programs.py:Nobody"], "unknown class 'Nobody'"),
+        (["tiny.yaml", "--agent", "programs.py:CannotBeMade"], "cannot be made: OSError: no map found"),
+        (["tiny.yaml", "--min-score", "much"], "--min-score much: give points"),
+        (["tiny.yaml", "--time-limit", "0"], "--time-limit 0: give a number from 0.1"),
+        (["tiny.yaml", "--memory-limit", "nan"], "--memory-limit nan: give a number from 256"),
+        (["tiny.yaml", "--seeds", "0"], "--seeds 0: give a number from 1"),
+        (["tiny.yaml", "--jobs", "0"], "--jobs 0: give a number from 1"),
+        (["tiny.yaml", "--out", "tiny.yaml"], "--out tiny.yaml: cannot be written to"),
+        ([], "Missing argument"),
+    ],
+)
+def test_bad_input_starts_nothing(arguments: list[str], said: str, tiny: CommandLine) -> None:
+    ran = tiny("eval", *arguments)
+    assert ran.status == 2
+    assert said in ran.err
+    assert "[1/1]" not in ran.out
+
+
+def test_trials_of_one_name_are_told_apart(tiny: CommandLine) -> None:
+    for folder in ("a", "b"):
+        Path(folder).mkdir()
+        Path(folder, "tiny.yaml").write_text(f"time_limit: {ord(folder)}\n")
+    ran = tiny("eval", "a/tiny.yaml", "b/tiny.yaml", "a/tiny.yaml", "--agent", "programs.py:GiveUp", "--json")
+    assert [each["trial"] for each in json.loads(ran.out)["trials"]] == ["a/tiny.yaml", "b/tiny.yaml"]
+
+
+def test_the_table_fits_and_tells_the_worst(capsys: pytest.CaptureFixture[str]) -> None:
+    many = [result(1.0, seed=seed) for seed in range(10, 20)]
+    show(Console(width=80), [result(), CRASHED, LOST, *many], Threshold.read("50%"))
+    out = capsys.readouterr().out
+    lines = out.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert lines.index("  tiny seed 3: still at work after 5 s") < lines.index("  tiny seed 10: " + BELOW)
+    assert "  and 2 more" in lines
+    assert "passed      1 of 13 runs" in lines
+
+
+BELOW = "1 of 12 points, but 50 % of the points were asked for"
+
+
+def test_on_a_terminal_a_table_moves(tmp_path: Path) -> None:
+    (tmp_path / "tiny.yaml").write_text(TRIAL)
+    trial = EvaluatedTrial("tiny", (tmp_path / "tiny.yaml",), 12.0, 12.0, 500.0)
+    endless = EvaluatedTrial("endless", (tmp_path / "tiny.yaml",), 12.0, 12.0, -1.0)
+    jobs = make_jobs([trial], "lesson", [1, 2, 3], vary=False)
+    other = make_jobs([endless], "lesson", [4], vary=False)
+    screen = io.StringIO()
+    console = Console(file=screen, force_terminal=True, width=80, height=40, highlight=False, _environ={})
+    with EvalProgress(console, [*jobs, *other]) as progress:
+        progress.begin([result()], tmp_path)
+        progress.show_running([Running(jobs[2], 3.0, 42.0, 5.0), Running(other[0], 3.0, 7.0, 1.0)])
+        progress.take(LOST)
+    text = screen.getvalue()
+    for words in ("1 of them have a result", "[2/4] tiny seed 3", "2/3", "0/1", "42 of 500 s", "7 s", "5 points"):
+        assert words in text, words
+
+
+def test_help_names_every_status() -> None:
+    assert main(["eval", "--help"]) == 0

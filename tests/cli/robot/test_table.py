@@ -1,0 +1,66 @@
+"""The table of a robot in terminals of any width: names stay whole, figures are left out before that."""
+
+from io import StringIO
+
+import pytest
+from rich.console import Console
+
+from cellwright.cli.robot import table as robot_table
+from cellwright.description.robot.config import RobotConfig
+from cellwright.description.robot.robots import load_robot
+
+
+@pytest.fixture(scope="module")
+def tandem() -> RobotConfig:
+    return load_robot("tandem", lambda _line: None)
+
+
+def shown(config: RobotConfig, width: int, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    file = StringIO()
+    monkeypatch.setattr(robot_table, "_console", lambda: Console(file=file, width=width, highlight=False))
+    robot_table.show(config)
+    return file.getvalue().splitlines()
+
+
+def test_a_wide_terminal_shows_all(tandem: RobotConfig, monkeypatch: pytest.MonkeyPatch) -> None:
+    lines = shown(tandem, 120, monkeypatch)
+    assert lines[2].split() == [
+        "#",
+        "joint",
+        "type",
+        "link",
+        "on",
+        "lower",
+        "upper",
+        "effort",
+        "speed",
+        "group",
+        "home",
+    ]
+    assert len(lines[4].split()) == 11
+    assert not any(line.startswith("left out") for line in lines)
+
+
+def test_at_100_columns_names_are_whole(tandem: RobotConfig, monkeypatch: pytest.MonkeyPatch) -> None:
+    lines = shown(tandem, 100, monkeypatch)
+    assert lines[2].split() == ["#", "joint", "type", "link", "on", "lower", "upper", "group", "home"]
+    assert [line.split()[1] for line in lines[4:25]] == [joint.name for joint in tandem.robot.joints]
+    assert max(map(len, lines[2:25])) <= 100
+    assert "left out    effort and speed, for which a terminal needs 108 columns, or `| cat`" in lines
+
+
+@pytest.mark.parametrize("width", [40, 60, 80])
+def test_narrower_ones_fold_names_and_cut_nothing(
+    width: int, tandem: RobotConfig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lines = shown(tandem, width, monkeypatch)
+    table = lines[2 : lines.index("", 3)]
+    assert "…" not in "".join(table)
+    if width >= 60:
+        assert max(map(len, table)) <= width
+
+
+def test_a_robot_of_one_link(tandem: RobotConfig, monkeypatch: pytest.MonkeyPatch) -> None:
+    single = tandem.robot.__class__("post", "base", {"base": tandem.robot.links["base"]}, ())
+    lines = shown(RobotConfig(single, "post", tandem.path, tandem.urdf_path), 80, monkeypatch)
+    assert lines[0] == "post: 0 joints, 0 of them driven; root link base (-1)"

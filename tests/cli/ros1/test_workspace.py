@@ -1,0 +1,58 @@
+"""`cellwright ros1-workspace`: what it lays out, and what it needs. That it builds: tests/ros1/test_catkin.py."""
+
+from pathlib import Path
+
+import pytest
+
+from cellwright.cli.ros1 import workspace as ros1_workspace
+from cellwright.ros1.system import RosSystem
+from tests.cli.conftest import CommandLine
+from tests.ros1.fake_system import fake_system
+
+__all__ = ["fake_system"]
+
+
+@pytest.fixture(autouse=True)
+def system(fake_system: RosSystem, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ros1_workspace, "find_system", lambda: fake_system)
+
+
+def test_sources_alone(cellwright: CommandLine, tmp_path: Path) -> None:
+    ran = cellwright("ros1-workspace", "ws", "--no-build")
+    assert (ran.status, ran.out, ran.err) == (0, "laid out ws/src/ariac\n", "")
+    assert (tmp_path / "ws" / "src" / "ariac" / "osrf_gear" / "msg" / "Order.msg").is_file()
+    assert not (tmp_path / "ws" / "build").exists()
+
+
+def test_what_is_missing_is_said_before_anything_is_written(cellwright: CommandLine, tmp_path: Path) -> None:
+    ran = cellwright("ros1-workspace", "ws")
+    assert ran.status == 2
+    assert ran.err.startswith("error: catkin cannot build here, for want of actionlib_msgs, catkin, ")
+    assert "apt-get install catkin " in ran.err
+    assert len(ran.err.splitlines()) == 1
+    assert not (tmp_path / "ws").exists()
+
+
+def test_a_file_is_no_workspace(cellwright: CommandLine, tmp_path: Path) -> None:
+    (tmp_path / "ws").touch()
+    ran = cellwright("ros1-workspace", "ws", "--no-build")
+    assert (ran.status, ran.err) == (2, "error: ws: is no folder\n")
+
+
+def test_a_build_that_fails_ends_with_what_was_said(
+    cellwright: CommandLine, fake_system: RosSystem, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("cellwright.ros1.workspace.missing", lambda _ros: [])
+    make = tmp_path / "bin" / "catkin_make"
+    make.parent.mkdir()
+    make.write_text("#!/bin/sh\npwd\necho it does not work >&2\nexit 3\n")
+    make.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{make.parent}:/usr/bin:/bin")
+    ran = cellwright("ros1-workspace", "ws")
+    assert ran.status == 2
+    assert ran.out == "laid out ws/src/ariac\n"
+    assert ran.err.splitlines() == [
+        "error: catkin_make failed:",
+        f"error: {tmp_path}/ws",
+        "error: it does not work",
+    ]

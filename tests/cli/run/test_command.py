@@ -1,0 +1,176 @@
+"""`cellwright run`: outcomes, exit statuses, output, pictures."""
+
+import json
+import re
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from cellwright.viewer.picture import save_picture
+from tests.cli.conftest import CommandLine
+
+UNTIL = ("--agent", "none", "--until", "0.1", "--no-picture")
+
+
+@pytest.mark.parametrize(
+    ("agent", "more", "status", "outcome"),
+    [
+        ("Ends", (), 0, "done"),
+        ("ExitsWell", (), 0, "done"),
+        ("Ends", ("--min-score", "0"), 0, "done"),
+        ("Ends", ("--min-score", "1"), 1, "done"),
+        ("GivesUp", (), 1, "gave_up"),
+        ("Crashes", (), 1, "crashed"),
+        ("Exits", (), 1, "crashed"),
+        ("Waits", ("--until", "0.2"), 1, "until"),
+        ("none", ("--until", "0.2"), 0, "until"),
+    ],
+)
+def test_exit_status(
+    agent: str, more: tuple[str, ...], status: int, outcome: str, cellwright: CommandLine, agents: str
+) -> None:
+    name = agent if agent == "none" else f"{agents}:{agent}"
+    ran = cellwright("run", "lesson", "--agent", name, "--no-picture", "--json", *more)
+    document = json.loads(ran.out)  # whatever the agent prints
+    assert (ran.status, document["exit_status"], document["outcome"]) == (status, status, outcome)
+
+
+def test_time_limit(cellwright: CommandLine, agents: str, tmp_path: Path) -> None:
+    lesson = "options: {insert_agvs: true}\ntime_limit: 0.2\norders: {order_0: {announcement_condition: time, "
+    (tmp_path / "short.yaml").write_text(
+        lesson + "announcement_condition_value: 0, parts: {part_0: {type: gear_part, pose: {}}}}}\n"
+    )
+    ran = cellwright("run", "short.yaml", "--agent", f"{agents}:Waits", "--no-picture")
+    assert ran.status == 1
+    assert "outcome     time limit\n" in ran.out
+
+
+def test_an_agent_that_crashes_is_shown_where(cellwright: CommandLine, agents: str) -> None:
+    ran = cellwright("run", "lesson", "--agent", f"{agents}:Crashes", "--no-picture")
+    assert "agents.py" in ran.err
+    assert ran.err.endswith("ValueError: no idea\n")
+    assert "cellwright/run.py" not in ran.err
+    assert "outcome     the agent crashed\n" in ran.out
+    assert "the agent exited with 3" in cellwright("run", "lesson", "--agent", f"{agents}:Exits", "--no-picture").err
+
+
+def test_what_everybody_wants_to_know_is_printed(cellwright: CommandLine, agents: str) -> None:
+    ran = cellwright("run", "lesson", "--agent", f"{agents}:Ends", "--no-picture", "--seed", "7", "--min-score", "1")
+    assert ran.err == ""
+    for pattern in (
+        r"^trial lesson, agent agents\.py:Ends, seed 7, servo original$",
+        r"^    0\.004 s  announcing order_0 \(time\): order_0_kit_0$",
+        r"^order_0, kit order_0_kit_0: not submitted, no points$",
+        r"^outcome     done$",
+        r"^score       0 of 12 points$",
+        r"^not enough  1 points were asked for$",
+        r"^simulated   \d+\.\d s in \d+\.\d s: \d+\.\d x real time$",
+        r"^state hash  [0-9a-f]{64}$",
+        r"^versions    cellwright \S+, mujoco \S+, numpy \S+$",
+        r"^            python \S+, platform \S+ \S+$",
+    ):
+        assert re.search(pattern, ran.out, re.MULTILINE), pattern
+
+
+def test_output_for_a_file_has_no_control_characters(cellwright: CommandLine, agents: str) -> None:
+    ran = cellwright("run", "lesson", "--agent", f"{agents}:Ends", "--no-picture", "--verbose")
+    assert all(character == "\n" or character.isprintable() for character in ran.out + ran.err)
+    assert max(map(len, ran.out.splitlines())) <= 80
+
+
+def test_json_alone_is_on_stdout(cellwright: CommandLine, agents: str) -> None:
+    ran = cellwright("run", "lesson", "--agent", f"{agents}:Ends", "--no-picture", "--json", "--listen", "/clock")
+    document = json.loads(ran.out)
+    assert "something that the agent prints" in ran.err
+    assert "announcing order_0" in ran.err
+    assert {"trial", "seed", "servo", "score", "state_hash", "real_time_factor", "versions", "timestep"} <= set(
+        document
+    )
+    assert document["heard"] == {"/clock": document["steps"]}
+    assert document["score"]["best"] == 12.0
+    assert document["score"]["orders"][0]["kits"][0]["submitted"] is False
+    assert set(document["versions"]) == {"cellwright", "mujoco", "numpy", "python", "platform"}
+
+
+@pytest.fixture
+def small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures as they are drawn, but quick."""
+    monkeypatch.setattr("cellwright.cli.run.pictures.save_picture", partial(save_picture, width=64, height=36))
+
+
+@pytest.mark.usefixtures("small_pictures")
+def test_listening_changes_nothing(cellwright: CommandLine, agents: str) -> None:
+    def state_hash(*more: str) -> str:
+        ran = cellwright("run", "lesson", "--agent", f"{agents}:Ends", "--no-picture", "--json", *more)
+        return str(json.loads(ran.out)["state_hash"])
+
+    plain = state_hash()
+    assert plain == state_hash("--listen", "all", "--speed", "1000", "--snapshot", "0.1:a.png", "--view", "agv2")
+    assert plain != state_hash("--servo", "precise")
+
+
+@pytest.mark.usefixtures("small_pictures")
+def test_pictures(cellwright: CommandLine, tmp_path: Path) -> None:
+    ran = cellwright(
+        "run", "lesson", "--agent", "none", "--until", "0.2", "--snapshot", "0.1:a.PNG", "--snapshot", "0:b.png"
+    )
+    assert ran.status == 0
+    assert ran.out.splitlines()[-3:] == ["picture     b.png", "picture     a.PNG", "picture     lesson.png"]
+    for name in ("a.PNG", "b.png", "lesson.png"):
+        assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_picture_that_was_never_taken(cellwright: CommandLine, tmp_path: Path) -> None:
+    (tmp_path / "late.png").write_bytes(b"of an earlier run")
+    ran = cellwright("run", "lesson", *UNTIL, "--snapshot", "5:late.png", "--json")
+    assert ran.status == 1
+    assert "warning: late.png was not taken: the run ended at 0.1 s, before 5 s\n" in ran.err
+    assert json.loads(ran.out)["pictures"] == []
+
+
+@pytest.mark.usefixtures("small_pictures")
+def test_a_full_disk_costs_the_picture_and_not_the_run(
+    cellwright: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(self: Path, data: bytes) -> int:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("pathlib.Path.write_bytes", full)
+    ran = cellwright("run", "lesson", "--agent", "none", "--until", "0.1")
+    assert ran.status == 0
+    assert "state hash" in ran.out
+    assert ran.err == "warning: cannot write the picture lesson.png: No space left on device\n"
+    ran = cellwright("run", "lesson", *UNTIL, "--snapshot", "0.05:a.png")
+    assert ran.status == 1
+    assert ran.err == "warning: cannot write the picture a.png: No space left on device\n"
+
+
+def test_a_run_goes_on_from_a_checkpoint(cellwright: CommandLine) -> None:
+    def state_hash(*more: str) -> str:
+        ran = cellwright("run", "lesson", "--agent", "none", "--until", "1", "--no-picture", "--json", *more)
+        return str(json.loads(ran.out)["state_hash"])
+
+    assert state_hash("--checkpoint", "0.5:half.npz") == state_hash("--resume", "half.npz")
+
+
+def test_warnings_about_the_file(cellwright: CommandLine, tmp_path: Path) -> None:
+    (tmp_path / "a.yaml").write_text("options:\n  insert_agv: true\n")
+    ran = cellwright("run", "a.yaml", *UNTIL)
+    assert ran.status == 0
+    said = "a.yaml:2: options.insert_agv: unknown option, ignored; did you mean insert_agvs"
+    assert ran.err == f"warning: {said}\n"
+    assert cellwright("check", "a.yaml").out == f"warning: {said}\nok\n"
+    document = json.loads(cellwright("check", "a.yaml", "--json").out)
+    assert (document["ok"], document["errors"], document["warnings"]) == (True, [], [said])
+
+
+def test_check_tells_programs_too_what_is_wrong(cellwright: CommandLine) -> None:
+    ran = cellwright("check", "no.yaml", "--json")
+    assert ran.status == 2
+    assert json.loads(ran.out) == {
+        "ok": False,
+        "errors": ["no.yaml: there is no such file"],
+        "warnings": [],
+        "resolved": None,
+    }

@@ -1,0 +1,101 @@
+"""Progress: a line that moves on a terminal, plain lines elsewhere."""
+
+import io
+import logging
+from collections.abc import Callable
+
+import pytest
+from rich.console import Console
+
+from cellwright.cell import Cell
+from cellwright.cli.run.progress import RunProgress, bar, sentence
+from cellwright.description.catalogue import find_trial
+from cellwright.description.gear2017 import load_trial
+from cellwright.kitting.effects import CompetitionState, ConveyorPower, KitSubmitted, StateChanged
+from cellwright.kitting.score.kit_score import KitScore, Refusal, RefusalReason
+
+
+class WallClock:
+    """Wall time that passes when it is told to."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def text(console: Console) -> str:
+    assert isinstance(console.file, io.StringIO)
+    return console.file.getvalue()
+
+
+def lesson() -> Cell:
+    return Cell(load_trial([find_trial("lesson")]).trial)
+
+
+def test_plain_lines_come_every_two_seconds_of_wall_time() -> None:
+    console, clock, cell = Console(file=io.StringIO(), width=80), WallClock(), lesson()
+    progress = RunProgress(console, cell, clock=clock)
+    with progress.running():
+        for _ in range(50):
+            cell.step()
+            clock.now += 0.1
+            progress.update(cell)
+    assert text(console).splitlines() == ["    0.044 s  0.0 x real time, init", "    0.086 s  0.0 x real time, init"]
+
+
+def test_no_time_between_two_looks_is_no_reason_to_fail() -> None:
+    console, clock, cell = Console(file=io.StringIO()), WallClock(), lesson()
+    progress = RunProgress(console, cell, clock=clock)
+    with progress.running():
+        clock.now += 10.0  # a picture was drawn meanwhile
+        progress.update(cell)
+        progress.update(cell)
+    assert "x real time" not in text(console)
+
+
+def test_a_terminal_gets_a_line_that_is_gone_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TERM", "xterm")
+    console = Console(file=io.StringIO(), force_terminal=True, force_interactive=True, width=80)
+    clock, cell = WallClock(), lesson()
+    progress = RunProgress(console, cell, until=1.0, clock=clock)
+    with progress.running():
+        for _ in range(3):
+            clock.now += 0.2
+            progress.update(cell)
+    assert "simulating" in text(console)
+    assert text(console).endswith("\x1b[2K")  # the line is wiped
+
+
+def test_no_bar_where_nobody_sees_it_move() -> None:
+    console = Console(file=io.StringIO())
+    with bar(console, "drawing", 1.0) as tell:
+        assert tell is None
+    assert text(console) == ""
+
+
+def logged(level: Callable[[str], None], *, verbose: bool) -> str:
+    console = Console(file=io.StringIO(), width=80)
+    with RunProgress(console, lesson(), verbose=verbose).running():
+        level("two\nlines [bold]")
+    level("too late")
+    return text(console)
+
+
+def test_what_is_logged_is_told_with_its_time() -> None:
+    log = logging.getLogger("an.agent")
+    assert logged(log.info, verbose=True) == "    0.000 s  two\n    0.000 s  lines [bold]\n"
+    assert logged(log.info, verbose=False) == ""
+    assert logged(log.warning, verbose=False).startswith("    0.000 s  two\n")
+
+
+def test_sentences() -> None:
+    assert sentence(StateChanged(CompetitionState.GO)) == "competition: go"
+    assert sentence(ConveyorPower(100.0)) == ""
+    refused = KitScore("kit", refusal=Refusal(RefusalReason.UNKNOWN_KIT_TYPE, "kit", None, ("order_0_kit_0",)))
+    told = sentence(KitSubmitted("agv1::kit_tray_1::kit_tray_1::tray", "kit", refused))
+    assert (
+        told
+        == "kit_tray_1 submitted as kit: scored 0: kit type 'kit' belongs to no order (asked for now: order_0_kit_0)"
+    )

@@ -1,0 +1,99 @@
+"""The score table: it fits, and says which point was lost and why."""
+
+import io
+
+import pytest
+from rich.console import Console
+
+from cellwright.cli.run import score_table
+from cellwright.kitting.score.evidence import NOT_ANNOUNCED, NOT_SUBMITTED, OFF_TRAY, REASONS, KitEvidence, kit_evidence
+from cellwright.kitting.score.kit_score import (
+    BonusVerdict,
+    ExtraObject,
+    ExtraReason,
+    Fit,
+    KitScore,
+    PartFinding,
+    Verdict,
+)
+from cellwright.kitting.score.reach import KitReach, PartReach
+from cellwright.pose import Pose
+
+LONG = "populate_conveyor|piston_rod_part_clone_123"
+
+
+def kit(*parts: PartFinding, extras: tuple[ExtraObject, ...] = (), off_plate: float = 0.0) -> KitEvidence:
+    places = tuple(PartReach(part.type, part.tray_T_goal, off_plate, off_plate, is_supplied=True) for part in parts)
+    score = KitScore("order_0_kit_0", is_submitted=True, parts=parts, extras=extras)
+    return kit_evidence(score, KitReach("order_0_kit_0", places))
+
+
+def part(verdict: Verdict, name: str = "bin7|piston_rod_part_5", distance: float = 0.0312) -> PartFinding:
+    fit = None if verdict is Verdict.MISSING else Fit(name, distance, 0.99, 0.2154)
+    return PartFinding("piston_rod_part", Pose(), verdict, fit)
+
+
+def unjudged(*, is_announced: bool) -> KitEvidence:
+    place = PartReach("piston_rod_part", Pose(), 0.0, 0.0, is_supplied=True)
+    return kit_evidence(KitScore("kit"), KitReach("kit", (place,)), is_announced=is_announced)
+
+
+def printed(found: KitEvidence, width: int = 80) -> list[str]:
+    console = Console(file=io.StringIO(), width=width, highlight=False)
+    console.print(score_table.table(found))
+    text = console.file.getvalue()  # type: ignore[attr-defined]
+    return [line.rstrip() for line in text.splitlines()]
+
+
+def test_a_row_says_what_was_found_and_what_was_lost() -> None:
+    rows = printed(kit(part(Verdict.TOO_FAR), part(Verdict.PLACED, distance=0.0012), part(Verdict.MISSING)), width=90)
+    assert rows[0].split() == ["part", "found", "off", "mm", "turn", "mrad", "there", "pose", "lost"]
+    assert rows[2].split() == ["piston_rod_part", "bin7|piston_rod_part_5", "31.2", "215", "1", "0", "too", "far"]
+    assert rows[3].split() == ["piston_rod_part", "bin7|piston_rod_part_5", "1.2", "215", "1", "1"]
+    assert rows[4].split() == ["piston_rod_part", "-", "0", "0", "missing"]
+
+
+@pytest.mark.parametrize("off_plate", [0.0, 0.5])
+@pytest.mark.parametrize("verdict", list(Verdict))
+def test_nothing_is_cut_in_80_columns(verdict: Verdict, off_plate: float) -> None:
+    rows = printed(kit(part(verdict, LONG, distance=1.23456), off_plate=off_plate))
+    assert max(map(len, rows)) <= 80
+    assert "…" not in "".join(rows)
+    if verdict is not Verdict.MISSING:
+        assert "".join(row[17:42].strip() for row in rows[-2:]) == LONG
+
+
+@pytest.mark.parametrize("is_announced", [True, False])
+def test_a_kit_that_was_not_judged_still_lists_its_parts(is_announced: bool) -> None:
+    found = unjudged(is_announced=is_announced)
+    rows = printed(found)
+    assert max(map(len, rows)) <= 80
+    cause = NOT_SUBMITTED if is_announced else NOT_ANNOUNCED
+    assert rows[-1].split() == ["piston_rod_part", "-", "0", "0", *cause.split()]
+    assert list(score_table.sums(found)) == ["", f"  {cause}: {REASONS[cause]}"]
+
+
+def test_every_loss_has_a_reason() -> None:
+    causes = {*Verdict, *BonusVerdict, NOT_SUBMITTED, NOT_ANNOUNCED, OFF_TRAY}
+    assert set(REASONS) == causes - {Verdict.PLACED, BonusVerdict.EARNED}
+    lost = kit(*(part(verdict) for verdict in Verdict))
+    told = [line.partition(": ")[0] for line in score_table.reasons(lost)]
+    assert told == ["too far", "tilted", "turned", "faulty", "missing", "parts short"]
+    assert list(score_table.reasons(kit(part(Verdict.PLACED)))) == []
+
+
+def test_a_place_off_the_tray_is_no_fault_of_the_player() -> None:
+    lines = list(score_table.reasons(kit(part(Verdict.TOO_FAR, distance=0.6), off_plate=0.5)))
+    assert lines == [
+        "off tray: its place lies off the tray (0.5 x 0.7 m), out of reach of any part",
+        "out of reach: 1 of 1 places lies 0.50 m off the tray, where a part on it stays at least 500 mm away",
+    ]
+    assert max(map(len, score_table.sums(kit(part(Verdict.MISSING), off_plate=0.5)))) <= 80
+
+
+def test_what_is_besides_on_the_tray_costs_the_bonus() -> None:
+    extra = ExtraObject("bin8|gear_part_1", "gear_part", ExtraReason.WRONG_TYPE)
+    text = "\n".join(score_table.sums(kit(part(Verdict.PLACED), extras=(extra,))))
+    assert "there 1 of 1, pose 1 of 1, bonus 0 of 1" in text
+    assert "besides: bin8|gear_part_1 (wrong type)" in text
+    assert "extra objects: the tray holds more than was ordered" in text

@@ -1,0 +1,75 @@
+"""The check of a motion as it is printed."""
+
+import io
+import json
+import math
+
+import pytest
+from rich.console import Console
+
+from cellwright.cli.teleop.motion_check import show
+from cellwright.teleop.checks.findings import Finding, MotionReport
+from tests.cli.conftest import CommandLine
+
+GOOD = Finding("J_elbow, step 0 to 1", 6.5, 5.0, "%", "0.050 s", passed=True, note="3 of 9 samples are off")
+BAD = Finding("J_wrist", math.inf, 1.0, "s late", "its effort limit is 0", passed=False, note="told in the table")
+
+
+def printed(report: MotionReport) -> list[str]:
+    stream = io.StringIO()
+    show(Console(file=stream, width=80, highlight=False), report)
+    return stream.getvalue().splitlines()
+
+
+def test_a_row_for_each_finding_with_its_verdict() -> None:
+    lines = printed(MotionReport("shy", "/somewhere/reference_motion.json", (GOOD, BAD)))
+    assert lines[0] == "shy in its node, against its recorded motion, reference_motion.json"
+    rows = [line.split() for line in lines]
+    assert ["J_elbow,", "step", "0", "to", "1", "6.50", "5", "%", "0.050", "s", "ok"] in rows
+    assert ["J_wrist", "-", "1", "s", "late", "its", "effort", "limit", "is", "0", "FAILS"] in rows
+    assert "  J_elbow, step 0 to 1: 3 of 9 samples are off" in lines
+    assert not any("told in the table" in line for line in lines)
+    assert lines[-1] == "passed      1 of 2"
+    assert max(map(len, lines)) <= 80
+
+
+def test_the_robots_that_come_along_pass(cellwright: CommandLine) -> None:
+    ran = cellwright("teleop", "tandem", "--check")
+    assert (ran.status, ran.err) == (0, "")
+    assert ran.out.startswith("tandem in its node, joint by joint: it has no recorded motion\n")
+    ran = cellwright("teleop", "qinglong", "--check", "--json")
+    assert (ran.status, ran.err) == (0, "")
+    assert json.loads(ran.out)["passed"] is True
+
+
+def test_another_law_fails_with_status_1(cellwright: CommandLine) -> None:
+    ran = cellwright("teleop", "qinglong", "--check", "--motion", "teleport")
+    assert ran.status == 1
+    assert "FAILS" in ran.out
+
+
+def test_json_holds_no_infinity(cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+    report = MotionReport("shy", "", (GOOD, BAD))
+    monkeypatch.setattr("cellwright.cli.teleop.motion_check.check_motion", lambda _config, _motion, **_wanted: report)
+    ran = cellwright("teleop", "tandem", "--check", "--json")
+    assert ran.status == 1
+    read = json.loads(ran.out, parse_constant=pytest.fail)
+    assert (read["robot"], read["passed"], read["reference"]) == ("shy", False, None)
+    assert [finding["worst"] for finding in read["findings"]] == [6.5, None]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "name"),
+    [
+        (["--until", "3"], "--until"),
+        (["--sim-time"], "--sim-time"),
+        (["--ros1"], "--ros1"),
+        (["--snapshot", "x.png"], "--gui, --init-debug and --snapshot"),
+        (["--watchdog", "0.5"], "the options of safety"),
+    ],
+)
+def test_what_is_meant_for_a_running_node_is_refused(arguments: list[str], name: str, cellwright: CommandLine) -> None:
+    ran = cellwright("teleop", "tandem", "--check", *arguments)
+    assert (ran.status, ran.out) == (2, "")
+    assert f"--check: leave out {name}, meant for a node that goes on running" in ran.err
+    assert ran.err.count("\n") == 1
