@@ -1,0 +1,45 @@
+"""The benchmarks there are. What a benchmark needs is imported when it is taken."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib import import_module
+
+from cellwright.bench.figures import Measure
+from cellwright.errors import UnknownNameError
+
+
+@dataclass(frozen=True)
+class Benchmark:
+    """A benchmark that can be asked for.
+
+    Attributes:
+        name: on the command line; also its module in this package, whose `measure` takes it.
+        title: heading of its figures.
+        minutes: about how long it takes on a laptop.
+    """
+
+    name: str
+    title: str
+    minutes: float
+
+    def measure(self) -> Measure:
+        """What takes it."""
+        module = import_module(f"cellwright.bench.{self.name}")
+        measure: Measure = module.measure
+        return measure
+
+
+BENCHMARKS = (Benchmark("step", "A step of the cell", 0.5),)
+
+
+def find_benchmark(name: str) -> Benchmark:
+    """The benchmark of a name.
+
+    Raises:
+        UnknownNameError: there is none.
+    """
+    for benchmark in BENCHMARKS:
+        if benchmark.name == name:
+            return benchmark
+    raise UnknownNameError("benchmark", name, [each.name for each in BENCHMARKS])

@@ -1,0 +1,60 @@
+"""What a step of the cell costs, with parts at rest and awake. The repeats are taken in turn, and the best counted."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+
+import mujoco
+
+from cellwright.bench.figures import Figure, Tell
+from cellwright.cell import Cell
+from cellwright.description.layout import BIN_CENTRES, BIN_PART_HEIGHT
+from cellwright.description.trial import Part, Trial
+from cellwright.pose import Pose
+
+TYPES = ("gear_part", "disk_part", "part4", "part2")
+"""Small enough for a narrow grid; larger parts jam there, and what is jammed does not sleep."""
+STEPS = 2000
+REPEATS = 3
+
+
+def trial_with(count: int) -> Trial:
+    """A cell with an arm and `count` parts of all kinds in its bins."""
+    parts = []
+    for number in range(count):
+        x, y = list(BIN_CENTRES.values())[number % 8]
+        row, column = divmod(number // 8, 4)
+        place = (x - 0.2 + 0.14 * column, y - 0.2 + 0.13 * row, BIN_PART_HEIGHT)
+        kind = TYPES[number % len(TYPES)]
+        parts.append(Part(f"bin|{kind}_{number + 1}", kind, Pose(place)))
+    return Trial("bench", has_arm=True, bin_parts=tuple(parts))
+
+
+def microseconds(cell: Cell) -> float:
+    """The least time of a step [us] over the repeats."""
+    best = float("inf")
+    for _ in range(REPEATS):
+        cell.reset()
+        cell.simulation.step_until(10**9)
+        begin = time.process_time()
+        for _ in range(STEPS):
+            cell.step()
+        best = min(best, time.process_time() - begin)
+    return best / STEPS * 1e6
+
+
+def measure(tell: Tell) -> Iterator[Figure]:
+    """Time steps with more and more parts."""
+    alone = 0.0
+    for count in (0, 20, 60, 100):
+        tell(f"{count} parts")
+        cell = Cell(trial_with(count))
+        rest = microseconds(cell)
+        alone = alone or rest
+        cell.simulation.model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+        awake = microseconds(cell)
+        yield Figure(f"{count} parts at rest", rest, "us/step")
+        if count:
+            yield Figure(f"{count} parts at rest / arm only", rest / alone, most=2.5 if count == 60 else None)
+        yield Figure(f"{count} parts awake", awake, "us/step")
