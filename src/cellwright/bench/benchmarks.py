@@ -30,7 +30,10 @@ class Benchmark:
         return measure
 
 
-BENCHMARKS = (Benchmark("step", "A step of the cell", 0.5),)
+BENCHMARKS = (
+    Benchmark("step", "A step of the cell", 0.5),
+    Benchmark("pybullet_cell", "The cell beside PyBullet", 0.5),
+)
 
 
 def find_benchmark(name: str) -> Benchmark:
