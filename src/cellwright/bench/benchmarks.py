@@ -32,7 +32,8 @@ class Benchmark:
 
 BENCHMARKS = (
     Benchmark("step", "A step of the cell", 0.5),
-    Benchmark("pybullet_cell", "The cell beside PyBullet", 0.5),
+    Benchmark("trial", "A trial of 500 s", 3.0),
+    Benchmark("pybullet_cell", "The cell beside PyBullet", 1.0),
 )
 
 
