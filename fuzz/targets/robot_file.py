@@ -68,8 +68,8 @@ def seeds() -> Iterator[bytes]:
             f'<link name="l{k}"><inertial><origin xyz="0 0 1" rpy="1 2 3"/><mass value="2"/><inertia ixx="1" iyy="1" '
             f'izz="1" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><sphere radius="1"/></geometry>'
             f'</collision><visual><geometry><mesh filename="a.stl" scale="1 1 1"/></geometry></visual></link>'
-            f'<joint name="j{k}" type="{kind}"><origin xyz="1 2 3" rpy="0 0 1"/><parent link="l{k - 1}"/><child link="l{k}"/>'
-            f'<axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="9" velocity="2"/>'
+            f'<joint name="j{k}" type="{kind}"><origin xyz="1 2 3" rpy="0 0 1"/><parent link="l{k - 1}"/>'
+            f'<child link="l{k}"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="9" velocity="2"/>'
             + ('<mimic joint="j1" multiplier="2" offset="1"/></joint>' if k == 3 else "</joint>")
             for k, kind in enumerate(joints, start=1)
         )
