@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Protocol, TypeAlias
 
 
 @dataclass(frozen=True)
@@ -36,8 +36,16 @@ class Figure:
 Tell: TypeAlias = Callable[[str], None]
 """Takes a line about what is being measured now."""
 
-Measure: TypeAlias = Callable[[Tell], Iterable[Figure]]
-"""Measures; yields each figure as soon as it is known, so that a long benchmark is seen to go on."""
+
+class Measure(Protocol):
+    """Measures; yields each figure as soon as it is known, so that a long benchmark is seen to go on.
+
+    Raises:
+        BenchmarkSkippedError: this machine lacks something that is needed.
+    """
+
+    def __call__(self, tell: Tell, *, quick: bool) -> Iterable[Figure]:
+        """Take the figures; `quick`: with so few repeats that they only show that everything works."""
 
 
 class BenchmarkSkippedError(Exception):
