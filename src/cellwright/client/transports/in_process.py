@@ -12,7 +12,6 @@ from cellwright.client.transports.transport import Callback
 from cellwright.errors import RunEndedError
 from cellwright.simulation.events import NEVER
 
-
 CLOSED = "the client is closed"
 """Why nothing can be asked for any more by a program that has kept its client past the end."""
 

@@ -16,7 +16,6 @@ from cellwright.devices.trajectory.trajectory import JointTrajectory, Knot, Traj
 from cellwright.errors import RejectedCommandError, did_you_mean
 from cellwright.simulation.clock import seconds
 
-
 MOST_POINTS = 10_000
 """Longer trajectories are refused: physics stands still while one is worked out."""
 
