@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 _BLOCK = re.compile(
-    r"(?:^<!-- not run: (?P<why>.+) -->\n)?"
+    r"(?:^<!-- not run: (?P<why>[^\n]+) -->\n)?"
     r"(?:^<!-- exits: (?P<exits>\d+) -->\n)?"
     r"(?:^<!-- (?P<key>file|status|terminal): (?P<value>\S+) -->\n)?^```(?P<language>\w*)\n(?P<body>.*?)^```$",
     re.MULTILINE | re.DOTALL,

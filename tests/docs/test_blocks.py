@@ -14,7 +14,7 @@ import typer
 
 from cellwright.cli.main import app
 from tests.docs import test_how_to, test_ros1_page, test_tutorials
-from tests.docs.pages import blocks
+from tests.docs.pages import Command, blocks, steps
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -31,6 +31,13 @@ TO_RUN = (*RUN, "sh", "bash", "shell", "py", "cpp", "")
 FOR_READING = ("yaml", "toml", "xml", "csv", "text", "cmake")
 
 COMMANDS = typer.main.get_command(app)
+
+
+def test_a_mark_is_that_of_the_block_below_it(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text("<!-- not run: it is long -->\n```sh\none\n```\n\n```console\n$ two\n```\n")
+    assert [(each.language, each.why) for each in blocks(page)] == [("sh", "it is long"), ("console", None)]
+    assert [step.line for step in steps(page) if isinstance(step, Command)] == ["two"]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
