@@ -5,7 +5,7 @@ BIN := .venv/bin
 JOBS ?= 2
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: run lesson test ros1 display check bench soak format clean
+.PHONY: run lesson test ros1 display check docs bench soak fuzz format clean
 
 run: .venv/.installed
 	$(BIN)/cellwright run lesson
@@ -31,6 +31,11 @@ check: .venv/.installed-dev
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+# The documentation as a site, in site/; a link that leads nowhere is an error.
+docs: .venv/.installed-dev
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
+	@echo "site/index.html; with its search: $(BIN)/python -m http.server -d site"
+
 # What things cost: to be read on a machine that has nothing else to do.
 bench: .venv/.installed-dev
 	@for file in benchmarks/*.py; do echo "== $$file"; $(BIN)/python $$file || exit 1; done
@@ -39,6 +44,11 @@ bench: .venv/.installed-dev
 HOURS ?= 10
 soak: .venv/.installed
 	$(BIN)/python -m cellwright.endurance --hours $(HOURS) --picture soak.svg
+
+# Random and hostile files, for a minute each reader or as long as SECONDS says; TARGETS names some of them.
+SECONDS ?= 60
+fuzz: .venv/.installed-dev
+	$(BIN)/python -m fuzz --seconds $(SECONDS) $(TARGETS)
 
 format: .venv/.installed-dev
 	$(BIN)/ruff format .
@@ -57,4 +67,4 @@ format: .venv/.installed-dev
 	@touch $@
 
 clean:
-	rm -rf .venv dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf .venv dist site .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-import signal
 import sys
+
+from cellwright.loading import interrupts_end_the_process
 
 
 def main() -> int:
-    """Run the command line; its exit status.
-
-    Loading it takes half a second, in which a Ctrl-C has nothing to tidy up: it ends the process, and nothing is said.
-    """
-    is_usual = signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    if is_usual:
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
-    from cellwright.cli.main import main as run_command_line
-
+    """Run the command line; its exit status."""
     try:
-        if is_usual:
-            signal.signal(signal.SIGINT, signal.default_int_handler)
+        with interrupts_end_the_process():
+            from cellwright.cli.main import main as run_command_line
+
         return run_command_line()
     except KeyboardInterrupt:  # between two lines of ours, where nobody waits for one
         sys.stderr.write("interrupted\n")

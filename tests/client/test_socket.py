@@ -285,3 +285,22 @@ def test_what_is_no_cell_is_told_from_one(said: bytes) -> None:
         with pytest.raises(UsageError, match="nobody answers at"):
             SocketTransport(address)
         thread.join(10)
+
+
+def test_a_client_connects_to_an_address_as_people_write_it() -> None:
+    with served(Cell(KITTING)) as home:
+        host, port = home.address
+        client = Client.connect(f"{host}:{port}", node="/somebody")
+        client.sleep(0.1)
+        assert client.time == pytest.approx(0.1)
+        client.close()
+    with pytest.raises(UsageError, match=f"127.0.0.1:{port}"):
+        Client.connect((host, port))
+
+
+@pytest.mark.parametrize(
+    "text", ["", "here", ":80", "here:", "here:0", "here:65536", "here:8o", "here:" + 7 * "9", "a:²"]
+)
+def test_what_is_no_address_is_refused(text: str) -> None:
+    with pytest.raises(UsageError, match="give a host and a port"):
+        Client.connect(text)

@@ -6,11 +6,12 @@ import shlex
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
 
-from tests.docs.pages import Command, File, Program, missing, steps
+from tests.docs.pages import Command, File, Program, Step, missing, steps
 from tests.workshop import install
 
 ROOT = Path(__file__).parents[2]
@@ -42,17 +43,22 @@ def test_a_page_can_be_followed(name: str, tmp_path: Path) -> None:
     elif (example := ROOT / "docs" / "examples" / Path(name).stem.replace("-", "_")).is_dir():
         shutil.copytree(example, tmp_path, dirs_exist_ok=True)
     assert any(isinstance(step, Command) for step in taken)
+    take(taken, tmp_path)
+
+
+def take(taken: Iterable[Step], folder: Path) -> None:
+    """Take the steps of a page in a folder, and compare what is printed with what it shows."""
     for step in taken:
         match step:
             case File(file, text):
-                (tmp_path / file).write_text(text, encoding="utf-8")
+                (folder / file).write_text(text, encoding="utf-8")
             case Program(text):
-                ran = follow([sys.executable, "-c", text], tmp_path)
+                ran = follow([sys.executable, "-c", text], folder)
                 assert ran.returncode == 0, ran.stderr
             case Command(line, output, status):
                 command, *arguments = shlex.split(line)
                 assert command == "cellwright"
-                ran = follow([sys.executable, "-m", command, *arguments], tmp_path)
+                ran = follow([sys.executable, "-m", command, *arguments], folder)
                 assert ran.returncode == status, f"{line}\n{ran.stdout}{ran.stderr}"
                 assert missing(output, ran.stdout) is None, f"{line}\n{ran.stdout}"
 
@@ -76,7 +82,7 @@ def test_the_output_of_a_command_is_compared() -> None:
     assert missing(("one",), printed) == "no more lines, but there was 'two  3 s'"
 
 
-@pytest.mark.parametrize("page", [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md")], ids=lambda page: page.name)
+@pytest.mark.parametrize("page", [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")], ids=lambda page: page.name)
 def test_links_lead_somewhere(page: Path) -> None:
     for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", page.read_text(encoding="utf-8")):
         if "://" not in target:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 
 @dataclass(frozen=True)
@@ -32,12 +33,32 @@ class Figure:
         """Whether the value is within its bounds; a value that is not a number is within none."""
         return (self.most is None or self.value <= self.most) and (self.least is None or self.value >= self.least)
 
+    def as_dict(self) -> dict[str, Any]:
+        """The same as JSON values; a value that is not a number is null."""
+        return {
+            "what": self.what,
+            "value": self.value if math.isfinite(self.value) else None,
+            "unit": self.unit,
+            "most": self.most,
+            "least": self.least,
+            "held": self.is_held,
+            "note": self.note,
+        }
+
 
 Tell: TypeAlias = Callable[[str], None]
 """Takes a line about what is being measured now."""
 
-Measure: TypeAlias = Callable[[Tell], Iterable[Figure]]
-"""Measures; yields each figure as soon as it is known, so that a long benchmark is seen to go on."""
+
+class Measure(Protocol):
+    """Measures; yields each figure as soon as it is known, so that a long benchmark is seen to go on.
+
+    Raises:
+        BenchmarkSkippedError: this machine lacks something that is needed.
+    """
+
+    def __call__(self, tell: Tell, *, quick: bool) -> Iterable[Figure]:
+        """Take the figures; `quick`: with so few repeats that they only show that everything works."""
 
 
 class BenchmarkSkippedError(Exception):

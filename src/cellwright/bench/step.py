@@ -1,13 +1,13 @@
-"""What a step of the cell costs, with parts at rest and awake. The repeats are taken in turn, and the best counted."""
+"""What a step of the cell costs, with parts at rest and awake."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 
 import mujoco
 
 from cellwright.bench.figures import Figure, Tell
+from cellwright.bench.timing import best_in_turn, processor_time
 from cellwright.cell import Cell
 from cellwright.description.layout import BIN_CENTRES, BIN_PART_HEIGHT
 from cellwright.description.trial import Part, Trial
@@ -31,29 +31,32 @@ def trial_with(count: int) -> Trial:
     return Trial("bench", has_arm=True, bin_parts=tuple(parts))
 
 
-def microseconds(cell: Cell) -> float:
+def microseconds(cell: Cell, repeats: int, steps: int) -> float:
     """The least time of a step [us] over the repeats."""
-    best = float("inf")
-    for _ in range(REPEATS):
+
+    def step() -> None:
+        for _ in range(steps):
+            cell.step()
+
+    def once() -> float:
         cell.reset()
         cell.simulation.step_until(10**9)
-        begin = time.process_time()
-        for _ in range(STEPS):
-            cell.step()
-        best = min(best, time.process_time() - begin)
-    return best / STEPS * 1e6
+        return processor_time(step)
+
+    return best_in_turn(repeats, once)[0] / steps * 1e6
 
 
-def measure(tell: Tell) -> Iterator[Figure]:
+def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
     """Time steps with more and more parts."""
+    repeats, steps = (1, 20) if quick else (REPEATS, STEPS)
     alone = 0.0
-    for count in (0, 20, 60, 100):
+    for count in (0, 60) if quick else (0, 20, 60, 100):
         tell(f"{count} parts")
         cell = Cell(trial_with(count))
-        rest = microseconds(cell)
+        rest = microseconds(cell, repeats, steps)
         alone = alone or rest
         cell.simulation.model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
-        awake = microseconds(cell)
+        awake = microseconds(cell, repeats, steps)
         yield Figure(f"{count} parts at rest", rest, "us/step")
         if count:
             yield Figure(f"{count} parts at rest / arm only", rest / alone, most=2.5 if count == 60 else None)

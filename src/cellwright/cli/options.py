@@ -13,6 +13,7 @@ from typing import NoReturn, get_args
 import typer
 
 from cellwright.cell import Cell
+from cellwright.client.transports.address import address_of
 from cellwright.description.catalogue import bundled, bundled_sensors, find_trial
 from cellwright.description.gear2017 import load_trial
 from cellwright.description.trial import ServoProfile, Trial
@@ -207,10 +208,10 @@ def averages(text: str | None, trial: Trial) -> Averages | None:
 
 def address(option: str, text: str) -> tuple[str, int]:
     """Host and port from `HOST:PORT`."""
-    host, _, port = text.rpartition(":")
-    if not host or not port.isascii() or not port.isdigit() or not 0 < int(port) <= 65535:
-        refuse(f"{option} {text}: give a host and a port, such as 127.0.0.1:11399")
-    return host, int(port)
+    try:
+        return address_of(text)
+    except UsageError as error:
+        refuse(f"{option} {error}")
 
 
 def servo(name: str | None) -> ServoProfile | None:

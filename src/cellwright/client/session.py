@@ -8,8 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Self
 
+from cellwright.bus.served import Served
+from cellwright.client.transports.address import address_of
+from cellwright.client.transports.in_process import InProcess
 from cellwright.client.transports.transport import Callback, Transport
 from cellwright.errors import UsageError
 
@@ -23,6 +26,31 @@ class Session:
     def __init__(self, transport: Transport) -> None:
         self.transport = transport
         self._waiting = False
+
+    @classmethod
+    def in_process(cls, cell: Served, *, node: str = "/client") -> Self:
+        """A hold on a cell, or on a robot's node, in this process: its time passes only in `sleep` and `wait_until`.
+
+        Args:
+            cell: a `Cell` or a `RobotNode`.
+            node: the client's node name, as the cell sees it.
+        """
+        return cls(InProcess(cell, node=node))
+
+    @classmethod
+    def connect(cls, address: str | tuple[str, int], *, node: str = "/client") -> Self:
+        """A hold on a cell or a robot that another process serves (`cellwright serve`, `cellwright teleop`).
+
+        Args:
+            address: `"127.0.0.1:11399"` as the other process says it, or host and port.
+            node: the client's node name, as the cell sees it.
+
+        Raises:
+            UsageError: it is no address, or nobody answers there.
+        """
+        from cellwright.client.transports.socket import SocketTransport  # who has the cell at hand needs no network
+
+        return cls(SocketTransport(address_of(address), node=node))
 
     # ---------------------------------------------------------------- time
 

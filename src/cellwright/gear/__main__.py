@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-import signal
 import sys
+
+from cellwright.loading import interrupts_end_the_process
 
 _INTERRUPTED = 130
 
 
 def main() -> int:
-    """Run the launcher with the arguments of the process; its exit status.
-
-    Until there is something to end, a Ctrl-C ends the process, and nothing is said.
-    """
-    is_usual = signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    if is_usual:
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
-    from cellwright.gear.launcher import main as launch
-
-    if is_usual:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+    """Run the launcher with the arguments of the process; its exit status."""
     try:
+        with interrupts_end_the_process():
+            from cellwright.gear.launcher import main as launch
+
         return launch(sys.argv[1:])
     except KeyboardInterrupt:
         return _INTERRUPTED

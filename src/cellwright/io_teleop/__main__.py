@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-import signal
 import sys
+
+from cellwright.loading import interrupts_end_the_process
 
 _BAD_INPUT = 2
 _INTERRUPTED = 130
 
 
 def main() -> int:
-    """Run the node that a script stands for, with the arguments of the process; its exit status.
+    """Run the node that a script stands for, with the arguments of the process; its exit status."""
+    with interrupts_end_the_process():
+        from cellwright.cli.main import main as cellwright
+        from cellwright.errors import CellwrightError
+        from cellwright.io_teleop.arguments import command
 
-    Until there is something to end, a Ctrl-C ends the process, and nothing is said.
-    """
-    is_usual = signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    if is_usual:
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
-    from cellwright.cli.main import main as cellwright
-    from cellwright.errors import CellwrightError
-    from cellwright.io_teleop.arguments import command
-
-    if is_usual:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         return cellwright(command(sys.argv[1], sys.argv[2:], _warn))
     except CellwrightError as error:

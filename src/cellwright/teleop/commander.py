@@ -14,6 +14,7 @@ from cellwright.description.robot.model import RobotModel
 from cellwright.devices.joint_servos import Array, fastest
 from cellwright.simulation.device import Device, State
 from cellwright.teleop.drivers.driver import Driver
+from cellwright.teleop.mimics import Mimics
 from cellwright.teleop.safety.approach import Approach, Numbers
 from cellwright.teleop.safety.counts import Counts
 from cellwright.teleop.safety.gate import Gate
@@ -44,6 +45,7 @@ class Commander(Device):
 
     Attributes:
         numbers: number of each joint with one degree of freedom, by name.
+        mimics: the joints that follow another one.
         counts: how many commands were taken.
         is_enabled: whether commands are taken, by the wish of whoever watches over the robot.
         is_stopped: whether the emergency stop is on.
@@ -69,10 +71,7 @@ class Commander(Device):
             np.array([fastest(joint) for joint in joints]),
             safety,
         )
-        mimics = [(self.numbers[each.name], each.mimic) for each in joints if each.mimic is not None]
-        self.followers = {driver.joints[number]: mimic.joint for number, mimic in mimics}
-        """Joints that follow another one, with its name: targets of their own count for nothing."""
-        self._mimics = [(number, self.numbers[each.joint], each.multiplier, each.offset) for number, each in mimics]
+        self.mimics = Mimics(joints, self.numbers)
         self._safety = safety
         self._seconds = 0.0
         self.watchdog = Watchdog(safety, _SOURCES, gate, self._approach, self._measured, notices)
@@ -236,10 +235,7 @@ class Commander(Device):
         self.watchdog.look()
         approach = self._approach
         if approach.advance(self._seconds):
-            for follower, leader, multiplier, offset in self._mimics:
-                place = multiplier * approach.applied[leader] + offset
-                place = min(max(place, approach.lower[follower]), approach.upper[follower])
-                approach.applied[follower] = approach.desired[follower] = place
+            self.mimics.carry(approach)
             self.driver.command(approach.applied)
 
     # ---------------------------------------------------------------- state
@@ -285,13 +281,6 @@ class Commander(Device):
 
     def _tell_of_limits(self, topic: str, joints: Numbers, asked: dict[int, float]) -> None:
         lower, upper = self._approach.lower, self._approach.upper
-        said = [
-            f"{self.driver.joints[number]} was asked for {asked[number]:.4g}, and goes from {lower[number]:.4g} to "
-            f"{upper[number]:.4g}"
-            for number in joints.tolist()[:_MOST_TOLD]
-        ]
-        more = f" (and {len(joints) - _MOST_TOLD} more)" if len(joints) > _MOST_TOLD else ""
-        self.notices.tell_now_and_then(f"limits {topic}", f"{topic}: kept within limits: {'; '.join(said)}{more}")
-
-
-_MOST_TOLD = 3  # joints in one line
+        self.notices.tell_of_limits(
+            topic, [(self.driver.joints[each], asked[each], lower[each], upper[each]) for each in joints.tolist()]
+        )

@@ -84,7 +84,7 @@ class Commands:
             known = {
                 numbers[name]: position
                 for name, position in asked.items()
-                if name in numbers and name not in commander.followers and (allowed is None or name in allowed)
+                if name in numbers and name not in commander.mimics.leaders and (allowed is None or name in allowed)
             }
             if len(known) < len(asked):
                 self._tell_of_others(topic, allowed, asked)
@@ -99,8 +99,9 @@ class Commands:
         commander = self._commander
         strange: dict[str, str] = {}
         for name in asked:
-            if name in commander.followers:
-                line = f"{topic}: {name} follows {commander.followers[name]}; its own target is passed over (told once)"
+            if name in commander.mimics.leaders:
+                leader = commander.mimics.leaders[name]
+                line = f"{topic}: {name} follows {leader}; its own target is passed over (told once)"
                 commander.notices.tell_once(f"follows {name}", line)
             elif name in commander.numbers:
                 if allowed is not None and name not in allowed:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -41,12 +42,15 @@ def read_mjcf(path: Path) -> Mjcf:
     """
     try:
         model = mujoco.MjSpec.from_file(str(path)).compile()
-    except (ValueError, OSError) as error:
+    except (ValueError, OSError, RuntimeError) as error:
         raise ModelFileError(f"{path}: {' '.join(str(error).split())}") from None
     if any(kind != mujoco.mjtJoint.mjJNT_FREE for kind in model.jnt_type) or model.njnt > 1:
         raise ModelFileError(f"{path}: has joints; a model is one rigid body, with a free joint at most")
     if not model.ngeom:
         raise ModelFileError(f"{path}: no shapes in it")
+    mass = float(model.body_mass[1:].sum())
+    if not math.isfinite(mass) or not all(np.isfinite(each).all() for each in (model.geom_size, model.body_pos)):
+        raise ModelFileError(f"{path}: a number in it is not finite")
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     outermost = [body for body in range(1, model.nbody) if model.body_parentid[body] == 0]
@@ -55,7 +59,7 @@ def read_mjcf(path: Path) -> Mjcf:
         _pose(data.xpos[outermost[0]], data.xquat[outermost[0]]) if len(outermost) == 1 and not world_geoms else Pose()
     )
     shapes = tuple(_shape(path, model, data, geom, frame.inverse()) for geom in range(model.ngeom))
-    return Mjcf(shapes, float(model.body_mass[1:].sum()))
+    return Mjcf(shapes, mass)
 
 
 def _shape(path: Path, model: Any, data: Any, geom: int, frame_T_world: Pose) -> tuple[ModelShape, Mesh | None]:

@@ -16,7 +16,6 @@ MAX_ASSET_BYTES = 20 << 20
 
 _CONFIG = "model.config"
 _DECLARATION = re.compile(r"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
-_NOT_READ = ("include", "model", "attach", "plugin", "extension", "flexcomp", "composite", "flex", "skin", "hfield")
 _FORMATS = {"sdf": "sdf", "robot": "urdf", "mujoco": "mjcf"}
 
 
@@ -102,28 +101,3 @@ def _parse(path: Path) -> ET.Element:
         raise ModelFileError(f"{path}:{line}: no valid XML (column {column + 1})") from None
     except (ValueError, RecursionError):
         raise ModelFileError(f"{path}: no valid XML") from None
-
-
-def check_mjcf(file: ModelFile) -> None:
-    """Refuse what an MJCF file could reach out of its folder with, and what is no rigid body.
-
-    Raises:
-        ModelFileError: such a thing is in it.
-    """
-    for element in file.root.iter():
-        if element.tag in _NOT_READ:
-            raise ModelFileError(f"{file.path}: <{element.tag}> is not read; a model is one file with its meshes")
-        for name, reference in element.items():
-            if name.startswith("file"):
-                found = beside(file.path, _in_asset_folder(file.root, element, reference), file.path.parent)
-                if found.stat().st_size > MAX_ASSET_BYTES:
-                    raise ModelFileError(f"{found}: larger than {MAX_ASSET_BYTES >> 20} MiB")
-
-
-def _in_asset_folder(root: ET.Element, element: ET.Element, reference: str) -> str:
-    """A reference with the folder before it that the compiler's settings give for its kind."""
-    for compiler in root.iter("compiler"):
-        kind = "texturedir" if element.tag == "texture" else "meshdir"
-        if folder := compiler.get(kind) or compiler.get("assetdir"):
-            return f"{folder}/{reference}"
-    return reference

@@ -10,8 +10,9 @@ from typing import get_args
 import numpy as np
 
 from cellwright.description import evaluated
-from cellwright.description.own_models.files import ModelFileError, check_mjcf, open_model
+from cellwright.description.own_models.files import ModelFileError, open_model
 from cellwright.description.own_models.meshes import is_flat, read_mesh
+from cellwright.description.own_models.mjcf_check import check_mjcf
 from cellwright.description.own_models.model import Colour, Model, ModelShape, ModelShapeKind
 from cellwright.description.own_models.xml import read_xml
 from cellwright.description.reading.reader import Reader

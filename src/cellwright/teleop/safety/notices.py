@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 from cellwright.simulation.clock import NANOSECONDS
 
@@ -38,6 +38,15 @@ class Notices:
         if last is None or not 0 <= now - last < NANOSECONDS:
             self._told[kind] = now
             self._report(line)
+
+    def tell_of_limits(self, topic: str, beyond: Sequence[tuple[str, float, float, float]]) -> None:
+        """Tell now and then of targets beyond limits: (joint, what it was asked for, least, greatest), [rad; m]."""
+        said = [
+            f"{joint} was asked for {asked:.4g}, and goes from {lower:.4g} to {upper:.4g}"
+            for joint, asked, lower, upper in beyond[:_MOST_TOLD]
+        ]
+        more = f" (and {len(beyond) - _MOST_TOLD} more)" if len(beyond) > _MOST_TOLD else ""
+        self.tell_now_and_then(f"limits {topic}", f"{topic}: kept within limits: {'; '.join(said)}{more}")
 
     def tell_once(self, name: str, line: str) -> None:
         """Tell of a name once."""

@@ -1,0 +1,68 @@
+"""Looks through a file in the engine's own format, MJCF, before the engine sees it.
+
+The engine allocates and computes whatever a file asks for: one line can ask for all the memory there is, or an hour.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+from cellwright.description.own_models.files import MAX_ASSET_BYTES, ModelFile, ModelFileError, beside
+
+MOST_GEOMS = 200
+"""Most shapes of one model."""
+LARGEST_NUMBER = 4096
+"""Largest number of what a file has room made for: users' values, a picture's width and height in pixels, …."""
+
+_NOT_READ = (
+    *("include", "model", "attach", "plugin", "extension"),
+    *("flexcomp", "composite", "flex", "skin", "hfield", "replicate", "keyframe"),
+)
+_MEASURED = ("size", "texture")
+
+
+def check_mjcf(file: ModelFile) -> None:
+    """Refuse what an MJCF file could reach out of its folder with, and what is no rigid body.
+
+    Raises:
+        ModelFileError: such a thing is in it.
+    """
+    if (shapes := sum(1 for _ in file.root.iter("geom"))) > MOST_GEOMS:
+        raise ModelFileError(f"{file.path}: {shapes} shapes; at most {MOST_GEOMS} are read")
+    for element in file.root.iter():
+        if element.tag in _NOT_READ:
+            raise ModelFileError(f"{file.path}: <{element.tag}> is not read; a model is one file with its meshes")
+        if element.tag == "mesh" and "builtin" in element.attrib:
+            raise ModelFileError(f"{file.path}: <mesh builtin> is not read; use a shape, or a mesh in a file")
+        if element.tag in _MEASURED:
+            _check_numbers(file.path, element)
+        for name, reference in element.items():
+            if name.startswith("file"):
+                found = beside(file.path, _in_asset_folder(file.root, element, reference), file.path.parent)
+                if found.stat().st_size > MAX_ASSET_BYTES:
+                    raise ModelFileError(f"{found}: larger than {MAX_ASSET_BYTES >> 20} MiB")
+
+
+def _in_asset_folder(root: ET.Element, element: ET.Element, reference: str) -> str:
+    """A reference with the folder before it that the compiler's settings give for its kind."""
+    for compiler in root.iter("compiler"):
+        kind = "texturedir" if element.tag == "texture" else "meshdir"
+        if folder := compiler.get(kind) or compiler.get("assetdir"):
+            return f"{folder}/{reference}"
+    return reference
+
+
+def _check_numbers(path: Path, element: ET.Element) -> None:
+    """Refuse room for more than anybody needs."""
+    for name, text in element.items():
+        if name in ("name", "class"):
+            continue
+        if name == "memory":
+            raise ModelFileError(f"{path}: <size memory> is not read; the engine takes what it needs")
+        try:
+            numbers = [float(word) for word in text.split()]
+        except ValueError:
+            continue  # a name
+        if any(not abs(number) <= LARGEST_NUMBER for number in numbers):
+            raise ModelFileError(f"{path}: <{element.tag} {name}={text!r:.40}>: at most {LARGEST_NUMBER}")

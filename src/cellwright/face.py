@@ -1,0 +1,89 @@
+"""The short way to a cell, a robot and a run, by their names: what `import cellwright` shows first."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable
+from pathlib import Path
+
+from cellwright.agents.agent import Agent, find_agent
+from cellwright.cell import Cell
+from cellwright.description import gear2017
+from cellwright.description.catalogue import find_trial
+from cellwright.description.robot import robots
+from cellwright.description.robot.config import RobotConfig
+from cellwright.description.trial import Trial
+from cellwright.run import RunOptions, RunResult, run_cell
+
+
+class DescriptionWarning(UserWarning):
+    """Something in a file that its author should know, `path:line: key: what`, and that stops nothing."""
+
+
+def load_trial(*sources: str | Path, text: str | None = None) -> Trial:
+    """A trial by its name or its files, or from a text. What a file's author should know is a `DescriptionWarning`.
+
+    Args:
+        sources: a trial that comes along (`"lesson"`) or the path of a YAML file; of several the texts are joined.
+        text: the configuration itself, instead.
+
+    Raises:
+        UnknownNameError: there is no such trial or file.
+        DescriptionError: the configuration cannot be used; the error lists everything that was found wrong.
+        UsageError: neither a name nor a text, or both.
+    """
+    loaded = gear2017.load_trial([find_trial(source) for source in sources], text=text)
+    _warn(loaded.warnings)
+    return loaded.trial
+
+
+def load_robot(name_or_path: str | Path) -> RobotConfig:
+    """A robot by its name, or by its file. What the file's author should know is a `DescriptionWarning`.
+
+    Args:
+        name_or_path: a robot that comes along (`"tandem"`), a `vr_configs.yml`, a folder with one, or a URDF or xacro.
+
+    Raises:
+        UnknownNameError: there is no robot of this name.
+        DescriptionError: the files cannot be used; the error lists everything that was found wrong.
+    """
+    lines: list[str] = []
+    config = robots.load_robot(name_or_path, lines.append)
+    _warn(lines)
+    return config
+
+
+def run_trial(
+    trial: Trial | str | Path,
+    agent: Agent | str | None = "kitter",
+    *,
+    seed: int | None = None,
+    options: RunOptions | None = None,
+) -> RunResult:
+    """Run a trial headless, as fast as it goes, until it is over.
+
+    Args:
+        trial: the trial, its name, or the path of its file.
+        agent: who works the cell: an object with a method `run(client)`, the name of an agent that comes along,
+            `"path.py:Class"`, or None for nobody; `options` then say until when.
+        seed: root of all chance; None takes the trial's own.
+        options: what the run may be told besides.
+
+    Raises:
+        UnknownNameError: there is no such trial.
+        DescriptionError: the trial's file cannot be used.
+        AgentError: there is no such agent, or it cannot be made. What it raises at work is in the result.
+        UsageError: neither an agent nor a time to stop at.
+    """
+    worker = find_agent(agent)() if isinstance(agent, str) else agent
+    if not isinstance(trial, Trial):
+        loaded = gear2017.load_trial([find_trial(trial)])
+        _warn(loaded.warnings)
+        trial = loaded.trial
+    return run_cell(Cell(trial, seed=seed), worker, options)
+
+
+def _warn(lines: Iterable[object]) -> None:
+    """Warn whoever called the function that calls this one."""
+    for line in lines:
+        warnings.warn(str(line), DescriptionWarning, stacklevel=3)

@@ -1,0 +1,24 @@
+"""What a process may be told while it is still loading: there is nothing to tidy up yet."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+
+@contextmanager
+def interrupts_end_the_process() -> Iterator[None]:
+    """Let a Ctrl-C end the process as it does for most programs, with nothing said; afterwards it is as it was.
+
+    Loading takes half a second, in which Python would show whoever presses Ctrl-C a traceback through its imports.
+    Where a caller has set a handler of its own, or has Ctrl-C ignored, that stands.
+    """
+    is_usual = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if is_usual:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    try:
+        yield
+    finally:
+        if is_usual:
+            signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -1,0 +1,51 @@
+"""`import cellwright` has what a newcomer needs, and costs nothing until it is used."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import cellwright
+
+SOURCE = Path(cellwright.__file__)
+PUBLIC = [name for name in cellwright.__all__ if name != "__version__"]
+
+
+def run(program: str) -> str:
+    path = str(SOURCE.parents[1])
+    command = [sys.executable, "-S", "-E", "-c", f"import sys; sys.path.insert(0, {path!r})\n{program}"]
+    return subprocess.run(command, capture_output=True, text=True, check=True, timeout=30).stdout
+
+
+def test_nothing_is_loaded_before_it_is_asked_for() -> None:
+    loaded = run("import cellwright; print(*(name for name in sys.modules if name.startswith('cellwright.')))")
+    assert loaded == "\n"
+
+
+def test_what_an_interpreter_with_nothing_installed_can_have() -> None:
+    program = "import cellwright; print(cellwright.AssembledRobot.__name__, cellwright.errors.__name__)\n"
+    program += "print(*(name for name in ('numpy', 'mujoco', 'yaml', 'rosbags') if name in sys.modules))"
+    assert run(program) == "AssembledRobot cellwright.errors\n\n"
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_every_name_is_there_documented_and_told_to_checkers(name: str) -> None:
+    found = getattr(cellwright, name)
+    assert found.__doc__
+    assert name in dir(cellwright)
+    tree = ast.parse(SOURCE.read_text())
+    told = {alias.asname for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) for alias in node.names}
+    assert name in told
+
+
+def test_checkers_are_told_of_nothing_else() -> None:
+    tree = ast.parse(SOURCE.read_text())
+    told = {alias.asname for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) for alias in node.names}
+    assert told - {None} == set(PUBLIC)
+
+
+def test_a_name_that_there_is_not_is_refused() -> None:
+    with pytest.raises(AttributeError, match="no attribute 'Robot'"):
+        getattr(cellwright, "Robot")  # noqa: B009
