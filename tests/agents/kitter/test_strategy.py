@@ -163,8 +163,8 @@ class FakePlacer:
 class FakeArm:
     rail = 0.0
 
-    def reach(self, _rail: float, _goal: Pose) -> list[float]:
-        return [0.0] * 7
+    def reaches(self, _goal: Pose, _rail: float) -> bool:
+        return True
 
     def travel(self, _goal: Pose, _rail: float) -> bool:
         return True
