@@ -116,10 +116,10 @@ def release_pose(held: Held, world_T_part: Pose) -> Pose:
     return Pose((x - dx, y - dy, z - dz), flat.quaternion)
 
 
-def pose_on_tray(station: Station, part_type: str, tray_T_part: Pose) -> Pose:
-    """world_T_part of a part that is let go just above the plate."""
+def pose_on_tray(station: Station, part_type: str, tray_T_part: Pose, drop: float = DROP) -> Pose:
+    """world_T_part of a part that is let go just above the plate, or `drop` [m] above it."""
     x, y, _ = station.world_T_tray.transform(tray_T_part.position)
-    height = SURFACE + BELOW_ORIGIN.get(part_type, 0.0) + DROP
+    height = SURFACE + BELOW_ORIGIN.get(part_type, 0.0) + drop
     return Pose.from_rpy((x, y, height), (0.0, 0.0, station.world_T_tray.yaw + tray_T_part.yaw))
 
 
