@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -51,9 +51,10 @@ class Arm(Device):
         self._qpos = np.array([model.jnt_qposadr[joint] for joint in joints])
         self._dof = np.array([model.jnt_dofadr[joint] for joint in joints])
         self._actuators = np.array(actuators)
-        positions = np.array([model.actuator_ctrladr[actuator] for actuator in actuators])
-        self._position_ctrl = positions
-        self._velocity_ctrl = positions + 1
+        # the servos follow one another in the model, each with a position and a velocity
+        first, last = (int(model.actuator_ctrladr[actuators[index]]) for index in (0, -1))
+        self._position_ctrl = slice(first, last + 1, 2)
+        self._velocity_ctrl = slice(first + 1, last + 2, 2)
         self._step = simulation.clock.timestep
 
     def reset(self) -> None:
@@ -132,9 +133,8 @@ class Arm(Device):
         now = simulation.now
         ctrl = simulation.data.ctrl
         after = simulation.clock.time_of(simulation.clock.tick + 1)
-        # in this order of comparison, what is no number is cut off too
-        ctrl[self._position_ctrl] = [min(FARTHEST, max(-FARTHEST, each)) for each in self.controller.positions(now)]
-        ctrl[self._velocity_ctrl] = [min(FARTHEST, max(-FARTHEST, each)) for each in self.controller.velocities(after)]
+        ctrl[self._position_ctrl] = _cut_off(self.controller.positions(now))
+        ctrl[self._velocity_ctrl] = _cut_off(self.controller.velocities(after))
 
     def _with_goal(self, act: Callable[[], T]) -> T:
         """Act on the controller; take up stepping, and tell of a goal that this has ended."""
@@ -149,3 +149,12 @@ class Arm(Device):
     def _tell_ended(self, goal: TrajectoryGoal) -> None:
         for listener in self.on_goal_ended:
             listener(goal)
+
+
+def _cut_off(setpoints: Sequence[float]) -> Sequence[float]:
+    """Setpoints within +-FARTHEST, as nearly all are: they are only looked at then."""
+    for each in setpoints:
+        if not -FARTHEST <= each <= FARTHEST:
+            # in this order of comparison, what is no number is cut off too
+            return [min(FARTHEST, max(-FARTHEST, value)) for value in setpoints]
+    return setpoints
