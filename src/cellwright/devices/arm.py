@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -48,13 +48,15 @@ class Arm(Device):
         model = simulation.model
         joints = [model.joint(name).id for name in ARM_JOINTS]
         actuators = [model.actuator(name).id for name in ARM_JOINTS]
+        count = len(actuators)
         self._qpos = np.array([model.jnt_qposadr[joint] for joint in joints])
         self._dof = np.array([model.jnt_dofadr[joint] for joint in joints])
         self._actuators = np.array(actuators)
-        # the servos follow one another in the model, each with a position and a velocity
-        first, last = (int(model.actuator_ctrladr[actuators[index]]) for index in (0, -1))
-        self._position_ctrl = slice(first, last + 1, 2)
-        self._velocity_ctrl = slice(first + 1, last + 2, 2)
+        # each servo has two inputs, and the arm's stand side by side: a slice is written ten times faster than a list
+        first = int(model.actuator_ctrladr[actuators[0]])
+        assert model.actuator_ctrladr[actuators].tolist() == list(range(first, first + 2 * count, 2))
+        self._position_ctrl = slice(first, first + 2 * count, 2)
+        self._velocity_ctrl = slice(first + 1, first + 2 * count, 2)
         self._step = simulation.clock.timestep
 
     def reset(self) -> None:
@@ -151,10 +153,8 @@ class Arm(Device):
             listener(goal)
 
 
-def _cut_off(setpoints: Sequence[float]) -> Sequence[float]:
-    """Setpoints within +-FARTHEST, as nearly all are: they are only looked at then."""
-    for each in setpoints:
-        if not -FARTHEST <= each <= FARTHEST:
-            # in this order of comparison, what is no number is cut off too
-            return [min(FARTHEST, max(-FARTHEST, value)) for value in setpoints]
-    return setpoints
+def _cut_off(setpoints: list[float]) -> list[float]:
+    """Setpoints none of which is farther than FARTHEST; what is no number becomes one."""
+    if sum(map(abs, setpoints)) <= FARTHEST:  # as good as always, and soon found out
+        return setpoints
+    return [min(FARTHEST, max(-FARTHEST, each)) for each in setpoints]
