@@ -253,7 +253,4 @@ def _principal(angle: float) -> float:
 
 
 def _alike(a: Joints, b: Joints) -> bool:
-    for mine, other in zip(a, b, strict=True):  # their rails are the same; nearly all differ in the first angle or two
-        if abs(_principal(mine - other)) >= _SAME:
-            return False
-    return True
+    return all(abs(_principal(mine - other)) < _SAME for mine, other in zip(a[1:], b[1:], strict=True))
