@@ -1,7 +1,8 @@
 """Makes a site of these pages.
 
 README, CONTRIBUTING and CHANGELOG join them, links out of the site become text, and blocks that are files get their
-names as titles. mkdocs calls the functions by their names. The pages themselves are written to be read where they lie as well.
+names as titles. mkdocs calls the functions by their names. The pages themselves are written to be read where they lie
+as well.
 """
 
 import posixpath
