@@ -30,7 +30,12 @@ class Benchmark:
         return measure
 
 
-BENCHMARKS = (Benchmark("step", "A step of the cell", 0.5), Benchmark("trial", "A trial of 500 s", 3.0))
+BENCHMARKS = (
+    Benchmark("step", "A step of the cell", 0.5),
+    Benchmark("trial", "A trial of 500 s", 3.0),
+    Benchmark("start", "A cold start", 0.2),
+    Benchmark("costs", "One more of something", 1.0),
+)
 
 
 def find_benchmark(name: str) -> Benchmark:
