@@ -5,7 +5,7 @@ BIN := .venv/bin
 JOBS ?= 2
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: run lesson test ros1 display check docs bench format clean
+.PHONY: run lesson test ros1 display check docs bench fuzz format clean
 
 run: .venv/.installed
 	$(BIN)/cellwright run lesson
@@ -39,6 +39,11 @@ docs: .venv/.installed-dev
 # What things cost: to be read on a machine that has nothing else to do.
 bench: .venv/.installed-dev
 	@for file in benchmarks/*.py; do echo "== $$file"; $(BIN)/python $$file || exit 1; done
+
+# Random and hostile files, for a minute each reader or as long as SECONDS says; TARGETS names some of them.
+SECONDS ?= 60
+fuzz: .venv/.installed-dev
+	$(BIN)/python -m fuzz --seconds $(SECONDS) $(TARGETS)
 
 format: .venv/.installed-dev
 	$(BIN)/ruff format .

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.errors import UsageError
-from cellwright.evaluation.results_file import ResultsFile
+from cellwright.evaluation.results_file import RESULTS, ResultsFile
 from tests.evaluation.results import CRASHED, LOST, result, worked
 
 
@@ -77,3 +77,11 @@ def test_a_folder_that_cannot_be_made(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(OSError, match="exists"):
         ResultsFile(tmp_path / "file")
+
+
+@pytest.mark.parametrize("line", ["[" * 100_000, '{"a": NaN}', "1" * 5000, '"\\ud800"', "\x00"])
+def test_lines_that_are_no_results_are_refused_in_one_line(tmp_path: Path, line: str) -> None:
+    (tmp_path / RESULTS).write_text(f"{line}\n")
+    with pytest.raises(UsageError, match=r"results\.jsonl:1: ") as raised:
+        ResultsFile(tmp_path)
+    assert str(raised.value).isprintable()

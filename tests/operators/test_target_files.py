@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.errors import CellwrightError, DescriptionError, UsageError
+from cellwright.operators import target_files
 from cellwright.operators.robot import GRIPPER_COMMAND, JOINT_COMMAND
 from cellwright.operators.target_files import Moment, read_targets
 
@@ -144,3 +145,19 @@ def test_whatever_is_in_a_file_is_read_or_refused(
     except CellwrightError as error:
         said = str(error)
     assert not said or str(path) in said
+
+
+def test_control_bytes_in_a_name_do_not_reach_the_terminal(tmp_path: Path) -> None:
+    path = tmp_path / "targets.csv"
+    path.write_text("time,a\x1b[2J\n0,x\n")
+    with pytest.raises(DescriptionError) as raised:
+        read_targets(path)
+    assert str(raised.value) == f"{path}:2: a\\x1b[2J: 'x' is no number"
+
+
+def test_a_file_that_never_ends_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(target_files, "LARGEST", 1 << 20)
+    path = tmp_path / "targets.csv"
+    path.symlink_to("/dev/zero")
+    with pytest.raises(UsageError, match="is larger than 1 MiB"):
+        read_targets(path)

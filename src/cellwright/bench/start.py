@@ -44,7 +44,7 @@ except OSError:
         resident = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024**2  # in bytes, where there is no /proc
     except ImportError:
         resident = None
-print(json.dumps({"moments": moments, "resident": resident}))
+print(json.dumps({"moments": moments, "busy": time.process_time(), "resident": resident}))
 """
 """Steps the lesson's cell once, and prints the moments [s] in between and its resident memory [MiB]."""
 
@@ -59,12 +59,13 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
     """Start processes, and count the one that was the fastest."""
     runs = 1 if quick else RUNS
     tell(f"{runs} programs")
-    spans, resident = [], math.nan
+    spans, busy, resident = [], math.inf, math.nan
     for _ in range(runs):
         begin = time.time()
         said = json.loads(ran("-c", PROGRAM))
         moments = [begin, *said["moments"]]
         spans.append([later - earlier for earlier, later in zip(moments, moments[1:], strict=False)])
+        busy = min(busy, said["busy"])
         if said["resident"] is not None:
             resident = said["resident"]
     totals = [sum(each) for each in spans]
@@ -72,6 +73,7 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
     best = spans[totals.index(min(totals))]
     for what, span in zip(STEPS, best, strict=True):
         yield Figure(f"of that: {what}", span, "s")
+    yield Figure("processor time of that process", busy, "s")
     note = "" if math.isfinite(resident) else "this system does not tell"
     yield Figure("resident memory after it", resident, "MiB", most=None if note else 200.0, note=note)
     tell(f"{runs} commands")

@@ -48,12 +48,15 @@ class Arm(Device):
         model = simulation.model
         joints = [model.joint(name).id for name in ARM_JOINTS]
         actuators = [model.actuator(name).id for name in ARM_JOINTS]
+        count = len(actuators)
         self._qpos = np.array([model.jnt_qposadr[joint] for joint in joints])
         self._dof = np.array([model.jnt_dofadr[joint] for joint in joints])
         self._actuators = np.array(actuators)
-        positions = np.array([model.actuator_ctrladr[actuator] for actuator in actuators])
-        self._position_ctrl = positions
-        self._velocity_ctrl = positions + 1
+        # each servo has two inputs, and the arm's stand side by side: a slice is written ten times faster than a list
+        first = int(model.actuator_ctrladr[actuators[0]])
+        assert model.actuator_ctrladr[actuators].tolist() == list(range(first, first + 2 * count, 2))
+        self._position_ctrl = slice(first, first + 2 * count, 2)
+        self._velocity_ctrl = slice(first + 1, first + 2 * count, 2)
         self._step = simulation.clock.timestep
 
     def reset(self) -> None:
@@ -132,9 +135,8 @@ class Arm(Device):
         now = simulation.now
         ctrl = simulation.data.ctrl
         after = simulation.clock.time_of(simulation.clock.tick + 1)
-        # in this order of comparison, what is no number is cut off too
-        ctrl[self._position_ctrl] = [min(FARTHEST, max(-FARTHEST, each)) for each in self.controller.positions(now)]
-        ctrl[self._velocity_ctrl] = [min(FARTHEST, max(-FARTHEST, each)) for each in self.controller.velocities(after)]
+        ctrl[self._position_ctrl] = _cut_off(self.controller.positions(now))
+        ctrl[self._velocity_ctrl] = _cut_off(self.controller.velocities(after))
 
     def _with_goal(self, act: Callable[[], T]) -> T:
         """Act on the controller; take up stepping, and tell of a goal that this has ended."""
@@ -149,3 +151,10 @@ class Arm(Device):
     def _tell_ended(self, goal: TrajectoryGoal) -> None:
         for listener in self.on_goal_ended:
             listener(goal)
+
+
+def _cut_off(setpoints: list[float]) -> list[float]:
+    """Setpoints none of which is farther than FARTHEST; what is no number becomes one."""
+    if sum(map(abs, setpoints)) <= FARTHEST:  # as good as always, and soon found out
+        return setpoints
+    return [min(FARTHEST, max(-FARTHEST, each)) for each in setpoints]

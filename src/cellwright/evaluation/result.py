@@ -10,6 +10,7 @@ from typing import Any
 from cellwright.errors import CellwrightError
 from cellwright.evaluation.job import Job
 from cellwright.evaluation.limits import Limits
+from cellwright.evaluation.result_form import RESULT, find_misfit
 from cellwright.run import Outcome
 
 OUTCOMES = {outcome.name.lower(): str(outcome) for outcome in Outcome}
@@ -121,6 +122,8 @@ class Result:
         names = {each.name for each in fields(cls)}
         if not isinstance(document, Mapping) or set(document) != names:
             raise ResultError("not a result of this version of Cellwright")
+        if misfit := find_misfit(document, RESULT):
+            raise ResultError(f"not a result of this version of Cellwright: {misfit}")
         return cls(**{**document, "log": tuple(document["log"])})
 
 

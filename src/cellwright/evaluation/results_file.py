@@ -11,6 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+from cellwright.description.reading.problems import Place, Problem
 from cellwright.errors import UsageError
 from cellwright.evaluation.result import Result, ResultError
 
@@ -78,10 +79,9 @@ class ResultsFile:
             sound += len(line)
             try:
                 result = Result.from_json(json.loads(line))
-            except (ValueError, ResultError) as error:
-                raise UsageError(
-                    f"{self.path}:{number}: {error}; take another folder, or remove the file to begin anew"
-                ) from error
+            except (ValueError, RecursionError, ResultError) as error:
+                message = f"{error}; take another folder, or remove the file to begin anew"
+                raise UsageError(str(Problem(Place(0, str(self.path), number), "", message))) from error
             self._results[result.key] = result
         self._file.truncate(sound)
         self._file.seek(0, os.SEEK_END)

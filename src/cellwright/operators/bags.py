@@ -9,6 +9,8 @@ from typing import Any
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
+from cellwright.description.reading.problems import Place, Problem
+from cellwright.description.reading.tree import shortened
 from cellwright.errors import UsageError
 from cellwright.operators.robot import GRIPPER_COMMAND, JOINT_COMMAND
 from cellwright.operators.target_files import GRIPPERS, Moment, Targets
@@ -23,6 +25,7 @@ COMMANDS = (
 )
 """Topics of commands that are played again as they were."""
 
+_LONGEST_REASON = 300  # of what the library says, which may be all that it has read
 _TYPE = "sensor_msgs/msg/JointState"
 
 
@@ -58,7 +61,8 @@ def read_bag(path: Path, topic: str | None = None) -> Targets:
     except UsageError:
         raise
     except Exception as error:  # a file that is damaged fails anywhere in the library
-        raise UsageError(f"{path}: cannot be read as a bag: {str(error) or type(error).__name__}") from None
+        reason = shortened(" ".join(str(error).split()) or type(error).__name__, _LONGEST_REASON)
+        raise UsageError(str(Problem(Place(0, str(path), 0), "", f"cannot be read as a bag: {reason}"))) from None
     if not moments:
         raise UsageError(f"{path}: there are no messages in it")
     begin = moments[0].time

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from cellwright.description.reading.problems import Place, Problem
 from cellwright.errors import DescriptionError, UsageError
 from cellwright.operators.robot import GRIPPER_COMMAND, JOINT_COMMAND
 
@@ -89,20 +90,20 @@ def read_targets(path: Path) -> Targets:
     if reader is None:
         raise UsageError(f"{path}: give a file that ends in {', '.join(readers)} or .bag, or the folder of a ROS 2 bag")
     text = _text(path)
-    problems: list[str] = []
+    problems: list[Problem] = []
     moments: list[Moment] = []
     last = -math.inf
     for line, found in reader(text):
         problem = found if isinstance(found, str) else _check(found, last)
         if problem:
-            problems.append(f"{path}:{line}: {problem}")
+            problems.append(Problem(Place(0, str(path), line), "", problem))
             if len(problems) == _MOST_PROBLEMS:
                 break
         elif isinstance(found, Moment):
             last = found.time
             moments += _split(found)
     if not problems and not moments:
-        problems.append(f"{path}: there are no targets in it")
+        problems.append(Problem(Place(0, str(path), 0), "", "there are no targets in it"))
     if problems:
         raise DescriptionError(problems)
     return Targets(path, tuple(moments))
@@ -110,9 +111,11 @@ def read_targets(path: Path) -> Targets:
 
 def _text(path: Path) -> str:
     try:
-        if path.stat().st_size > LARGEST:
+        with path.open("rb") as stream:
+            content = stream.read(LARGEST + 1)
+        if len(content) > LARGEST:
             raise UsageError(f"{path}: is larger than {LARGEST >> 20} MiB")
-        return path.read_text(encoding="utf-8-sig")
+        return content.decode("utf-8-sig")
     except OSError as error:
         raise UsageError(f"{path}: cannot be read: {error.strerror or error}") from None
     except UnicodeDecodeError as error:

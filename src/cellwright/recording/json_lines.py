@@ -73,6 +73,6 @@ def read_json_lines(path: Path) -> list[dict[str, Any]]:
 def _value(line: bytes) -> dict[str, Any] | None:
     try:
         value = json.loads(line)
-    except ValueError:
+    except (ValueError, RecursionError):
         return None
     return value if isinstance(value, dict) else None

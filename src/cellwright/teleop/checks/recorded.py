@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from cellwright.description.reading.problems import Place, Problem
+from cellwright.description.reading.tree import shortened
 from cellwright.description.robot.config import RobotConfig
 from cellwright.devices.joint_servos import Array
 from cellwright.errors import UsageError
@@ -107,8 +109,9 @@ def read_reference(path: Path) -> ReferenceMotion:
         return _reference(json.loads(path.read_text("utf-8")))
     except OSError as error:
         raise UsageError(f"cannot read {path}: {error.strerror or error}") from error
-    except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
-        raise UsageError(f"{path}: this is no recorded motion: {type(error).__name__}: {error}") from error
+    except (ValueError, OverflowError, KeyError, TypeError, IndexError, AttributeError, RecursionError) as error:
+        message = f"this is no recorded motion: {type(error).__name__}: {error}"
+        raise UsageError(str(Problem(Place(0, str(path), 0), "", shortened(message, 300)))) from error
 
 
 def _reference(read: dict[str, Any]) -> ReferenceMotion:

@@ -1,0 +1,85 @@
+"""Searches target after target, and says in a table how often each was tried, how far the search came, what it found.
+
+Exit status: 0 when nothing was found, 1 when something was.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import resource
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from fuzz import target as targets
+from fuzz.seeds import ROOT
+
+FOLDER = ROOT / ".fuzz"
+"""Where inputs are kept from one search to the next; git ignores it."""
+MOST_MEMORY = 6 << 30
+"""Address space of a search [bytes], so that one that runs wild harms nobody else."""
+MOST_DEATHS = 5
+"""A target that ends its process more often than this is given up."""
+
+
+@dataclass
+class Tally:
+    """How a target fared."""
+
+    executions: int = 0
+    coverage: int = 0
+    deaths: int = 0
+    findings: int = 0
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Search, and print the table."""
+    parser = argparse.ArgumentParser(prog="python -m fuzz", description=__doc__)
+    parser.add_argument("targets", nargs="*", metavar="TARGET", help=f"of: {', '.join(targets.names())}; default: all")
+    parser.add_argument("--seconds", type=int, default=60, help="for each target (default: %(default)s)")
+    chosen = parser.parse_args(arguments)
+    unknown = set(chosen.targets) - set(targets.names())
+    if unknown:
+        parser.error(f"unknown target {', '.join(sorted(unknown))} (known: {', '.join(targets.names())})")
+    found = 0
+    print(f"{'target':<14}{'executions':>12}{'coverage':>10}{'findings':>10}", flush=True)
+    for name in chosen.targets or targets.names():
+        tally = search(name, chosen.seconds)
+        found += tally.findings
+        print(f"{name:<14}{tally.executions:>12}{tally.coverage:>10}{tally.findings:>10}", flush=True)
+    if found:
+        print(f"inputs and tracebacks are in {FOLDER}/TARGET/findings; see CONTRIBUTING.md for what to do with them")
+    return 1 if found else 0
+
+
+def search(name: str, seconds: int) -> Tally:
+    """Search one target; a process that ends before its time is begun anew."""
+    folder = FOLDER / name
+    folder.mkdir(parents=True, exist_ok=True)
+    tally = Tally()
+    end = time.monotonic() + seconds
+    while (left := int(end - time.monotonic())) > 0 and tally.deaths < MOST_DEATHS:
+        with (folder / "log.txt").open("w+b") as log:
+            command = [sys.executable, "-m", "fuzz.worker", name, str(left), str(folder)]
+            done = subprocess.run(
+                command, cwd=ROOT, stdin=subprocess.DEVNULL, stdout=log, stderr=log, preexec_fn=_limited, check=False
+            )
+        text = (folder / "log.txt").read_text("utf-8", errors="replace")
+        tally.executions += sum(map(int, re.findall(r"^stat::number_of_executed_units:\s*(\d+)", text, re.MULTILINE)))
+        tally.coverage = max([tally.coverage, *map(int, re.findall(r"\bcov: (\d+)", text))])
+        if done.returncode != 0:
+            tally.deaths += 1
+            (folder / f"death-{tally.deaths}.txt").write_text(text[-20_000:], encoding="utf-8")
+    tally.findings = sum(path.suffix != ".input" for path in (folder / "findings").glob("*"))
+    return tally
+
+
+def _limited() -> None:
+    resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,51 @@
+"""The whole way: what the loader lets through is built, compiled by the engine, and runs for fifty steps."""
+
+from __future__ import annotations
+
+import contextlib
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from cellwright.cell import Cell
+from cellwright.client import Client
+from cellwright.client.transports.in_process import InProcess
+from cellwright.description.gear2017 import load_trial
+from cellwright.description.own_models.files import ModelFileError
+from cellwright.errors import DescriptionError, SimulationError
+from fuzz import seeds as bundled
+from fuzz.targets import trial
+
+LONGEST = trial.LONGEST
+WORDS = trial.WORDS
+mutate = trial.mutate
+_PATH = Path(tempfile.mkdtemp(prefix="cellwright-fuzz-")) / "trial.yaml"
+
+
+def seeds() -> Iterator[bytes]:
+    """The smaller trials, which are built faster."""
+    yield from bundled.files(*bundled.TRIALS, largest=1800)
+    yield from bundled.files("docs/examples/own_models/own_models.yaml")
+
+
+def attempt(data: bytes) -> None:
+    """Load, build, start the competition, let fifty ticks pass with everything listened to."""
+    _PATH.write_bytes(data)
+    try:
+        loaded = load_trial([_PATH])
+    except DescriptionError:
+        return
+    with contextlib.suppress(ModelFileError, SimulationError):
+        run(Cell(loaded.trial))
+
+
+def run(cell: Cell) -> None:
+    """Fifty ticks of a competition, and its score."""
+    for name in cell.topics():
+        cell.bus.subscribe(name, lambda _message: None, node="/listener")
+    client = Client(InProcess(cell))
+    client.start_competition()
+    for _ in range(50):
+        cell.step()
+    cell.state_hash()
+    cell.competition.score()

@@ -1,0 +1,91 @@
+"""What Cellwright writes as JSON and reads again: results of an evaluation, recorded motions, logs of runs."""
+
+from __future__ import annotations
+
+import json
+import random
+import shutil
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from cellwright.errors import UsageError
+from cellwright.evaluation.junit import junit
+from cellwright.evaluation.report import report
+from cellwright.evaluation.result import Result
+from cellwright.evaluation.results_file import RESULTS, ResultsFile
+from cellwright.evaluation.summary import summary_document
+from cellwright.recording.json_lines import read_json_lines
+from cellwright.teleop.checks.recorded import read_reference
+from fuzz import seeds as bundled
+from fuzz.trees import mutated
+from fuzz.verdict import check_lines
+
+LONGEST = 12_000
+WORDS = (
+    "key",
+    "trial",
+    "agent",
+    "seed",
+    "outcome",
+    "points",
+    "score",
+    "timeline",
+    "log",
+    "samples",
+    "steps",
+    "sines",
+    "NaN",
+)
+_FOLDER = Path(tempfile.mkdtemp(prefix="cellwright-fuzz-"))
+
+
+def seeds() -> Iterator[bytes]:
+    """A result, and a recorded motion."""
+    result = Result("k", "lesson", "none", 1, False, "done", 1.0, 8.0, 12.0, 3.0, log=("a",), command="cellwright run")
+    yield json.dumps(result.as_json()).encode() + b"\n"
+    motion = {
+        "joints": ["a"],
+        "steps_per_second": 240,
+        "hands": [{"link": "h", "position": [0, 0, 0], "orientation": [0, 0, 0, 1]}],
+        "grippers": [{"joints": ["g"], "positions": [{"status": 0.5, "joints": [0.1]}]}],
+        "closing": [{"gripper": 0, "status": 1, "samples": [[0, 0], [1, 0.5]]}],
+        "steps": [{"joint": "a", "start": 0, "target": 1, "samples": [[0, 0], [1, 1]]}],
+        "sines": [{"joint": "a", "rate": 30, "samples": [[0, 0, 0], [1, 1, 1]]}],
+    }
+    yield json.dumps(motion).encode()
+    yield from bundled.files("tests/data/scorer_cases.json", largest=LONGEST)
+
+
+def mutate(data: bytes, chance: random.Random) -> bytes | None:
+    """Another document."""
+    try:
+        return json.dumps(mutated(json.loads(data), chance, WORDS), default=str).encode() + b"\n"
+    except (ValueError, TypeError, RecursionError):
+        return None
+
+
+def attempt(data: bytes) -> None:
+    """Read the bytes as everything that is JSON; make a report of what are results."""
+    path = _FOLDER / "motion.json"
+    path.write_bytes(data)
+    try:
+        read_reference(path)
+    except UsageError as error:
+        check_lines([error], [str(path)])
+    read_json_lines(path)
+    folder = _FOLDER / "evaluation"
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    (folder / RESULTS).write_bytes(data)
+    try:
+        with ResultsFile(folder) as results:
+            found = list(results.results.values())
+    except UsageError as error:
+        check_lines([error], [str(folder / RESULTS)])
+        return
+    for result in found:
+        json.dumps(result.as_json(), allow_nan=False)
+    report(found, None)
+    junit(found, None)
+    json.dumps(summary_document(found, None, 0), allow_nan=False)

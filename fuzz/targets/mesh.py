@@ -1,0 +1,56 @@
+"""Mesh files, STL and OBJ: triangles that are there, or a refusal."""
+
+from __future__ import annotations
+
+import struct
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from cellwright.description.own_models.files import ModelFileError
+from cellwright.description.own_models.meshes import is_flat, read_mesh
+from fuzz import seeds as bundled
+from fuzz.verdict import FindingError, check_lines
+
+LONGEST = 3000
+WORDS = (
+    "solid",
+    "facet normal",
+    "outer loop",
+    "vertex",
+    "endloop",
+    "endfacet",
+    "v ",
+    "f ",
+    "vn",
+    "1//1",
+    "-1",
+    "nan",
+    "1e39",
+)
+_FOLDER = Path(tempfile.mkdtemp(prefix="cellwright-fuzz-"))
+
+
+def seeds() -> Iterator[bytes]:
+    """A body in every form."""
+    yield from bundled.files("docs/examples/**/*.stl")
+    yield b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1/1 2/2 -1/3\nf 1 2 3 4\n"
+    yield b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet"
+    yield b"\0" * 80 + struct.pack("<I", 1) + struct.pack("<12fH", *range(12), 0)
+
+
+def attempt(data: bytes) -> None:
+    """Read the bytes as either kind."""
+    for kind in ("stl", "obj"):
+        path = _FOLDER / f"mesh.{kind}"
+        path.write_bytes(data)
+        try:
+            vertices, triangles = read_mesh(path)
+        except ModelFileError as error:
+            check_lines([error], [str(path)])
+            continue
+        is_flat(vertices)
+        if not np.isfinite(vertices[triangles]).all():
+            raise FindingError("a corner that is nowhere")

@@ -1,0 +1,81 @@
+"""Values and texts that have broken readers before: ends of number ranges, odd types, odd characters."""
+
+from __future__ import annotations
+
+import datetime
+
+NUMBERS = (
+    0,
+    -1,
+    1,
+    -0.0,
+    0.5,
+    1e-9,
+    1e-320,
+    1e6,
+    -1e6,
+    1e18,
+    1e300,
+    -1e308,
+    2**31,
+    2**63,
+    -(2**63) - 1,
+    10**40,
+    float("inf"),
+    float("-inf"),
+    float("nan"),
+)
+TEXTS = (
+    "",
+    " ",
+    "nan",
+    "1e999",
+    "1e3",
+    "010",
+    "1:30",
+    "pi/0",
+    "-pi/2",
+    "1/2",
+    "2**9999",
+    "9**9**9",
+    "factorial(999)",
+    "radians(90)",
+    "world",
+    "bin7::link",
+    "agv1::kit_tray_1::kit_tray_1::tray",
+    "gear_part",
+    "piston_rod_part",
+    "part1",
+    "time",
+    "wanted_parts",
+    "break_beam",
+    "logical_camera",
+    "laser_profiler",
+    "proximity_sensor",
+    "a/b",
+    "a|b",
+    "../x",
+    "/dev/zero",
+    "x" * 300,
+    "\u0661\u0662",
+    "\u202e",
+    "\ud83d\ude00".encode("utf-16", "surrogatepass").decode("utf-16"),
+    "\t\n",
+    "<b>",
+    "%s{0}$HOME",
+)
+OTHERS: tuple[object, ...] = (
+    None,
+    True,
+    False,
+    datetime.date(2017, 5, 1),
+    b"\xff\0",
+    [],
+    {},
+    [[[]]],
+    {"": {}},
+    [0, 0, 0],
+)
+
+ALL: tuple[object, ...] = (*NUMBERS, *TEXTS, *OTHERS)
+"""All of them."""

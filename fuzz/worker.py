@@ -1,0 +1,120 @@
+"""The process in which one target is searched: `python -m fuzz.worker TARGET SECONDS FOLDER`.
+
+An exception that nobody should see is kept once, with its input, and the search goes on; a hang, a crash of a library
+or too much memory end the process, and libFuzzer keeps the input. `FOLDER` gets `corpus`, `findings` and `executions`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import random
+import signal
+import sys
+import traceback
+import warnings
+from pathlib import Path
+from types import FrameType
+
+import atheris
+
+from fuzz.target import Target
+
+SLOWEST = 20
+"""An input that takes longer is a finding [s]."""
+MOST_MEMORY = 2000
+"""A process that needs more is stopped [MiB]."""
+READERS = ["cellwright", "yaml", "xacro", "rosbags"]
+"""Packages whose branches lead the search."""
+
+
+class SlowError(Exception):
+    """An input took too long."""
+
+
+class Search:
+    """Takes inputs to a target and keeps what breaks it."""
+
+    def __init__(self, target: Target, folder: Path) -> None:
+        self.target = target
+        self._findings = folder / "findings"
+        self._findings.mkdir(parents=True, exist_ok=True)
+        self._known = {path.name.partition(".")[0] for path in self._findings.glob("*.txt")}
+
+    def one(self, data: bytes) -> None:
+        """One input."""
+        signal.setitimer(signal.ITIMER_REAL, SLOWEST)
+        try:
+            self.target.attempt(data)
+        except (KeyboardInterrupt, SystemExit):
+            raise
+        except BaseException as error:
+            self._keep(data, error)
+        finally:
+            signal.setitimer(signal.ITIMER_REAL, 0)
+
+    def mutator(self, data: bytes, most: int, seed: int) -> bytes:
+        """Another input of the same kind; once in a while of any kind."""
+        chance = random.Random(seed)
+        changed = self.target.mutate(data, chance) if self.target.mutate and chance.random() < 0.9 else None
+        if changed is None or len(changed) > most:
+            changed = atheris.Mutate(data, most)
+        return bytes(changed[:most])
+
+    def _keep(self, data: bytes, error: BaseException) -> None:
+        """Keep an input whose traceback ends where none has ended before."""
+        frames = traceback.extract_tb(error.__traceback__)
+        own = [frame for frame in frames if "cellwright" in frame.filename or "fuzz" in frame.filename] or frames
+        where = f"{type(error).__name__} {own[-1].filename}:{own[-1].lineno}"
+        key = hashlib.sha256(where.encode()).hexdigest()[:12]
+        if key in self._known:
+            return
+        self._known.add(key)
+        (self._findings / f"{key}.input").write_bytes(data)
+        text = "".join(traceback.format_exception(error, limit=-12))
+        (self._findings / f"{key}.txt").write_text(f"{where}\n{text}", encoding="utf-8", errors="replace")
+
+
+def _too_slow(_signal: int, _frame: FrameType | None) -> None:
+    raise SlowError(f"more than {SLOWEST} s")
+
+
+def main() -> None:
+    """Search for as long as was asked for."""
+    name, seconds, folder = sys.argv[1], int(sys.argv[2]), Path(sys.argv[3])
+    with atheris.instrument_imports(include=READERS):
+        from fuzz.target import find
+
+        target = find(name)
+    warnings.simplefilter("ignore")
+    signal.signal(signal.SIGALRM, _too_slow)
+    corpus = folder / "corpus"
+    corpus.mkdir(parents=True, exist_ok=True)
+    for content in target.seeds():
+        if len(content) <= target.longest:
+            (corpus / hashlib.sha256(content).hexdigest()[:20]).write_bytes(content)
+    dictionary = folder / "words.dict"
+    dictionary.write_text("".join(f'"{_escaped(word)}"\n' for word in target.words if word), encoding="ascii")
+    search = Search(target, folder)
+    options = [
+        f"-max_total_time={seconds}",
+        f"-max_len={target.longest}",
+        f"-dict={dictionary}",
+        f"-timeout={2 * SLOWEST}",
+        f"-rss_limit_mb={MOST_MEMORY}",
+        f"-artifact_prefix={folder / 'findings'}{os.sep}",
+        "-print_final_stats=1",
+        "-reload=0",
+        str(corpus),
+    ]
+    mutator = {"custom_mutator": search.mutator} if target.mutate else {}
+    atheris.Setup([sys.argv[0], *options], search.one, **mutator)
+    atheris.Fuzz()
+
+
+def _escaped(word: str) -> str:
+    return "".join(f"\\x{byte:02x}" for byte in word.encode("utf-8", "replace"))
+
+
+if __name__ == "__main__":
+    main()
