@@ -38,7 +38,7 @@ docs: .venv/.installed-dev
 
 # What things cost: to be read on a machine that has nothing else to do.
 bench: .venv/.installed-dev
-	@for file in benchmarks/*.py; do echo "== $$file"; $(BIN)/python $$file || exit 1; done
+	$(BIN)/cellwright bench --write docs/benchmarks.md
 
 # Random and hostile files, for a minute each reader or as long as SECONDS says; TARGETS names some of them.
 SECONDS ?= 60

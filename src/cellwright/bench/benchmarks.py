@@ -36,6 +36,11 @@ BENCHMARKS = (
     Benchmark("pybullet_cell", "The cell beside PyBullet", 1.0),
     Benchmark("start", "A cold start", 0.2),
     Benchmark("costs", "One more of something", 1.0),
+    Benchmark("robot", "A robot beside PyBullet", 0.5),
+    Benchmark("evaluation", "Many runs in two processes", 3.0),
+    Benchmark("socket", "Over a socket", 2.0),
+    Benchmark("teleop", "From a command to motion", 2.5),
+    Benchmark("ros1", "Over ROS 1", 2.5),
 )
 
 

@@ -83,9 +83,7 @@ def _that_speak(cell: Cell, start: Snapshot, steps: int) -> list[str]:
     return [name for name in cell.topics() if counts[name] > FEW]
 
 
-def _run(
-    cell: Cell, start: Snapshot, steps: int, topics: Sequence[str] = (), heard: list[str] | None = None
-) -> float:
+def _run(cell: Cell, start: Snapshot, steps: int, topics: Sequence[str] = (), heard: list[str] | None = None) -> float:
     """Processor time of some steps from a snapshot, with listeners that count [s]."""
     restore_snapshot(cell.simulation, start)
     counted = [] if heard is None else heard

@@ -13,6 +13,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 from cellwright.bench.figures import Figure, Tell
 from cellwright.errors import UsageError
@@ -64,7 +65,7 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
         begin = time.time()
         said = json.loads(ran("-c", PROGRAM))
         moments = [begin, *said["moments"]]
-        spans.append([later - earlier for earlier, later in zip(moments, moments[1:], strict=False)])
+        spans.append([later - earlier for earlier, later in pairwise(moments)])
         busy = min(busy, said["busy"])
         if said["resident"] is not None:
             resident = said["resident"]

@@ -24,7 +24,7 @@ def number(value: float) -> str:
 
 def bound(figure: Figure) -> str:
     """The bound that the value is held to; empty where there is none."""
-    bounds = [f"{sign} {limit:g}" for sign, limit in (("≥", figure.least), ("≤", figure.most)) if limit is not None]
+    bounds = [f"{sign} {limit:.4g}" for sign, limit in (("≥", figure.least), ("≤", figure.most)) if limit is not None]
     return ", ".join(bounds)
 
 
