@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from importlib import import_module
+from types import ModuleType
 
 from cellwright.bench.figures import Measure
 from cellwright.errors import UnknownNameError
@@ -25,9 +26,15 @@ class Benchmark:
 
     def measure(self) -> Measure:
         """What takes it."""
-        module = import_module(f"cellwright.bench.{self.name}")
-        measure: Measure = module.measure
+        measure: Measure = self._module().measure
         return measure
+
+    def about(self) -> tuple[str, ...]:
+        """What is measured and how, paragraph by paragraph."""
+        return tuple(" ".join(paragraph.split()) for paragraph in (self._module().__doc__ or "").split("\n\n"))
+
+    def _module(self) -> ModuleType:
+        return import_module(f"cellwright.bench.{self.name}")
 
 
 BENCHMARKS = (

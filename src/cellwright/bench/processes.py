@@ -45,7 +45,7 @@ class Served:
             said.append(self._line())
             if not said[-1]:
                 self.close()
-                raise UsageError(f"{"".join(said).strip()[:300]}")
+                raise UsageError(f"{' '.join(arguments)}: it did not begin to serve: {''.join(said).strip()[:300]}")
         self.address = found[1], int(found[2])
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()

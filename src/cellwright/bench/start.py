@@ -73,7 +73,7 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
     yield Figure("process until its first step", min(totals), "s", most=1.0, note=f"median {_median(totals)}")
     best = spans[totals.index(min(totals))]
     for what, span in zip(STEPS, best, strict=True):
-        yield Figure(f"of that: {what}", span, "s")
+        yield Figure(f"of that: {what}", span * 1e3, "ms")
     yield Figure("processor time of that process", busy, "s")
     note = "" if math.isfinite(resident) else "this system does not tell"
     yield Figure("resident memory after it", resident, "MiB", most=None if note else 200.0, note=note)

@@ -11,13 +11,13 @@ def value(figure: Figure) -> str:
     """The value in about three digits and its unit; a dash where there is none."""
     if not math.isfinite(figure.value):
         return "-"
-    return f"{number(figure.value)} {figure.unit}"
+    return f"{number(figure.value)} {figure.unit}".rstrip()
 
 
 def number(value: float) -> str:
-    """A number in about three digits, never as a power of ten."""
+    """A number in about three digits, never as a power of ten; what was counted, whole."""
     size = abs(value)
-    if value == round(value) or size >= 100:
+    if isinstance(value, int) or size >= 100:
         return f"{value:.0f}"
     return f"{value:.{1 if size >= 10 else 2 if size >= 1 else 3}f}"
 
