@@ -1,7 +1,7 @@
 """Nothing in the documentation goes unlooked at: a block of commands or code is run by a test, or says why it is not.
 
-What is not run is at least read: every command of Cellwright's own, in blocks and in running text, has to be one that the
-command line takes.
+What is not run is at least read: every command of Cellwright's own, in blocks and in running text, has to be one that
+the command line takes.
 """
 
 import re
