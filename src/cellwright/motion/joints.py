@@ -62,7 +62,11 @@ class Joints(NamedTuple):
         return dict(zip(ARM_JOINTS, self, strict=True))
 
     def ordered(self, names: Sequence[str]) -> list[float]:
-        """The values in the order of `names`, for instance `cellwright.client.ARM_JOINTS`."""
+        """The values in the order of `names`, for instance `cellwright.client.ARM_JOINTS`.
+
+        Raises:
+            UnknownNameError: one of them is no joint of the arm.
+        """
         values = self.by_name()
         for name in names:
             if name not in values:
