@@ -27,7 +27,8 @@ AGENTS = """\
 class Idle:
     def run(self, client):
         client.start_competition()
-        client.sleep(1.0)
+        client.send_arm([[1.5, 0.3, -1.1, 3.1, 3.7, -1.5, 0.0]])
+        client.sleep(1.2)
         print("caf\\u00e9 \\u914d")
 
 class Stuck:
@@ -80,8 +81,9 @@ def test_every_module_can_be_imported(tmp_path: Path) -> None:
 
 def test_a_run_its_log_and_a_checkpoint(tmp_path: Path) -> None:
     (tmp_path / "配.yaml").write_text(TRIAL, encoding="utf-8")
+    (tmp_path / "agents.py").write_text(AGENTS, encoding="utf-8")
     looks = ["--log", "run.jsonl", "--checkpoint", "1:half.npz", "--listen", "all", "--no-picture"]
-    ran = cellwright(tmp_path, "run", "配.yaml", "--agent", "lesson", "--until", "1.2", *looks, status=1)
+    ran = cellwright(tmp_path, "run", "配.yaml", "--agent", "agents.py:Idle", "--until", "1.1", *looks, status=1)
     assert "trial \\u914d" in ran.stdout + ran.stderr
     log = (tmp_path / "run.jsonl").read_bytes()
     assert b"\r" not in log
@@ -94,13 +96,14 @@ def test_a_run_its_log_and_a_checkpoint(tmp_path: Path) -> None:
 def test_an_agent_in_a_process_of_its_own_over_a_socket(tmp_path: Path) -> None:
     """The cell served on the loopback, in lockstep; the same run as in one process."""
     (tmp_path / "trial.yaml").write_text(TRIAL, encoding="utf-8")
-    asked = ["run", "trial.yaml", "--agent", "lesson", "--until", "1.5", "--json", "--no-picture"]
+    (tmp_path / "agents.py").write_text(AGENTS, encoding="utf-8")
+    asked = ["run", "trial.yaml", "--agent", "agents.py:Idle", "--until", "1.1", "--json", "--no-picture"]
     alone, apart = (
         json.loads(cellwright(tmp_path, *asked, *more, status=1).stdout)
         for more in ([], ["--over", "socket", "--lockstep"])
     )
     assert apart["state_hash"] == alone["state_hash"]
-    assert apart["simulated"] == pytest.approx(1.5)
+    assert apart["simulated"] == pytest.approx(1.1)
 
 
 def test_runs_are_judged_and_a_stuck_one_is_ended(tmp_path: Path) -> None:
