@@ -6,7 +6,6 @@ import re
 
 from cellwright.errors import UsageError
 
-
 _LAST_PORT = 65535
 
 
