@@ -83,7 +83,7 @@ def times(what: str, rounds: int, action: Callable[[int], None]) -> Figure:
     return Figure(what, statistics.median(found), "ms", note=f"median; 99 % below {percentile(found, 99):.2f} ms")
 
 
-def goal_message(way: object, name: str) -> object:
+def goal_message(way: object, name: str) -> FollowJointTrajectoryActionGoal:
     """A goal of the arm's action."""
     moment = message_type("builtin_interfaces/Time")(sec=0, nanosec=0)  # type: ignore[call-arg]
     header = message_type("std_msgs/Header")(stamp=moment, frame_id="")  # type: ignore[call-arg]
