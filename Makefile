@@ -5,7 +5,7 @@ BIN := .venv/bin
 JOBS ?= 2
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: run lesson test ros1 display check docs bench fuzz format clean
+.PHONY: run lesson test ros1 display check docs bench soak fuzz format clean
 
 run: .venv/.installed
 	$(BIN)/cellwright run lesson
@@ -39,6 +39,11 @@ docs: .venv/.installed-dev
 # What things cost: to be read on a machine that has nothing else to do.
 bench: .venv/.installed-dev
 	@for file in benchmarks/*.py; do echo "== $$file"; $(BIN)/python $$file || exit 1; done
+
+# Ten simulated hours of a cell and of a robot: is memory flat, and the state that of the same run cut into restores?
+HOURS ?= 10
+soak: .venv/.installed
+	$(BIN)/python -m cellwright.endurance --hours $(HOURS) --picture soak.svg
 
 # Random and hostile files, for a minute each reader or as long as SECONDS says; TARGETS names some of them.
 SECONDS ?= 60

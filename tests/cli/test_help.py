@@ -27,6 +27,7 @@ COMMANDS = [
     "operate play",
     "operate record",
     "operate call",
+    "bench",
     "ros1-env",
     "ros1-workspace",
 ]

@@ -223,3 +223,31 @@ def test_a_cell_without_arm_or_agvs() -> None:
         client.control_agv(1, "order_0_kit_0")
     with pytest.raises(UnknownNameError, match="unknown topic to publish on '/ariac/arm/command'"):
         client.send_arm([INITIAL])
+
+
+@pytest.mark.parametrize("name", ["break_beam_l", "logical_camera", "", "arm/stat", "../clock"])
+def test_a_sensor_that_is_not_there_is_an_error_that_names_those_that_are(name: str) -> None:
+    client = Client(InProcess(Cell(WHOLE)))
+    for ask in (client.sensor, lambda each: client.on_sensor(each, print)):
+        with pytest.raises(UnknownNameError) as caught:
+            ask(name)
+        assert caught.value.valid == (
+            "break_beam_1",
+            "break_beam_1_change",
+            "laser_profiler_1",
+            "logical_camera_1",
+            "logical_camera_2",
+            "proximity_sensor_1",
+            "quality_control_sensor_1",
+            "quality_control_sensor_2",
+        )
+    assert client.sensor("break_beam_1").wait(1.0) is not None
+
+
+def test_where_more_topics_may_come_a_sensor_is_waited_for(caplog: pytest.LogCaptureFixture) -> None:
+    class Growing(InProcess):
+        knows_all_topics = False
+
+    client = Client(Growing(Cell(BARE)))
+    assert client.sensor("break_beam_1").wait(0.1) is None
+    assert "unknown sensor 'break_beam_1' (known: none); waiting for it" in caplog.text

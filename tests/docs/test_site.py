@@ -52,7 +52,7 @@ def test_links_out_of_the_folder_of_pages_are_led_anew(site: Path) -> None:
     start = (site / "index.html").read_text(encoding="utf-8")
     assert 'href="getting-started.html"' in start
     assert 'href="changelog.html"' in start
-    assert 'src="images/qinglong.png"' in start
+    assert 'src="images/cell.png"' in start
 
 
 def test_the_public_names_are_in_the_reference(site: Path) -> None:

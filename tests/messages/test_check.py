@@ -1,4 +1,5 @@
 import re
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -131,6 +132,15 @@ def test_every_number_survives(values: list[float]) -> None:
 def test_what_is_no_message_at_all(thing: Any) -> None:
     with pytest.raises(MessageError, match="is no message"):
         checked(thing)
-    stranger: Any = SimpleNamespace(__msgtype__="my_msgs/msg/Mine")
+    stranger: Any = type("Stranger", (), {"__msgtype__": "my_msgs/msg/Mine"})()
     with pytest.raises(UnknownNameError, match="my_msgs"):
         checked(stranger)
+
+
+@pytest.mark.parametrize("named", [None, 3, "std_msgs/msg/String", "", np.array(["a"]), ["x"]])
+def test_what_says_that_it_is_something_else_is_refused(named: Any) -> None:
+    told = {"__msgtype__": named}
+    with pytest.raises(MessageError, match=r"^std_msgs/Header is of type std_msgs/Header, and says"):
+        checked(replace(header("base", 3), **told))
+    with pytest.raises(MessageError, match=r"^std_msgs/Header.stamp is of type builtin_interfaces/Time, and says"):
+        checked(replace(header("base", 3), stamp=replace(Time(1, 2), **told)))

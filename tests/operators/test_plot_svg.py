@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cellwright.operators.exercise import Exercise
-from cellwright.operators.plot_svg import WIDTH, picture
+from cellwright.operators.plot_svg import picture
+from cellwright.operators.svg_frame import WIDTH
 from cellwright.operators.tracking import Trace, tracking
 from cellwright.operators.waves import Shape, Wave
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Protocol, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,18 @@ class Figure:
     def is_held(self) -> bool:
         """Whether the value is within its bounds; a value that is not a number is within none."""
         return (self.most is None or self.value <= self.most) and (self.least is None or self.value >= self.least)
+
+    def as_dict(self) -> dict[str, Any]:
+        """The same as JSON values; a value that is not a number is null."""
+        return {
+            "what": self.what,
+            "value": self.value if math.isfinite(self.value) else None,
+            "unit": self.unit,
+            "most": self.most,
+            "least": self.least,
+            "held": self.is_held,
+            "note": self.note,
+        }
 
 
 Tell: TypeAlias = Callable[[str], None]

@@ -24,7 +24,7 @@ from cellwright.description.trial import Trial
 from cellwright.errors import RunEndedError
 from cellwright.simulation.clock import NANOSECONDS
 
-SECONDS, QUICK_SECONDS = 500, 3
+SECONDS, QUICK_SECONDS = 500, 2
 """Simulation time of a run [s]."""
 NODE = "/agent"
 IN_TURN = 3

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 import cellwright
+from cellwright.cli.bench.command import bench
 from cellwright.cli.check import check
 from cellwright.cli.eval.command import evaluate
 from cellwright.cli.exit_status import BAD_INPUT, NOT_DONE
@@ -39,7 +40,8 @@ app = typer.Typer(
         cellwright check trial.yaml  # is this file sound?
         cellwright teleop qinglong   # a robot's controller node
         cellwright robot qinglong    # a robot's joints, by index
-        cellwright operate --help    # drive a robot's controller node""",
+        cellwright operate --help    # drive a robot's controller node
+        cellwright bench             # what it all costs on this machine""",
     epilog="Exit status: 0 done; 1 not done; 2 bad input, and nothing was started.",
     no_args_is_help=True,
     add_completion=False,
@@ -55,6 +57,7 @@ app.command()(teleop)
 app.command()(trials)
 app.command()(robot)
 app.add_typer(operate)
+app.command()(bench)
 app.command("ros1-env")(ros1_env)
 app.command("ros1-workspace")(ros1_workspace)
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from cellwright.client.session import Latest, Session
 from cellwright.client.transports.transport import Transport
-from cellwright.errors import UsageError
+from cellwright.errors import UnknownNameError, UsageError
 from cellwright.messages.build import NANOSECONDS, joint_trajectory, trajectory_point
 from cellwright.messages.osrf_gear import (
     AGVControlRequest,
@@ -35,6 +36,10 @@ ARRIVED = 0.1
 original's soft servo leaves the rail up to 0.05 m short, where its force no longer overcomes the dry friction."""
 
 _STOPPED = 0.02
+_PREFIX = "/ariac/"
+_NO_SENSORS = ("competition_state", "current_score", "joint_states", "orders", "trays")
+
+log = logging.getLogger(__name__)
 
 
 class Client(Session):
@@ -179,14 +184,34 @@ class Client(Session):
     # ---------------------------------------------------------------- sensors
 
     def sensor(self, name: str) -> Latest:
-        """The newest reading of a sensor that the trial's file names; listened to from the first call on."""
+        """The newest reading of a sensor that the trial's file names; listened to from the first call on.
+
+        Raises:
+            UnknownNameError: there is no such sensor. In ROS, where one may appear later, that is only logged.
+        """
         if name not in self._sensors:
-            self._sensors[name] = self.latest(f"/ariac/{name}")
+            self._sensors[name] = self.latest(self._sensor_topic(name))
         return self._sensors[name]
 
     def on_sensor(self, name: str, callback: Callable[[Any], None]) -> Callable[[], None]:
-        """Have `callback(message)` called for each reading of a sensor; the returned function ends that."""
-        return self.subscribe(f"/ariac/{name}", callback)
+        """Have `callback(message)` called for each reading of a sensor; the returned function ends that.
+
+        Raises:
+            UnknownNameError: there is no such sensor. In ROS, where one may appear later, that is only logged.
+        """
+        return self.subscribe(self._sensor_topic(name), callback)
+
+    def _sensor_topic(self, name: str) -> str:
+        """The topic of a sensor, which is there."""
+        topic, topics = f"{_PREFIX}{name}", self.transport.topics()
+        if topic not in topics:
+            below = [each.removeprefix(_PREFIX) for each in topics if each.startswith(_PREFIX)]
+            sensors = sorted(each for each in below if "/" not in each and each not in _NO_SENSORS)
+            error = UnknownNameError("sensor", name, sensors)
+            if self.transport.knows_all_topics:
+                raise error
+            log.warning("%s; waiting for it", error)
+        return topic
 
     def _trigger(self, service: str) -> bool:
         return bool(self.call(service, TriggerRequest()).success)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from cellwright.description.figures import DropFigure, Figures
+from cellwright.description.keys import DROP_REGION
 from cellwright.description.models import PartBook
 from cellwright.description.reading.python2 import dictionary_order
 from cellwright.description.reading.reader import Reader
@@ -15,8 +16,6 @@ from cellwright.pose import Vector3
 
 _MANY = 20
 """After so many unknown names no similar ones are searched for: that takes long and helps nobody."""
-
-_REGION = ("min", "max", "destination", "part_type_to_drop")
 
 
 def read_drops(node: Node, book: PartBook) -> tuple[DropFigure, ...]:
@@ -42,8 +41,8 @@ def _region(entry: Entry, book: PartBook) -> DropFigure | None:
     table = reader.table(entry.value)
     if table is None:
         return None
-    reader.ignored(table, _REGION)
-    first_node, second_node, target_node, type_node = (reader.required(table, field) for field in _REGION)
+    reader.ignored(table, DROP_REGION.names)
+    first_node, second_node, target_node, type_node = (reader.required(table, field) for field in DROP_REGION.required)
     first = _corner(first_node, reader) if first_node else None
     second = _corner(second_node, reader) if second_node else None
     target_table = reader.table(target_node) if target_node else None

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from cellwright.description import evaluated
+from cellwright.description import evaluated, keys
 from cellwright.description.belt import read_belt
 from cellwright.description.faults import check_faulty, read_drops, read_faulty
 from cellwright.description.figures import BeltFigure, DropFigure, Figures, ModelFigure, OrderFigure
@@ -34,18 +34,7 @@ from cellwright.description.trial import Trial
 from cellwright.description.trial_of import trial_of
 from cellwright.errors import DescriptionError, UsageError
 
-TOP_LEVEL = (
-    "arm",
-    "sensors",
-    "options",
-    "time_limit",
-    "orders",
-    "models_over_bins",
-    "belt_parts",
-    "faulty_parts",
-    "drops",
-    "models_to_spawn",
-)
+TOP_LEVEL = keys.SECTIONS.names
 """The sections of the 2017 format."""
 
 OWN = "cellwright"

@@ -6,6 +6,7 @@ from collections import defaultdict
 from dataclasses import dataclass, field
 
 from cellwright.description.figures import ModelFigure, Placement
+from cellwright.description.keys import BIN, GRID, PART
 from cellwright.description.layout import BIN_CENTRES, BIN_PART_HEIGHT, BIN_WIDTH, PART_TYPES, REFERENCE_FRAMES
 from cellwright.description.options import OptionFigures
 from cellwright.description.reading.problems import Located
@@ -20,8 +21,6 @@ MAX_PARTS = 2000
 
 _MANY = 100
 """Above so many, names are no longer searched for similar ones: that takes long and helps nobody."""
-
-_GRID = ("xyz_start", "xyz_end", "rpy", "num_models_x", "num_models_y")
 
 
 @dataclass(slots=True)
@@ -74,7 +73,7 @@ def read_bins(node: Node, book: PartBook) -> tuple[ModelFigure, ...]:
         bin_table = reader.table(entry.value)
         if name is None or bin_table is None:
             continue
-        reader.ignored(bin_table, ("models", "xyz"))
+        reader.ignored(bin_table, BIN.names)
         origin = _origin(name, bin_table, reader)
         models = reader.required(bin_table, "models")
         if models is None or (isinstance(models, Leaf) and models.value is None):
@@ -112,7 +111,7 @@ def read_extras(node: Node, book: PartBook) -> tuple[ModelFigure, ...]:
 def read_part(table: Table, book: PartBook) -> tuple[str, Placement] | None:
     """A single part, as extras and orders have it: its type and where it belongs."""
     reader = book.reader
-    reader.ignored(table, ("type", "pose"))
+    reader.ignored(table, PART.names)
     type_node, pose_node = reader.required(table, "type"), reader.required(table, "pose")
     name = reader.name(type_node) if type_node else None
     placement = reader.placement(pose_node) if pose_node else None
@@ -141,8 +140,8 @@ def _grid(bin_name: str, origin: Vector3 | None, entry: Entry, book: PartBook) -
     table = reader.table(entry.value)
     if table is None:
         return []
-    reader.ignored(table, _GRID)
-    nodes = [reader.required(table, name) for name in _GRID]
+    reader.ignored(table, GRID.names)
+    nodes = [reader.required(table, name) for name in GRID.required]
     start = reader.coordinates(nodes[0], 3) if nodes[0] else None
     end = reader.coordinates(nodes[1], 2) if nodes[1] else None
     rpy = reader.vector(nodes[2]) if nodes[2] else None

@@ -3,20 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 
+from cellwright.description.keys import ALIASES, CYCLES, DEFAULT_ALIASES, OPTIONS, SWITCHES
 from cellwright.description.other_years import year_of_option
 from cellwright.description.reading.reader import Reader
 from cellwright.description.reading.tree import Leaf, Node, described
 from cellwright.description.trial import Options
 from cellwright.errors import did_you_mean
-
-ALIASES = "model_type_aliases"
-CYCLES = "belt_population_cycles"
-_SWITCHES = tuple(option.name for option in fields(Options) if option.name != CYCLES)
-_KNOWN = (*_SWITCHES, CYCLES, ALIASES)
-
-DEFAULT_ALIASES: Mapping[str, str] = {"belt_model_type1": "part1", "belt_model_type2": "part2"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,10 +31,10 @@ def read_options(node: Node, reader: Reader) -> OptionFigures:
     if table is None:
         return OptionFigures()
     switches: dict[str, bool] = {}
-    cycles = 1
+    cycles = Options().belt_population_cycles
     aliases: Mapping[str, str] = DEFAULT_ALIASES
     for entry in table.entries.values():
-        if entry.name in _SWITCHES:
+        if entry.name in SWITCHES.names:
             switches[str(entry.name)] = _truth(entry.value, reader)
         elif entry.name == CYCLES:
             cycles = reader.whole(entry.value) or 0
@@ -49,7 +43,9 @@ def read_options(node: Node, reader: Reader) -> OptionFigures:
         else:
             year = year_of_option(entry.name)
             origin = f" (it came with the {year} format)" if year else ""
-            reader.problems.warn(entry, f"unknown option, ignored{origin}{did_you_mean(str(entry.name), _KNOWN)}")
+            reader.problems.warn(
+                entry, f"unknown option, ignored{origin}{did_you_mean(str(entry.name), OPTIONS.names)}"
+            )
     return OptionFigures(Options(belt_population_cycles=cycles, **switches), aliases)
 
 

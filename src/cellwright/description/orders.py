@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from cellwright.description.figures import OrderFigure, Placement, order_id
+from cellwright.description.keys import DEFAULT_KITS, ORDER
 from cellwright.description.models import MAX_PARTS, PartBook, read_part
 from cellwright.description.other_years import OtherYear
 from cellwright.description.reading.python2 import dictionary_order
@@ -12,7 +13,6 @@ from cellwright.description.reading.tree import Entry, Items, Leaf, Node, descri
 from cellwright.errors import did_you_mean
 
 CONDITIONS = ("time", "wanted_parts", "unwanted_parts")
-_KNOWN = ("announcement_condition", "announcement_condition_value", "parts", "kit_count")
 
 
 def read_orders(node: Node, book: PartBook, other_year: OtherYear) -> tuple[OrderFigure, ...]:
@@ -43,13 +43,13 @@ def _order(entry: Entry, book: PartBook, other_year: OtherYear) -> OrderFigure |
     table = reader.table(entry.value)
     if table is None:
         return None
-    reader.ignored(table, _KNOWN)
+    reader.ignored(table, ORDER.names)
     remark = other_year.order(table)
     condition_node = reader.required(table, "announcement_condition", remark)
     value_node = reader.required(table, "announcement_condition_value", remark)
     parts_node = reader.required(table, "parts", remark)
     count_node = table.get("kit_count")
-    kit_count = reader.whole(count_node) if count_node else 1
+    kit_count = reader.whole(count_node) if count_node else DEFAULT_KITS
     parts = _parts(parts_node, book) if parts_node else ()
     if condition_node is None or value_node is None or kit_count is None or name is None:
         return None

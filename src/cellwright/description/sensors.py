@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import get_args
 
+from cellwright.description.keys import SENSOR
 from cellwright.description.other_years import year_of_sensor
 from cellwright.description.reading.reader import Reader
 from cellwright.description.reading.tree import Entry, Node, shortened
@@ -75,7 +76,7 @@ def _sensor(entry: Entry, reader: Reader) -> Sensor | None:
     table = reader.table(entry.value)
     if table is None:
         return None
-    reader.ignored(table, ("type", "pose"))
+    reader.ignored(table, SENSOR.names)
     type_node, pose_node = reader.required(table, "type"), reader.required(table, "pose")
     sensor_type = reader.name(type_node) if type_node else None
     placement = reader.placement(pose_node) if pose_node else None

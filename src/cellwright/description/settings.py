@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, cast, get_args
 
-from cellwright.description import evaluated
+from cellwright.description import evaluated, keys
 from cellwright.description.layout import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
 from cellwright.description.reading.reader import Reader
 from cellwright.description.reading.tree import Entry, Leaf, Node, Table, described, shortened
@@ -20,15 +20,6 @@ LONGEST_STEP = Fraction(1, 50)
 LARGEST_SEED = 2**63 - 1
 
 _PROFILES: tuple[str, ...] = get_args(ServoProfile)
-_CONSTRAINTS = ("goal_time", "stopped_velocity_tolerance")
-_ARM = (
-    "servo",
-    "gains",
-    "constraints",
-    "stop_trajectory_duration",
-    "allow_partial_joints_goal",
-    "initial_joint_states",
-)
 _STEP = re.compile(r"\s*(\d{1,12})\s*/\s*(\d{1,12})\s*|\s*(\d{0,12}\.?\d{1,12}([eE]-?\d{1,2})?)\s*", re.ASCII)
 
 
@@ -45,7 +36,7 @@ def read_settings(node: Node, reader: Reader) -> SettingFigures:
     table = reader.table(node)
     if table is None:
         return SettingFigures()
-    _only(table, ("seed", "timestep", "arm", "parts", "furniture", "devices"), reader)
+    _only(table, keys.OWN.names, reader)
     values: dict[str, Any] = {}
     seed = table.get("seed")
     if seed and (number := reader.whole(seed)) is not None:
@@ -87,7 +78,7 @@ def _timestep(node: Node, reader: Reader) -> tuple[int, int] | None:
 
 
 def _arm(table: Table, reader: Reader) -> tuple[ArmSettings, Mapping[str, float]]:
-    _only(table, _ARM, reader)
+    _only(table, keys.OWN_ARM.names, reader)
     values: dict[str, Any] = {}
     if (servo := table.get("servo")) and (profile := _profile(servo, reader)):
         values["servo"] = profile
@@ -124,23 +115,23 @@ def _gains(table: Table, reader: Reader) -> dict[str, JointGains]:
         joint = reader.table(entry.value)
         if joint is None:
             continue
-        _only(joint, ("p", "d", "i", "i_clamp"), reader, "gain")
-        for name in ("p", "d"):
+        _only(joint, keys.GAINS.names, reader, "gain")
+        for name in keys.GAINS.required:
             reader.required(joint, name)
-        values = _numbers(joint, ("p", "d", "i", "i_clamp"), reader)
-        if {"p", "d"} <= values.keys():
+        values = _numbers(joint, keys.GAINS.names, reader)
+        if values.keys() >= set(keys.GAINS.required):
             gains[str(entry.name)] = JointGains(**values)
     return gains
 
 
 def _constraints(table: Table, reader: Reader) -> dict[str, Any]:
-    values: dict[str, Any] = dict(_numbers(table, _CONSTRAINTS, reader))
+    values: dict[str, Any] = dict(_numbers(table, keys.CONSTRAINTS.names, reader))
     tolerances: dict[str, JointTolerance] = {}
-    for entry in _joints(table, reader, _CONSTRAINTS):
+    for entry in _joints(table, reader, keys.CONSTRAINTS.names):
         joint = reader.table(entry.value)
         if joint is not None:
-            _only(joint, ("trajectory", "goal"), reader, "tolerance")
-            tolerances[str(entry.name)] = JointTolerance(**_numbers(joint, ("trajectory", "goal"), reader))
+            _only(joint, keys.TOLERANCE.names, reader, "tolerance")
+            tolerances[str(entry.name)] = JointTolerance(**_numbers(joint, keys.TOLERANCE.names, reader))
     return values | {"tolerances": tolerances}
 
 

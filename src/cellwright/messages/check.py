@@ -39,7 +39,7 @@ def checked(message: M) -> M:
     Raises:
         MessageError: a field holds something else; it is named (`points[2].positions`). Or it is no message at all.
     """
-    name = getattr(message, "__msgtype__", None)
+    name = getattr(type(message), "__msgtype__", None)  # what an instance says of itself is one of its fields
     if not isinstance(name, str):
         raise MessageError(f"{said(message)} is no message")
     return type_check(name)(message, short_name(name))  # type: ignore[return-value]
@@ -60,6 +60,9 @@ def type_check(name: str) -> Check:
     def check(value: object, where: str) -> object:
         if not isinstance(value, message_class):
             raise MessageError(f"{where} must be of type {short}, not {said(value)}")
+        named = value.__msgtype__
+        if named is not name and not (isinstance(named, str) and named == name):
+            raise MessageError(f"{where} is of type {short}, and says {said(named)}")
         changes = {}
         for member, check_member in members:
             given = getattr(value, member)
@@ -190,5 +193,5 @@ def said(value: object) -> str:
     if isinstance(value, (str, int, float, bool, type(None))):
         text = repr(value)
     else:
-        text = short_name(getattr(value, "__msgtype__", "")) or type(value).__name__
+        text = short_name(str(getattr(type(value), "__msgtype__", ""))) or type(value).__name__
     return text if len(text) <= 60 else f"{text[:57]}..."

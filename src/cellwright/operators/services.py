@@ -56,9 +56,12 @@ class Services:
         try:
             if self._session is None:
                 self._session = self._open()
+            self._session.adopt()  # each call has a thread of its own, one after the other
             response = self._session.call(*request(ask))
         except (CellwrightError, RunEndedError) as error:
             self._answer = f"{ask.value}: {error}"
+        except Exception as error:  # the operator waits for an answer, and a thread that dies gives none
+            self._answer = f"{ask.value}: failed: {type(error).__name__}: {error}"
         else:
             self._answer = f"{ask.value}: {'done' if response.success else 'refused'}"
             if response.message:

@@ -17,19 +17,22 @@ from cellwright.bus.served import Served
 from cellwright.errors import UsageError
 from cellwright.link.frames import Frame, FrameError, Kind
 from cellwright.server.guest import Guest
+from cellwright.server.reasons import Reasons
 from cellwright.server.requests import Asked, Extra, Requests, refusal
 
 DEFAULT_PORT = 11399
 LOOPBACK = "127.0.0.1"
 
 MOST_GUESTS = 200
-"""More connections than these are turned away; `select` can look at some 1000."""
+"""More connections than these are turned away, those first that have not said who they are; `select` can look at
+some 1000."""
 
 PATIENCE = 30.0
 """So long [s] a guest may take nothing of what waits for it, or not say who it is, before it is cut off."""
 
 _MOST_DESCRIPTORS = 1024  # those beyond are none that `select` could look at
 _FRAMES_A_TURN = 16
+_MOST_NAMED = 10  # guests that were cut off, in one report
 _LOOK_AFTER = 1.0  # [s] of wall time between two looks at who is behind, stuck or silent
 
 
@@ -61,7 +64,7 @@ class Server:
         self._report = report
         self._guests: list[Guest] = []
         self._turn = 0
-        self._cut_off: dict[str, list[str]] = {}
+        self._cut_off: dict[str, Reasons] = {}
         self._looked = time.monotonic()
         self.lockstep = lockstep
 
@@ -202,7 +205,9 @@ class Server:
             return
         self._guests.append(guest)
         if len(self._guests) > MOST_GUESTS:
-            self._cut(guest, FrameError(f"there are {MOST_GUESTS} guests already"))
+            # who has not said who it is makes room: a crowd that says nothing must not keep programs out
+            silent = next((each for each in self._guests if not each.node and not each.is_leaving), guest)
+            self._cut(silent, FrameError(f"there are {MOST_GUESTS} guests already"))
 
     def _flush(self) -> None:
         for guest in self._guests:
@@ -214,11 +219,12 @@ class Server:
         """Tell a guest why nothing more is heard from it; it leaves once it has been told."""
         guest.say(refusal(0, error))
         guest.stop_hearing()
-        self._cut_off.setdefault(guest.name, []).append(str(error))
+        self._note_cut(guest, str(error))
 
     def _forget_those_gone(self) -> None:
         for guest in [guest for guest in self._guests if guest.is_gone]:
             self._guests.remove(guest)
+            self._requests.forget(guest)
             guest.close()
 
     def _look_after_guests(self) -> None:
@@ -231,19 +237,25 @@ class Server:
             if guest.dropped:
                 self._report(f"{guest.name} does not read as fast as it is told: {guest.dropped} messages were dropped")
                 guest.dropped = 0
+            if guest.untold:
+                self._report(f"{guest.name} cannot be told: {guest.untold.take()}")
             is_stuck = guest.stuck_since is not None and now - guest.stuck_since > PATIENCE
             if is_stuck and (guest.is_behind or guest.is_leaving):
                 guest.is_gone = True
-                self._cut_off.setdefault(guest.name, []).append(f"it has read nothing for {PATIENCE:g} s")
+                self._note_cut(guest, f"it has read nothing for {PATIENCE:g} s")
             elif not guest.node and not guest.is_leaving and now - guest.came > PATIENCE:
                 self._cut(guest, FrameError(f"it has not said who it is for {PATIENCE:g} s"))
         self._tell_who_was_cut_off()
 
     def _tell_who_was_cut_off(self) -> None:
         for name, reasons in self._cut_off.items():
-            more = f" (and {len(reasons) - 1} more since the last report)" if len(reasons) > 1 else ""
-            self._report(f"cut off {name}: {reasons[0]}{more}")
+            self._report(f"cut off {name}: {reasons.take()}")
         self._cut_off.clear()
+
+    def _note_cut(self, guest: Guest, reason: str) -> None:
+        """Take note of it for the next report; names come from outside, and beyond some the others share a line."""
+        name = guest.name if guest.name in self._cut_off or len(self._cut_off) < _MOST_NAMED else "others"
+        self._cut_off.setdefault(name, Reasons()).add(reason)
 
 
 def _socket(guest: Guest | None, listener: socket.socket) -> socket.socket:

@@ -7,7 +7,8 @@ from typing import Any, cast
 
 import pytest
 
-from cellwright.agents.kitter.belt_watch import MIDDLE, SPEED, SURFACE, BeltWatch, crosses_belt
+from cellwright.agents.kitter.areas import BELT_MIDDLE, BELT_SURFACE
+from cellwright.agents.kitter.belt_watch import SPEED, BeltWatch, crosses_belt
 from cellwright.agents.kitter.eyes import Image, Seen
 from cellwright.client import Client
 from cellwright.pose import Pose
@@ -24,18 +25,23 @@ class FakeClient:
 
     def subscribe(self, topic: str, callback: Callable[[Any], None]) -> Callable[[], None]:
         self.listeners[topic] = callback
-        return lambda: None
+
+        def leave() -> None:
+            self.listeners.pop(topic, None)
+
+        return leave
 
     def say(self, topic: str, time: float, **fields: object) -> None:
         self.time = time
-        self.listeners[topic](SimpleNamespace(**fields))
+        if topic in self.listeners:
+            self.listeners[topic](SimpleNamespace(**fields))
 
 
 def watch(client: FakeClient, beams: dict[str, Pose] | None = None, types: tuple[str, ...] = ()) -> BeltWatch:
     return BeltWatch(cast("Client", client), beams or {}, types)
 
 
-def on_belt(part_type: str, y: float, x: float = MIDDLE, z: float = SURFACE) -> Seen:
+def on_belt(part_type: str, y: float, x: float = BELT_MIDDLE, z: float = BELT_SURFACE) -> Seen:
     return Seen(part_type, Pose.from_rpy((x, y, z), (0.0, 0.0, 0.5)))
 
 
@@ -46,7 +52,7 @@ def test_a_part_seen_by_a_camera_is_followed_where_no_camera_looks() -> None:
         belt.take_image(Image(time, (on_belt("disk_part", 3.0 - SPEED * time, x=1.2),)))
     (part,) = belt.coming("disk_part", 1.0, -1.0)
     assert part.has_yaw
-    assert part.pose(10.0).position == pytest.approx((1.2, 1.0, SURFACE))
+    assert part.pose(10.0).position == pytest.approx((1.2, 1.0, BELT_SURFACE))
     assert part.pose(10.0).yaw == pytest.approx(0.5)
     assert part.time_at(2.0) == pytest.approx(5.0)
 
@@ -92,7 +98,7 @@ def test_a_beam_tells_when_the_middle_of_a_part_passes() -> None:
     (part,) = belt.coming("gear_part", 10.5, 1.0)
     assert not part.has_yaw
     assert part.time_at(2.25) == pytest.approx(10.2)
-    assert part.pose(12.2).position == pytest.approx((MIDDLE, 1.85, SURFACE))
+    assert part.pose(12.2).position == pytest.approx((BELT_MIDDLE, 1.85, BELT_SURFACE))
 
 
 def test_a_beam_does_not_tell_types() -> None:
@@ -101,6 +107,7 @@ def test_a_beam_does_not_tell_types() -> None:
     client.say("/ariac/beam_change", 10.0, object_detected=True)
     client.say("/ariac/beam_change", 10.4, object_detected=False)
     assert belt.parts == []
+    assert client.listeners == {}
 
 
 def test_what_a_camera_sees_the_beam_does_not_add() -> None:
@@ -110,6 +117,7 @@ def test_what_a_camera_sees_the_beam_does_not_add() -> None:
     client.say("/ariac/beam_change", 3.5, object_detected=True)
     client.say("/ariac/beam_change", 3.9, object_detected=False)
     assert len(belt.parts) == 1
+    assert client.listeners == {}
 
 
 def test_an_end_without_a_beginning_is_nothing() -> None:

@@ -2,8 +2,10 @@
 
 import pytest
 
+from cellwright.agents.kitter.areas import BINS
 from cellwright.agents.kitter.cellview import CellView
 from cellwright.agents.kitter.discovery import Sensors, find_sensors
+from cellwright.agents.kitter.placing import STATIONS
 from cellwright.cell import Cell
 from cellwright.client.client import Client
 from cellwright.client.transports.in_process import InProcess
@@ -33,7 +35,7 @@ def test_every_part_of_the_bins_is_seen_once_and_where_it_is() -> None:
     lesson = client("lesson")
     qual3a = client("qual3a", "kitter_sensors")
     view = CellView(qual3a, ())
-    view.look()
+    view.look(BINS)
     parts = view.parts_in_bins()
     counts = {kind: sum(part.type == kind for part in parts) for kind in ("gear_part", "disk_part", "gasket_part")}
     assert counts == {"gear_part": 16, "disk_part": 4, "gasket_part": 4}
@@ -44,8 +46,7 @@ def test_every_part_of_the_bins_is_seen_once_and_where_it_is() -> None:
 
 def test_a_tray_in_view_is_empty_at_first() -> None:
     view = CellView(client("qual1a", "kitter_sensors"), ())
-    view.look()
-    assert view.agv_is_ready(1)
+    view.look(STATIONS[1].area)
     assert view.sees(Pose((0.2, 3.35, 0.755)))
     assert view.parts_on_tray(Pose((0.3, 3.15, 0.75))) == []
     assert view.faulty_on_tray(1) == ()

@@ -8,6 +8,7 @@ from typing import Any, cast
 
 import pytest
 
+from cellwright.agents.kitter.areas import Area
 from cellwright.agents.kitter.arm import Arm
 from cellwright.agents.kitter.belt_watch import BeltPart
 from cellwright.agents.kitter.cellview import CellView
@@ -86,14 +87,15 @@ class FakeView:
     def __init__(self, floor: Floor) -> None:
         self.floor = floor
         self.belt = SimpleNamespace(coming=self._coming, forget=floor.coming.remove)
+        self.agvs = SimpleNamespace(listen=lambda: None, rest=lambda: None, is_ready=self._is_ready)
 
     def _coming(self, part_type: str, _time: float, _y: float) -> list[BeltPart]:
         return [part for part in self.floor.coming if part.type == part_type]
 
-    def look(self, images: int = 8) -> None:
-        self.floor.time += 0.1 * images
+    def look(self, *_areas: Area) -> None:
+        self.floor.time += 0.8
 
-    def agv_is_ready(self, number: int) -> bool:
+    def _is_ready(self, number: int) -> bool:
         return all(sent != number for sent, _ in self.floor.sent)
 
     def parts_in_bins(self) -> list[Sighting]:

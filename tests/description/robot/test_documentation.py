@@ -1,4 +1,4 @@
-"""The page on robot configurations: all entries are in it, its example is sound, and so are its bounds."""
+"""The page on robot configurations: its example is sound. Its tables: `tests/description/test_page.py`."""
 
 import re
 import shutil
@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from cellwright.description.reading.texts import MAX_BYTES
-from cellwright.description.robot import config_keys, meshes, urdf, urdf_file
+from cellwright.description.robot import config_keys
 from cellwright.description.robot.config import RobotConfig
 from cellwright.description.robot.config_reader import read_robot_config
 from cellwright.description.robot.robots import bundled, find_robot, load_robot
@@ -34,23 +33,6 @@ def test_the_example_is_the_robot_that_comes_along(example: RobotConfig) -> None
     for name in ("arms", "head", "dorsal", "base_pose", "command_links", "reference_links", "start"):
         assert getattr(example, name) == getattr(tandem, name)
     assert [gripper.joints[0] for gripper in example.grippers] == ["right_gripper", "left_gripper"]
-
-
-@pytest.mark.parametrize("entry", config_keys.READ)
-def test_every_entry_has_a_row(entry: str) -> None:
-    assert f"| `{entry}` |" in PAGE
-
-
-@pytest.mark.parametrize("entry", [*config_keys.UNUSED, *config_keys.CAMERA, *config_keys.GRIPPER_UNUSED])
-def test_what_is_not_used_is_named(entry: str) -> None:
-    assert f"`{entry}`" in PAGE
-
-
-def test_bounds() -> None:
-    assert f"| a robot configuration | {MAX_BYTES >> 10} KiB |" in PAGE
-    found = f"{urdf_file.MAX_BYTES >> 20} MiB, {urdf.MOST_LINKS} links, elements nested {urdf_file.MAX_DEPTH} deep"
-    assert f"| a URDF | {found} |" in PAGE
-    assert f"| all meshes of a robot | {meshes.MAX_TOTAL_BYTES >> 20} MiB |" in PAGE
 
 
 def test_the_bundled_configurations_use_known_entries_only() -> None:

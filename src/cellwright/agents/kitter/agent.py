@@ -19,6 +19,7 @@ class KitterAgent:
         belt_types = [each for each in sorted(PART_TYPES) if "belt" in client.material_locations(each)]
         view = CellView(client, belt_types)
         arm = Arm(client)
+        view.agvs.listen()
         client.start_competition()
         client.sleep(0.02)
         Strategy(client, view, arm, Picker(client, arm), Placer(client, arm)).run()

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
+from cellwright.agents.kitter.areas import BELT_HALF_WIDTH, BELT_MIDDLE, BELT_SURFACE
 from cellwright.agents.kitter.eyes import Image, mean_pose
 from cellwright.agents.kitter.part_figures import figures
 from cellwright.client import Client
@@ -14,13 +15,6 @@ from cellwright.pose import Pose
 
 SPEED = 0.2
 """Speed of the belt at full power [m/s], along world -y; in a competition it always runs so."""
-
-MIDDLE = 1.21
-"""World x [m] of the middle of the belt, where parts ride that only a beam has seen."""
-
-HALF_WIDTH = 0.327
-SURFACE = 0.90691
-"""Height [m] of the surface that parts ride on."""
 
 NEAR = 0.04
 """A part within this distance [m] of where one is expected is that one."""
@@ -45,16 +39,17 @@ class BeltPart:
     type: str
     at_zero: list[Pose] = field(default_factory=list)
     has_yaw: bool = True
+    _mean: Pose | None = field(default=None, init=False, repr=False)
 
     def pose(self, time: float) -> Pose:
         """world_T_part at a time [s]."""
-        mean = mean_pose(self.at_zero)
+        mean = self._mean_at_zero()
         x, y, z = mean.position
         return Pose((x, y - SPEED * time, z), mean.quaternion)
 
     def time_at(self, y: float) -> float:
         """When its origin passes world y [s]."""
-        return (self.pose(0.0).position[1] - y) / SPEED
+        return (self._mean_at_zero().position[1] - y) / SPEED
 
     def is_near(self, pose: Pose, time: float) -> bool:
         """Whether it can be what was seen at a pose."""
@@ -66,6 +61,13 @@ class BeltPart:
         x, y, z = pose.position
         self.at_zero.append(Pose((x, y + SPEED * time, z), pose.quaternion))
         del self.at_zero[:-TAKES]
+        self._mean = None
+
+    def _mean_at_zero(self) -> Pose:
+        # asked for far more often than something is added
+        if self._mean is None:
+            self._mean = mean_pose(self.at_zero)
+        return self._mean
 
 
 class BeltWatch:
@@ -81,17 +83,18 @@ class BeltWatch:
         self.parts: list[BeltPart] = []
         self._client = client
         self._types = tuple(types)
-        self._seen_by_camera = False
-        for name, pose in beams.items():
-            if crosses_belt(pose):
-                _Beam(client, name, pose.position[1], self._take_crossing)
+        self._beams = [
+            _Beam(client, name, pose.position[1], self._take_crossing)
+            for name, pose in beams.items()
+            if crosses_belt(pose) and len(self._types) == 1
+        ]
 
     def take_image(self, image: Image) -> None:
         """Note what a camera sees on the belt."""
         for seen in image.parts:
             x, _, z = seen.world_T_part.position
-            if abs(x - MIDDLE) < HALF_WIDTH and abs(z - SURFACE) < 0.02:
-                self._seen_by_camera = True
+            if abs(x - BELT_MIDDLE) < BELT_HALF_WIDTH and abs(z - BELT_SURFACE) < 0.02:
+                self._leave_beams()
                 self._note(seen.type, seen.world_T_part, image.time)
 
     def coming(self, part_type: str, time: float, y: float) -> list[BeltPart]:
@@ -111,14 +114,18 @@ class BeltWatch:
             self.parts.append(known)
         known.add(pose, time)
 
+    def _leave_beams(self) -> None:
+        """What a camera sees the beams need not tell."""
+        for beam in self._beams:
+            beam.leave()
+        self._beams.clear()
+
     def _take_crossing(self, middle: float, length: float, y: float) -> None:
         """Something passed a beam: its middle at time `middle` [s], `length` [m] of it."""
-        if self._seen_by_camera or len(self._types) != 1:
-            return
         part = BeltPart(self._types[0], has_yaw=False)
         if length < figures(part.type).reach / 2:
             return
-        part.add(Pose((MIDDLE, y, SURFACE)), middle)
+        part.add(Pose((BELT_MIDDLE, y, BELT_SURFACE)), middle)
         self.parts = [each for each in self.parts if each.time_at(-5.0) > middle]
         self.parts.append(part)
 
@@ -131,7 +138,7 @@ class _Beam:
         self._y = y
         self._began: float | None = None
         self._on_crossing = on_crossing
-        client.subscribe(f"/ariac/{name}_change", self._take)
+        self.leave = client.subscribe(f"/ariac/{name}_change", self._take)
 
     def _take(self, message: Any) -> None:
         now = self._client.time - BEAM_DELAY
@@ -147,4 +154,4 @@ def crosses_belt(world_T_beam: Pose) -> bool:
     direction = world_T_beam.rotate((1.0, 0.0, 0.0))
     x, _, z = world_T_beam.position
     ends = sorted((x, x + direction[0]))
-    return abs(direction[0]) > 0.99 and ends[0] < MIDDLE < ends[1] and SURFACE < z < SURFACE + 0.0075
+    return abs(direction[0]) > 0.99 and ends[0] < BELT_MIDDLE < ends[1] and BELT_SURFACE < z < BELT_SURFACE + 0.0075

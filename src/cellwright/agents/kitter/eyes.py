@@ -1,20 +1,12 @@
-"""What the logical cameras have seen lately, with their noise averaged away."""
+"""What images of logical cameras show, with their noise averaged away."""
 
 from __future__ import annotations
 
 import math
-from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
-from cellwright.agents.kitter.part_figures import PART_TYPES
-from cellwright.client import Client
-from cellwright.messages.build import pose_from_message
 from cellwright.pose import Pose, Quaternion, Vector3, normalized
-
-IMAGES = 8
-"""How many images are averaged."""
 
 RESTING_SPREAD = 0.012
 """A part that was seen within this distance [m] of one place all the time is at rest: noise is 1 mm."""
@@ -54,46 +46,6 @@ class Sighting:
     def is_upright(self) -> bool:
         """Whether its own z axis points up, within 30 degrees."""
         return self.world_T_part.rotate((0.0, 0.0, 1.0))[2] > math.cos(math.radians(30.0))
-
-
-class Camera:
-    """One logical camera.
-
-    Args:
-        client: whose camera.
-        name: the sensor's name.
-        on_image: called with each image besides.
-    """
-
-    def __init__(self, client: Client, name: str, on_image: Callable[[Image], None] | None = None) -> None:
-        self.name = name
-        self.images: deque[Image] = deque(maxlen=IMAGES)
-        self.count = 0
-        self._client = client
-        self._on_image = on_image
-        client.on_sensor(name, self._take)
-
-    def _take(self, message: Any) -> None:
-        world_T_camera = pose_from_message(message.pose)
-        parts = tuple(
-            Seen(model.type, world_T_camera @ pose_from_message(model.pose))
-            for model in message.models
-            if model.type in PART_TYPES
-        )
-        image = Image(self._client.time, parts)
-        self.images.append(image)
-        self.count += 1
-        if self._on_image is not None:
-            self._on_image(image)
-
-    def look_afresh(self, images: int = IMAGES) -> None:
-        """Wait until it has seen this many images from now on (a tenth of a second each)."""
-        start = self.count
-        self._client.wait_until(lambda: self.count >= start + images, timeout=images * 0.1 + 0.5)
-
-    def parts(self, images: int = IMAGES) -> list[Sighting]:
-        """The parts that lie still in view, as the last images agree."""
-        return resting(list(self.images)[-images:])
 
 
 def resting(images: Sequence[Image], spread: float = RESTING_SPREAD) -> list[Sighting]:

@@ -6,6 +6,7 @@ import logging
 import math
 from dataclasses import dataclass
 
+from cellwright.agents.kitter.areas import Area
 from cellwright.agents.kitter.arm import RAIL_END, SAFE, Arm
 from cellwright.agents.kitter.picking import Held
 from cellwright.client import Client
@@ -36,6 +37,12 @@ class Station:
     number: int
     world_T_tray: Pose
     rail: float
+
+    @property
+    def area(self) -> Area:
+        """Where parts on the tray are."""
+        x, y, _ = self.world_T_tray.position
+        return Area((x - 0.25, y - 0.35, SURFACE - 0.02), (x + 0.25, y + 0.35, SURFACE + 0.02))
 
 
 STATIONS = {

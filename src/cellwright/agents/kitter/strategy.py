@@ -15,9 +15,10 @@ from collections import Counter
 from collections.abc import Callable
 from typing import Any, TypeAlias
 
+from cellwright.agents.kitter.areas import BINS, bin_at
 from cellwright.agents.kitter.arm import Arm
 from cellwright.agents.kitter.belt_watch import BeltPart
-from cellwright.agents.kitter.cellview import CellView, bin_at
+from cellwright.agents.kitter.cellview import CellView
 from cellwright.agents.kitter.eyes import Sighting
 from cellwright.agents.kitter.kits import Kit, Task
 from cellwright.agents.kitter.part_figures import PART_TYPES
@@ -120,10 +121,11 @@ class Strategy:
     def choose_kit(self) -> State | None:
         """The oldest kit that is not yet sent, at an AGV that is there."""
         kit = self._open_kits()[0]
-        numbers = [number for number in STATIONS if self._view.agv_is_ready(number)]
+        numbers = [number for number in STATIONS if self._view.agvs.is_ready(number)]
         if not numbers:
-            self._client.wait_until(lambda: any(self._view.agv_is_ready(number) for number in STATIONS), 60.0)
-            numbers = [number for number in STATIONS if self._view.agv_is_ready(number)] or [1]
+            self._client.wait_until(lambda: any(self._view.agvs.is_ready(number) for number in STATIONS), 60.0)
+            numbers = [number for number in STATIONS if self._view.agvs.is_ready(number)] or [1]
+        self._view.agvs.rest()
         kit.station = STATIONS[numbers[0]]
         self._kit = kit
         self._cleanings = 0
@@ -152,7 +154,7 @@ class Strategy:
             if coming is not None:
                 self._task, (self._belt_part, self._meeting_y) = task, coming
                 return self.fetch_from_belt
-        self._view.look()
+        self._view.look(BINS, kit.station.area)
         for lying in (self._strays(kit), self._view.parts_in_bins()):
             for task in open_tasks:
                 target = self._best(task.type, lying)
@@ -279,7 +281,6 @@ class Strategy:
         """Look at what was put down: a faulty part is thrown away, one out of place is put right."""
         kit, task, place = self._current_kit, self._current_task, self._place
         station = kit.station
-        self._view.look(3)
         if task.tray_T_part is None or place is None:
             return self.choose_part
         expected = pose_on_tray(station, task.type, task.tray_T_part)
@@ -287,7 +288,7 @@ class Strategy:
             return self.reject
         if not self._view.sees(expected):
             return self.choose_part
-        self._view.look()
+        self._view.look(kit.station.area)
         seen = [part for part in self._view.parts_on_tray(station.world_T_tray) if part.type == task.type]
         found = min(seen, key=lambda part: gap(part.world_T_part, expected), default=None)
         if found is None or gap(found.world_T_part, expected) > 0.1:
@@ -325,7 +326,7 @@ class Strategy:
     def clean(self) -> State | None:
         """Take what does not belong there off the tray; then send it."""
         kit = self._current_kit
-        self._view.look()
+        self._view.look(kit.station.area)
         strays = self._strays(kit)
         if not strays or self._cleanings >= CLEANINGS:
             return self.submit
@@ -340,9 +341,10 @@ class Strategy:
     def submit(self) -> State | None:
         """Send the kit off."""
         kit = self._current_kit
+        self._view.agvs.listen()
         # the tray reports what lies on it once a second
         self._client.sleep(1.0)
-        self._client.wait_until(lambda: self._view.agv_is_ready(kit.station.number), 30.0)
+        self._client.wait_until(lambda: self._view.agvs.is_ready(kit.station.number), 30.0)
         types = ", ".join(part_type for part_type, _ in kit.lying) or "nothing"
         self._say("sending AGV %d with %s: %s", kit.station.number, kit.kit_type, types)
         self._client.control_agv(kit.station.number, kit.kit_type)

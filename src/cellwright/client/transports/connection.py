@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 from cellwright import errors
 from cellwright.errors import CellwrightError, RunEndedError, UnknownNameError, UsageError
-from cellwright.link.frames import Decoder, Frame, FrameError, Kind, hello
+from cellwright.link.frames import LONGEST_SAID, Decoder, Frame, FrameError, Kind, hello
 
 _PIECE = 1 << 18
 _SMALL = 1 << 14  # bytes that the system takes at once, for a cell that reads now and then
@@ -104,7 +104,7 @@ class Connection:
         if self._end is not None:
             raise RunEndedError(self._end)
         try:
-            data = frame.encode()
+            data = frame.encode(LONGEST_SAID)
         except FrameError as error:
             raise UsageError(str(error)) from None
         self._send(data)

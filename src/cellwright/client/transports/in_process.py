@@ -6,11 +6,14 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any
 
-from cellwright.bus import Later
+from cellwright.bus import Direction, Later
 from cellwright.bus.served import Served
 from cellwright.client.transports.transport import Callback
 from cellwright.errors import RunEndedError
 from cellwright.simulation.events import NEVER
+
+CLOSED = "the client is closed"
+"""Why nothing can be asked for any more by a program that has kept its client past the end."""
 
 
 class InProcess:
@@ -30,8 +33,11 @@ class InProcess:
         """Simulation time [ns] past which `advance` raises: the run is over."""
         self.reason = "the run is over"
         """What the error then says."""
+        self._is_closed = False
         self._mail: deque[tuple[Callback, Any]] = deque()
         self._leave: list[Callable[[], None]] = []
+
+    knows_all_topics = True
 
     def now(self) -> int:
         """Simulation time [ns]."""
@@ -39,6 +45,7 @@ class InProcess:
 
     def advance(self, until: int | None, finished: Callable[[], bool] | None = None) -> None:
         """Step to `until` [ns], or until `finished()`; deliver what comes after each step."""
+        self._refuse_if_closed()
         clock, step, mail = self.cell.simulation.clock, self.step, self._mail
         while until is None or clock.now < until:
             if clock.now >= self.deadline:
@@ -51,6 +58,7 @@ class InProcess:
 
     def subscribe(self, topic: str, callback: Callback, *, passive: bool = False) -> Callable[[], None]:  # noqa: ARG002
         """Have a topic's messages delivered while time passes."""
+        self._refuse_if_closed()
         mail = self._mail
         wanted = True
 
@@ -70,10 +78,12 @@ class InProcess:
 
     def publish(self, topic: str, message: Any) -> None:
         """Send a message; the cell acts on it before the next step."""
+        self._refuse_if_closed()
         self.cell.bus.publish(topic, message, node=self.node)
 
     def call(self, service: str, request: Any) -> Any:
         """Call a service; it is carried out at the border where time stands. Time passes if its answer takes some."""
+        self._refuse_if_closed()
         self.cell.simulation.settle_inbox()
         response = self.cell.bus.call(service, request, node=self.node)
         if not isinstance(response, Later):
@@ -84,12 +94,21 @@ class InProcess:
             self.step()  # what is heard meanwhile is delivered when the program lets time pass by itself
         return response.response
 
+    def topics(self) -> dict[str, str]:
+        """Types of the topics that the cell publishes, by name."""
+        return {info.name: info.type for info in self.cell.bus.topics() if info.direction is Direction.OUT}
+
     def close(self) -> None:
-        """Leave every topic."""
+        """Leave every topic, and ask for nothing any more."""
+        self._is_closed = True
         for leave in self._leave:
             leave()
         self._leave.clear()
         self._mail.clear()
+
+    def _refuse_if_closed(self) -> None:
+        if self._is_closed:
+            raise RunEndedError(CLOSED)
 
     def _deliver(self) -> None:
         # What callbacks cause comes with the next step, so that a conversation cannot stop time.

@@ -67,6 +67,8 @@ class SocketTransport:
             self._clock = self._connection.number()
             self._connection.ask(Frame(Kind.SUBSCRIBE, self._clock, "/clock"))
 
+    knows_all_topics = True
+
     def now(self) -> int:
         """Simulation time [ns]; where nobody tells it, the time since the connection was made counts on."""
         if not self._lockstep and not self._has_clock:
@@ -138,6 +140,10 @@ class SocketTransport:
     def ask_server(self, service: str) -> dict[str, Any]:
         """Call a service of the server itself, which answers with a JSON object."""
         return self._connection.ask(Frame(Kind.CALL, self._connection.number(), service, payload=b"{}")).json()
+
+    def topics(self) -> dict[str, str]:
+        """Types of the topics that the cell publishes, by name."""
+        return {each["name"]: str(each["type"]) for each in self.welcome["topics"] if each["direction"] == "out"}
 
     def close(self) -> None:
         """Let go of the cell."""

@@ -4,23 +4,62 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-READ = (
-    "urdf_path",
-    "robot_name",
-    "base_pose",
-    "fixed_link",
-    "joint_index_order",
-    "arms",
-    "grippers",
-    "head",
-    "dorsal",
-    "waist",
-    "folding_waist",
-    "controller_indices",
-    "cameras",
-    "wo_controller",
-    "base_command_mode",
+from cellwright.description.reading.keys import REQUIRED, Key, Keys
+
+BASE_COMMAND_MODES = ("delta", "velocity")
+INDEX_ORDERS = ("pybullet", "urdf")
+"""How a file counts joints; the first when it does not say."""
+
+_JOINTS = "list of indices or names"
+_HOME = "list of positions, rad or m"
+
+ENTRIES = Keys(
+    Key("urdf_path", "path", "URDF or xacro file, counted from the file's folder, or from the one above", REQUIRED),
+    Key("robot_name", "text", "a label", "the URDF's"),
+    Key("base_pose", "`{position, orientation}`", "the root link, or the fixed one, in the world", "at the origin"),
+    Key(
+        "fixed_link",
+        "index or name",
+        "the link that is fastened to the world in place of the root; the base cannot be moved then",
+        "the root",
+    ),
+    Key(
+        "joint_index_order",
+        " or ".join(f"`{each}`" for each in INDEX_ORDERS),
+        "how the file's indices count, see above",
+        f"`{INDEX_ORDERS[0]}`",
+    ),
+    Key("arms", "list, right before left", "see below"),
+    Key("grippers", "list, right before left", "see below"),
+    Key(
+        "head",
+        "`{joint_index, rest_j_pos}`",
+        "three joints in the order roll, pitch, yaw, with -1 for what the head lacks, and as many positions",
+    ),
+    Key(
+        "dorsal",
+        "`{joint_index, rest_j_pos}`",
+        "the lift of the torso: one joint; it goes home to 0 where none is said",
+    ),
+    Key("waist", "`{joint_index, rest_j_pos}`", "the waist"),
+    Key("folding_waist", "as `waist`", "more joints of the waist; `rot_offset`, `cmd_ee` and `base` are not used"),
+    Key("controller_indices", "`{cmd_ee, base}`", "which poses `target_ee_poses` commands, see below", "see below"),
+    Key("cameras", "list", "kept, and not used, see below"),
+    Key(
+        "wo_controller",
+        "true or false",
+        "whether the robot is run without the stack's own controller; kept, and not used, as in the original's nodes",
+        default=False,
+    ),
+    Key(
+        "base_command_mode",
+        " or ".join(f"`{each}`" for each in BASE_COMMAND_MODES),
+        "messages on `target_base_move` have three numbers: turn, move forward and sideways by so much (rad, m) or so "
+        "fast (rad/s, m/s)",
+        "two numbers, as in the original",
+    ),
 )
+READ = ENTRIES.names
 """Entries that say how the robot is put up, which joints belong together, and what commands mean."""
 
 KEPT = ("base_command_mode",)
@@ -44,8 +83,22 @@ UNUSED: Mapping[str, str] = {
 }
 """Entries that are known and used by nothing here, each with what it is for."""
 
-ARM = ("joint_index", "ee_index", "rest_j_pos")
-GRIPPER = ("joint_index",)
+ARMS = Keys(
+    Key("joint_index", _JOINTS, "its joints, from the shoulder on", REQUIRED),
+    Key("ee_index", "index or name", "the link at its tip", REQUIRED),
+    Key("rest_j_pos", _HOME, "home, a position for each joint", REQUIRED),
+)
+ARM = ARMS.names
+GRIPPERS = Keys(
+    Key(
+        "joint_index",
+        _JOINTS,
+        "its joints. Open (0) is the lower limit of each, closed (1) the upper one. Joints that mimic others may be "
+        "named or not",
+        REQUIRED,
+    ),
+)
+GRIPPER = GRIPPERS.names
 GRIPPER_UNUSED = ("thumb", "index", "middle", "ring", "pinky")
 """Lists of the joints of each finger: old revisions have them, and only `joint_index` was ever read."""
 POSTURE = ("joint_index", "rest_j_pos")
@@ -62,7 +115,13 @@ CAMERA = (
     "img_width",
     "img_height",
 )
-BASE_POSE = ("position", "orientation")
-CONTROLLER = ("cmd_ee", "base")
-BASE_COMMAND_MODES = ("delta", "velocity")
-INDEX_ORDERS = ("pybullet", "urdf")
+BASE_POSES = Keys(
+    Key("position", "`[x, y, z]`, m", "where it is", "`[0, 0, 0]`"),
+    Key("orientation", "`[x, y, z, w]`", "a quaternion, which is scaled to unit length", "`[0, 0, 0, 1]`"),
+)
+BASE_POSE = BASE_POSES.names
+CONTROLLERS = Keys(
+    Key("cmd_ee", "a link for each arm", "whose poses are commanded", "the arms' tips"),
+    Key("base", "a link for each arm", "in whose frames they are given; -1 is the robot's base", "the robot's base"),
+)
+CONTROLLER = CONTROLLERS.names

@@ -1,0 +1,1 @@
+"""`cellwright bench`: what things cost on this machine."""

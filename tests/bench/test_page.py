@@ -1,0 +1,61 @@
+"""The page, whole."""
+
+import datetime
+
+from cellwright.bench.page import HEAD, cell, page
+from cellwright.bench.taking import Taken
+from tests.bench.fakes import BROKEN, FREE, HELD, FakeBenchmark
+
+DAY = datetime.date(2026, 11, 21)
+TAKEN = [
+    Taken(FakeBenchmark("first", "A first thing", 1.0), (HELD, FREE, BROKEN)),
+    Taken(FakeBenchmark("second", "A second thing", 1.0), skipped="no such engine"),
+    Taken(FakeBenchmark("third", "A third thing", 1.0), (FREE,), failed="it\nbroke"),
+]
+
+EXPECTED = """
+## The machine
+
+| | |
+|---|---|
+| date | 2026-11-21 |
+| processor | Fast One |
+
+## A first thing
+
+`cellwright bench first`
+
+| figure | value | bound | | note |
+|---|---|---|---|---|
+| one thing / another | 1.05 x | ≤ 1.15 | held | a [note] with a \\| in it |
+| steps | 123457 /s | | | |
+| cold start | 1.50 s | ≤ 1 | NOT HELD | |
+
+## A second thing
+
+`cellwright bench second`
+
+Skipped: no such engine.
+
+## A third thing
+
+`cellwright bench third`
+
+| figure | value | bound | | note |
+|---|---|---|---|---|
+| steps | 123457 /s | | | |
+
+Failed: it broke.
+"""
+
+
+def test_the_page() -> None:
+    assert page(TAKEN, {"processor": "Fast One"}, DAY) == HEAD + EXPECTED
+
+
+def test_rough_figures_say_that_they_are() -> None:
+    assert "**These figures are rough:**" in page(TAKEN, {}, DAY, quick=True)
+
+
+def test_what_stands_in_a_cell_cannot_end_it() -> None:
+    assert cell("a | b\n\n c") == "a \\| b c"

@@ -1,0 +1,68 @@
+"""The short version of ten hours: what is cut and restored goes on as what is not, and nothing piles up."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cellwright.endurance.leg import FACES, Leg, run_leg
+from cellwright.simulation.snapshot import CheckpointError
+
+Told = dict[str, list[Any]]
+
+
+def run(leg: Leg) -> Told:
+    told: Told = defaultdict(list)
+    run_leg(leg, lambda kind, value: told[kind].append(value))
+    return told
+
+
+@pytest.mark.parametrize("face", FACES)
+def test_what_is_restored_goes_on_as_what_was_not(face: str, tmp_path: Path) -> None:
+    saved = str(tmp_path / "1.npz")
+    whole = run(Leg(face, 0, 2, (1, 2)))
+    first = run(Leg(face, 0, 1, (1,), save=saved))
+    second = run(Leg(face, 1, 2, (2,), start=saved))
+    assert first["cut"] + second["cut"] == whole["cut"]
+    assert whole["cut"][0][1] != whole["cut"][1][1]
+    assert [hours for hours, _ in whole["sample"]] == [0.01, 0.02]
+
+
+def test_the_cell_works_and_is_heard() -> None:
+    counts = run(Leg("cell", 0, 1, everything=True))["counts"][0]
+    assert counts["parts taken hold of"] == 1
+    assert counts["parts put on the belt"] == counts["AGVs sent"] == 2
+    assert counts["messages heard"] > 50_000
+
+
+def test_objects_are_counted() -> None:
+    (kib, most), = run(Leg("robot", 0, 2, traced=True))["grown"]  # fmt: skip
+    assert -100 < kib < 200
+    assert all("KiB" in line and ".py:" in line for line in most if "frozen" not in line)
+
+
+def test_a_leg_survives_the_command_line() -> None:
+    leg = Leg("cell", 3, 7, (5, 7), "a.npz", "b.npz", everything=True)
+    assert Leg.from_json(leg.to_json()) == leg
+
+
+def test_a_checkpoint_that_is_none(tmp_path: Path) -> None:
+    with pytest.raises(CheckpointError, match=r"none\.npz"):
+        run_leg(Leg("cell", 1, 2, start=str(tmp_path / "none.npz")), lambda _kind, _value: None)
+
+
+def test_the_process_ends_with_who_started_it() -> None:
+    leg = Leg("cell", 0, 100_000)
+    with subprocess.Popen(
+        [sys.executable, "-m", "cellwright.endurance.leg", leg.to_json()],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+    ) as process:
+        assert process.stdin is not None
+        process.stdin.close()
+        assert process.wait(60) == 1
