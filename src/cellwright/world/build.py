@@ -139,7 +139,7 @@ def build_world(trial: Trial) -> World:
     own = own_part_types(trial)
     kinds = {name: part_type(name) for name in PART_TYPES} | {name: each.kind for name, each in own.items()}
     planned = [*_parts_in_play(trial, kinds), *_pool(trial, kinds)]
-    if (shapes := sum(len(part.kind.touched) + len(part.kind.seen) for part in planned)) > MOST_SHAPES:
+    if (shapes := sum(len(part.kind.solid) + len(part.kind.seen) for part in planned)) > MOST_SHAPES:
         raise DescriptionError(
             [f"{trial.name}: its parts have {shapes} shapes together; at most {MOST_SHAPES} are built"]
         )
