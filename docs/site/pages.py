@@ -1,6 +1,8 @@
-"""Makes a site of these pages: README, CONTRIBUTING and CHANGELOG join them, and links out of the site become text.
+"""Makes a site of these pages.
 
-mkdocs calls the functions by their names. The pages themselves are written to be read where they lie as well.
+README, CONTRIBUTING and CHANGELOG join them, links out of the site become text, and blocks that are files get their
+names as titles. mkdocs calls the functions by their names. The pages themselves are written to be read where they lie
+as well.
 """
 
 import posixpath
@@ -19,6 +21,7 @@ JOINING = {"README.md": "index.md", "CONTRIBUTING.md": "contributing.md", "CHANG
 
 _LINK = re.compile(r"(?<!!)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)")
 _BLOCK = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
+_FILE = re.compile(r"^<!-- file: (\S+) -->\n```(\w+)$", re.MULTILINE)
 _PICTURE = re.compile(r'(<img src="|!\[[^\]]*\]\()docs/')
 
 
@@ -33,7 +36,8 @@ def on_page_markdown(markdown: str, *, page: Page, config: MkDocsConfig, files: 
     """Lead links from where a page lies in the repository to where it stands in the site."""
     name = page.file.src_uri
     source = next((each for each, joined in JOINING.items() if joined == name), f"docs/{name}")
-    return outside_blocks(markdown, lambda text: _PICTURE.sub(r"\1", led(text, source, name, files)))
+    written = outside_blocks(markdown, lambda text: _PICTURE.sub(r"\1", led(text, source, name, files)))
+    return _FILE.sub(r'```\2 title="\1"', written)
 
 
 def outside_blocks(markdown: str, change: Callable[[str], str]) -> str:

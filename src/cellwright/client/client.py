@@ -144,6 +144,10 @@ class Client(Session):
 
         Arguments as for `send_arm`; `timeout` [s] counts from when it should have arrived. Whether it came to stand
         within `tolerance` [rad; m for the rail] of the last waypoint.
+
+        Raises:
+            UsageError: no waypoint, or numbers that do not belong together.
+            RejectedCommandError: the arm refuses them, and goes on with what it was doing.
         """
         if not len(waypoints):
             raise UsageError("without a waypoint there is nowhere to go")

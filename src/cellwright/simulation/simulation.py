@@ -71,7 +71,11 @@ class Simulation:
     # ---------------------------------------------------------------- building
 
     def add(self, device: Device) -> None:
-        """Give a device its place. Devices act in the order in which they were added."""
+        """Give a device its place. Devices act in the order in which they were added.
+
+        Raises:
+            UsageError: there is one of this name.
+        """
         if device.name in self.devices:
             raise UsageError(f"there are two devices named {device.name!r}")
         self.devices[device.name] = device
@@ -79,7 +83,11 @@ class Simulation:
         self.rehook()
 
     def device(self, name: str) -> Device:
-        """A device by name."""
+        """A device by name.
+
+        Raises:
+            UnknownNameError: there is none of this name.
+        """
         try:
             return self.devices[name]
         except KeyError:

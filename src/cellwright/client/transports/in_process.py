@@ -44,7 +44,11 @@ class InProcess:
         return self.cell.simulation.now
 
     def advance(self, until: int | None, finished: Callable[[], bool] | None = None) -> None:
-        """Step to `until` [ns], or until `finished()`; deliver what comes after each step."""
+        """Step to `until` [ns], or until `finished()`; deliver what comes after each step.
+
+        Raises:
+            RunEndedError: the deadline has come, and no more time passes.
+        """
         self._refuse_if_closed()
         clock, step, mail = self.cell.simulation.clock, self.step, self._mail
         while until is None or clock.now < until:
@@ -82,7 +86,11 @@ class InProcess:
         self.cell.bus.publish(topic, message, node=self.node)
 
     def call(self, service: str, request: Any) -> Any:
-        """Call a service; it is carried out at the border where time stands. Time passes if its answer takes some."""
+        """Call a service; it is carried out at the border where time stands. Time passes if its answer takes some.
+
+        Raises:
+            RunEndedError: the deadline has come before the answer.
+        """
         self._refuse_if_closed()
         self.cell.simulation.settle_inbox()
         response = self.cell.bus.call(service, request, node=self.node)

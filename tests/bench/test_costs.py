@@ -1,0 +1,26 @@
+"""What one more of something costs, with few steps."""
+
+from cellwright.bench import costs
+from cellwright.simulation.snapshot import take_snapshot
+
+
+def test_figures() -> None:
+    told: list[str] = []
+    figures = {figure.what: figure for figure in costs.measure(told.append, quick=True)}
+    assert [line.split()[0] for line in told] == ["listeners", "a", "a"]
+    assert all(figure.value > 0.0 for figure in figures.values())
+    assert "20 messages in 20 steps" in figures["a listener on /clock / none"].note
+    assert "a listener on /ariac/orders / none" not in figures
+    assert "KiB written" in figures["a run of the agent with a log / without"].note
+
+
+def test_all_go_the_same_way() -> None:
+    cell = costs.lesson_cell()
+    start = take_snapshot(cell.simulation)
+    costs._run(cell, start, 30)
+    alone = cell.state_hash()
+    heard: list[str] = []
+    costs._run(cell, start, 30, cell.topics(), heard)
+    assert heard.count("/clock") == 30
+    assert cell.state_hash() == alone
+    assert not any(topic.subscribers for topic in cell.bus.topics() if topic.publishers)
