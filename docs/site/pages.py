@@ -25,6 +25,19 @@ _FILE = re.compile(r"^<!-- file: (\S+) -->\n```(\w+)$", re.MULTILINE)
 _PICTURE = re.compile(r'(<img src="|!\[[^\]]*\]\()docs/')
 
 
+NEW = "Understand"
+"""The section of pages that nobody has given a place yet."""
+
+
+def on_config(config: MkDocsConfig) -> MkDocsConfig:
+    """Give every page a place: one that the navigation does not name stands at the end of a section."""
+    sections = {title: pages for section in config.nav or [] for title, pages in section.items()}
+    named = {path for pages in sections.values() for page in pages for path in page.values()}
+    there = sorted(path.relative_to(config.docs_dir).as_posix() for path in Path(config.docs_dir).rglob("*.md"))
+    sections[NEW] += [path for path in there if path not in named and not path.startswith("examples/")]
+    return config
+
+
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Have the pages join that lie elsewhere."""
     for source, name in JOINING.items():

@@ -90,3 +90,10 @@ def test_the_command_that_does_the_same_run(folder: Path) -> None:
     trial = EvaluatedTrial("one", (folder / "one.yaml",), 3.0, 3.0, 500.0, given=("one two.yaml", "more.yaml"))
     (job,) = make_jobs([trial], "robot.py:Robot", [7], vary=True)
     assert job.command == "cellwright run 'one two.yaml' more.yaml --agent robot.py:Robot --seed 7 --vary"
+
+
+def test_a_long_name_makes_a_file_that_can_be_written(tmp_path: Path) -> None:
+    file = tmp_path / "trial.yaml"
+    file.write_text("")
+    (job,) = make_jobs([EvaluatedTrial("配" * 80, (file,), 0.0, 0.0, 0.0)], "none", [1], vary=False)
+    (tmp_path / job.log_name).write_text("")

@@ -10,6 +10,8 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
+_BYTES_AS_THEY_ARE: int = getattr(os, "O_BINARY", 0)  # without it Windows would write two characters for a line end
+
 
 class LineFile:
     """Writes lines to a file.
@@ -29,9 +31,8 @@ class LineFile:
     def __init__(self, path: Path, *, append: bool = False, report: Callable[[str], None] = lambda _line: None) -> None:
         self.path = path
         self._report = report
-        self._file: int | None = os.open(
-            path, os.O_WRONLY | os.O_CREAT | (os.O_APPEND if append else os.O_TRUNC), 0o666
-        )
+        how = os.O_WRONLY | os.O_CREAT | (os.O_APPEND if append else os.O_TRUNC)
+        self._file: int | None = os.open(path, how | _BYTES_AS_THEY_ARE, 0o666)
         if append and _is_cut_short(path):
             os.write(self._file, b"\n")
 

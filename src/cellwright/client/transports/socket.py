@@ -62,7 +62,7 @@ class SocketTransport:
         self._lockstep = bool(welcome["lockstep"])
         self._clock = 0
         self._has_clock = any(each["name"] == "/clock" and each["direction"] == "out" for each in welcome["topics"])
-        self._ahead = self._now - time.monotonic_ns()
+        self._ahead = self._now - time.perf_counter_ns()
         if not self._lockstep and self._has_clock:
             self._clock = self._connection.number()
             self._connection.ask(Frame(Kind.SUBSCRIBE, self._clock, "/clock"))
@@ -72,7 +72,7 @@ class SocketTransport:
     def now(self) -> int:
         """Simulation time [ns]; where nobody tells it, the time since the connection was made counts on."""
         if not self._lockstep and not self._has_clock:
-            self._now = time.monotonic_ns() + self._ahead
+            self._now = time.perf_counter_ns() + self._ahead
         elif not self._lockstep:
             try:
                 while self._connection.listen(0.0):

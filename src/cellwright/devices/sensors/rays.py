@@ -23,8 +23,6 @@ _MARGIN = 1e-6
 _FAR_AWAY = 1e9
 """Coordinate of what is to be out of reach of every ray [m]."""
 
-_NO_RAYS = np.empty(0, dtype=np.intp)
-
 
 def fan(horizontal: NDArray[np.float64], vertical: NDArray[np.float64]) -> list[Vector3]:
     """Unit directions about +x, one for each pair of angles [rad]; horizontal angles run fastest.
@@ -63,7 +61,7 @@ class Rays:
         self._directions = np.array([world_T_source.rotate(direction) for direction in directions])
         self._model: mujoco.MjModel | None = None
         self._movable: NDArray[np.intp] = np.empty(0, dtype=np.intp)
-        self._radii = np.empty(0)
+        self._radii, self._reaches = np.empty(0), np.empty(0)
         self._fixed = np.empty(0)
 
     def cast(self, simulation: Simulation) -> NDArray[np.float64]:
@@ -79,22 +77,22 @@ class Rays:
         if near.size:
             found = self._ask_engine(simulation.model, simulation.data, self._directions[near], with_fixed=False)
             distances[near] = np.minimum(distances[near], found)
-        for ray in np.flatnonzero(distances < self.nearest):
-            distances[ray] = self._beyond_nearest(simulation, self._directions[ray])
+        if self.nearest > 0.0:
+            for ray in np.flatnonzero(distances < self.nearest):
+                distances[ray] = self._beyond_nearest(simulation, self._directions[ray])
         return distances
 
     def _near(self, simulation: Simulation) -> NDArray[np.intp]:
         """Numbers of the rays that pass through a ball around something that can move, in ascending order."""
         offsets = simulation.data.geom_xpos[self._movable] - self._source
         squares = np.einsum("gi,gi->g", offsets, offsets)
-        within = squares <= (self.farthest + self._radii) ** 2
-        if not within.any():
-            return _NO_RAYS
-        along = self._directions @ offsets[within].T
-        radii = self._radii[within]
+        within = np.flatnonzero(squares <= self._reaches)
+        if not within.size:
+            return within
         # what lies behind the source is as far from a ray as from the source
-        misses = squares[within] - np.maximum(along, 0.0) ** 2 > radii**2
-        return np.flatnonzero(~misses.all(axis=1))
+        along = np.maximum(self._directions @ offsets[within].T, 0.0)
+        meets = squares[within] - along**2 <= self._radii[within] ** 2
+        return np.flatnonzero(meets.any(axis=1))
 
     def _look_at_fixed(self, simulation: Simulation) -> None:
         """Learn what can move, and how far each ray goes where nothing does."""
@@ -102,6 +100,7 @@ class Rays:
         moves = model.body_weldid[model.geom_bodyid] != 0
         self._movable = np.flatnonzero(moves & np.isin(model.geom_group, SOLID_GROUPS))
         self._radii = model.geom_rbound[self._movable] + _MARGIN
+        self._reaches = (self.farthest + self._radii) ** 2
         self._model = model
         alone = mujoco.MjData(model)
         mujoco.mj_kinematics(model, alone)

@@ -98,8 +98,8 @@ class Scene:
         self._local_centres = model.geom_aabb[self._geoms, :3]
         self._local_halves = model.geom_aabb[self._geoms, 3:]
         types = model.geom_type[self._geoms]
-        self._is_cylinder = (types == mujoco.mjtGeom.mjGEOM_CYLINDER)[:, None]
-        self._is_ball = np.isin(types, (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_ELLIPSOID))[:, None]
+        self._cylinders = np.flatnonzero(types == mujoco.mjtGeom.mjGEOM_CYLINDER)
+        self._balls = np.flatnonzero(np.isin(types, (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_ELLIPSOID)))
         self._seen: tuple[bytes, bytes] | None = None
         self._boxes = (np.empty((0, 3)), np.empty((0, 3)))
 
@@ -127,8 +127,11 @@ class Scene:
         spans = np.abs(rotations) * self._local_halves[:, None, :]
         x, y, z = spans[..., 0], spans[..., 1], spans[..., 2]
         # along a world axis a box reaches |x|+|y|+|z|; a disc, where it is round, only the root of the squares
-        across = np.where(self._is_cylinder, np.hypot(x, y), x + y)
-        halves = np.where(self._is_ball, np.hypot(np.hypot(x, y), z), across + z)
+        halves = x + y + z
+        if (some := self._cylinders).size:
+            halves[some] = np.hypot(x[some], y[some]) + z[some]
+        if (some := self._balls).size:
+            halves[some] = np.hypot(np.hypot(x[some], y[some]), z[some])
         lower = np.minimum.reduceat(centres - halves, self._firsts)
         upper = np.maximum.reduceat(centres + halves, self._firsts)
         return (lower + upper) / 2, (upper - lower) / 2
