@@ -132,6 +132,56 @@ def test_velocities_make_the_way_smooth() -> None:
     assert cell.arm.controller.velocities(500_000_000) == pytest.approx([0.15] * 7)
 
 
+@pytest.mark.parametrize("duration", [0.0, 0.03, 0.0513, 0.5, 0.777])
+def test_after_a_doze_all_is_as_new_as_after_a_sleep(duration: float) -> None:
+    awake, dozing = client_of(Cell(ARM_ONLY)), client_of(Cell(ARM_ONLY))
+    for client, pass_time in ((awake, awake.sleep), (dozing, dozing.doze)):
+        client.sleep(0.123)
+        client.send_arm([in_order(NEAR)], [1.0])
+        client.control_gripper(True)
+        pass_time(duration)
+    assert dozing.transport.now() == awake.transport.now()
+    assert dozing.joint_positions == awake.joint_positions
+    assert dozing.gripper_enabled is awake.gripper_enabled
+
+
+def test_in_a_doze_neither_joint_states_nor_gripper_are_listened_to_until_shortly_before_its_end() -> None:
+    cell = Cell(ARM_ONLY)
+    client = client_of(cell)
+    heard: dict[str, list[float]] = {"/ariac/joint_states": [], "/ariac/gripper/state": []}
+
+    def look(_score: object) -> None:
+        for topic, times in heard.items():
+            if cell.bus.topic(topic).subscribers:
+                times.append(round(client.time, 3))
+
+    client.subscribe("/ariac/current_score", look)
+    client.doze(1.02)
+    assert heard == {"/ariac/joint_states": [1.0], "/ariac/gripper/state": [1.0]}
+    assert client.joint_states.count > 0
+    client.sleep(0.2)
+    assert heard["/ariac/gripper/state"] == [1.0, 1.1, 1.2]
+
+
+def test_a_doze_that_cannot_be_leaves_the_client_awake() -> None:
+    cell = Cell(ARM_ONLY)
+    client = client_of(cell)
+    for duration in (-1.0, math.nan, math.inf):
+        with pytest.raises(UsageError):
+            client.doze(duration)
+    refused: list[str] = []
+
+    def doze(_score: object) -> None:
+        with pytest.raises(UsageError, match="callback"):
+            client.doze(1.0)
+        refused.append("doze")
+
+    client.subscribe("/ariac/current_score", doze)
+    client.sleep(0.15)
+    assert refused == ["doze"]
+    assert cell.bus.topic("/ariac/gripper/state").subscribers == ("/agent",)
+
+
 def test_other_joints_in_another_order() -> None:
     cell = Cell(ARM_ONLY)
     client = client_of(cell)

@@ -105,6 +105,17 @@ def test_who_keeps_a_client_past_the_end_gets_nothing_more_of_the_cell() -> None
     assert cell.state_hash() == before
 
 
+def test_who_has_left_leaves_nothing_behind() -> None:
+    transport = InProcess(Cell(BARE))
+    kept: list[object] = []
+    stay = transport.subscribe("/clock", kept.append)
+    for _ in range(3):
+        transport.subscribe("/clock", kept.append)()
+    assert list(transport._leave) == [stay]
+    transport.advance(2_000_000, never)
+    assert len(kept) == 1
+
+
 def test_a_conversation_cannot_stop_time() -> None:
     """What a callback causes comes with the next tick."""
     cell = Cell(ARM_ONLY)

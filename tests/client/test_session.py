@@ -221,3 +221,19 @@ def test_it_belongs_to_a_thread_and_may_be_taken_over() -> None:
         session.sleep(0.1)
     session.adopt()
     assert session.time == 0.1
+
+
+def test_the_newest_message_can_be_listened_for_now_and_then() -> None:
+    session = Session(InProcess(Cell(KITTING)))
+    score = session.latest("/ariac/current_score")
+    score.listen()  # it does
+    session.sleep(0.2)
+    assert score.count == 2
+    score.cancel()
+    score.cancel()
+    session.sleep(0.2)
+    assert score.count == 2
+    assert score.message is not None
+    score.listen()
+    session.sleep(0.1)
+    assert score.count == 3

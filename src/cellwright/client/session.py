@@ -191,14 +191,26 @@ class Rate:
 
 
 class Latest:
-    """The newest message of a topic: `message` is None until the first has come."""
+    """The newest message of a topic: `message` is None until the first has come, and `count` tells how many came."""
 
     def __init__(self, session: Session, topic: str) -> None:
         self._session = session
         self.topic = topic
         self.message: Any = None
         self.count = 0
-        self.cancel = session.subscribe(topic, self._take, passive=True)
+        self._leave: Callable[[], None] | None = None
+        self.listen()
+
+    def listen(self) -> None:
+        """Take messages again after `cancel`."""
+        if self._leave is None:
+            self._leave = self._session.subscribe(self.topic, self._take, passive=True)
+
+    def cancel(self) -> None:
+        """Take no more messages; the newest one stays."""
+        if self._leave is not None:
+            self._leave()
+            self._leave = None
 
     def _take(self, message: Any) -> None:
         self.message = message

@@ -135,7 +135,7 @@ class Arm:
         """Go straight to a tool pose, about so fast [m/s], and wait until there unless told not to."""
         duration = self._go_along(straight_way(self.tool, goal, speed))
         if wait:
-            self._client.sleep(duration)
+            self._client.doze(duration)
 
     def follow(self, start: Pose, near: float, press: float, speed: float) -> None:
         """Go along with something that moves along -y and come down on it, without waiting: see `following_way`."""
@@ -187,7 +187,7 @@ class Arm:
         """Go to joint positions on the straight way in joint space, and wait until there."""
         duration = travel_time(self._commanded, joints)
         self._send([joints], [duration], [[0.0] * 7])
-        self._client.sleep(duration)
+        self._client.doze(duration)
 
     def _stop_rail(self) -> None:
         """Take the rail as it stands, so that nothing pulls at it."""

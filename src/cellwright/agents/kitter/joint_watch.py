@@ -23,8 +23,8 @@ class JointWatch:
     """
 
     def __init__(self, client: Client) -> None:
-        self._states = client.latest("/ariac/joint_states")
-        if self._states.wait(PATIENCE) is None:
+        self._states = client.joint_states
+        if self._states.wait_for_next(PATIENCE) is None:
             raise UsageError("the arm does not tell where its joints are: nothing on /ariac/joint_states")
         self._read = 0
         self._positions = Joints(*(0.0,) * 7)

@@ -121,7 +121,7 @@ class Picker:
         if client.time > meet - 0.05:
             log.info("%.1f s: too late for it by %.2f s", client.time, client.time - meet)
             return None
-        client.sleep(max(0.0, meet - FOLLOW_LEAD - client.time))
+        client.doze(max(0.0, meet - FOLLOW_LEAD - client.time))
         client.control_gripper(True)
         arm.follow(hover, z + NEAR / 2, z - PRESS, SPEED)
         client.wait_until(lambda: client.gripper_attached, FOLLOW_TIME)

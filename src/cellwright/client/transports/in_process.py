@@ -34,8 +34,8 @@ class InProcess:
         self.reason = "the run is over"
         """What the error then says."""
         self._is_closed = False
-        self._mail: deque[tuple[Callback, Any]] = deque()
-        self._leave: list[Callable[[], None]] = []
+        self._mail: deque[tuple[list[Callback], Any]] = deque()
+        self._leave: dict[Callable[[], None], None] = {}
 
     knows_all_topics = True
 
@@ -64,20 +64,16 @@ class InProcess:
         """Have a topic's messages delivered while time passes."""
         self._refuse_if_closed()
         mail = self._mail
-        wanted = True
-
-        def deliver(message: Any) -> None:
-            if wanted:
-                callback(message)
+        listening = [callback]
 
         def leave() -> None:
-            nonlocal wanted
-            wanted = False  # also what lies in the mail already is not delivered any more
+            listening.clear()  # also what lies in the mail already is not delivered any more
             subscription.cancel()
+            self._leave.pop(leave, None)
 
         # a latched message comes while subscribing: all that it needs is there by now
-        subscription = self.cell.bus.subscribe(topic, lambda message: mail.append((deliver, message)), node=self.node)
-        self._leave.append(leave)
+        subscription = self.cell.bus.subscribe(topic, lambda message: mail.append((listening, message)), node=self.node)
+        self._leave[leave] = None
         return leave
 
     def publish(self, topic: str, message: Any) -> None:
@@ -109,7 +105,7 @@ class InProcess:
     def close(self) -> None:
         """Leave every topic, and ask for nothing any more."""
         self._is_closed = True
-        for leave in self._leave:
+        for leave in list(self._leave):
             leave()
         self._leave.clear()
         self._mail.clear()
@@ -121,5 +117,6 @@ class InProcess:
     def _deliver(self) -> None:
         # What callbacks cause comes with the next step, so that a conversation cannot stop time.
         for _ in range(len(self._mail)):
-            callback, message = self._mail.popleft()
-            callback(message)
+            listening, message = self._mail.popleft()
+            for callback in listening:
+                callback(message)
