@@ -24,3 +24,18 @@ def test_all_go_the_same_way() -> None:
     assert heard.count("/clock") == 30
     assert cell.state_hash() == alone
     assert not any(topic.subscribers for topic in cell.bus.topics() if topic.publishers)
+
+
+def test_only_topics_that_speak_are_timed() -> None:
+    cell = costs.lesson_cell()
+    start = take_snapshot(cell.simulation)
+    names = costs._that_speak(cell, start, 200)
+    assert {"/clock", "/ariac/joint_states", "/ariac/laser_profiler"} <= set(names)
+    assert {"/tf_static", "/ariac/orders"}.isdisjoint(names)
+
+
+def test_the_lesson_has_begun_and_nobody_listens() -> None:
+    cell = costs.lesson_cell()
+    cell.step()
+    assert cell.competition.state in ("ready", "go")
+    assert not any(topic.subscribers for topic in cell.bus.topics() if topic.publishers)

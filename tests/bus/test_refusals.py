@@ -92,6 +92,8 @@ def test_a_line_stays_one_line_and_short() -> None:
     (line,) = desk.lines
     assert len(line) == LONGEST_LINE
     assert line.startswith("refused /arm??[2J: xxx")
+    desk.refuse("/a" * 100_000)
+    assert list(desk.refusals.counts) == ["/arm??[2J", f"{'/a' * 200}"[:397] + "..."]
 
 
 @given(st.lists(st.tuples(st.sampled_from(["/a", "/b"]), st.integers(0, 2 * SECOND)), max_size=40))

@@ -39,7 +39,7 @@ class Benchmark:
 
 BENCHMARKS = (
     Benchmark("step", "A step of the cell", 0.5),
-    Benchmark("trial", "A trial of 500 s", 3.0),
+    Benchmark("trial", "A trial of 500 s", 4.0),
     Benchmark("pybullet_cell", "The cell beside PyBullet", 1.0),
     Benchmark("start", "A cold start", 0.2),
     Benchmark("costs", "One more of something", 1.0),

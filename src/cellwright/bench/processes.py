@@ -85,7 +85,10 @@ class Served:
 def end(process: subprocess.Popen[str]) -> None:
     """Let a process end as by Ctrl-C, and without asking if it does not."""
     if process.poll() is None:
-        process.send_signal(signal.SIGINT)
+        if os.name == "posix":
+            process.send_signal(signal.SIGINT)
+        else:
+            process.terminate()  # there is no Ctrl-C for one process alone
     try:
         process.wait(PATIENCE)
     except subprocess.TimeoutExpired:

@@ -27,7 +27,7 @@ from cellwright.simulation.clock import NANOSECONDS
 SECONDS, QUICK_SECONDS = 500, 2
 """Simulation time of a run [s]."""
 NODE = "/agent"
-IN_TURN = 3
+IN_TURN = 2
 """A played run is short beside the others: so often it is taken, and the best counts."""
 
 

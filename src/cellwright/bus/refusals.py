@@ -15,6 +15,8 @@ MOST_LINES = 20
 LONGEST_LINE = 1000
 """Characters of a line at most: names and values in it come from outside."""
 
+_LONGEST_SOURCE = 400
+
 
 class Refusals:
     """Counts refused input by source, and reports it.
@@ -47,6 +49,7 @@ class Refusals:
 
     def refuse(self, source: str, reason: str) -> None:
         """Count a refusal, and report it unless one from the same source was reported less than a second ago."""
+        source = _shortened(source, _LONGEST_SOURCE)
         if source not in self._counts and len(self._counts) >= MOST_SOURCES:
             source = OTHERS
         self._counts[source] += 1
@@ -59,13 +62,13 @@ class Refusals:
         untold = self._untold.pop(source, 0)
         self._reported[source] = now
         more = f" (and {untold} more since the last report)" if untold else ""
-        self._report(f"{_shortened(f'refused {source}: {reason}')}{more}")
+        self._report(f"{_shortened(f'refused {source}: {reason}', LONGEST_LINE)}{more}")
 
     def flush(self) -> None:
         """Report what was counted and not told yet, as at the end of a run; of many sources the first ones."""
         untold = list(self._untold.items())
         for source, count in untold[:MOST_LINES]:
-            self._report(f"{_shortened(f'refused {source}')}: {count} more since the last report")
+            self._report(f"refused {source}: {count} more since the last report")
             self._reported[source] = self._now()
         if rest := untold[MOST_LINES:]:
             self._report(f"refused {sum(count for _, count in rest)} more, from {len(rest)} other sources")
@@ -77,7 +80,7 @@ def _is_recent(now: int, then: int | None) -> bool:
     return then is not None and 0 <= now - then < NANOSECONDS
 
 
-def _shortened(text: str) -> str:
-    """A line that breaks no other, however long its names are and whatever is in them."""
-    short = text if len(text) <= LONGEST_LINE else f"{text[: LONGEST_LINE - 3]}..."
+def _shortened(text: str, most: int) -> str:
+    """A text that breaks no line, however long its names are and whatever is in them."""
+    short = text if len(text) <= most else f"{text[: most - 3]}..."
     return short if short.isprintable() else "".join(each if each.isprintable() else "?" for each in short)

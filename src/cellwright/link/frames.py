@@ -40,8 +40,8 @@ QUIET = "quiet"
 """Said in place of a type by a guest that takes note of messages and does nothing about them: time may go on."""
 LONGEST_FRAME = 16 << 20
 """Bytes of the longest frame that is taken; no message of a cell comes near."""
-LONGEST_SAID = 4 << 20
-"""Bytes of the longest frame that a guest may say: what it has begun and not ended is kept for it."""
+LONGEST_SAID = 3 << 20
+"""Bytes of the longest frame that a guest may say: it is kept until it is whole, and time stands while it is read."""
 
 _LENGTH = struct.Struct("<I")
 _HEAD = struct.Struct("<BIHHH")
@@ -131,6 +131,11 @@ class Decoder:
         self.longest = longest
         """May be changed at any time; it holds for the frames that begin from then on."""
         self._waiting = bytearray()
+
+    @property
+    def begun(self) -> int:
+        """Bytes that are kept of a frame that is not whole yet."""
+        return len(self._waiting)
 
     def feed(self, data: bytes) -> Iterator[Frame]:
         """Take in bytes; the frames that are complete with them.

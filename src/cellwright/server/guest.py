@@ -13,7 +13,10 @@ BEHIND = 1 << 20
 """With so many bytes waiting for a guest nothing more is read from it, and in lockstep no time passes."""
 
 FULL = 4 << 20
-"""With so many its messages are dropped."""
+"""With so many its messages are dropped; earlier where there are many guests."""
+
+MOST_WAITING = 256 << 20
+"""So many bytes may wait for all guests together."""
 
 LONGEST_HELLO = 1 << 16
 """Bytes of the longest frame that is taken of somebody who has not said who it is."""
@@ -44,6 +47,10 @@ class Guest:
         """Whether a message that is not quiet was sent to it since time was last given back to it."""
         self.dropped = 0
         """Messages dropped since that was last said."""
+        self.full = FULL
+        """With so many bytes waiting its messages are dropped."""
+        self.is_heavy = False
+        """Whether what it asked for last took long to carry out."""
         self.untold = Reasons()
         """Why messages could not be put into a form for it, since that was last said."""
         self.is_gone = False
@@ -67,6 +74,11 @@ class Guest:
     def has_waiting(self) -> bool:
         """Whether something waits to be sent."""
         return bool(self._out)
+
+    @property
+    def begun(self) -> int:
+        """Bytes that are kept of what it has begun to say."""
+        return self._decoder.begun
 
     @property
     def is_behind(self) -> bool:
@@ -122,7 +134,7 @@ class Guest:
         Raises:
             FrameError: it is too long to be sent at all.
         """
-        if len(self._out) >= FULL:
+        if len(self._out) >= self.full:
             self.dropped += 1
             return
         self.say(Frame(Kind.MESSAGE, number, payload=message))
@@ -150,6 +162,7 @@ class Guest:
         """Hear nothing more from it; it leaves once it has been told what waits for it."""
         self.is_leaving = True
         self._frames = None
+        self._decoder = Decoder(0)
         self.flush()
 
     def close(self) -> None:

@@ -26,9 +26,6 @@ MOST_SUBSCRIPTIONS = 1024
 MOST_WISHES = 16
 """So many wishes of one guest that time pass may wait at once; a program waits for each before it asks again."""
 
-LONGEST_COMMAND = 2 << 20
-"""Bytes of the longest message or request that is read at all: physics stands still meanwhile."""
-
 _LONGEST_NODE = 255
 
 Extra: TypeAlias = Callable[[dict[str, Any]], dict[str, Any]]
@@ -202,8 +199,6 @@ class Requests:
         try:
             if frame.type not in ("", type_name):
                 raise MessageError(f"it takes {type_name}, not {frame.type:.80}")
-            if len(frame.payload) > LONGEST_COMMAND:
-                raise MessageError(f"{len(frame.payload)} bytes are too many: {LONGEST_COMMAND} are the most")
             return from_bytes(frame.payload, message_class, guest.encoding)
         except MessageError as error:
             self._cell.bus.refusals.refuse(f"{frame.name} from {frame.node or guest.node}", str(error))

@@ -16,7 +16,7 @@ from ipaddress import ip_address
 from cellwright.bus.served import Served
 from cellwright.errors import UsageError
 from cellwright.link.frames import Frame, FrameError, Kind
-from cellwright.server.guest import Guest
+from cellwright.server.guest import FULL, MOST_WAITING, Guest
 from cellwright.server.reasons import Reasons
 from cellwright.server.requests import Asked, Extra, Requests, refusal
 
@@ -31,7 +31,13 @@ PATIENCE = 30.0
 """So long [s] a guest may take nothing of what waits for it, or not say who it is, before it is cut off."""
 
 _MOST_DESCRIPTORS = 1024  # those beyond are none that `select` could look at
+MOST_BEGUN = 64 << 20
+"""So many bytes may be kept of what all guests together have begun to say and not ended; who has most is cut off."""
+
+_LONG = 0.02  # [s]: what takes longer to carry out is heavy, and time does not pass meanwhile
+_REST = 3  # times as long as it took nothing else that is heavy is carried out
 _FRAMES_A_TURN = 16
+_MUCH = 1 << 16  # bytes begun
 _MOST_NAMED = 10  # guests that were cut off, in one report
 _LOOK_AFTER = 1.0  # [s] of wall time between two looks at who is behind, stuck or silent
 
@@ -66,6 +72,7 @@ class Server:
         self._turn = 0
         self._cut_off: dict[str, Reasons] = {}
         self._looked = time.monotonic()
+        self._rests_until = 0.0
         self.lockstep = lockstep
 
     @property
@@ -113,8 +120,11 @@ class Server:
         deadline = time.perf_counter() + seconds
         self._flush()
         while True:
-            busy = any(guest.has_frames for guest in self._guests)
-            left = 0.0 if busy else max(0.0, deadline - time.perf_counter())
+            until = deadline
+            if any(guest.has_frames for guest in self._guests):
+                ready = any(map(self._is_ready, self._guests))
+                until = 0.0 if ready else min(deadline, self._rests_until)
+            left = max(0.0, until - time.perf_counter())
             self._look_at_sockets(min(left, _LOOK_AFTER))
             in_time = self._take_turns(deadline)
             self._look_after_guests()
@@ -161,6 +171,8 @@ class Server:
                 self._accept()
             else:
                 guest.read()
+                if guest.begun > _MUCH:
+                    self._limit_what_is_begun()
         if readable or writable:
             self._forget_those_gone()
 
@@ -170,7 +182,7 @@ class Server:
         count = len(guests)
         for offset in range(count):
             guest = guests[(self._turn + offset) % count]
-            if guest.has_frames:
+            if self._is_ready(guest):
                 self._serve(guest, deadline)
                 guest.flush()
                 if time.perf_counter() >= deadline and offset + 1 < count:
@@ -184,11 +196,25 @@ class Server:
                 frame = guest.next_frame()
                 if frame is None:
                     return
+                begun = time.perf_counter()
                 self._requests.carry_out(guest, frame)
-                if time.perf_counter() >= deadline:
+                now = time.perf_counter()
+                guest.is_heavy = now - begun > _LONG
+                if guest.is_heavy:
+                    self._rests_until = now + _REST * (now - begun)
+                if now >= deadline or guest.is_heavy:
                     return
         except FrameError as error:
             self._cut(guest, error)
+
+    def _is_ready(self, guest: Guest) -> bool:
+        """Whether frames of a guest may be carried out now.
+
+        Who asks for what is heavy waits then, so that all such guests together get a part of the time. In lockstep time
+        does not pass by itself anyway.
+        """
+        rests = guest.is_heavy and not self.lockstep and time.perf_counter() < self._rests_until
+        return guest.has_frames and not rests
 
     def _accept(self) -> None:
         try:
@@ -204,6 +230,7 @@ class Server:
             connection.close()
             return
         self._guests.append(guest)
+        self._share_room()
         if len(self._guests) > MOST_GUESTS:
             # who has not said who it is makes room: a crowd that says nothing must not keep programs out
             silent = next((each for each in self._guests if not each.node and not each.is_leaving), guest)
@@ -226,6 +253,17 @@ class Server:
             self._guests.remove(guest)
             self._requests.forget(guest)
             guest.close()
+        self._share_room()
+
+    def _share_room(self) -> None:
+        """Give each guest its part of what may wait for all."""
+        for guest in self._guests:
+            guest.full = min(FULL, MOST_WAITING // len(self._guests))
+
+    def _limit_what_is_begun(self) -> None:
+        while sum(guest.begun for guest in self._guests) > MOST_BEGUN:
+            greatest = max(self._guests, key=lambda guest: guest.begun)
+            self._cut(greatest, FrameError("all guests together have begun too much and not ended it"))
 
     def _look_after_guests(self) -> None:
         """Once a second: say what happened to guests, and part with those that are hopeless."""
