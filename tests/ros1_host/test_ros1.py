@@ -86,6 +86,10 @@ def test_a_master_is_started_where_there_is_none_and_ends_with_the_cell(no_maste
     cell = no_master.serve("lesson")
     until(lambda: "/rosout" in nodes(no_master), LIMIT, "rosout")
     assert no_master.ask("hasParam", "/run_id")
+    (rosout,) = [pid for pid in cell.relatives() if re.search("/rosout", command_of(pid))]
+    os.kill(rosout, signal.SIGKILL)
+    cell.wait_for("the node /rosout was ended by SIGKILL; it is started again", LIMIT)
+    until(lambda: any(re.search("/rosout", command_of(pid)) for pid in cell.relatives()), LIMIT, "another")
     check_end(cell)
     with pytest.raises(OSError):  # noqa: PT011 - whatever it is, nobody answers
         no_master.ask("getPid")

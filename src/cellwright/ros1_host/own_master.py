@@ -47,6 +47,8 @@ class OwnMaster:
         self._is_left_to_others = False
         self._said = ""
         self._rosout: Child | None = None
+        self._rosout_patience = Patience()
+        self._rosout_again: float | None = None
         self._child: Child | None = self._start()
 
     def wait(self, is_stopped: Callable[[], bool], *, limit: float = START_LIMIT) -> None:
@@ -76,11 +78,11 @@ class OwnMaster:
 
     def poll(self) -> None:
         """Look after it; to be called often."""
-        if self._rosout is not None:
-            self._rosout.poll()
         if self._child is not None:
             status = self._child.poll()
-            if status is not None:
+            if status is None:
+                self._look_after_rosout()
+            else:
                 wait = self._patience.after(time.monotonic() - self._child.started)
                 self._report(f"the ROS master at {self._master.uri} {how_it_ended(status)}; it is started again")
                 self._stop_children()
@@ -106,6 +108,16 @@ class OwnMaster:
         if rosout := self._installation.node("rosout", "rosout"):
             self._rosout = self._run([rosout])
 
+    def _look_after_rosout(self) -> None:
+        """Start it again if it alone has ended; without it what programs log is lost, and nothing else."""
+        if self._rosout is not None and (status := self._rosout.poll()) is not None:
+            self._rosout_again = time.monotonic() + self._rosout_patience.after(time.monotonic() - self._rosout.started)
+            self._report(f"the node /rosout {how_it_ended(status)}; it is started again")
+            self._rosout = None
+        elif self._rosout is None and self._rosout_again is not None and time.monotonic() >= self._rosout_again:
+            self._rosout_again = None
+            self._start_rosout()
+
     def _run(self, command: list[str]) -> Child:
         return Child(
             command,
@@ -122,3 +134,4 @@ class OwnMaster:
             if child is not None:
                 child.stop()
         self._rosout = self._child = None
+        self._rosout_again = None
