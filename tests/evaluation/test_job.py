@@ -90,3 +90,12 @@ def test_the_command_that_does_the_same_run(folder: Path) -> None:
     trial = EvaluatedTrial("one", (folder / "one.yaml",), 3.0, 3.0, 500.0, given=("one two.yaml", "more.yaml"))
     (job,) = make_jobs([trial], "robot.py:Robot", [7], vary=True)
     assert job.command == "cellwright run 'one two.yaml' more.yaml --agent robot.py:Robot --seed 7 --vary"
+
+
+def test_a_link_that_leads_nowhere_is_no_program(tmp_path: Path) -> None:
+    program = tmp_path / "mine.py"
+    program.write_text("class Mine: ...")
+    before = agent_digest(f"{program}:Mine")
+    (tmp_path / ".#mine.py").symlink_to("nobody@nowhere.1234")  # an editor's lock
+    (tmp_path / "folder.py").mkdir()
+    assert agent_digest(f"{program}:Mine") == before

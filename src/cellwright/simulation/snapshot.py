@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from cellwright.errors import CellwrightError
 from cellwright.simulation.simulation import CHANGING_FIELDS, Simulation
+from cellwright.whole_file import whole_file
 
 _INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
 _FORMAT = 1
@@ -66,10 +67,8 @@ def write_checkpoint(simulation: Simulation, path: Path) -> None:
     fields = {name: getattr(simulation.model, name).copy() for name in CHANGING_FIELDS}
     header = {"format": _FORMAT, "model": model_signature(simulation.model), "state": simulation.get_state()}
     text = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
-    temporary = path.with_name(path.name + ".part")
-    with temporary.open("wb") as file:
+    with whole_file(path) as file:
         np.savez_compressed(file, engine=engine, header=text, **fields)
-    temporary.replace(path)  # a reader never sees half a file
     _set_engine(simulation, engine)
 
 
