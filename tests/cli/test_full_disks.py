@@ -6,6 +6,7 @@ import json
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.cli.conftest import CommandLine
@@ -31,7 +32,11 @@ def on_a_full_disk(name: str) -> str:
         ("--checkpoint", "a.npz", "checkpoint a.npz: cannot be written: No space left on device"),
     ],
 )
-def test_a_file_that_finds_no_room(option: str, name: str, said: str, cellwright: CommandLine) -> None:
+def test_a_file_that_finds_no_room(
+    option: str, name: str, said: str, cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn = np.zeros((2, 2, 3), np.uint8)  # drawing takes seconds
+    monkeypatch.setattr("cellwright.viewer.picture.render", lambda *_given, **_more: drawn)
     file = on_a_full_disk(name)
     ran = cellwright(*RUN, "--no-picture", "--json", option, file if option == "--log" else f"0.1:{file}")
     assert ran.status == 1
