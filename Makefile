@@ -38,7 +38,7 @@ docs: .venv/.installed-dev
 
 # What things cost: to be read on a machine that has nothing else to do.
 bench: .venv/.installed-dev
-	@for file in benchmarks/*.py; do echo "== $$file"; $(BIN)/python $$file || exit 1; done
+	$(BIN)/cellwright bench --write docs/benchmarks.md
 
 # Ten simulated hours of a cell and of a robot: is memory flat, and the state that of the same run cut into restores?
 HOURS ?= 10

@@ -84,6 +84,10 @@ def test_a_run_in_one_line() -> None:
     assert again.state_hash == result.state_hash
 
 
+def test_a_class_is_made() -> None:
+    assert cellwright.run_trial("lesson", Ender).outcome is cellwright.Outcome.DONE
+
+
 def test_an_agent_by_its_name() -> None:
     options = cellwright.RunOptions(until=0.5)
     result = cellwright.run_trial("lesson", "lesson", options=options)

@@ -1,5 +1,6 @@
 """The command line's way in."""
 
+import io
 import os
 import signal
 import subprocess
@@ -76,3 +77,14 @@ def test_ctrl_c_where_nobody_waits_for_one(monkeypatch: pytest.MonkeyPatch, caps
     monkeypatch.setattr(command_line, "main", interrupt)
     assert way_in.main() == 1
     assert capsys.readouterr().err == "interrupted\n"
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "cp1252"])
+def test_what_a_pipe_has_no_letter_for_is_written_as_a_number(encoding: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    from cellwright import __main__ as way_in
+
+    written = io.BytesIO()
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(written, encoding=encoding))
+    monkeypatch.setattr("cellwright.cli.main.main", lambda: print("a 配 \udcff", flush=True))
+    way_in.main()
+    assert written.getvalue().rstrip() == b"a \\u914d \\udcff"

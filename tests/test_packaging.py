@@ -4,6 +4,8 @@ import json
 import os
 import subprocess
 import sys
+import tarfile
+import tomllib
 import venv
 import zipfile
 from pathlib import Path
@@ -15,18 +17,41 @@ PACKAGE = ROOT / "src" / "cellwright"
 
 
 @pytest.fixture(scope="module")
-def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("wheel")
-    run([sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", str(folder), str(ROOT)], folder)
-    (built,) = folder.glob("*.whl")
-    return built
+def backend(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where what builds the package is: what pip would fetch for each build is fetched once."""
+    folder = tmp_path_factory.mktemp("backend")
+    required = tomllib.loads((ROOT / "pyproject.toml").read_text())["build-system"]["requires"]
+    run([sys.executable, "-m", "pip", "install", "--quiet", "--target", str(folder), *required], folder)
+    return folder
 
 
-def run(command: list[str], folder: Path) -> str:
-    """What a command prints that is run in a folder outside the clone."""
+def build(source: Path, backend: Path, folder: Path, *targets: str) -> None:
+    """Build `sdist` or `wheel` of the sources in a folder."""
+    wanted = [word for target in targets for word in ("-t", target)]
+    run([sys.executable, "-m", "hatchling", "build", *wanted, "-d", str(folder)], source, path=backend)
+
+
+@pytest.fixture(scope="module")
+def built(backend: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the sdist and the wheel."""
+    folder = tmp_path_factory.mktemp("built")
+    build(ROOT, backend, folder, "sdist", "wheel")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def wheel(built: Path) -> Path:
+    (wheel,) = built.glob("*.whl")
+    return wheel
+
+
+def run(command: list[str], folder: Path, *, path: Path | None = None, status: int = 0) -> str:
+    """What a command prints that is run in a folder, with nothing on Python's path but what is asked for."""
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    if path is not None:
+        environment["PYTHONPATH"] = str(path)
     ran = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=300, check=False)
-    assert ran.returncode == 0, f"{command}\n{ran.stdout}{ran.stderr}"
+    assert ran.returncode == status, f"{command}\n{ran.stdout}{ran.stderr}"
     return ran.stdout
 
 
@@ -42,16 +67,37 @@ def test_the_wheel_holds_the_package_and_nothing_else(wheel: Path) -> None:
     assert ours <= inside
     others = {name for name in inside - ours if ".dist-info/" not in name}
     assert not others
-    assert any(name.endswith("LICENSE") for name in inside)
+    (licence,) = [name for name in inside if name.endswith("licenses/LICENSE")]
+    assert zipfile.ZipFile(wheel).read(licence) == (ROOT / "LICENSE").read_bytes()
+    assert wheel.name.endswith("-py3-none-any.whl")
+
+
+def test_the_sdist_builds_the_same_wheel(built: Path, wheel: Path, backend: Path, tmp_path: Path) -> None:
+    (sdist,) = built.glob("*.tar.gz")
+    with tarfile.open(sdist) as archive:
+        archive.extractall(tmp_path, filter="data")
+    (source,) = tmp_path.iterdir()
+    assert {"LICENSE", "README.md", "pyproject.toml", "src", "tests", "docs"} <= {
+        each.name for each in source.iterdir()
+    }
+    build(source, backend, tmp_path, "wheel")
+    again = tmp_path / wheel.name
+    assert contents(again) == contents(wheel)
+
+
+def contents(wheel: Path) -> dict[str, bytes]:
+    archive = zipfile.ZipFile(wheel)
+    return {name: archive.read(name) for name in archive.namelist()}
 
 
 @pytest.fixture(scope="module")
 def scripts(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Where the programs of a fresh environment are, into which the wheel was installed."""
     folder = tmp_path_factory.mktemp("fresh")
-    venv.create(folder / "venv", with_pip=True)
+    venv.create(folder / "venv")
     scripts = folder / "venv" / ("Scripts" if sys.platform == "win32" else "bin")
-    run([str(scripts / "python"), "-m", "pip", "install", "--quiet", str(wheel)], folder)
+    pip = [sys.executable, "-m", "pip", "--python", str(scripts / "python")]
+    run([*pip, "install", "--quiet", "--no-compile", str(wheel)], folder)
     return scripts
 
 
@@ -64,6 +110,34 @@ def test_the_wheel_runs_in_a_fresh_environment(scripts: Path, tmp_path: Path) ->
     assert result["heard"]["/clock"] == result["steps"]
     where = run([str(scripts / "python"), "-c", "import cellwright; print(cellwright.__file__)"], tmp_path)
     assert Path(where.strip()).is_relative_to(scripts.parent)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["trials"], "qual1a"),
+        (["run", "lesson", "--agent", "lesson", "--until", "3", "--no-picture"], "stopped before"),
+        (["teleop", "qinglong", "--check"], "passed"),
+        (["bench", "step", "--quick"], "60 parts awake"),
+        (["eval", "trial.yaml", "--agent", "idle.py:Idle", "--out", "results"], "passed      1 of 1 runs"),
+    ],
+    ids=lambda each: each[0] if isinstance(each, list) else "",
+)
+def test_what_the_readme_shows_works_there(arguments: list[str], told: str, scripts: Path, tmp_path: Path) -> None:
+    (tmp_path / "trial.yaml").write_text("arm: {type: ur10}\ntime_limit: 5\n")
+    (tmp_path / "idle.py").write_text("class Idle:\n    def run(self, client):\n        client.start_competition()\n")
+    status = 1 if arguments[0] == "run" else 0
+    assert told in run([str(scripts / "cellwright"), *arguments], tmp_path, status=status)
+
+
+def test_its_types_are_seen(scripts: Path, tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(
+        "from cellwright.pose import Pose\n\nheight: float = Pose().position[2]\nname: str = Pose().yaw\n"
+    )
+    asked = [sys.executable, "-m", "mypy", "--strict", "--python-executable", str(scripts / "python"), "mine.py"]
+    said = run(asked, tmp_path, status=1)
+    assert 'mine.py:4: error: Incompatible types in assignment (expression has type "float"' in said
+    assert "Found 1 error" in said
 
 
 @pytest.mark.ros1

@@ -1,6 +1,8 @@
-"""Makes a site of these pages: README, CONTRIBUTING and CHANGELOG join them, and links out of the site become text.
+"""Makes a site of these pages.
 
-mkdocs calls the functions by their names. The pages themselves are written to be read where they lie as well.
+README, CONTRIBUTING and CHANGELOG join them, links out of the site become text, and blocks that are files get their
+names as titles. mkdocs calls the functions by their names. The pages themselves are written to be read where they lie
+as well.
 """
 
 import posixpath
@@ -19,7 +21,21 @@ JOINING = {"README.md": "index.md", "CONTRIBUTING.md": "contributing.md", "CHANG
 
 _LINK = re.compile(r"(?<!!)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)")
 _BLOCK = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
+_FILE = re.compile(r"^<!-- file: (\S+) -->\n```(\w+)$", re.MULTILINE)
 _PICTURE = re.compile(r'(<img src="|!\[[^\]]*\]\()docs/')
+
+
+NEW = "Understand"
+"""The section of pages that nobody has given a place yet."""
+
+
+def on_config(config: MkDocsConfig) -> MkDocsConfig:
+    """Give every page a place: one that the navigation does not name stands at the end of a section."""
+    sections = {title: pages for section in config.nav or [] for title, pages in section.items()}
+    named = {path for pages in sections.values() for page in pages for path in page.values()}
+    there = sorted(path.relative_to(config.docs_dir).as_posix() for path in Path(config.docs_dir).rglob("*.md"))
+    sections[NEW] += [path for path in there if path not in named and not path.startswith("examples/")]
+    return config
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
@@ -33,7 +49,8 @@ def on_page_markdown(markdown: str, *, page: Page, config: MkDocsConfig, files: 
     """Lead links from where a page lies in the repository to where it stands in the site."""
     name = page.file.src_uri
     source = next((each for each, joined in JOINING.items() if joined == name), f"docs/{name}")
-    return outside_blocks(markdown, lambda text: _PICTURE.sub(r"\1", led(text, source, name, files)))
+    written = outside_blocks(markdown, lambda text: _PICTURE.sub(r"\1", led(text, source, name, files)))
+    return _FILE.sub(r'```\2 title="\1"', written)
 
 
 def outside_blocks(markdown: str, change: Callable[[str], str]) -> str:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from cellwright.devices.sensors.sensor import Reading as Reading
     from cellwright.devices.sensors.sensor import Sensor as Sensor
     from cellwright.errors import CellwrightError as CellwrightError
+    from cellwright.face import DescriptionWarning as DescriptionWarning
     from cellwright.face import load_robot as load_robot
     from cellwright.face import load_trial as load_trial
     from cellwright.face import run_trial as run_trial
@@ -41,6 +42,7 @@ _HOMES = {
     "Cell": "cell",
     "CellwrightError": "errors",
     "Client": "client",
+    "DescriptionWarning": "face",
     "Device": "simulation.device",
     "Driver": "teleop.drivers.driver",
     "Outcome": "run",

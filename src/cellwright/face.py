@@ -55,7 +55,7 @@ def load_robot(name_or_path: str | Path) -> RobotConfig:
 
 def run_trial(
     trial: Trial | str | Path,
-    agent: Agent | str | None = "kitter",
+    agent: Agent | type[Agent] | str | None = "kitter",
     *,
     seed: int | None = None,
     options: RunOptions | None = None,
@@ -64,8 +64,8 @@ def run_trial(
 
     Args:
         trial: the trial, its name, or the path of its file.
-        agent: who works the cell: an object with a method `run(client)`, the name of an agent that comes along,
-            `"path.py:Class"`, or None for nobody; `options` then say until when.
+        agent: who works the cell: an object with a method `run(client)` or its class, the name of an agent that comes
+            along, `"path.py:Class"`, or None for nobody; `options` then say until when.
         seed: root of all chance; None takes the trial's own.
         options: what the run may be told besides.
 
@@ -75,12 +75,19 @@ def run_trial(
         AgentError: there is no such agent, or it cannot be made. What it raises at work is in the result.
         UsageError: neither an agent nor a time to stop at.
     """
-    worker = find_agent(agent)() if isinstance(agent, str) else agent
+    worker = _made(agent)
     if not isinstance(trial, Trial):
         loaded = gear2017.load_trial([find_trial(trial)])
         _warn(loaded.warnings)
         trial = loaded.trial
     return run_cell(Cell(trial, seed=seed), worker, options)
+
+
+def _made(agent: Agent | type[Agent] | str | None) -> Agent | None:
+    """The agent that is meant; a class is made, as the command line makes it."""
+    if isinstance(agent, str):
+        return find_agent(agent)()
+    return agent() if isinstance(agent, type) else agent
 
 
 def _warn(lines: Iterable[object]) -> None:

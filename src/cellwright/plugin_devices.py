@@ -9,7 +9,10 @@ from __future__ import annotations
 
 from cellwright.description.trial import PluginDevice
 from cellwright.extensions import entry_points as plugins
+from cellwright.extensions.guarded import guard
 from cellwright.simulation.device import Device
+
+_HOOKS = ("attach", "reset", "before_step", "drive", "after_step", "handle", "get_state", "set_state", "close")
 
 
 def make_brought_device(description: PluginDevice, cell: object) -> Device:
@@ -33,4 +36,5 @@ def make_brought_device(description: PluginDevice, cell: object) -> Device:
         raise plugins.refusal(
             "devices", kind, f"must make a Device, and made something of the type {type(device).__name__}"
         )
-    return device
+    at_work = [hook for hook in _HOOKS if getattr(type(device), hook) is not getattr(Device, hook)]
+    return guard(device, "devices", kind, at_work)

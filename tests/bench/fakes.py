@@ -16,6 +16,9 @@ class FakeBenchmark(Benchmark):
     figures: tuple[Figure, ...] = ()
     error: Exception | None = None
 
+    def about(self) -> tuple[str, ...]:
+        return ("What it is.", "How it is measured.")
+
     def measure(self) -> Measure:
         return self._measure
 

@@ -9,6 +9,7 @@ from cellwright.errors import UnknownNameError
 def test_each_benchmark_has_its_module(benchmark: Benchmark) -> None:
     assert find_benchmark(benchmark.name) is benchmark
     assert callable(benchmark.measure())
+    assert all(benchmark.about())
 
 
 def test_an_unknown_benchmark() -> None:

@@ -42,7 +42,7 @@ def test_the_three_runs_are_one_trajectory() -> None:
     told: list[str] = []
     figures = {figure.what: figure for figure in measure(told.append, quick=True)}
     assert len(told) == 3
-    assert figures["state hashes of the three"].value == 1
+    assert figures["different end states of the three"].value == 1
     bounds = Counter(figure.most for figure in figures.values())
     assert (bounds[1.15], bounds[1.3]) == (1, 1)
     assert all(figure.value > 0.0 for figure in figures.values())

@@ -12,7 +12,16 @@ from cellwright.bench.figures import Figure
 
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(0.12345, "0.123"), (1.2345, "1.23"), (12.345, "12.3"), (123.45, "123"), (123456.7, "123457"), (3.0, "3")],
+    [
+        (0.12345, "0.123"),
+        (1.2345, "1.23"),
+        (12.345, "12.3"),
+        (123.45, "123"),
+        (123456.7, "123457"),
+        (3.0, "3.00"),
+        (3, "3"),
+        (1234567, "1234567"),
+    ],
 )
 def test_numbers(value: float, text: str) -> None:
     assert words.number(value) == text

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.bus import Refusals
-from cellwright.bus.refusals import MOST_SOURCES, OTHERS
+from cellwright.bus.refusals import LONGEST_LINE, MOST_LINES, MOST_SOURCES, OTHERS
 
 SECOND = 10**9
 
@@ -64,7 +64,36 @@ def test_countless_names_share_one_place() -> None:
         desk.refuse(f"/node_{number}")
     assert len(desk.refusals.counts) == MOST_SOURCES + 1
     assert desk.refusals.counts[OTHERS] == 2 * MOST_SOURCES
-    assert len(desk.lines) == MOST_SOURCES + 1
+    assert len(desk.lines) == MOST_LINES
+    desk.refusals.flush()
+    assert len(desk.lines) == 2 * MOST_LINES + 1
+    assert sum(map(numbers_in, desk.lines[MOST_LINES:])) == 3 * MOST_SOURCES - MOST_LINES
+
+
+def numbers_in(line: str) -> int:
+    """How many refusals a line of the end stands for."""
+    return int(line.split(" more")[0].split()[-1])
+
+
+def test_a_crowd_is_told_of_again_after_a_second() -> None:
+    desk = Desk()
+    for second in range(3):
+        for number in range(100):
+            desk.refuse(f"/node_{number}", at=second * SECOND)
+    assert len(desk.lines) == 3 * MOST_LINES
+    desk.refuse("/node_0", at=0)  # a run that begins anew
+    assert len(desk.lines) == 3 * MOST_LINES + 1
+
+
+def test_a_line_stays_one_line_and_short() -> None:
+    desk = Desk()
+    desk.refuse("/arm\n\x1b[2J", "x" * 10_000_000)
+    desk.refusals.flush()
+    (line,) = desk.lines
+    assert len(line) == LONGEST_LINE
+    assert line.startswith("refused /arm??[2J: xxx")
+    desk.refuse("/a" * 100_000)
+    assert list(desk.refusals.counts) == ["/arm??[2J", f"{'/a' * 200}"[:397] + "..."]
 
 
 @given(st.lists(st.tuples(st.sampled_from(["/a", "/b"]), st.integers(0, 2 * SECOND)), max_size=40))

@@ -132,6 +132,56 @@ def test_velocities_make_the_way_smooth() -> None:
     assert cell.arm.controller.velocities(500_000_000) == pytest.approx([0.15] * 7)
 
 
+@pytest.mark.parametrize("duration", [0.0, 0.03, 0.0513, 0.5, 0.777])
+def test_after_a_doze_all_is_as_new_as_after_a_sleep(duration: float) -> None:
+    awake, dozing = client_of(Cell(ARM_ONLY)), client_of(Cell(ARM_ONLY))
+    for client, pass_time in ((awake, awake.sleep), (dozing, dozing.doze)):
+        client.sleep(0.123)
+        client.send_arm([in_order(NEAR)], [1.0])
+        client.control_gripper(True)
+        pass_time(duration)
+    assert dozing.transport.now() == awake.transport.now()
+    assert dozing.joint_positions == awake.joint_positions
+    assert dozing.gripper_enabled is awake.gripper_enabled
+
+
+def test_in_a_doze_neither_joint_states_nor_gripper_are_listened_to_until_shortly_before_its_end() -> None:
+    cell = Cell(ARM_ONLY)
+    client = client_of(cell)
+    heard: dict[str, list[float]] = {"/ariac/joint_states": [], "/ariac/gripper/state": []}
+
+    def look(_score: object) -> None:
+        for topic, times in heard.items():
+            if cell.bus.topic(topic).subscribers:
+                times.append(round(client.time, 3))
+
+    client.subscribe("/ariac/current_score", look)
+    client.doze(1.02)
+    assert heard == {"/ariac/joint_states": [1.0], "/ariac/gripper/state": [1.0]}
+    assert client.joint_states.count > 0
+    client.sleep(0.2)
+    assert heard["/ariac/gripper/state"] == [1.0, 1.1, 1.2]
+
+
+def test_a_doze_that_cannot_be_leaves_the_client_awake() -> None:
+    cell = Cell(ARM_ONLY)
+    client = client_of(cell)
+    for duration in (-1.0, math.nan, math.inf):
+        with pytest.raises(UsageError):
+            client.doze(duration)
+    refused: list[str] = []
+
+    def doze(_score: object) -> None:
+        with pytest.raises(UsageError, match="callback"):
+            client.doze(1.0)
+        refused.append("doze")
+
+    client.subscribe("/ariac/current_score", doze)
+    client.sleep(0.15)
+    assert refused == ["doze"]
+    assert cell.bus.topic("/ariac/gripper/state").subscribers == ("/agent",)
+
+
 def test_other_joints_in_another_order() -> None:
     cell = Cell(ARM_ONLY)
     client = client_of(cell)
@@ -223,3 +273,31 @@ def test_a_cell_without_arm_or_agvs() -> None:
         client.control_agv(1, "order_0_kit_0")
     with pytest.raises(UnknownNameError, match="unknown topic to publish on '/ariac/arm/command'"):
         client.send_arm([INITIAL])
+
+
+@pytest.mark.parametrize("name", ["break_beam_l", "logical_camera", "", "arm/stat", "../clock"])
+def test_a_sensor_that_is_not_there_is_an_error_that_names_those_that_are(name: str) -> None:
+    client = Client(InProcess(Cell(WHOLE)))
+    for ask in (client.sensor, lambda each: client.on_sensor(each, print)):
+        with pytest.raises(UnknownNameError) as caught:
+            ask(name)
+        assert caught.value.valid == (
+            "break_beam_1",
+            "break_beam_1_change",
+            "laser_profiler_1",
+            "logical_camera_1",
+            "logical_camera_2",
+            "proximity_sensor_1",
+            "quality_control_sensor_1",
+            "quality_control_sensor_2",
+        )
+    assert client.sensor("break_beam_1").wait(1.0) is not None
+
+
+def test_where_more_topics_may_come_a_sensor_is_waited_for(caplog: pytest.LogCaptureFixture) -> None:
+    class Growing(InProcess):
+        knows_all_topics = False
+
+    client = Client(Growing(Cell(BARE)))
+    assert client.sensor("break_beam_1").wait(0.1) is None
+    assert "unknown sensor 'break_beam_1' (known: none); waiting for it" in caplog.text

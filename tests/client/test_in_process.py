@@ -1,6 +1,9 @@
+from collections.abc import Callable
+
 import pytest
 
 from cellwright.cell import Cell
+from cellwright.client.client import Client
 from cellwright.client.transports.in_process import InProcess
 from cellwright.errors import RunEndedError, UnknownNameError
 from cellwright.messages.osrf_gear import AGVControlRequest
@@ -78,9 +81,39 @@ def test_who_has_left_hears_nothing_more_not_even_what_was_on_its_way() -> None:
     transport.advance(4_000_000, never)
     assert got == ["b", "b"]
     transport.close()
-    transport.advance(8_000_000, never)
+    transport.close()
+    cell.step()
     assert got == ["b", "b"]
     assert cell.bus.topic("/clock").subscribers == ()
+
+
+def test_who_keeps_a_client_past_the_end_gets_nothing_more_of_the_cell() -> None:
+    cell = Cell(KITTING)
+    client = Client(InProcess(cell))
+    client.close()
+    before = cell.state_hash()
+    acts: list[Callable[[], object]] = [
+        lambda: client.sleep(1.0),
+        lambda: client.wait_until(lambda: False, 1.0),
+        lambda: client.start_competition(),
+        lambda: client.publish("/ariac/arm/command", None),
+        lambda: client.latest("/clock"),
+    ]
+    for act in acts:
+        with pytest.raises(RunEndedError, match="the client is closed"):
+            act()
+    assert cell.state_hash() == before
+
+
+def test_who_has_left_leaves_nothing_behind() -> None:
+    transport = InProcess(Cell(BARE))
+    kept: list[object] = []
+    stay = transport.subscribe("/clock", kept.append)
+    for _ in range(3):
+        transport.subscribe("/clock", kept.append)()
+    assert list(transport._leave) == [stay]
+    transport.advance(2_000_000, never)
+    assert len(kept) == 1
 
 
 def test_a_conversation_cannot_stop_time() -> None:

@@ -1,4 +1,5 @@
 import math
+import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -198,3 +199,41 @@ def test_closing_leaves_every_topic() -> None:
     session.subscribe("/ariac/orders", print)
     session.close()
     assert not any(topic.subscribers for topic in cell.bus.topics() if topic.publishers)
+
+
+def test_it_belongs_to_a_thread_and_may_be_taken_over() -> None:
+    session = session_of()
+    told: list[object] = []
+
+    def work() -> None:
+        for act in (lambda: session.sleep(0.1), lambda: session.wait_until(lambda: True), lambda: session.time):
+            with pytest.raises(UsageError, match="for the thread that made it"):
+                act()
+        session.adopt()
+        session.sleep(0.1)
+        told.append(session.time)
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    assert told == [0.1]
+    with pytest.raises(UsageError, match="for the thread that made it"):
+        session.sleep(0.1)
+    session.adopt()
+    assert session.time == 0.1
+
+
+def test_the_newest_message_can_be_listened_for_now_and_then() -> None:
+    session = Session(InProcess(Cell(KITTING)))
+    score = session.latest("/ariac/current_score")
+    score.listen()  # it does
+    session.sleep(0.2)
+    assert score.count == 2
+    score.cancel()
+    score.cancel()
+    session.sleep(0.2)
+    assert score.count == 2
+    assert score.message is not None
+    score.listen()
+    session.sleep(0.1)
+    assert score.count == 3

@@ -301,6 +301,6 @@ def test_a_client_connects_to_an_address_as_people_write_it() -> None:
 @pytest.mark.parametrize(
     "text", ["", "here", ":80", "here:", "here:0", "here:65536", "here:8o", "here:" + 7 * "9", "a:²"]
 )
-def test_what_is_no_address_is_refused(text: str) -> None:
+def test_what_is_no_address_is_refused(text: str | tuple[str, int]) -> None:
     with pytest.raises(UsageError, match="give a host and a port"):
         Client.connect(text)

@@ -3,7 +3,8 @@
 What counts: a fenced block under `<!-- file: NAME -->` is a file to write; any other `python` block is a program to
 run; each line `$ cellwright …` in a `console` block is a command to give, and the lines below it are what it prints, in
 that order, where `…` stands for anything and a line `…` for any lines. `<!-- status: N -->` above a block says how its
-commands exit, 0 when left out. Blocks of other languages are for reading.
+commands exit, 0 when left out. Blocks of other languages are for reading, and so is one under
+`<!-- not run: REASON -->`.
 
 A page with `<!-- terminal: NAME -->` above its blocks is one whose commands are typed into terminals, whatever they
 are. `^C` presses Ctrl-C. A command that Ctrl-C ends later on runs meanwhile, while other terminals are used; a block
@@ -15,6 +16,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 _BLOCK = re.compile(
+    r"(?:^<!-- not run: (?P<why>[^\n]+) -->\n)?"
     r"(?:^<!-- exits: (?P<exits>\d+) -->\n)?"
     r"(?:^<!-- (?P<key>file|status|terminal): (?P<value>\S+) -->\n)?^```(?P<language>\w*)\n(?P<body>.*?)^```$",
     re.MULTILINE | re.DOTALL,
@@ -45,6 +47,22 @@ class Command:
 
 
 Step = File | Program | Command
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block: its language, what stands in it, and why it is for reading where that is said."""
+
+    language: str
+    body: str
+    key: str | None
+    why: str | None
+
+
+def blocks(page: Path) -> list[Block]:
+    """Every fenced block of a page."""
+    text = page.read_text(encoding="utf-8")
+    return [Block(each["language"], each["body"], each["key"], each["why"]) for each in _BLOCK.finditer(text)]
 
 
 def steps(page: Path) -> list[Step]:
@@ -78,6 +96,8 @@ def _mark_what_goes_on(blocks: list[list[Step]]) -> None:
 
 def _steps(block: re.Match[str]) -> list[Step]:
     key, value, body = block["key"], block["value"], block["body"]
+    if block["why"]:
+        return []
     if key == "file":
         return [File(value, body)]
     if block["language"] == "console":

@@ -11,10 +11,11 @@ from tests.ros1.processes import Process
 from tests.ros1.waiting import until
 
 DOCS = Path(__file__).parents[2] / "docs"
+PAGES = ["ros1.md", "robot-node-ros1.md"]
 
 
 @pytest.mark.ros1
-@pytest.mark.parametrize("page", ["ros1.md", "robot-node-ros1.md"])
+@pytest.mark.parametrize("page", PAGES)
 def test_the_page_can_be_followed(no_master: Ground, page: str) -> None:
     served: Process | None = None
     taken = [step for step in steps(DOCS / page) if isinstance(step, Command)]

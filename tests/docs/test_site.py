@@ -52,7 +52,13 @@ def test_links_out_of_the_folder_of_pages_are_led_anew(site: Path) -> None:
     start = (site / "index.html").read_text(encoding="utf-8")
     assert 'href="getting-started.html"' in start
     assert 'href="changelog.html"' in start
-    assert 'src="images/qinglong.png"' in start
+    assert 'src="images/cell.png"' in start
+
+
+def test_a_block_that_is_a_file_says_its_name(site: Path) -> None:
+    page = (site / "how-to" / "add-a-sensor.html").read_text(encoding="utf-8")
+    names = re.findall(r'<span class="filename">([^<]*)</span>', page)
+    assert names == ["level.py", "pyproject.toml", "with_level.yaml"]
 
 
 def test_the_public_names_are_in_the_reference(site: Path) -> None:

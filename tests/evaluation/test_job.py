@@ -99,3 +99,10 @@ def test_a_link_that_leads_nowhere_is_no_program(tmp_path: Path) -> None:
     (tmp_path / ".#mine.py").symlink_to("nobody@nowhere.1234")  # an editor's lock
     (tmp_path / "folder.py").mkdir()
     assert agent_digest(f"{program}:Mine") == before
+
+
+def test_a_long_name_makes_a_file_that_can_be_written(tmp_path: Path) -> None:
+    file = tmp_path / "trial.yaml"
+    file.write_text("")
+    (job,) = make_jobs([EvaluatedTrial("配" * 80, (file,), 0.0, 0.0, 0.0)], "none", [1], vary=False)
+    (tmp_path / job.log_name).write_text("")

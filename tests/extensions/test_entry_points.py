@@ -9,12 +9,13 @@ import pytest
 from cellwright.agents.agent import Agent, AgentError, find_agent
 from cellwright.cell import Cell
 from cellwright.cli.main import main
+from cellwright.client.client import Client
 from cellwright.description.catalogue import find_trial
 from cellwright.description.gear2017 import load_trial
 from cellwright.errors import DescriptionError, UnknownNameError
 from cellwright.extensions import entry_points as plugins
 from cellwright.extensions.entry_points import PluginError
-from cellwright.run import RunOptions, run_cell
+from cellwright.run import Outcome, RunOptions, run_cell
 from tests.workshop import describe, install
 
 BROKEN = """
@@ -206,3 +207,75 @@ def test_the_list_of_trials(capsys: pytest.CaptureFixture[str]) -> None:
         "warning: trial 'lesson'",
         "warning: trial 'seven'",
     ]
+
+
+FAILING_AT_WORK = """
+from cellwright.simulation.device import Device
+import workshop.part_counter as workshop
+from dataclasses import replace
+
+class Late(Device):
+    def __init__(self, name, settings, cell):
+        super().__init__(name)
+        self.when = settings
+
+    def after_step(self):
+        if self.simulation.time > 0.1 and self.when["at"] == "step":
+            raise ZeroDivisionError("out of oil")
+
+    def get_state(self):
+        if self.simulation.time > 0.1 and self.when["at"] == "state":
+            raise KeyError("oil")
+        return {}
+
+def message(reading, sensor):
+    raise AttributeError("no such field")
+
+def make(description, scene):
+    sensor = workshop.PART_COUNTER.make(description, scene)
+    def measure(index):
+        raise OverflowError("too many")
+    if description.name == "blind":
+        sensor.measure = measure
+    return sensor
+
+COUNTER = replace(workshop.PART_COUNTER, make=make, message=message)
+"""
+
+
+@pytest.fixture
+def late(site: Path) -> Path:
+    """Beside the example, a package whose things fail while they are at work."""
+    (site / "broken.py").write_text(FAILING_AT_WORK)
+    described = {"cellwright.devices": {"late": "broken:Late"}, "cellwright.sensors": {"late": "broken:COUNTER"}}
+    describe(site, "broken", described)
+    return site
+
+
+@pytest.mark.usefixtures("late")
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            "cellwright: {devices: {a: {type: late, at: step}}}",
+            "device 'late' of the package broken failed in after_step: ZeroDivisionError: out of oil",
+        ),
+        (
+            "sensors: {dumb: {type: late, pose: {}}}",
+            "sensor 'late' of the package broken failed in message: AttributeError: no such field",
+        ),
+        (
+            "sensors: {blind: {type: late, pose: {}}}",
+            "sensor 'late' of the package broken failed in measure: OverflowError: too many",
+        ),
+    ],
+)
+def test_what_fails_at_work_ends_the_run_and_is_told_whose_it_is(text: str, said: str) -> None:
+    class Waiting:
+        def run(self, client: Client) -> None:
+            client.sleep(10.0)
+
+    cell = Cell(load_trial(text=text).trial)
+    result = run_cell(cell, Waiting(), RunOptions(listen=["all"]))
+    assert (result.outcome, result.error) == (Outcome.UNSTABLE, f"{said}\n")
+    assert result.simulated < 1.0

@@ -57,3 +57,52 @@ def same(a: Any, b: Any) -> bool:
     if isinstance(a, list):
         return len(a) == len(b) and all(map(same, a, b))
     return bool(a == b or (a != a and b != b))
+
+
+JUNK = st.sampled_from(
+    [
+        None,
+        True,
+        -1,
+        1 << 70,
+        10**400,
+        float("nan"),
+        float("-inf"),
+        "",
+        "x" * 10_000,
+        "\ud800",
+        "\0\x1b[2J\n",
+        b"\xff",
+        (),
+        [],
+        {},
+        [None],
+        [[1.0]],
+        ["1.0"],
+        object(),
+        dict,
+        np.zeros((2, 2)),
+        np.array(["a"]),
+        np.array([None]),
+        np.float16(1.0),
+    ]
+)
+"""What no field is to be given, or hardly any."""
+
+
+@st.composite
+def spoiled(draw: st.DrawFn, name: str) -> Any:
+    """Messages of one type, by full name, with junk in one place, however deep; or junk altogether."""
+    return _spoil(draw, draw(messages(name)))
+
+
+def _spoil(draw: st.DrawFn, value: Any) -> Any:
+    if isinstance(value, list) and value and draw(st.booleans()):
+        place = draw(st.integers(0, len(value) - 1))
+        return [*value[:place], _spoil(draw, value[place]), *value[place + 1 :]]
+    fields = dataclasses.fields(value) if dataclasses.is_dataclass(value) else ()
+    names = [field.name for field in fields if field.init]
+    if not names or not draw(st.integers(0, 9)):
+        return draw(JUNK)
+    name = draw(st.sampled_from(names))
+    return dataclasses.replace(value, **{name: _spoil(draw, getattr(value, name))})

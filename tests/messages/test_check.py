@@ -1,4 +1,5 @@
 import re
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -127,10 +128,36 @@ def test_every_number_survives(values: list[float]) -> None:
     assert checked(point(values)).positions.tolist() == values
 
 
+@given(
+    st.lists(st.text(st.characters(min_codepoint=0x60, max_codepoint=0xDFFF), max_size=3) | st.none() | st.integers())
+)
+def test_of_many_names_the_first_wrong_one_is_told(names: list[Any]) -> None:
+    message = JointTrajectory(header(), names, [])
+    wrong_ones = [
+        place
+        for place, name in enumerate(names)
+        if not isinstance(name, str) or any(0xD800 <= ord(letter) <= 0xDFFF for letter in name)
+    ]
+    if wrong_ones:
+        with pytest.raises(MessageError, match=rf"joint_names\[{wrong_ones[0]}\]"):
+            checked(message)
+    else:
+        assert checked(message) is message
+
+
 @pytest.mark.parametrize("thing", [None, 5, "order", Pose()])
 def test_what_is_no_message_at_all(thing: Any) -> None:
     with pytest.raises(MessageError, match="is no message"):
         checked(thing)
-    stranger: Any = SimpleNamespace(__msgtype__="my_msgs/msg/Mine")
+    stranger: Any = type("Stranger", (), {"__msgtype__": "my_msgs/msg/Mine"})()
     with pytest.raises(UnknownNameError, match="my_msgs"):
         checked(stranger)
+
+
+@pytest.mark.parametrize("named", [None, 3, "std_msgs/msg/String", "", np.array(["a"]), ["x"]])
+def test_what_says_that_it_is_something_else_is_refused(named: Any) -> None:
+    told = {"__msgtype__": named}
+    with pytest.raises(MessageError, match=r"^std_msgs/Header is of type std_msgs/Header, and says"):
+        checked(replace(header("base", 3), **told))
+    with pytest.raises(MessageError, match=r"^std_msgs/Header.stamp is of type builtin_interfaces/Time, and says"):
+        checked(replace(header("base", 3), stamp=replace(Time(1, 2), **told)))

@@ -9,7 +9,7 @@ import pytest
 
 from cellwright.client.session import Session
 from cellwright.client.transports.in_process import InProcess
-from cellwright.errors import UnknownNameError, UsageError
+from cellwright.errors import RunEndedError, UnknownNameError, UsageError
 from cellwright.operators.exercise import check, exercise
 from cellwright.operators.limits import JointLimits
 from cellwright.operators.robot import OperatedRobot
@@ -62,6 +62,26 @@ def test_steps_are_told_of(there: OperatedRobot) -> None:
     assert found.judged == found.step.rest < 0.001 < 0.19 < found.worst
     assert seen == sorted(seen)
     assert seen[-1] == 1.0
+
+
+def test_a_robot_that_is_gone_in_the_middle_leaves_no_listener_behind(
+    there: OperatedRobot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The way back cannot be said any more, and the other half of the end is done all the same."""
+    said: list[float] = []
+
+    def send(_robot: OperatedRobot, targets: dict[str, float]) -> None:
+        said.append(targets["right_1"])
+        if len(said) > 20:
+            raise RunEndedError("the server is gone")
+
+    monkeypatch.setattr(OperatedRobot, "send_joints", send)
+    bus = there.session.transport.cell.bus  # type: ignore[attr-defined]
+    before = bus.topic("/io_teleop/joint_states").subscribers
+    with pytest.raises(RunEndedError):
+        exercise(there, "right_1", SINE)
+    assert len(said) == 22
+    assert bus.topic("/io_teleop/joint_states").subscribers == before
 
 
 def test_a_node_that_holds_back_is_told_of(there: OperatedRobot, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from cellwright.client.session import Session
 from cellwright.client.transports.in_process import InProcess
-from cellwright.errors import UnknownNameError, UsageError
+from cellwright.errors import RunEndedError, UnknownNameError, UsageError
 from cellwright.operators.limits import JointLimits
 from cellwright.operators.playback import approach, check, play
 from cellwright.operators.recorder import Recorder
@@ -150,3 +150,16 @@ def test_what_is_recorded_can_be_played_again(name: str, there: OperatedRobot, t
 def test_where_nothing_can_be_written_it_says_so(there: OperatedRobot, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="cannot be written: No such file or directory"):
         Recorder(there, tmp_path / "none" / "motion.csv")
+
+
+def test_a_recording_is_closed_though_there_is_nobody_left_to_tell(there: OperatedRobot, tmp_path: Path) -> None:
+    recorder = Recorder(there, tmp_path / "motion.csv")
+    there.session.sleep(0.1)
+
+    def leave() -> None:
+        raise RunEndedError("the server is gone")
+
+    recorder._leave = leave
+    recorder.close()
+    assert len((tmp_path / "motion.csv").read_text().splitlines()) == recorder.lines + 1 > 5
+    assert not recorder.is_writing

@@ -30,6 +30,11 @@ class Stranger:
         self.callbacks: dict[str, Callable[[Any], None]] = {}
         self.said: list[tuple[str, Any]] = []
 
+    knows_all_topics = True
+
+    def topics(self) -> dict[str, str]:
+        return {}
+
     def now(self) -> int:
         return self.time
 

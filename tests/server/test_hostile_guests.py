@@ -12,13 +12,14 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from cellwright.cell import Cell
-from cellwright.link.frames import Decoder, Frame, Kind, hello
+from cellwright.link.frames import LONGEST_FRAME, LONGEST_SAID, Decoder, Frame, Kind, advance, hello
 from cellwright.messages import to_cdr
 from cellwright.messages.osrf_gear import AGVControlRequest
+from cellwright.messages.standard import String
 from cellwright.messages.std_srvs import TriggerRequest
 from cellwright.server import server as server_module
-from cellwright.server.guest import BEHIND, FULL
-from cellwright.server.requests import MOST_SUBSCRIPTIONS
+from cellwright.server.guest import BEHIND, FULL, LONGEST_HELLO
+from cellwright.server.requests import MOST_SUBSCRIPTIONS, MOST_WISHES
 from cellwright.server.server import MOST_GUESTS
 from cellwright.simulation.pacing import Pacer
 from tests.cells import ARM_ONLY, INITIAL, KITTING, start, way
@@ -42,6 +43,10 @@ def rude(hall: Hall, said: bytes) -> Talker:
     ("said", "reason"),
     [
         (b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n", "bytes long"),
+        (b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03" + bytes(100), "bytes long"),  # TLS
+        (b"SSH-2.0-OpenSSH_9.2p1\r\n", "bytes long"),
+        (struct.pack("<I", LONGEST_HELLO + 1), "bytes long"),
+        (hello("/a", "cdr").encode() + struct.pack("<I", LONGEST_SAID + 1), "bytes long"),
         (struct.pack("<I", 1 << 31) + b"x" * 40, "bytes long"),
         (Frame(Kind.SUBSCRIBE, 1, "/clock").encode(), "must be HELLO"),
         (Frame(Kind.WELCOME).encode(), "must be HELLO"),
@@ -270,8 +275,10 @@ def test_there_is_a_limit_to_guests_and_subscriptions() -> None:
             crowd.append(socket.create_connection(hall.server.address))
             hall.server.wait(0.0)
         guest.wait_until(lambda: len(hall.server._guests) == MOST_GUESTS)
-        (answer,) = Decoder().feed(crowd[-1].recv(4096))
+        crowd[0].settimeout(60.0)
+        (answer,) = Decoder().feed(crowd[0].recv(4096))  # the one that has said nothing for longest makes room
         assert f"{MOST_GUESTS} guests already" in answer.text()
+        assert is_answered(hall.guest("/late"))
         guest.heard.clear()
         assert is_answered(guest)
         for connection in crowd:
@@ -297,3 +304,107 @@ def test_watching_leaves_the_state_as_it_is() -> None:
             assert all(len(guest.heard) > 500 for guest in hall.guests)
         hashes.add(cell.state_hash())
     assert len(hashes) == 1
+
+
+# ---------------------------------------------------------------- what is kept for guests has bounds
+
+
+def test_wishes_that_time_pass_are_bounded_and_go_with_their_guest() -> None:
+    with served(Cell(KITTING), lockstep=True) as hall:
+        guest, other = hall.guest(), hall.guest("/other")
+        other.say(advance(1, 10**9, each_tick=False))
+        other.wait_until(lambda: hall.server.asked is not None)
+        wishes = [advance(number, 10**12, each_tick=False) for number in range(1, 1001)]
+        guest.say(*wishes)
+        guest.wait_until(lambda: len(guest.heard) == 1000 - MOST_WISHES)
+        assert {frame.name for frame in guest.heard} == {"UsageError"}
+        assert f"{MOST_WISHES} wishes" in guest.heard[0].text()
+        assert len(hall.server._requests.asked) == MOST_WISHES + 1
+        guest.connection.close()
+        other.wait_until(lambda: len(hall.server._requests.asked) == 1)  # though it was not its turn yet
+
+
+def test_what_all_have_begun_to_say_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(server_module, "MOST_BEGUN", 2 << 20)
+    with served(Cell(KITTING)) as hall:
+        other = hall.guest("/other")
+        half = struct.pack("<I", LONGEST_SAID) + bytes(LONGEST_SAID // 2)
+        others = [hall.guest(f"/half_{number}") for number in range(3)]
+        for guest in others:
+            rest = memoryview(half)
+            guest.connection.setblocking(False)
+            while rest and not guest.is_over:
+                with contextlib.suppress(BlockingIOError, ConnectionError):
+                    rest = rest[guest.connection.send(rest) :]
+                hall.server.wait(0.0)
+                guest.listen()
+        other.wait_until(lambda: sum(guest.begun for guest in hall.server._guests) <= 2 << 20)
+        other.wait_until(lambda: len(hall.server.guests) < 4)
+        assert "/other" in hall.server.guests
+        assert is_answered(other)
+
+
+def test_the_more_guests_the_less_may_wait_for_each(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(server_module, "MOST_WAITING", 2 * FULL)
+    with served(Cell(KITTING)) as hall:
+        guests = [hall.guest(f"/guest_{number}") for number in range(4)]
+        assert [guest.full for guest in hall.server._guests] == [FULL // 2] * 4
+        for guest in guests[1:]:
+            guest.connection.close()
+        guests[0].wait_until(lambda: len(hall.server.guests) == 1)
+        assert [guest.full for guest in hall.server._guests] == [FULL]
+
+
+def test_a_message_that_cannot_be_told_ends_no_step_and_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(server_module, "_LOOK_AFTER", 0.0)
+    cell = Cell(KITTING)
+    huge = cell.bus.advertise("/huge", "std_msgs/String")
+    with served(cell) as hall:
+        guest = hall.guest()
+        guest.ask(Frame(Kind.SUBSCRIBE, 5, "/huge"))
+        message = String("x" * (LONGEST_FRAME + 1))
+        for _ in range(3):
+            huge.publish(message)
+        hall.server.wait(0.0)
+        (line,) = hall.lines
+        assert line.startswith(f"/me cannot be told: a frame of {LONGEST_FRAME + 21} bytes is too long")
+        assert line.endswith("(and 2 more since the last report)")
+        huge.publish(String("small"))
+        guest.wait_until(lambda: len(guest.messages(5)) == 1)
+
+
+def test_of_many_that_are_cut_off_some_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    with served(Cell(KITTING)) as hall:
+        for number in range(30):
+            rude(hall, hello(f"/rude_{number}", "cdr").encode() + b"rubbish " * 4)
+        monkeypatch.setattr(server_module, "_LOOK_AFTER", 0.0)
+        hall.server.wait(0.0)
+        assert len(hall.lines) == 11
+        assert hall.lines[-1].startswith("cut off others: a frame cannot be")
+        assert hall.lines[-1].endswith("(and 19 more since the last report)")
+
+
+def test_who_asks_for_what_is_heavy_gets_a_part_of_the_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Between two such commands others have their turn, also those who come later."""
+    monkeypatch.setattr(server_module, "_LONG", 0.0)
+    monkeypatch.setattr(server_module, "_REST", 1e9)
+    cell = Cell(ARM_ONLY)
+    with served(cell) as hall:
+        greedy, other = hall.guest("/greedy"), hall.guest("/other")
+        monkeypatch.setattr(server_module, "_LONG", 1e-9)
+        hall.server._rests_until = 0.0
+        for guest in hall.server._guests:
+            guest.is_heavy = False
+        data = to_cdr(way(INITIAL))
+        greedy.say(*[Frame(Kind.PUBLISH, number, "/ariac/arm/command", payload=data) for number in range(1, 50)])
+        greedy.wait_until(lambda: len(greedy.heard) == 1)
+        monkeypatch.setattr(server_module, "_LONG", 1e9)
+        for _ in range(20):
+            assert is_answered(other)
+            greedy.listen()
+        assert len(greedy.heard) == 1
+        begun = time.thread_time()
+        hall.server.wait(0.2)
+        assert time.thread_time() - begun < 0.1  # it waits, and does not look at them again and again
+        hall.server._rests_until = 0.0
+        greedy.wait_until(lambda: len(greedy.heard) == 49)

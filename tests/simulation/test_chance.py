@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.simulation.chance import SampleNoise, generator
+from cellwright.simulation.chance import SampleNoise, generator, key
 
 
 def test_one_name_one_stream() -> None:
@@ -18,6 +18,19 @@ def test_noise_belongs_to_the_sample_number(sample: int, size: int) -> None:
     noise.normal(sample + 1, 3)
     assert np.array_equal(first, SampleNoise(7, "camera").normal(sample, size))
     assert np.array_equal(first[:1], noise.normal(sample, 1))
+
+
+@given(st.integers(0, 2**40), st.integers(1, 50), st.integers(0, 50))
+def test_fewer_draws_are_the_first_of_more(sample: int, size: int, more: int) -> None:
+    noise = SampleNoise(7, "camera")
+    assert np.array_equal(noise.normal(sample, size), noise.normal(sample, size + more)[:size])
+
+
+@given(st.integers(-1, 2**70), st.integers(0, 2**64))
+def test_a_sample_is_what_a_generator_of_its_own_draws(sample: int, seed: int) -> None:
+    counter = np.array([0, 0, 0, sample % 2**64], dtype=np.uint64)
+    plain = np.random.Generator(np.random.Philox(key=key(seed, "laser"), counter=counter))
+    assert np.array_equal(SampleNoise(seed, "laser").normal(sample, 7), plain.standard_normal(7))
 
 
 def test_neighbouring_samples_are_independent() -> None:

@@ -1,10 +1,19 @@
+import contextlib
+import json
 import subprocess
 import sys
+import tempfile
+from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from cellwright.simulation import snapshot
 from cellwright.simulation.simulation import Simulation
 from cellwright.simulation.snapshot import (
     CheckpointError,
@@ -28,11 +37,11 @@ def make_run(until: int, *, seed: int = 3) -> Simulation:
 def test_a_snapshot_disturbs_nothing_and_goes_on_alike(moment: int) -> None:
     undisturbed = make_run(3 * 10**9)
     simulation = make_run(moment)
-    snapshot = take_snapshot(simulation)
+    taken = take_snapshot(simulation)
     simulation.step_until(3 * 10**9)
     assert simulation.state_hash() == undisturbed.state_hash()
     for _ in range(2):
-        restore_snapshot(simulation, snapshot)
+        restore_snapshot(simulation, taken)
         assert simulation.now == moment
         simulation.step_until(3 * 10**9)
         assert simulation.state_hash() == undisturbed.state_hash()
@@ -51,9 +60,9 @@ def test_watches_take_up_again_after_a_restore() -> None:
     simulation = make_run(10**9)
     got: list[int] = []
     simulation.watch("each", Fraction(1, 10), got.append)
-    snapshot = take_snapshot(simulation)
+    taken = take_snapshot(simulation)
     simulation.step_until(1_200_000_000)
-    restore_snapshot(simulation, snapshot)
+    restore_snapshot(simulation, taken)
     simulation.step_until(1_200_000_000)
     assert got == [11, 12, 11, 12]
 
@@ -99,3 +108,55 @@ def test_what_is_no_checkpoint_of_this_cell_is_refused(tmp_path: Path) -> None:
     simulation.model.body_mass[1] *= 2
     with pytest.raises(CheckpointError, match="another cell"):
         read_checkpoint(simulation, path)
+
+
+def rewritten(path: Path, changed: Callable[[dict[str, Any]], object]) -> None:
+    """The checkpoint with its contents changed by hand."""
+    with np.load(path) as file:
+        contents: dict[str, Any] = dict(file)
+    contents["header"] = json.loads(contents["header"].tobytes())
+    changed(contents)
+    contents["header"] = np.frombuffer(json.dumps(contents["header"]).encode(), np.uint8)
+    np.savez(path, **contents)
+
+
+@pytest.mark.parametrize(
+    ("change", "what"),
+    [
+        (lambda contents: contents["header"]["state"].update(tick=-5), "was changed since it was written"),
+        (lambda contents: contents["header"].pop("state"), "was changed since it was written"),
+        (lambda contents: contents.update(engine=contents["engine"][:-1]), "was changed since it was written"),
+        (lambda contents: contents.update(engine=np.zeros(3, "U9")), "was changed since it was written"),
+        (lambda contents: contents["header"].update(format=1), "made with another cell or another version"),
+        (lambda contents: contents.update(header=[1]), "not a checkpoint that can be read"),
+        (lambda contents: contents.update(engine=np.zeros(1 << 18)), "more than 1 MiB in it"),
+        (lambda contents: contents.pop("engine"), "not a checkpoint that can be read"),
+    ],
+)
+def test_what_was_changed_is_refused_and_the_run_stays_as_it_was(
+    tmp_path: Path, change: Callable[[dict[str, Any]], object], what: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(snapshot, "_LARGEST", 1 << 20)
+    simulation, path = make_run(0), tmp_path / "c.npz"
+    write_checkpoint(simulation, path)
+    rewritten(path, change)
+    before = simulation.state_hash()
+    with pytest.raises(CheckpointError, match=what):
+        read_checkpoint(simulation, path)
+    assert simulation.state_hash() == before
+
+
+@settings(max_examples=50)
+@given(st.data())
+def test_damaged_bytes_are_refused_or_do_no_harm(data: st.DataObject) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        simulation, path = make_run(0), Path(folder) / "c.npz"
+        write_checkpoint(simulation, path)
+        before = simulation.state_hash()
+        content = bytearray(path.read_bytes())
+        cut = data.draw(st.integers(0, len(content) - 1))
+        rest = content[cut + 1 :] if data.draw(st.booleans()) else b""
+        path.write_bytes(bytes(content[:cut]) + data.draw(st.binary(max_size=20)) + rest)
+        with contextlib.suppress(CheckpointError):
+            read_checkpoint(simulation, path)
+        assert simulation.state_hash() == before

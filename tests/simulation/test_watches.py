@@ -97,3 +97,33 @@ def test_after_a_jump_in_time_watches_go_on_from_there() -> None:
     watches.retime(0)
     run(watches, clock, 3 * 10**8)
     assert got == [*range(1, 11), 1, 2, 3]
+
+
+def test_a_watch_of_each_tick_comes_and_goes() -> None:
+    watches, clock = Watches(), Clock(Fraction(1, 100))
+    got: list[str] = []
+
+    def begin(rank: int) -> None:
+        got.append(f"begin {rank}")
+        first[rank].cancel()
+        watches.add("each", None, lambda _: got.append(f"each {rank}"), clock.now, rank)
+
+    first = {
+        -1: watches.add("first", None, lambda _: begin(-1), 0, -1),
+        0: watches.add("first", None, lambda _: begin(0), 0, 0),
+    }
+    run(watches, clock, 10**7)
+    assert got == ["begin -1", "begin 0"]
+    run(watches, clock, 2 * 10**7)
+    assert got == ["begin -1", "begin 0", "each -1", "each 0"]
+
+
+def test_after_the_last_watch_nothing_is_due() -> None:
+    watches, clock = Watches(), Clock(Fraction(1, 100))
+    got: list[int] = []
+    watch = watches.add("each", None, got.append, now=0)
+    run(watches, clock, 2 * 10**7)
+    watch.cancel()
+    run(watches, clock, 4 * 10**7)
+    assert got == [1, 2]
+    assert watches.next_due == NEVER

@@ -58,7 +58,9 @@ def _maker(target: str, found: object) -> Callable[[], Agent]:
     def make() -> Agent:
         try:
             agent: Agent = found()
-        except (Exception, SystemExit) as error:
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
             raise AgentError(f"{target}: cannot be made: {own_classes.reason(error)}") from error
         return agent
 

@@ -114,11 +114,11 @@ class RobotGripper:
         return [lower + part * (upper - lower) for lower, upper in self.joint_range]
 
     def move(self, status: float) -> None:
-        """Close it so far."""
+        """Close it so far: 0 is open, 1 closed."""
         self._joints.move(self.finger_index, self.joint_pos_from_status(status))
 
     def reset(self, status: float = 0.0) -> None:
-        """Have it closed so far at once."""
+        """Have it closed so far at once: 0 is open, 1 closed."""
         self._joints.place(self.finger_index, self.joint_pos_from_status(status))
 
 
@@ -145,7 +145,11 @@ class RobotHead:
         return found
 
     def move(self, rotation: Sequence[float]) -> None:
-        """Turn it to roll, pitch and yaw [rad]; what it cannot do is left out."""
+        """Turn it to roll, pitch and yaw [rad]; what it cannot do is left out.
+
+        Raises:
+            UsageError: not three numbers.
+        """
         if len(rotation) != 3:
             raise UsageError(f"a head is turned by roll, pitch and yaw, three numbers, not {len(rotation)}")
         self._joints.move(self.head_joint_index, [rotation[axis] for axis in self._axes])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from importlib import import_module
+from types import ModuleType
 
 from cellwright.bench.figures import Measure
 from cellwright.errors import UnknownNameError
@@ -25,15 +26,28 @@ class Benchmark:
 
     def measure(self) -> Measure:
         """What takes it."""
-        module = import_module(f"cellwright.bench.{self.name}")
-        measure: Measure = module.measure
+        measure: Measure = self._module().measure
         return measure
+
+    def about(self) -> tuple[str, ...]:
+        """What is measured and how, paragraph by paragraph."""
+        return tuple(" ".join(paragraph.split()) for paragraph in (self._module().__doc__ or "").split("\n\n"))
+
+    def _module(self) -> ModuleType:
+        return import_module(f"cellwright.bench.{self.name}")
 
 
 BENCHMARKS = (
     Benchmark("step", "A step of the cell", 0.5),
-    Benchmark("trial", "A trial of 500 s", 3.0),
+    Benchmark("trial", "A trial of 500 s", 4.0),
     Benchmark("pybullet_cell", "The cell beside PyBullet", 1.0),
+    Benchmark("start", "A cold start", 0.2),
+    Benchmark("costs", "One more of something", 1.0),
+    Benchmark("robot", "A robot beside PyBullet", 0.5),
+    Benchmark("evaluation", "Many runs in two processes", 3.0),
+    Benchmark("socket", "Over a socket", 2.0),
+    Benchmark("teleop", "From a command to motion", 2.5),
+    Benchmark("ros1", "Over ROS 1", 2.5),
 )
 
 

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import datetime
+import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from cellwright.bench import words
 from cellwright.bench.taking import Taken
+
+WIDTH = 120
+"""Of a line of text."""
 
 HEAD = """# Benchmarks
 
@@ -43,15 +47,23 @@ def page(taken: Sequence[Taken], machine: Mapping[str, str], day: datetime.date,
     about = [("date", day.isoformat()), *machine.items()]
     lines = [HEAD.rstrip(), *rough, "", "## The machine", "", *table(("", ""), about)]
     for each in taken:
-        lines += ["", f"## {each.benchmark.title}", "", f"`cellwright bench {each.benchmark.name}`", *_section(each)]
+        lines += ["", f"## {each.benchmark.title}", *_section(each, judged=not quick)]
     return "\n".join(lines) + "\n"
 
 
-def _section(taken: Taken) -> Iterator[str]:
+def _section(taken: Taken, *, judged: bool) -> Iterator[str]:
+    for paragraph in (f"`cellwright bench {taken.benchmark.name}`", *taken.benchmark.about()):
+        yield from ("", *textwrap.wrap(paragraph, WIDTH, break_long_words=False, break_on_hyphens=False))
     if taken.figures:
         yield ""
         rows = [
-            (figure.what, words.value(figure), words.bound(figure), words.verdict(figure), figure.note)
+            (
+                figure.what,
+                words.value(figure),
+                words.bound(figure),
+                words.verdict(figure) if judged else "",
+                figure.note,
+            )
             for figure in taken.figures
         ]
         yield from table(("figure", "value", "bound", "", "note"), rows)

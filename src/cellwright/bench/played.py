@@ -60,6 +60,12 @@ class NotingTransport:
         self._note(service, request, is_call=True)
         return self._inner.call(service, request)
 
+    knows_all_topics = True
+
+    def topics(self) -> dict[str, str]:
+        """Types of the topics that the cell publishes, by name."""
+        return self._inner.topics()
+
     def close(self) -> None:
         """Leave every topic."""
         self._inner.close()

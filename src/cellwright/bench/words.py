@@ -11,20 +11,20 @@ def value(figure: Figure) -> str:
     """The value in about three digits and its unit; a dash where there is none."""
     if not math.isfinite(figure.value):
         return "-"
-    return f"{number(figure.value)} {figure.unit}"
+    return f"{number(figure.value)} {figure.unit}".rstrip()
 
 
 def number(value: float) -> str:
-    """A number in about three digits, never as a power of ten."""
+    """A number in about three digits, never as a power of ten; what was counted, whole."""
     size = abs(value)
-    if value == round(value) or size >= 100:
+    if isinstance(value, int) or size >= 100:
         return f"{value:.0f}"
     return f"{value:.{1 if size >= 10 else 2 if size >= 1 else 3}f}"
 
 
 def bound(figure: Figure) -> str:
     """The bound that the value is held to; empty where there is none."""
-    bounds = [f"{sign} {limit:g}" for sign, limit in (("≥", figure.least), ("≤", figure.most)) if limit is not None]
+    bounds = [f"{sign} {limit:.4g}" for sign, limit in (("≥", figure.least), ("≤", figure.most)) if limit is not None]
     return ", ".join(bounds)
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from cellwright.client.session import Latest, Session
 from cellwright.client.transports.transport import Transport
-from cellwright.errors import UsageError
+from cellwright.errors import UnknownNameError, UsageError
 from cellwright.messages.build import NANOSECONDS, joint_trajectory, trajectory_point
 from cellwright.messages.osrf_gear import (
     AGVControlRequest,
@@ -34,7 +35,14 @@ ARRIVED = 0.1
 """So close [rad; m for the rail] an arm that stands has arrived: the goal tolerance of the arm's own controller. The
 original's soft servo leaves the rail up to 0.05 m short, where its force no longer overcomes the dry friction."""
 
+AWAKE = 0.05
+"""So long [s] before the end of `doze` the client listens again: joint states come every 0.02 s."""
+
 _STOPPED = 0.02
+_PREFIX = "/ariac/"
+_NO_SENSORS = ("competition_state", "current_score", "joint_states", "orders", "trays")
+
+log = logging.getLogger(__name__)
 
 
 class Client(Session):
@@ -50,7 +58,8 @@ class Client(Session):
         """Every order announced so far (osrf_gear/Order), in order of announcement."""
         self._state = self.latest("/ariac/competition_state")
         self._score = self.latest("/ariac/current_score")
-        self._joints = self.latest("/ariac/joint_states")
+        self.joint_states = self.latest("/ariac/joint_states")
+        """Joint states as last heard (sensor_msgs/JointState)."""
         self._gripper = self.latest("/ariac/gripper/state")
         self._sensors: dict[str, Latest] = {}
         self.subscribe("/ariac/orders", self.orders.append, passive=True)
@@ -90,13 +99,13 @@ class Client(Session):
     @property
     def joint_positions(self) -> Mapping[str, float]:
         """Joint positions as last heard [rad; m for the rail]; empty before the first message."""
-        message = self._joints.message
+        message = self.joint_states.message
         return {} if message is None else dict(zip(message.name, map(float, message.position), strict=True))
 
     @property
     def joint_velocities(self) -> Mapping[str, float]:
         """Joint velocities as last heard [rad/s; m/s for the rail]; empty before the first message."""
-        message = self._joints.message
+        message = self.joint_states.message
         return {} if message is None else dict(zip(message.name, map(float, message.velocity), strict=True))
 
     def send_arm(
@@ -139,6 +148,10 @@ class Client(Session):
 
         Arguments as for `send_arm`; `timeout` [s] counts from when it should have arrived. Whether it came to stand
         within `tolerance` [rad; m for the rail] of the last waypoint.
+
+        Raises:
+            UsageError: no waypoint, or numbers that do not belong together.
+            RejectedCommandError: the arm refuses them, and goes on with what it was doing.
         """
         if not len(waypoints):
             raise UsageError("without a waypoint there is nowhere to go")
@@ -153,6 +166,38 @@ class Client(Session):
             abs(positions[joint] - value) < tolerance and abs(velocities[joint]) < _STOPPED
             for joint, value in goal.items()
         )
+
+    # ---------------------------------------------------------------- time
+
+    def doze(self, duration: float) -> None:
+        """Let `duration` seconds pass in which nobody looks at joint states and gripper.
+
+        As `sleep`, but neither is listened to until shortly before the end, which costs the cell less: the gripper
+        tells its state in every step. At the end both are as new as after `sleep`; callbacks that come meanwhile find
+        them as they were.
+
+        Raises:
+            UsageError: called from a callback, or with a negative or non-finite duration.
+            RunEndedError: the run is over.
+        """
+        # over ROS a connection would have to be made anew each time
+        if not AWAKE < duration < math.inf or not self.transport.knows_all_topics:
+            self.sleep(duration)
+            return
+        end = self.transport.now() + round(duration * NANOSECONDS)
+        dozing = (self.joint_states, self._gripper)
+        for each in dozing:
+            each.cancel()
+        try:
+            self._advance(end - round(AWAKE * NANOSECONDS), None)
+        finally:
+            for each in dozing:
+                each.listen()
+        counts = [each.count for each in dozing]
+        self._advance(end, None)
+        for each, count in zip(dozing, counts, strict=True):
+            if each.count == count and each.message is not None:  # a cell that runs ahead of its guests
+                each.wait_for_next(1.0)
 
     # ---------------------------------------------------------------- gripper and AGVs
 
@@ -179,14 +224,34 @@ class Client(Session):
     # ---------------------------------------------------------------- sensors
 
     def sensor(self, name: str) -> Latest:
-        """The newest reading of a sensor that the trial's file names; listened to from the first call on."""
+        """The newest reading of a sensor that the trial's file names; listened to from the first call on.
+
+        Raises:
+            UnknownNameError: there is no such sensor. In ROS, where one may appear later, that is only logged.
+        """
         if name not in self._sensors:
-            self._sensors[name] = self.latest(f"/ariac/{name}")
+            self._sensors[name] = self.latest(self._sensor_topic(name))
         return self._sensors[name]
 
     def on_sensor(self, name: str, callback: Callable[[Any], None]) -> Callable[[], None]:
-        """Have `callback(message)` called for each reading of a sensor; the returned function ends that."""
-        return self.subscribe(f"/ariac/{name}", callback)
+        """Have `callback(message)` called for each reading of a sensor; the returned function ends that.
+
+        Raises:
+            UnknownNameError: there is no such sensor. In ROS, where one may appear later, that is only logged.
+        """
+        return self.subscribe(self._sensor_topic(name), callback)
+
+    def _sensor_topic(self, name: str) -> str:
+        """The topic of a sensor, which is there."""
+        topic, topics = f"{_PREFIX}{name}", self.transport.topics()
+        if topic not in topics:
+            below = [each.removeprefix(_PREFIX) for each in topics if each.startswith(_PREFIX)]
+            sensors = sorted(each for each in below if "/" not in each and each not in _NO_SENSORS)
+            error = UnknownNameError("sensor", name, sensors)
+            if self.transport.knows_all_topics:
+                raise error
+            log.warning("%s; waiting for it", error)
+        return topic
 
     def _trigger(self, service: str) -> bool:
         return bool(self.call(service, TriggerRequest()).success)

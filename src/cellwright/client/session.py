@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from threading import get_ident
 from typing import Any, Self
 
 from cellwright.bus.served import Served
@@ -20,12 +21,22 @@ from cellwright.errors import UsageError
 class Session:
     """Time, topics and services of a cell.
 
-    Callbacks are delivered only inside `sleep` and `wait_until`; calling either from a callback is an error.
+    Callbacks are delivered only inside `sleep` and `wait_until`; calling either from a callback is an error. It belongs
+    to the thread that made it: what another thread asks of it is refused, for two would take each other's answers.
     """
 
     def __init__(self, transport: Transport) -> None:
         self.transport = transport
         self._waiting = False
+        self._thread = get_ident()
+
+    def adopt(self) -> None:
+        """Make it the calling thread's own, when the thread that had it has done with it."""
+        self._thread = get_ident()
+
+    def _refuse_strangers(self) -> None:
+        if get_ident() != self._thread:
+            raise UsageError("a client is for the thread that made it: let that one ask, and hand over what it gets")
 
     @classmethod
     def in_process(cls, cell: Served, *, node: str = "/client") -> Self:
@@ -56,16 +67,22 @@ class Session:
 
     @property
     def time(self) -> float:
-        """Simulation time [s]."""
+        """Simulation time [s].
+
+        Raises:
+            UsageError: asked by another thread.
+        """
+        self._refuse_strangers()
         return self.transport.now() / 1e9
 
     def sleep(self, duration: float) -> None:
         """Let `duration` seconds of simulation time pass.
 
         Raises:
-            UsageError: called from a callback, or with a negative or non-finite duration.
+            UsageError: called from a callback or another thread, or with a negative or non-finite duration.
             RunEndedError: the run is over.
         """
+        self._refuse_nesting()
         if not 0.0 <= duration < float("inf"):
             raise UsageError(f"cannot sleep for {duration} s")
         self._advance(self.transport.now() + round(duration * 1e9), None)
@@ -78,7 +95,7 @@ class Session:
             timeout: seconds of simulation time to wait at most; None or infinity for no limit.
 
         Raises:
-            UsageError: called from a callback, or with a timeout that is not a number.
+            UsageError: called from a callback or another thread, or with a timeout that is not a number.
             RunEndedError: the run is over.
         """
         self._refuse_nesting()
@@ -106,6 +123,7 @@ class Session:
             self._waiting = False
 
     def _refuse_nesting(self) -> None:
+        self._refuse_strangers()
         if self._waiting:
             raise UsageError("sleep and wait_until cannot be called from a callback: time is already passing")
 
@@ -120,6 +138,7 @@ class Session:
             passive: the callback keeps the message, or something of it, and does nothing else: it does not even ask
                 what time it is. In lockstep time then need not stand for it, which is faster, and changes nothing.
         """
+        self._refuse_strangers()
         return self.transport.subscribe(topic, callback, passive=passive)
 
     def publish(self, topic: str, message: Any) -> None:
@@ -129,6 +148,7 @@ class Session:
             UnknownNameError: the cell listens to no such topic.
             RejectedCommandError: it is not this type of message, or the cell refuses what it asks for.
         """
+        self._refuse_strangers()
         self.transport.publish(topic, message)
 
     def call(self, service: str, request: Any) -> Any:
@@ -139,6 +159,7 @@ class Session:
             RejectedCommandError: the request is not what the service takes, or was refused.
             ServiceFailedError: the service gave no answer.
         """
+        self._refuse_strangers()
         return self.transport.call(service, request)
 
     def latest(self, topic: str) -> Latest:
@@ -146,7 +167,7 @@ class Session:
         return Latest(self, topic)
 
     def close(self) -> None:
-        """Let go of the cell."""
+        """Let go of the cell; from any thread, and again is no error. No more time passes for it then."""
         self.transport.close()
 
 
@@ -170,14 +191,26 @@ class Rate:
 
 
 class Latest:
-    """The newest message of a topic: `message` is None until the first has come."""
+    """The newest message of a topic: `message` is None until the first has come, and `count` tells how many came."""
 
     def __init__(self, session: Session, topic: str) -> None:
         self._session = session
         self.topic = topic
         self.message: Any = None
         self.count = 0
-        self.cancel = session.subscribe(topic, self._take, passive=True)
+        self._leave: Callable[[], None] | None = None
+        self.listen()
+
+    def listen(self) -> None:
+        """Take messages again after `cancel`."""
+        if self._leave is None:
+            self._leave = self._session.subscribe(self.topic, self._take, passive=True)
+
+    def cancel(self) -> None:
+        """Take no more messages; the newest one stays."""
+        if self._leave is not None:
+            self._leave()
+            self._leave = None
 
     def _take(self, message: Any) -> None:
         self.message = message

@@ -15,7 +15,10 @@ from cellwright.description.trial import Sensor as SensorDescription
 from cellwright.devices.sensors.scene import Scene
 from cellwright.devices.sensors.sensor import Sensor
 from cellwright.extensions import entry_points as plugins
+from cellwright.extensions.guarded import call, guard
 from cellwright.messages import Message
+
+_AT_WORK = ("measure", "attach", "reset", "get_state", "set_state", "close")
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +53,7 @@ def make_brought_sensor(description: SensorDescription, scene: Scene) -> Sensor[
         raise plugins.refusal(
             "sensors", kind, f"must make a Sensor, and made something of the type {type(sensor).__name__}"
         )
-    return sensor
+    return guard(sensor, "sensors", kind, _AT_WORK)
 
 
 def bind_brought_sensors(bus: Bus, devices: GearDevices) -> None:
@@ -63,11 +66,11 @@ def bind_brought_sensors(bus: Bus, devices: GearDevices) -> None:
     for description in devices.trial.sensors:
         if description.type not in SENSOR_TYPES:
             plugin = plugins.load_as("sensors", description.type, SensorPlugin)
-            _stream(bus, plugin, devices.sensors[description.name])
+            _stream(bus, description.type, plugin, devices.sensors[description.name])
 
 
-def _stream(bus: Bus, plugin: SensorPlugin, sensor: Sensor[Any]) -> None:
+def _stream(bus: Bus, kind: str, plugin: SensorPlugin, sensor: Sensor[Any]) -> None:
     def listen(publish: Callable[[Message], None]) -> Callable[[], None]:
-        return sensor.listen(lambda reading: publish(plugin.message(reading, sensor)))
+        return sensor.listen(lambda reading: publish(call("sensors", kind, plugin.message, reading, sensor)))
 
     Streamed(bus, plugin.row.of(sensor.name), listen)

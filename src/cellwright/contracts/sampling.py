@@ -49,12 +49,13 @@ class Sampled:
 
     def publish(self) -> None:
         """A message now, if somebody listens."""
-        message = self._build() if self._publisher.listeners else None
-        if message is not None:
-            self._publisher.publish(message)
+        if self._publisher.listeners:
+            self._publish(0)
 
     def _publish(self, _index: int) -> None:
-        self.publish()
+        message = self._build()
+        if message is not None:
+            self._publisher.publish(message)
 
 
 class Streamed:

@@ -39,7 +39,7 @@ SECTIONS = Keys(
     Key(
         "faulty_parts",
         "list of names",
-        "parts that earn nothing, without what stands before the last `\\|`: `piston_rod_part_3`, `gear_part_clone_0`",
+        "parts that earn nothing, without what stands before their last &#124;: `gear_part_3`, `gear_part_clone_0`",
     ),
     Key("drops", "`{drop_regions: {name: {…}}}`", "regions in which the gripper loses parts, see below"),
     Key("models_to_spawn", "`{frame: {models: {any name: {type, pose}}}}`", "single parts in the frames of links"),

@@ -12,6 +12,9 @@ from cellwright.description.reading.python2 import dictionary_order
 from cellwright.description.reading.tree import Entry, Items, Leaf, Node, described, shortened
 from cellwright.errors import did_you_mean
 
+MOST_KITS = 10_000
+"""Most kits that the orders of a trial ask for together, each part in one counted as well."""
+
 CONDITIONS = ("time", "wanted_parts", "unwanted_parts")
 
 
@@ -23,10 +26,15 @@ def read_orders(node: Node, book: PartBook, other_year: OtherYear) -> tuple[Orde
         return ()
     table = reader.table(node)
     orders: dict[object, OrderFigure] = {}
+    asked = 0
     for entry in reader.entries(table) if table else ():
         order = _order(entry, book, other_year)
         if order:
+            asked += order.kit_count * (1 + len(order.parts))
             orders[entry.name] = order
+        if asked > MOST_KITS:
+            reader.problems.error(node, f"asks for more than {MOST_KITS} kits and parts in all")
+            return ()
     # The original put what it had read into a second dictionary and walked through that.
     walked = tuple(orders[name] for name in dictionary_order(orders))
     ids = [order_id(index) for index in range(len(walked))]

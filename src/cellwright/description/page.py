@@ -13,11 +13,17 @@ from pathlib import Path
 
 from cellwright.description import keys
 from cellwright.description.models import MAX_PARTS
+from cellwright.description.orders import MOST_KITS
+from cellwright.description.own_models.files import MAX_ASSET_BYTES
+from cellwright.description.own_models.section import MOST_FURNITURE, MOST_TYPES
+from cellwright.description.own_models.xml import MOST_SHAPES
 from cellwright.description.reading.expressions import MAX_BITS, MAX_LENGTH
-from cellwright.description.reading.reader import FARTHEST, LONGEST_NAME
+from cellwright.description.reading.problems import MOST_TOLD
+from cellwright.description.reading.reader import FARTHEST, LONGEST_NAME, MAX_MESH_BYTES
 from cellwright.description.reading.texts import MAX_BYTES
 from cellwright.description.reading.yaml_source import MAX_DEPTH, MAX_NODES
 from cellwright.description.robot import config_keys, meshes, urdf, urdf_file
+from cellwright.description.sensors import MOST_SENSORS
 from cellwright.errors import UnknownNameError
 
 _MADE = re.compile(
@@ -79,6 +85,12 @@ def _trial_bounds() -> str:
             "values in a file, each use of an anchor counted": f"{MAX_NODES:,}".replace(",", " "),
             "nesting": f"{MAX_DEPTH} levels",
             "parts in a cell, those that the belt will bring included; parts of one order": f"{MAX_PARTS}",
+            "kits that all orders ask for, each part in one counted as well": f"{MOST_KITS:,}".replace(",", " "),
+            "sensors": f"{MOST_SENSORS}",
+            "part types of your own; pieces of furniture": f"{MOST_TYPES}; {MOST_FURNITURE}",
+            "shapes of one model; its meshes, each and those of a trial together": f"{MOST_SHAPES}; "
+            f"{MAX_ASSET_BYTES >> 20} and {MAX_MESH_BYTES >> 20} MiB",
+            "errors, and warnings, that are told; the others are counted": f"{MOST_TOLD}",
             "a coordinate": f"±{FARTHEST:,.0f} m".replace(",", " "),
             "an expression": f"{MAX_LENGTH} characters, whole numbers up to {MAX_BITS} bits on the way",
             "a name": f"{LONGEST_NAME} characters",

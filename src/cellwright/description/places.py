@@ -26,7 +26,7 @@ _HAND_LENGTH = 0.11
 
 
 def place_of(point: Vector3) -> str:
-    """What lies under a point of the world: "AGV 1", "bin 7", "the belt", else "the floor"."""
+    """What lies under a point of the world [m]: "AGV 1", "bin 7", "the belt", else "the floor"."""
     x, y, _ = point
     for number, frame in enumerate(TRAY_FRAMES.values(), start=1):
         if _within(x - frame.position[0], TRAY_LENGTHS[0]) and _within(y - frame.position[1], TRAY_LENGTHS[1]):

@@ -15,6 +15,7 @@ def read_plugin_devices(node: Node | None, reader: Reader) -> tuple[PluginDevice
     """What the section `cellwright` has under `devices`: `{name: {type, …}}`; what else is there is for the device."""
     devices = node.get("devices") if isinstance(node, Table) else None
     table = reader.table(devices) if devices else None
+    known = plugins.names("devices") if table else []
     found = []
     for entry in table.entries.values() if table else ():
         name, body = reader.text_key(entry), reader.table(entry.value)
@@ -22,7 +23,6 @@ def read_plugin_devices(node: Node | None, reader: Reader) -> tuple[PluginDevice
         device_type = reader.name(type_node) if type_node else None
         if name is None or body is None or type_node is None or device_type is None:
             continue
-        known = plugins.names("devices")
         if device_type not in known:
             suggestion = did_you_mean(device_type, known) or f" (known: {', '.join(known) or 'none'})"
             reader.problems.error(type_node, f"unknown device type {shortened(device_type)!r}{suggestion}")

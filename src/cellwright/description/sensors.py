@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import get_args
 
 from cellwright.description.keys import SENSOR
@@ -12,6 +13,9 @@ from cellwright.description.reading.tree import Entry, Node, shortened
 from cellwright.description.trial import Sensor, SensorType
 from cellwright.errors import did_you_mean
 from cellwright.extensions import entry_points as plugins
+
+MOST_SENSORS = 500
+"""Most sensors in one cell."""
 
 ARM_TYPES = ("ur10",)
 SENSOR_TYPES: tuple[str, ...] = get_args(SensorType)
@@ -60,7 +64,11 @@ def read_arm(node: Node, reader: Reader) -> bool:
 def read_sensors(node: Node, reader: Reader) -> tuple[Sensor, ...]:
     """The section `sensors`; sensors of unknown types are left out."""
     table = reader.table(node)
-    sensors = [_sensor(entry, reader) for entry in table.entries.values()] if table else []
+    if table and len(table.entries) > MOST_SENSORS:
+        reader.problems.error(node, f"{len(table.entries)} sensors; at most {MOST_SENSORS} are read")
+        return ()
+    brought = plugins.names("sensors") if table else []
+    sensors = [_sensor(entry, brought, reader) for entry in table.entries.values()] if table else []
     found = tuple(sensor for sensor in sensors if sensor is not None)
     # A break beam speaks on a second topic, whose name no other sensor can have.
     changes = {f"{sensor.name}_change": sensor.name for sensor in found if sensor.type == "break_beam"}
@@ -71,7 +79,7 @@ def read_sensors(node: Node, reader: Reader) -> tuple[Sensor, ...]:
     return found
 
 
-def _sensor(entry: Entry, reader: Reader) -> Sensor | None:
+def _sensor(entry: Entry, brought: Sequence[str], reader: Reader) -> Sensor | None:
     name = reader.text_key(entry)
     table = reader.table(entry.value)
     if table is None:
@@ -82,7 +90,7 @@ def _sensor(entry: Entry, reader: Reader) -> Sensor | None:
     placement = reader.placement(pose_node) if pose_node else None
     if name is None or type_node is None or sensor_type is None or placement is None:
         return None
-    if sensor_type not in SENSOR_TYPES and sensor_type not in (brought := plugins.names("sensors")):
+    if sensor_type not in SENSOR_TYPES and sensor_type not in brought:
         year = year_of_sensor(sensor_type)
         origin = f" of the {year} format" if year else ""
         known = (*SENSOR_TYPES, *brought)

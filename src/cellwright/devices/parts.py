@@ -45,7 +45,11 @@ class Parts(Device):
         self.in_play = set(state["in_play"])
 
     def part(self, name: str) -> WorldPart:
-        """A part by its full model name."""
+        """A part by its full model name.
+
+        Raises:
+            UnknownNameError: there is none of this name.
+        """
         try:
             return self.by_name[name]
         except KeyError:

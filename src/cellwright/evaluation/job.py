@@ -17,6 +17,8 @@ from cellwright.agents.agent import BUNDLED
 from cellwright.description.trial import Trial
 from cellwright.run import versions
 
+_LONGEST = 60  # letters of a trial's name in that of a file, which Windows wants to be short
+
 
 @dataclass(frozen=True, slots=True)
 class EvaluatedTrial:
@@ -74,7 +76,7 @@ class Job:
     @property
     def log_name(self) -> str:
         """Name of the file that takes what it prints."""
-        trial = "".join(letter if letter.isalnum() else "_" for letter in self.trial.name)
+        trial = "".join(letter if letter.isalnum() else "_" for letter in self.trial.name[:_LONGEST])
         return f"{trial}-{self.seed}-{self.key[:8]}.log"
 
 

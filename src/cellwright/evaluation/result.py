@@ -128,7 +128,7 @@ class Result:
 
 
 def lost(job: Job, kind: Lost, reason: str, limits: Limits, *, wall: float, simulated: float) -> Result:
-    """The result of a job whose run told none."""
+    """The result of a job whose run told none, after so much wall and simulation time [s]."""
     return Result(
         key=job.key,
         trial=job.trial.name,

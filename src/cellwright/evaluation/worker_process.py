@@ -122,7 +122,8 @@ class WorkerProcess:
     def _kill(self) -> None:
         if sys.platform == "win32":
             command = ["taskkill", "/F", "/T", "/PID", str(self.number)]
-            subprocess.run(command, capture_output=True, check=False)  # noqa: S603 (a number)
+            with suppress(OSError):  # a system without that program: what the agent has started is left behind
+                subprocess.run(command, capture_output=True, check=False)  # noqa: S603 (a number)
             self._process.kill()
         else:
             with suppress(ProcessLookupError, PermissionError):  # nobody is left; macOS says so with the second
@@ -156,7 +157,7 @@ class WorkerProcess:
 def _environment() -> dict[str, str]:
     """The environment of a worker: the same order of sets in every process, and one thread each for arithmetic."""
     given = {"PYTHONHASHSEED": "0", "PYTHONUNBUFFERED": "1", "PYTHONUTF8": "1", **dict.fromkeys(_ONE_THREAD, "1")}
-    return {**given, **os.environ}
+    return {**given, **os.environ, "PYTHONIOENCODING": "utf-8"}  # the log is read as that
 
 
 def _ending(status: int) -> str:

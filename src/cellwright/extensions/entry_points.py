@@ -43,7 +43,9 @@ def load(kind: Kind, name: str) -> object:
     entry = _found(kind, name)
     try:
         return entry.load()
-    except (Exception, SystemExit) as error:
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
         raise refusal(kind, name, f"cannot be imported: {type(error).__name__}: {error}") from error
 
 

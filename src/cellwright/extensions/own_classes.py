@@ -50,7 +50,9 @@ def _import_module(name: str, error: type[CellwrightError]) -> object:
         sys.path.insert(0, folder)  # an installed command does not look into the folder that it is called in
     try:
         return importlib.import_module(name)
-    except (Exception, SystemExit) as cause:
+    except KeyboardInterrupt:
+        raise
+    except BaseException as cause:
         raise error(f"{name}: cannot be imported: {reason(cause)}") from cause
 
 
@@ -66,7 +68,9 @@ def _import_file(path: Path, error: type[CellwrightError]) -> object:
     sys.path.insert(0, str(path.parent.resolve()))  # so that it can import its neighbours
     try:
         spec.loader.exec_module(module)
-    except (Exception, SystemExit) as cause:
+    except KeyboardInterrupt:
+        raise
+    except BaseException as cause:
         raise error(f"{path}{_line(path, cause)}: cannot be imported: {reason(cause)}") from cause
     return module
 

@@ -40,6 +40,8 @@ QUIET = "quiet"
 """Said in place of a type by a guest that takes note of messages and does nothing about them: time may go on."""
 LONGEST_FRAME = 16 << 20
 """Bytes of the longest frame that is taken; no message of a cell comes near."""
+LONGEST_SAID = 3 << 20
+"""Bytes of the longest frame that a guest may say: it is kept until it is whole, and time stands while it is read."""
 
 _LENGTH = struct.Struct("<I")
 _HEAD = struct.Struct("<BIHHH")
@@ -80,11 +82,14 @@ class Frame:
     node: str = ""
     payload: bytes = b""
 
-    def encode(self) -> bytes:
+    def encode(self, longest: int = LONGEST_FRAME) -> bytes:
         """The frame as bytes, its length in front.
 
+        Args:
+            longest: bytes that it may have at most, without the length; a guest says `LONGEST_SAID` at most.
+
         Raises:
-            FrameError: a number or a name does not fit.
+            FrameError: a number or a name does not fit, or it is too long.
         """
         name, type_name, node = self.name.encode(), self.type.encode(), self.node.encode()
         try:
@@ -92,8 +97,8 @@ class Frame:
         except struct.error as error:
             raise FrameError(f"this {self.kind.name} cannot be written: {error}") from None
         rest = b"".join((head, name, type_name, node, self.payload))
-        if len(rest) > LONGEST_FRAME:
-            raise FrameError(f"a frame of {len(rest)} bytes is too long: {LONGEST_FRAME} at most")
+        if len(rest) > longest:
+            raise FrameError(f"a frame of {len(rest)} bytes is too long: {longest} at most")
         return _LENGTH.pack(len(rest)) + rest
 
     def json(self) -> Dict[str, Any]:  # noqa: UP006
@@ -116,10 +121,21 @@ class Frame:
 
 
 class Decoder:
-    """Makes frames of bytes, however they come in pieces."""
+    """Makes frames of bytes, however they come in pieces.
 
-    def __init__(self) -> None:
+    Args:
+        longest: bytes of the longest frame that is taken.
+    """
+
+    def __init__(self, longest: int = LONGEST_FRAME) -> None:
+        self.longest = longest
+        """May be changed at any time; it holds for the frames that begin from then on."""
         self._waiting = bytearray()
+
+    @property
+    def begun(self) -> int:
+        """Bytes that are kept of a frame that is not whole yet."""
+        return len(self._waiting)
 
     def feed(self, data: bytes) -> Iterator[Frame]:
         """Take in bytes; the frames that are complete with them.
@@ -133,7 +149,7 @@ class Decoder:
         try:
             while len(waiting) - position >= _LENGTH.size:
                 (length,) = _LENGTH.unpack_from(waiting, position)
-                if not _HEAD.size <= length <= LONGEST_FRAME:
+                if not _HEAD.size <= length <= self.longest:
                     raise FrameError(f"a frame cannot be {length} bytes long")
                 begin = position + _LENGTH.size
                 if len(waiting) < begin + length:

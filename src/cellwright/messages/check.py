@@ -22,6 +22,8 @@ M = TypeVar("M", bound=Message)
 Check = Callable[[object, str], object]
 """Takes a value and where it stands; gives it back, or what it means in the right form; or raises a MessageError."""
 
+_ANY_STRING = (Nodetype.BASE, ("string", 0))
+
 INTEGERS = {
     "byte": (-128, 127),
     "char": (0, 255),
@@ -39,7 +41,7 @@ def checked(message: M) -> M:
     Raises:
         MessageError: a field holds something else; it is named (`points[2].positions`). Or it is no message at all.
     """
-    name = getattr(message, "__msgtype__", None)
+    name = getattr(type(message), "__msgtype__", None)  # what an instance says of itself is one of its fields
     if not isinstance(name, str):
         raise MessageError(f"{said(message)} is no message")
     return type_check(name)(message, short_name(name))  # type: ignore[return-value]
@@ -60,6 +62,9 @@ def type_check(name: str) -> Check:
     def check(value: object, where: str) -> object:
         if not isinstance(value, message_class):
             raise MessageError(f"{where} must be of type {short}, not {said(value)}")
+        named = value.__msgtype__
+        if named is not name and not (isinstance(named, str) and named == name):
+            raise MessageError(f"{where} is of type {short}, and says {said(named)}")
         changes = {}
         for member, check_member in members:
             given = getattr(value, member)
@@ -81,7 +86,8 @@ def _field_check(desc: FieldDesc) -> Check:
         case (kind, ((Nodetype.BASE, (name, limit)), length)) if name != "string":
             return _numbers_check(str(name), int(length), fixed=kind == Nodetype.ARRAY)
         case (kind, (member, length)):
-            return _list_check(_field_check(member), int(length), fixed=kind == Nodetype.ARRAY)
+            check = _list_check(_field_check(member), int(length), fixed=kind == Nodetype.ARRAY)
+            return _unless_plain(check) if member == _ANY_STRING and not length else check
 
 
 def _late_check(name: str) -> Check:
@@ -178,6 +184,20 @@ def _list_check(check_one: Check, length: int, *, fixed: bool) -> Check:
     return check
 
 
+def _unless_plain(check: Check) -> Check:
+    """The check for a list of strings that may be as long as they like: one of plain ASCII has nothing else to pass.
+
+    The names in commands come here, dozens in a message; a look at each by itself costs six times as much.
+    """
+
+    def check_strings(value: object, where: str) -> object:
+        if type(value) is list and all(type(item) is str and item.isascii() for item in value):
+            return value
+        return check(value, where)
+
+    return check_strings
+
+
 def _check_length(count: int, length: int, where: str, *, fixed: bool) -> None:
     if fixed and count != length:
         raise MessageError(f"{where} must have {length} entries, not {count}")
@@ -190,5 +210,5 @@ def said(value: object) -> str:
     if isinstance(value, (str, int, float, bool, type(None))):
         text = repr(value)
     else:
-        text = short_name(getattr(value, "__msgtype__", "")) or type(value).__name__
+        text = short_name(str(getattr(type(value), "__msgtype__", ""))) or type(value).__name__
     return text if len(text) <= 60 else f"{text[:57]}..."

@@ -129,7 +129,7 @@ class Interception:
 
     @property
     def ends(self) -> float:
-        """When the arm is at rest again."""
+        """When the arm is at rest again [s]."""
         return self.departs + self.motion.duration
 
 

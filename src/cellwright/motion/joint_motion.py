@@ -105,7 +105,11 @@ class JointMotion:
         return MotionPoint(time, Joints(*positions), Joints(*velocities))
 
     def points(self, dt: float) -> tuple[MotionPoint, ...]:
-        """The motion every `dt` [s] from 0 on, and at its end."""
+        """The motion every `dt` [s] from 0 on, and at its end.
+
+        Raises:
+            UsageError: a time between points that is not above 0.
+        """
         if not dt > 0.0:
             raise UsageError(f"the time between points must be positive, not {dt}")
         count = math.ceil(self.duration / dt - 1e-9)

@@ -15,6 +15,7 @@ LIMITS: tuple[float, ...] = (RAIL_LIMIT, *(TURN_LIMIT,) * 6)
 
 _ROUNDING = 1e-9
 _TURN = 2.0 * math.pi
+_FURTHEST = TURN_LIMIT + _ROUNDING
 
 
 class Joints(NamedTuple):
@@ -62,7 +63,11 @@ class Joints(NamedTuple):
         return dict(zip(ARM_JOINTS, self, strict=True))
 
     def ordered(self, names: Sequence[str]) -> list[float]:
-        """The values in the order of `names`, for instance `cellwright.client.ARM_JOINTS`."""
+        """The values in the order of `names`, for instance `cellwright.client.ARM_JOINTS`.
+
+        Raises:
+            UnknownNameError: one of them is no joint of the arm.
+        """
         values = self.by_name()
         for name in names:
             if name not in values:
@@ -89,11 +94,23 @@ JointsLike: TypeAlias = Joints | Mapping[str, float]
 
 def _turns(angle: float) -> Iterator[float]:
     """The angles [rad] that differ from `angle` by whole turns and lie within the limits, rising."""
-    low = math.ceil((-TURN_LIMIT - _ROUNDING - angle) / _TURN)
-    high = math.floor((TURN_LIMIT + _ROUNDING - angle) / _TURN)
+    low, high = _most_turns(angle)
     for turns in range(low, high + 1):
-        yield max(-TURN_LIMIT, min(TURN_LIMIT, angle + turns * _TURN))
+        yield _turned(angle, turns)
 
 
 def _nearest_turn(angle: float, near: float) -> float:
-    return min(_turns(angle), key=lambda each: abs(each - near))
+    """The one of `_turns` that is nearest to `near`; the lower one where two are as near."""
+    if -math.pi < near - angle <= math.pi and -TURN_LIMIT <= angle <= TURN_LIMIT:
+        return angle  # as nearly always: worth being quick
+    low, high = _most_turns(angle)
+    return _turned(angle, max(low, min(high, math.ceil((near - angle) / _TURN - 0.5))))
+
+
+def _most_turns(angle: float) -> tuple[int, int]:
+    """How many whole turns can be added at least and at most."""
+    return math.ceil((-_FURTHEST - angle) / _TURN), math.floor((_FURTHEST - angle) / _TURN)
+
+
+def _turned(angle: float, turns: int) -> float:
+    return max(-TURN_LIMIT, min(TURN_LIMIT, angle + turns * _TURN))

@@ -32,7 +32,11 @@ class MotionLimits:
                 raise UsageError(f"limits of a motion must be positive and finite, not {value}")
 
     def slower(self, factor: float) -> MotionLimits:
-        """The limits under which a motion from rest to rest takes `factor` times as long."""
+        """The limits under which a motion from rest to rest takes `factor` times as long.
+
+        Raises:
+            UsageError: a factor that is not above 0 and finite.
+        """
         if not 0.0 < factor < math.inf:
             raise UsageError(f"a motion cannot take {factor} times as long")
         return MotionLimits(

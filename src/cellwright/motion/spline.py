@@ -14,7 +14,7 @@ def knot_velocities(
     first: Joints | None = None,
     last: Joints | None = None,
 ) -> tuple[Joints, ...]:
-    """The velocities at the knots with which the cubics between them have no jump in acceleration.
+    """The velocities [rad/s; m/s] at the knots with which the cubics between them have no jump in acceleration.
 
     Args:
         times: of the knots, rising; at least two.

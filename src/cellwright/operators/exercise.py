@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -111,9 +112,9 @@ def exercise(
             if joint in (now := robot.applied):
                 applied.append(now[joint])
     finally:
-        with suppress(CellwrightError, RunEndedError):  # there may be nobody left to tell
-            robot.send_joints({joint: start})
-            leave()
+        for part in (partial(robot.send_joints, {joint: start}), leave):
+            with suppress(CellwrightError, RunEndedError):  # there may be nobody left to tell
+                part()
     if len(seen) < _FEWEST:
         raise UsageError(f"{joint}: only {len(seen)} joint states came in {wave.duration + TAIL:g} s")
     trace = _trace(joint, told, seen)

@@ -62,7 +62,7 @@ class Robot(Protocol):
 
     @property
     def grippers(self) -> tuple[float, ...]:
-        """How far each is closed, 0 to 1."""
+        """How far each is closed, from 0 (open) to 1."""
 
     @property
     def tips(self) -> tuple[Pose, ...]:

@@ -7,10 +7,11 @@ import io
 import json
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from cellwright.errors import UsageError
+from cellwright.errors import CellwrightError, RunEndedError, UsageError
 from cellwright.messages.build import nanoseconds
 from cellwright.operators.robot import JOINT_STATES, OperatedRobot
 from cellwright.recording.line_file import LineFile
@@ -51,7 +52,11 @@ class Recorder:
         """How many moments were written."""
         self.time = 0.0
         """Of the newest, from the first on [s]."""
-        self._leave = self._session.subscribe(topic, self._take)
+        try:
+            self._leave = self._session.subscribe(topic, self._take)
+        except BaseException:
+            self._file.close()
+            raise
 
     @property
     def is_writing(self) -> bool:
@@ -60,7 +65,8 @@ class Recorder:
 
     def close(self) -> None:
         """Write no more."""
-        self._leave()
+        with suppress(CellwrightError, RunEndedError):  # there may be nobody left to tell
+            self._leave()
         self._file.close()
 
     def _take(self, message: Any) -> None:

@@ -54,15 +54,20 @@ class Services:
 
     def _call(self, ask: Ask) -> None:
         try:
-            if self._session is None:
-                self._session = self._open()
-            response = self._session.call(*request(ask))
+            self._answer = f"{ask.value}: {self._asked(ask)}"
         except (CellwrightError, RunEndedError) as error:
             self._answer = f"{ask.value}: {error}"
-        else:
-            self._answer = f"{ask.value}: {'done' if response.success else 'refused'}"
-            if response.message:
-                self._answer += f"; {response.message}"
+        except Exception as error:  # the operator waits for an answer, and a thread that dies gives none
+            self._answer = f"{ask.value}: failed: {type(error).__name__}: {error}"
+
+    def _asked(self, ask: Ask) -> str:
+        """What a service answers, in a sentence."""
+        if self._session is None:
+            self._session = self._open()
+        self._session.adopt()  # each call has a thread of its own, one after the other
+        response = self._session.call(*request(ask))
+        outcome = "done" if response.success else "refused"
+        return f"{outcome}; {response.message}" if response.message else outcome
 
 
 def request(ask: Ask) -> tuple[str, Any]:

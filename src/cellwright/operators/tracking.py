@@ -126,7 +126,7 @@ def delay(trace: Trace, longest: float) -> float | None:
 
 
 def step_response(trace: Trace, edges: Sequence[float]) -> StepResponse | None:
-    """What the worst of some steps shows; None if nothing was measured of them."""
+    """What the worst of the steps at times `edges` [s] shows; None if nothing was measured of them."""
     ends = [*edges[1:], float(trace.seen_at[-1])]
     found = [each for each in map(lambda begin, end: _one_step(trace, begin, end), edges, ends) if each is not None]
     if not found:

@@ -10,6 +10,8 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
+_BYTES_AS_THEY_ARE: int = getattr(os, "O_BINARY", 0)  # without it Windows would write two characters for a line end
+
 
 class LineFile:
     """Writes lines to a file.
@@ -31,9 +33,8 @@ class LineFile:
         self.is_whole = True
         """Whether all lines have gone to the file so far."""
         self._report = report
-        self._file: int | None = os.open(
-            path, os.O_WRONLY | os.O_CREAT | (os.O_APPEND if append else os.O_TRUNC), 0o666
-        )
+        how = os.O_WRONLY | os.O_CREAT | (os.O_APPEND if append else os.O_TRUNC)
+        self._file: int | None = os.open(path, how | _BYTES_AS_THEY_ARE, 0o666)
         if append and _is_cut_short(path):
             self._pass_on(b"\n")
 

@@ -21,6 +21,11 @@ from cellwright.remote.working import Parting, Worked
 
 _TETHER = Path(link.__file__).with_name("tether.py")
 
+if sys.platform == "win32":
+    _APART = subprocess.CREATE_NEW_PROCESS_GROUP
+else:
+    _APART = 0
+
 _LEAVING = 2.0
 """So long [s] a process that is over may take to end by itself, and again when it is told to."""
 
@@ -66,6 +71,7 @@ class AgentProcess:
             errors="replace",
             env={**os.environ, **(environment or {}), "PYTHONUNBUFFERED": "1", "PYTHONIOENCODING": "utf-8"},
             start_new_session=os.name == "posix",
+            creationflags=_APART,
         )
         self._reader = threading.Thread(target=_pass_on, args=(self._process.stdout, say), daemon=True)
         self._reader.start()

@@ -11,6 +11,7 @@ import logging
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from threading import get_ident
 
 from cellwright.agents.agent import find_agent
 from cellwright.client.transports.ros1 import Ros1Transport
@@ -52,10 +53,18 @@ class _LogLines(logging.Handler):
     def __init__(self, transport: SocketTransport) -> None:
         super().__init__()
         self._transport = transport
+        self._thread = get_ident()
+        self._known = 0
 
     def emit(self, record: logging.LogRecord) -> None:
         for line in self.format(record).splitlines():
-            sys.stdout.write(f"{self._transport.now() / 1e9:9.3f} s  {line}\n")
+            sys.stdout.write(f"{self._now() / 1e9:9.3f} s  {line}\n")
+
+    def _now(self) -> int:
+        """Simulation time [ns]; the agent's other threads may not listen to its connection, and log the time before."""
+        if get_ident() == self._thread:
+            self._known = self._transport.now()
+        return self._known
 
 
 if __name__ == "__main__":

@@ -47,7 +47,7 @@ def work(agent: Agent, transport: Transport, afterwards: Callable[[Client], None
         parting = Parting.RUN_ENDED  # the ordinary end of a program that works until it is stopped
     except KeyboardInterrupt:
         parting = Parting.INTERRUPTED
-    except (Exception, SystemExit) as raised:
+    except BaseException as raised:  # whatever it is, it is told
         parting, error = Parting.CRASHED, told(raised, __file__)
     finally:
         transport.close()

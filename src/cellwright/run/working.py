@@ -9,6 +9,7 @@ from cellwright.client.client import Client
 from cellwright.errors import RunEndedError, SimulationError
 from cellwright.run.course import Course, how_it_ended, wait_for_kits
 from cellwright.run.result import Outcome
+from cellwright.run.surroundings import surroundings_kept
 
 
 def work_in_process(agent: Agent | None, course: Course) -> tuple[Outcome, str]:
@@ -19,17 +20,16 @@ def work_in_process(agent: Agent | None, course: Course) -> tuple[Outcome, str]:
         if agent is None:
             client.wait_until(lambda: False)
         else:
-            let_work(agent, client)
+            with surroundings_kept():
+                let_work(agent, client)
             wait_for_kits(cell, client)
     except RunEndedError:
         pass  # the ordinary end of a program that works until it is stopped
     except KeyboardInterrupt:
         return Outcome.INTERRUPTED, ""
-    except SystemExit as stop:
-        return Outcome.CRASHED, told(stop)
     except SimulationError as error:
         return Outcome.UNSTABLE, f"{error}\n"
-    except Exception as raised:  # whatever somebody's program raises is reported, and the run still has its score
+    except BaseException as raised:  # whatever somebody's program raises is reported, and the run still has its score
         return Outcome.CRASHED, told(raised)
     finally:
         client.close()
@@ -46,7 +46,7 @@ def let_work(agent: Agent, client: Client) -> None:
             raise
 
 
-def told(error: Exception | SystemExit, *files: str) -> str:
+def told(error: BaseException, *files: str) -> str:
     """The error and how the agent came to it; frames of this file and of `files` are of no interest to its author."""
     if isinstance(error, SystemExit):
         return f"the agent exited with {error.code!r}\n"

@@ -6,13 +6,20 @@ import socket
 import time
 from collections.abc import Callable, Iterator
 
-from cellwright.link.frames import Decoder, Frame, Kind
+from cellwright.link.frames import LONGEST_SAID, Decoder, Frame, Kind
+from cellwright.server.reasons import Reasons
 
 BEHIND = 1 << 20
 """With so many bytes waiting for a guest nothing more is read from it, and in lockstep no time passes."""
 
 FULL = 4 << 20
-"""With so many its messages are dropped."""
+"""With so many its messages are dropped; earlier where there are many guests."""
+
+MOST_WAITING = 256 << 20
+"""So many bytes may wait for all guests together."""
+
+LONGEST_HELLO = 1 << 16
+"""Bytes of the longest frame that is taken of somebody who has not said who it is."""
 
 _PIECE = 1 << 16
 
@@ -40,6 +47,12 @@ class Guest:
         """Whether a message that is not quiet was sent to it since time was last given back to it."""
         self.dropped = 0
         """Messages dropped since that was last said."""
+        self.full = FULL
+        """With so many bytes waiting its messages are dropped."""
+        self.is_heavy = False
+        """Whether what it asked for last took long to carry out."""
+        self.untold = Reasons()
+        """Why messages could not be put into a form for it, since that was last said."""
         self.is_gone = False
         """Nothing more can be said or heard."""
         self.is_leaving = False
@@ -48,7 +61,7 @@ class Guest:
         """When it came [s] of wall time."""
         self.stuck_since: float | None = None
         """Since when [s] of wall time it has taken nothing of what waits for it; None if it does."""
-        self._decoder = Decoder()
+        self._decoder = Decoder(LONGEST_HELLO)
         self._frames: Iterator[Frame] | None = None
         self._out = bytearray()
 
@@ -61,6 +74,11 @@ class Guest:
     def has_waiting(self) -> bool:
         """Whether something waits to be sent."""
         return bool(self._out)
+
+    @property
+    def begun(self) -> int:
+        """Bytes that are kept of what it has begun to say."""
+        return self._decoder.begun
 
     @property
     def is_behind(self) -> bool:
@@ -76,6 +94,11 @@ class Guest:
     def may_be_read(self) -> bool:
         """Whether more may be read from it: all that came before is done with, and it takes what it is told."""
         return self._frames is None and not (self.is_leaving or self.is_gone or self.is_behind)
+
+    def greet(self, node: str, encoding: str) -> None:
+        """Take note of who it is, and let it say more from now on."""
+        self.node, self.encoding = node, encoding
+        self._decoder.longest = LONGEST_SAID
 
     def read(self) -> None:
         """Take in what has come. A guest that has hung up is gone."""
@@ -106,12 +129,16 @@ class Guest:
         self._out += frame.encode()
 
     def tell(self, number: int, message: bytes, *, is_quiet: bool) -> None:
-        """Send a message of a subscription; dropped and counted when the guest does not keep up."""
-        if len(self._out) >= FULL:
+        """Send a message of a subscription; dropped and counted when the guest does not keep up.
+
+        Raises:
+            FrameError: it is too long to be sent at all.
+        """
+        if len(self._out) >= self.full:
             self.dropped += 1
             return
-        self.has_news = self.has_news or not is_quiet
         self.say(Frame(Kind.MESSAGE, number, payload=message))
+        self.has_news = self.has_news or not is_quiet
 
     def flush(self) -> None:
         """Hand over as much of what waits as the guest takes now."""
@@ -135,6 +162,7 @@ class Guest:
         """Hear nothing more from it; it leaves once it has been told what waits for it."""
         self.is_leaving = True
         self._frames = None
+        self._decoder = Decoder(0)
         self.flush()
 
     def close(self) -> None:

@@ -23,6 +23,9 @@ from cellwright.server.welcome import welcome
 MOST_SUBSCRIPTIONS = 1024
 """Of one guest."""
 
+MOST_WISHES = 16
+"""So many wishes of one guest that time pass may wait at once; a program waits for each before it asks again."""
+
 _LONGEST_NODE = 255
 
 Extra: TypeAlias = Callable[[dict[str, Any]], dict[str, Any]]
@@ -82,6 +85,10 @@ class Requests:
             failed = ServiceFailedError(f"the cell failed: {type(error).__name__}: {error}")
             guest.say(refusal(frame.number, failed))
 
+    def forget(self, guest: Guest) -> None:
+        """Forget what a guest has wished for that is gone."""
+        self.asked = deque(each for each in self.asked if each.guest is not guest)
+
     def answer(self, asked: Asked) -> None:
         """Give time back to the guest that asked for it to pass."""
         asked.guest.has_news = False
@@ -118,7 +125,7 @@ class Requests:
             raise FrameError(f"a node's name is like '/robot', not {node!r:.40}")
         if encoding not in ENCODINGS:
             raise FrameError(f"messages can be had as {' or '.join(ENCODINGS)}, not {encoding!r:.20}")
-        guest.node, guest.encoding = node, encoding
+        guest.greet(node, encoding)
         guest.say(welcome(self._cell, lockstep=self._lockstep))
 
     def _subscribe(self, guest: Guest, frame: Frame) -> None:
@@ -143,10 +150,9 @@ class Requests:
     def _deliver(self, guest: Guest, number: int, is_quiet: bool, message: Message) -> None:  # noqa: FBT001
         try:
             data = self._translation.to_bytes(message, guest.encoding)
-        except CellwrightError as error:  # it has no such form
-            log.warning("%s cannot be told: %s", guest.name, error)
-        else:
             guest.tell(number, data, is_quiet=is_quiet)
+        except (CellwrightError, FrameError) as error:  # it has no such form, or is too long; the step goes on
+            guest.untold.add(str(error))
 
     def _publish(self, guest: Guest, frame: Frame) -> None:
         node = frame.node or guest.node
@@ -184,6 +190,8 @@ class Requests:
         until, each_tick = read_advance(frame)
         if not self._lockstep:
             raise UsageError("time passes by itself here; only in lockstep can it be asked for")
+        if sum(each.guest is guest for each in self.asked) >= MOST_WISHES:
+            raise UsageError(f"{MOST_WISHES} wishes of this guest that time pass wait already")
         self.asked.append(Asked(guest, frame.number, until, each_tick))
 
     def _read(self, guest: Guest, frame: Frame, message_class: type[Message], type_name: str) -> Message:

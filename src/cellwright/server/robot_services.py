@@ -75,7 +75,11 @@ class RobotServices:
         }
 
     def state(self, asked: dict[str, Any]) -> dict[str, Any]:
-        """All movable joints, what carries the robot, where the driven joints are to go, and the links asked for."""
+        """All movable joints, what carries the robot, where the driven joints are to go, and the links asked for.
+
+        Raises:
+            RejectedCommandError: `links` is no list of indices, or too long.
+        """
         links = asked.get("links", [])
         if not isinstance(links, list) or len(links) > MOST:
             raise RejectedCommandError(f"links are given as a list of indices, of no more than {MOST}")
@@ -108,7 +112,11 @@ class RobotServices:
         return {}
 
     def move_tip(self, asked: dict[str, Any]) -> dict[str, Any]:
-        """Bring the tip of an arm to a pose; the other arms go on with what they are doing."""
+        """Bring the tip of an arm to a pose; the other arms go on with what they are doing.
+
+        Raises:
+            RejectedCommandError: there is no such arm, it is no pose, or the robot takes no commands now.
+        """
         arm, world_T_tip = asked.get("arm"), _asked_pose(asked)
         references = self._node.ee_poses.references
         if not isinstance(arm, int) or not 0 <= arm < len(references):

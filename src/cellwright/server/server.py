@@ -16,20 +16,29 @@ from ipaddress import ip_address
 from cellwright.bus.served import Served
 from cellwright.errors import UsageError
 from cellwright.link.frames import Frame, FrameError, Kind
-from cellwright.server.guest import Guest
+from cellwright.server.guest import FULL, MOST_WAITING, Guest
+from cellwright.server.reasons import Reasons
 from cellwright.server.requests import Asked, Extra, Requests, refusal
 
 DEFAULT_PORT = 11399
 LOOPBACK = "127.0.0.1"
 
 MOST_GUESTS = 200
-"""More connections than these are turned away; `select` can look at some 1000."""
+"""More connections than these are turned away, those first that have not said who they are; `select` can look at
+some 1000."""
 
 PATIENCE = 30.0
 """So long [s] a guest may take nothing of what waits for it, or not say who it is, before it is cut off."""
 
 _MOST_DESCRIPTORS = 1024  # those beyond are none that `select` could look at
+MOST_BEGUN = 64 << 20
+"""So many bytes may be kept of what all guests together have begun to say and not ended; who has most is cut off."""
+
+_LONG = 0.02  # [s]: what takes longer to carry out is heavy, and time does not pass meanwhile
+_REST = 3  # times as long as it took nothing else that is heavy is carried out
 _FRAMES_A_TURN = 16
+_MUCH = 1 << 16  # bytes begun
+_MOST_NAMED = 10  # guests that were cut off, in one report
 _LOOK_AFTER = 1.0  # [s] of wall time between two looks at who is behind, stuck or silent
 
 
@@ -61,8 +70,9 @@ class Server:
         self._report = report
         self._guests: list[Guest] = []
         self._turn = 0
-        self._cut_off: dict[str, list[str]] = {}
+        self._cut_off: dict[str, Reasons] = {}
         self._looked = time.monotonic()
+        self._rests_until = 0.0
         self.lockstep = lockstep
 
     @property
@@ -110,8 +120,11 @@ class Server:
         deadline = time.perf_counter() + seconds
         self._flush()
         while True:
-            busy = any(guest.has_frames for guest in self._guests)
-            left = 0.0 if busy else max(0.0, deadline - time.perf_counter())
+            until = deadline
+            if any(guest.has_frames for guest in self._guests):
+                ready = any(map(self._is_ready, self._guests))
+                until = 0.0 if ready else min(deadline, self._rests_until)
+            left = max(0.0, until - time.perf_counter())
             self._look_at_sockets(min(left, _LOOK_AFTER))
             in_time = self._take_turns(deadline)
             self._look_after_guests()
@@ -158,6 +171,8 @@ class Server:
                 self._accept()
             else:
                 guest.read()
+                if guest.begun > _MUCH:
+                    self._limit_what_is_begun()
         if readable or writable:
             self._forget_those_gone()
 
@@ -167,7 +182,7 @@ class Server:
         count = len(guests)
         for offset in range(count):
             guest = guests[(self._turn + offset) % count]
-            if guest.has_frames:
+            if self._is_ready(guest):
                 self._serve(guest, deadline)
                 guest.flush()
                 if time.perf_counter() >= deadline and offset + 1 < count:
@@ -181,11 +196,25 @@ class Server:
                 frame = guest.next_frame()
                 if frame is None:
                     return
+                begun = time.perf_counter()
                 self._requests.carry_out(guest, frame)
-                if time.perf_counter() >= deadline:
+                now = time.perf_counter()
+                guest.is_heavy = now - begun > _LONG
+                if guest.is_heavy:
+                    self._rests_until = now + _REST * (now - begun)
+                if now >= deadline or guest.is_heavy:
                     return
         except FrameError as error:
             self._cut(guest, error)
+
+    def _is_ready(self, guest: Guest) -> bool:
+        """Whether frames of a guest may be carried out now.
+
+        Who asks for what is heavy waits then, so that all such guests together get a part of the time. In lockstep time
+        does not pass by itself anyway.
+        """
+        rests = guest.is_heavy and not self.lockstep and time.perf_counter() < self._rests_until
+        return guest.has_frames and not rests
 
     def _accept(self) -> None:
         try:
@@ -201,8 +230,11 @@ class Server:
             connection.close()
             return
         self._guests.append(guest)
+        self._share_room()
         if len(self._guests) > MOST_GUESTS:
-            self._cut(guest, FrameError(f"there are {MOST_GUESTS} guests already"))
+            # who has not said who it is makes room: a crowd that says nothing must not keep programs out
+            silent = next((each for each in self._guests if not each.node and not each.is_leaving), guest)
+            self._cut(silent, FrameError(f"there are {MOST_GUESTS} guests already"))
 
     def _flush(self) -> None:
         for guest in self._guests:
@@ -214,12 +246,24 @@ class Server:
         """Tell a guest why nothing more is heard from it; it leaves once it has been told."""
         guest.say(refusal(0, error))
         guest.stop_hearing()
-        self._cut_off.setdefault(guest.name, []).append(str(error))
+        self._note_cut(guest, str(error))
 
     def _forget_those_gone(self) -> None:
         for guest in [guest for guest in self._guests if guest.is_gone]:
             self._guests.remove(guest)
+            self._requests.forget(guest)
             guest.close()
+        self._share_room()
+
+    def _share_room(self) -> None:
+        """Give each guest its part of what may wait for all."""
+        for guest in self._guests:
+            guest.full = min(FULL, MOST_WAITING // len(self._guests))
+
+    def _limit_what_is_begun(self) -> None:
+        while sum(guest.begun for guest in self._guests) > MOST_BEGUN:
+            greatest = max(self._guests, key=lambda guest: guest.begun)
+            self._cut(greatest, FrameError("all guests together have begun too much and not ended it"))
 
     def _look_after_guests(self) -> None:
         """Once a second: say what happened to guests, and part with those that are hopeless."""
@@ -231,19 +275,25 @@ class Server:
             if guest.dropped:
                 self._report(f"{guest.name} does not read as fast as it is told: {guest.dropped} messages were dropped")
                 guest.dropped = 0
+            if guest.untold:
+                self._report(f"{guest.name} cannot be told: {guest.untold.take()}")
             is_stuck = guest.stuck_since is not None and now - guest.stuck_since > PATIENCE
             if is_stuck and (guest.is_behind or guest.is_leaving):
                 guest.is_gone = True
-                self._cut_off.setdefault(guest.name, []).append(f"it has read nothing for {PATIENCE:g} s")
+                self._note_cut(guest, f"it has read nothing for {PATIENCE:g} s")
             elif not guest.node and not guest.is_leaving and now - guest.came > PATIENCE:
                 self._cut(guest, FrameError(f"it has not said who it is for {PATIENCE:g} s"))
         self._tell_who_was_cut_off()
 
     def _tell_who_was_cut_off(self) -> None:
         for name, reasons in self._cut_off.items():
-            more = f" (and {len(reasons) - 1} more since the last report)" if len(reasons) > 1 else ""
-            self._report(f"cut off {name}: {reasons[0]}{more}")
+            self._report(f"cut off {name}: {reasons.take()}")
         self._cut_off.clear()
+
+    def _note_cut(self, guest: Guest, reason: str) -> None:
+        """Take note of it for the next report; names come from outside, and beyond some the others share a line."""
+        name = guest.name if guest.name in self._cut_off or len(self._cut_off) < _MOST_NAMED else "others"
+        self._cut_off.setdefault(name, Reasons()).add(reason)
 
 
 def _socket(guest: Guest | None, listener: socket.socket) -> socket.socket:

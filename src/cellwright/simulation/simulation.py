@@ -71,7 +71,11 @@ class Simulation:
     # ---------------------------------------------------------------- building
 
     def add(self, device: Device) -> None:
-        """Give a device its place. Devices act in the order in which they were added."""
+        """Give a device its place. Devices act in the order in which they were added.
+
+        Raises:
+            UsageError: there is one of this name.
+        """
         if device.name in self.devices:
             raise UsageError(f"there are two devices named {device.name!r}")
         self.devices[device.name] = device
@@ -79,7 +83,11 @@ class Simulation:
         self.rehook()
 
     def device(self, name: str) -> Device:
-        """A device by name."""
+        """A device by name.
+
+        Raises:
+            UnknownNameError: there is none of this name.
+        """
         try:
             return self.devices[name]
         except KeyError:
@@ -110,7 +118,11 @@ class Simulation:
         return self.clock.now / 1e9
 
     def reset(self) -> None:
-        """Begin a run: time 0, the model's first pose, every device reset in order."""
+        """Begin a run: time 0, the model's first pose, every device reset in order.
+
+        Raises:
+            SimulationError: the engine cannot reckon with the model.
+        """
         mujoco.mj_resetData(self.model, self.data)
         for name, values in self._pristine.items():
             getattr(self.model, name)[:] = values
@@ -120,7 +132,10 @@ class Simulation:
         self._refreshed_at = -1
         for device in self.devices.values():
             device.reset()
-        mujoco.mj_forward(self.model, self.data)
+        try:
+            mujoco.mj_forward(self.model, self.data)
+        except mujoco.FatalError as error:
+            raise self._given_up(error) from None
         self.rehook()
         self.watches.retime(0)
 
@@ -128,20 +143,24 @@ class Simulation:
         """One tick.
 
         Raises:
-            SimulationError: the state has become unstable; the run is worth nothing from here on.
+            SimulationError: the state has become unstable, or the engine has no room for all contacts; the run is
+                worth nothing from here on.
         """
         inbox = self.inbox
         if inbox:
             inbox.empty()
         for hook in self._before:
             hook()
-        if self._drive:
-            mujoco.mj_step1(self.model, self.data)
-            for hook in self._drive:
-                hook()
-            mujoco.mj_step2(self.model, self.data)
-        else:
-            mujoco.mj_step(self.model, self.data)
+        try:
+            if self._drive:
+                mujoco.mj_step1(self.model, self.data)
+                for hook in self._drive:
+                    hook()
+                mujoco.mj_step2(self.model, self.data)
+            else:
+                mujoco.mj_step(self.model, self.data)
+        except mujoco.FatalError as error:
+            raise self._given_up(error) from None
         now = self.clock.advance()
         if unstable:
             reason = unstable[0]
@@ -156,6 +175,11 @@ class Simulation:
                 self.devices[event.device].handle(event.kind, event.arguments)
         if self.watches.next_due <= now:
             self.watches.run_due(now, self.clock.tick)
+
+    def _given_up(self, error: Exception) -> SimulationError:
+        """What is to be said when the engine stops: mostly, that contacts need more room than it has."""
+        reason = str(error).partition("\n")[0]
+        return SimulationError(f"at {self.time:.3f} s: the engine gave up: {reason}")
 
     def step_until(self, time: int) -> None:
         """Step to the first tick at or after `time` [ns]."""

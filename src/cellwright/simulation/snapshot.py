@@ -25,7 +25,8 @@ from cellwright.simulation.simulation import CHANGING_FIELDS, Simulation
 from cellwright.whole_file import whole_file
 
 _INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
-_FORMAT = 1
+_FORMAT = 2
+_LARGEST = 256 << 20  # of a file's contents [bytes]; a cell's are some hundred times smaller
 
 
 class CheckpointError(CellwrightError):
@@ -65,7 +66,12 @@ def write_checkpoint(simulation: Simulation, path: Path) -> None:
     """
     engine = _get_engine(simulation)
     fields = {name: getattr(simulation.model, name).copy() for name in CHANGING_FIELDS}
-    header = {"format": _FORMAT, "model": model_signature(simulation.model), "state": simulation.get_state()}
+    header: dict[str, Any] = {
+        "format": _FORMAT,
+        "model": model_signature(simulation.model),
+        "state": simulation.get_state(),
+    }
+    header["digest"] = _digest(engine, fields, header["state"])
     text = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
     with whole_file(path) as file:
         np.savez_compressed(file, engine=engine, header=text, **fields)
@@ -81,21 +87,45 @@ def read_checkpoint(simulation: Simulation, path: Path) -> None:
     """Continue from a saved moment, in a simulation built from the same description.
 
     Raises:
-        CheckpointError: the file is no checkpoint, or one of another cell or version.
+        CheckpointError: the file is no checkpoint, is damaged, or is one of another cell or version; the simulation is
+            as it was.
     """
     try:
-        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
-            engine = file["engine"]
-            header = json.loads(file["header"].tobytes())
-            fields = {name: file[name] for name in CHANGING_FIELDS}
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-        raise CheckpointError(f"{path}: not a checkpoint that can be read ({error})") from error
+        header, engine, fields = _read(path)
+    except Exception as error:  # a file that is damaged fails anywhere in the library
+        reason = "".join(c if c.isprintable() else " " for c in str(error))[:200] or type(error).__name__
+        raise CheckpointError(f"{path}: not a checkpoint that can be read ({reason})") from error
     if header.get("format") != _FORMAT or header.get("model") != model_signature(simulation.model):
         raise CheckpointError(f"{path}: the checkpoint was made with another cell or another version")
+    if header.get("digest") != _digest(engine, fields, header.get("state")):
+        raise CheckpointError(f"{path}: the checkpoint was changed since it was written")
     for name, values in fields.items():
         getattr(simulation.model, name)[:] = values
     simulation.set_state(header["state"])
     _set_engine(simulation, engine)
+
+
+def _read(path: Path) -> tuple[dict[str, Any], NDArray[np.float64], dict[str, NDArray[np.float64]]]:
+    """The header, the engine's state and the fields of the model that a file holds, whatever they are."""
+    with path.open("rb") as stream:
+        with zipfile.ZipFile(stream) as archive:
+            if sum(member.file_size for member in archive.infolist()) > _LARGEST:
+                raise ValueError(f"more than {_LARGEST >> 20} MiB in it")
+        stream.seek(0)
+        with np.load(stream, allow_pickle=False) as file:
+            header = json.loads(file["header"].tobytes())
+            if not isinstance(header, dict):
+                raise ValueError("its header is no object")
+            return header, file["engine"], {name: file[name] for name in CHANGING_FIELDS}
+
+
+def _digest(engine: NDArray[np.float64], fields: dict[str, NDArray[np.float64]], state: object) -> str:
+    """Tells whether a file still says what was written; it keeps out slips, not somebody who means it."""
+    digest = hashlib.sha256(json.dumps(state, sort_keys=True).encode())
+    for name, array in (("engine", engine), *sorted(fields.items())):
+        digest.update(f"{name} {array.dtype} {array.shape}".encode())
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()
 
 
 def model_signature(model: mujoco.MjModel) -> str:

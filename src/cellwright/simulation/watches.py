@@ -38,14 +38,18 @@ class Watches:
     def __init__(self) -> None:
         self._heap: list[tuple[int, int, int, int, Watch]] = []
         self._serial = 0
-        self._each_tick: list[Watch] = []
+        # of each tick: those before the periodic ones, and those after them
+        self._early: list[Watch] = []
+        self._late: list[Watch] = []
         self.next_due = NEVER
 
     def add(self, name: str, period: Fraction | None, action: Callable[[int], None], now: int, rank: int = 0) -> Watch:
         """Begin to call `action` each `period` [s], from the first due time after `now` [ns]; None: each tick."""
         if period is None:
             watch = Watch(name, None, action, rank)
-            self._each_tick = sorted([*self._each_tick, watch], key=lambda each: each.rank)
+            each_tick = sorted([*self._early, *self._late, watch], key=lambda each: each.rank)
+            self._early = [each for each in each_tick if each.rank < 0]
+            self._late = [each for each in each_tick if each.rank >= 0]
         else:
             watch = Watch(name, Cadence(period), action, rank)
             self._push(watch, now)
@@ -54,10 +58,12 @@ class Watches:
 
     def run_due(self, now: int, tick: int) -> None:
         """Call every watch due at or before `now`."""
-        each_tick = self._each_tick
-        for watch in each_tick:
-            if watch.rank < 0 and watch.active:
+        late, some_left = self._late, False  # who comes in this tick has its turn in the next
+        for watch in self._early:
+            if watch.active:
                 watch.action(tick)
+            else:
+                some_left = True
         heap = self._heap
         while heap and heap[0][0] <= now:
             _due, rank, serial, index, watch = heapq.heappop(heap)
@@ -69,12 +75,14 @@ class Watches:
                 following = watch.cadence.due(index + 1)
             heapq.heappush(heap, (following, rank, serial, index + 1, watch))
             watch.action(index)
-        if each_tick:
-            for watch in each_tick:
-                if watch.rank >= 0 and watch.active:
-                    watch.action(tick)
-            if not all(watch.active for watch in each_tick):
-                self._each_tick = [watch for watch in self._each_tick if watch.active]
+        for watch in late:
+            if watch.active:
+                watch.action(tick)
+            else:
+                some_left = True
+        if some_left:
+            self._early = [watch for watch in self._early if watch.active]
+            self._late = [watch for watch in self._late if watch.active]
         self._refresh()
 
     def retime(self, now: int) -> None:
@@ -93,7 +101,7 @@ class Watches:
             self._serial += 1
 
     def _refresh(self) -> None:
-        if self._each_tick:
+        if self._early or self._late:
             self.next_due = 0
         else:
             self.next_due = self._heap[0][0] if self._heap else NEVER

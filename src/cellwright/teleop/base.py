@@ -65,7 +65,7 @@ class Base(Device):
         self.place(self._first)
 
     def command(self, data: Sequence[float]) -> None:
-        """Carry out a command.
+        """Carry out a command: two or three numbers, whose meaning and units `mode` says.
 
         Raises:
             RejectedCommandError: the numbers are not what they should be; nothing was changed.

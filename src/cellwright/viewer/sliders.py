@@ -22,7 +22,7 @@ class Sliders:
         self._set: Array | None = None
 
     def set(self, targets: Array) -> Array:
-        """Where they are to stand now."""
+        """Where they are to stand now [rad; m], in the order of the joints."""
         self._set = np.array(targets, dtype=float)
         return self._set
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.description.trial import KitObject, Part, Trial
-from cellwright.errors import UnknownNameError
+from cellwright.errors import DescriptionError, UnknownNameError
 from cellwright.pose import Pose
 from cellwright.world import furniture
 from cellwright.world.agv import add_agv
@@ -24,6 +24,13 @@ from cellwright.world.parts import PART_TYPES, PartType, add_part, add_part_mesh
 from cellwright.world.solver import contact_time, set_solver
 
 _HOLD = (0.95, 0.99, 0.001, 0.5, 2.0)  # solimp of a weld that holds a part
+
+MOST_SHAPES = 20_000
+"""Most shapes of all parts of a cell together."""
+_MANY_PARTS = 400
+"""Above it the engine is not left to choose its memory, which would grow with the square of the number of parts."""
+_MOST_MEMORY = 1 << 30
+"""Of the engine, for contacts and constraints [bytes]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +122,7 @@ def build_world(trial: Trial) -> World:
         The world. The same trial makes the same model, byte for byte.
 
     Raises:
+        DescriptionError: there are too many shapes in it, or the engine refuses the cell as a whole.
         UnknownNameError: a part type, a frame or an arm joint that does not exist.
         ModelFileError: a model of somebody's own that the engine cannot use.
     """
@@ -131,6 +139,10 @@ def build_world(trial: Trial) -> World:
     own = own_part_types(trial)
     kinds = {name: part_type(name) for name in PART_TYPES} | {name: each.kind for name, each in own.items()}
     planned = [*_parts_in_play(trial, kinds), *_pool(trial, kinds)]
+    if (shapes := sum(len(part.kind.solid) + len(part.kind.seen) for part in planned)) > MOST_SHAPES:
+        raise DescriptionError(
+            [f"{trial.name}: its parts have {shapes} shapes together; at most {MOST_SHAPES} are built"]
+        )
     furniture.add_floor(spec)
     furniture.add_bins(spec)
     furniture.add_conveyor(spec)
@@ -147,7 +159,13 @@ def build_world(trial: Trial) -> World:
     for part, slot in zip(planned, slots, strict=True):
         add_part(spec, part.name, part.kind, part.start or slot)
         _add_holds(spec, part.name, trial.has_arm, agvs, contact_time(timestep))
-    model = spec.compile()
+    if len(planned) > _MANY_PARTS:
+        spec.memory = _MOST_MEMORY
+    try:
+        model = spec.compile()
+    except ValueError as error:
+        reason = " ".join(str(error).split())
+        raise DescriptionError([f"{trial.name}: the engine cannot build this cell: {reason}"]) from None
     model.flg_surfacevel = True  # the belt stands still in the model; without this the engine would never look again
     parts = tuple(_locate(model, part, slot) for part, slot in zip(planned, slots, strict=True))
     qpos, ctrl = _first_pose(model, trial)

@@ -51,8 +51,10 @@ BELT_FRAME = Pose((1.24, 0.15, 0.91))
 RAIL = Pose((0.3, 0.0, 0.9))
 """The frame of the robot's rail, `linear_arm_actuator`."""
 
-SHELF_CENTRE = (30.0, 30.0)
-"""Middle x, y [m] of the shelf for parts that are not in play."""
+SHELF_CENTRE = (1.0, -40.0)
+"""Middle x, y [m] of the shelf for parts that are not in play: behind the back of every view, and straight along the
+cell. The engine looks for what may touch in boxes along the axes in which its things are strewn; with a shelf off to
+one side these lie askew, and every flat thing of the cell fills a fat box."""
 
 SHELF_SURFACE = 0.5
 """Height [m] of that shelf."""

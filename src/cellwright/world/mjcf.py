@@ -42,7 +42,7 @@ def read_mjcf(path: Path) -> Mjcf:
     """
     try:
         model = mujoco.MjSpec.from_file(str(path)).compile()
-    except (ValueError, OSError, RuntimeError) as error:
+    except (ValueError, OSError, RuntimeError, mujoco.FatalError) as error:
         raise ModelFileError(f"{path}: {' '.join(str(error).split())}") from None
     if any(kind != mujoco.mjtJoint.mjJNT_FREE for kind in model.jnt_type) or model.njnt > 1:
         raise ModelFileError(f"{path}: has joints; a model is one rigid body, with a free joint at most")

@@ -60,9 +60,11 @@ def test_an_image_that_others_have_had_before_is_not_fresh() -> None:
     assert times[0] == times[1] == [0.6, 0.7]
 
 
-def test_a_camera_that_is_not_there_is_waited_for_in_vain() -> None:
-    client = Client(InProcess(cell("final01", "kitter_sensors")))
-    camera = Camera(client, "no_camera", BIN_7)
+def test_a_camera_that_is_switched_off_is_not_waited_for_for_ever() -> None:
+    final01 = cell("final01", "kitter_sensors")
+    final01.sensors["logical_camera_bin7"].enabled = False
+    client = Client(InProcess(final01))
+    camera = Camera(client, "logical_camera_bin7", BIN_7)
     take_fresh(client, [camera])
     assert client.time < 1.5
     assert camera.parts() == []

@@ -13,9 +13,11 @@ from cellwright.agents.kitter.arm import Arm
 from cellwright.agents.kitter.belt_watch import BeltPart
 from cellwright.agents.kitter.cellview import CellView
 from cellwright.agents.kitter.eyes import Sighting
+from cellwright.agents.kitter.inspection import gap
 from cellwright.agents.kitter.picking import Held, Picker
 from cellwright.agents.kitter.placing import STATIONS, Placer
-from cellwright.agents.kitter.strategy import ATTEMPTS, Strategy, gap
+from cellwright.agents.kitter.strategy import SENDINGS, Strategy
+from cellwright.agents.kitter.supply import ATTEMPTS
 from cellwright.client import Client
 from cellwright.messages.build import pose_message
 from cellwright.messages.osrf_gear import Kit, KitObject, Order
@@ -45,14 +47,23 @@ class Floor:
     thrown: list[str] = field(default_factory=list)
     sent: list[tuple[int, str]] = field(default_factory=list)
     attempts: list[int] = field(default_factory=list)
+    stuck: int = 0
+    """How often nothing can be taken off a tray, from the next time on."""
+    stubborn: int = 0
+    """How often an AGV does not go, from the next time on."""
+    away: float = 0.0
+    """Until when [s] no AGV is there."""
     time: float = 0.0
 
 
 class FakeClient:
     """Time passes at once; the competition is over when every kit was sent."""
 
-    def __init__(self, floor: Floor, orders: list[Order], belt_types: tuple[str, ...] = ()) -> None:
+    def __init__(
+        self, floor: Floor, orders: list[Order], belt_types: tuple[str, ...] = (), kits_sent: int | None = None
+    ) -> None:
         self.floor = floor
+        self.all_kits = sum(len(order.kits) for order in orders) if kits_sent is None else kits_sent
         self.orders = orders
         self.belt_types = belt_types
 
@@ -62,7 +73,7 @@ class FakeClient:
 
     @property
     def competition_state(self) -> str:
-        return "done" if len(self.floor.sent) == sum(len(order.kits) for order in self.orders) else "go"
+        return "done" if len(self.floor.sent) == self.all_kits else "go"
 
     def sleep(self, duration: float) -> None:
         self.floor.time += duration
@@ -76,6 +87,9 @@ class FakeClient:
         return ("belt",) if material in self.belt_types else ("bin7",)
 
     def control_agv(self, number: int, kit_type: str) -> bool:
+        if self.floor.stubborn > 0:
+            self.floor.stubborn -= 1
+            return False
         self.floor.sent.append((number, kit_type))
         return True
 
@@ -96,7 +110,7 @@ class FakeView:
         self.floor.time += 0.8
 
     def _is_ready(self, number: int) -> bool:
-        return all(sent != number for sent, _ in self.floor.sent)
+        return self.floor.time >= self.floor.away and all(sent != number for sent, _ in self.floor.sent)
 
     def parts_in_bins(self) -> list[Sighting]:
         return list(self.floor.bins)
@@ -121,6 +135,9 @@ class FakePicker:
         floor.attempts.append(attempt)
         if floor.slips > 0:
             floor.slips -= 1
+            return None
+        if floor.stuck > 0 and abs(world_T_part.position[1]) > 2.0:
+            floor.stuck -= 1
             return None
         for lying in (floor.bins, floor.tray):
             lying[:] = [part for part in lying if gap(part.world_T_part, world_T_part) > 0.01]
@@ -163,8 +180,8 @@ class FakePlacer:
 class FakeArm:
     rail = 0.0
 
-    def reach(self, _rail: float, _goal: Pose) -> list[float]:
-        return [0.0] * 7
+    def reaches(self, _goal: Pose, _rail: float) -> bool:
+        return True
 
     def travel(self, _goal: Pose, _rail: float) -> bool:
         return True
@@ -175,8 +192,15 @@ def order(*parts: tuple[str, float, float], kits: int = 1) -> Order:
     return Order("order_0", [Kit(f"order_0_kit_{number}", list(objects)) for number in range(kits)])
 
 
-def work(floor: Floor, orders: list[Order], belt_types: tuple[str, ...] = (), bad: int = 0) -> Floor:
-    client, view = FakeClient(floor, orders, belt_types), FakeView(floor)
+def work(
+    floor: Floor,
+    orders: list[Order],
+    belt_types: tuple[str, ...] = (),
+    bad: int = 0,
+    kits_sent: int | None = None,
+) -> Floor:
+    """Let the strategy work until so many kits were sent, all of them if not said otherwise."""
+    client, view = FakeClient(floor, orders, belt_types, kits_sent), FakeView(floor)
     placer = FakePlacer(floor)
     placer.bad = ["bad"] * bad
     Strategy(
@@ -248,6 +272,31 @@ def test_a_faulty_part_is_thrown_away_and_another_fetched() -> None:
     assert floor.thrown == ["gear_part"]
     assert floor.bins == []
     assert places(floor) == [(0.1, 0.1)]
+
+
+def test_a_faulty_part_that_cannot_be_taken_away_is_not_fetched_again() -> None:
+    floor = work(Floor(bins=gears(2), stuck=ATTEMPTS), [order(("gear_part", 0.1, 0.1))], bad=1)
+    assert floor.bins == [], "another one was fetched from a bin"
+    assert floor.thrown == ["gear_part"], "in the end there was a hold of the faulty one"
+    ((x, y),) = places(floor)
+    assert (x - 0.1) ** 2 + (y - 0.1) ** 2 > 0.0784**2, "the other one was put beside it"
+    assert floor.sent == [(1, "order_0_kit_0")]
+
+
+def test_an_agv_that_does_not_go_is_asked_again() -> None:
+    floor = work(Floor(bins=gears(1), stubborn=2), [order(("gear_part", 0.1, 0.1))])
+    assert floor.sent == [(1, "order_0_kit_0")]
+
+
+def test_a_kit_that_no_agv_takes_does_not_hold_up_the_next() -> None:
+    floor = work(Floor(bins=gears(2), stubborn=SENDINGS), [order(("gear_part", 0.1, 0.1), kits=2)], kits_sent=1)
+    assert floor.sent == [(1, "order_0_kit_1")]
+
+
+def test_a_kit_waits_for_an_agv_that_is_on_its_way() -> None:
+    floor = work(Floor(bins=gears(1), away=200.0), [order(("gear_part", 0.1, 0.1))])
+    assert floor.sent == [(1, "order_0_kit_0")]
+    assert floor.time > 200.0
 
 
 def test_a_part_out_of_place_is_put_right_once() -> None:

@@ -10,7 +10,7 @@ import pytest
 from tests.cli.conftest import CommandLine
 from tests.test_serving import ended, serving
 
-HASH = "2529c836"
+HASH = "06a1278d"
 """How the state hash begins when kitter has worked the lesson's cell, in any process."""
 
 

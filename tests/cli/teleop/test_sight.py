@@ -39,6 +39,11 @@ def test_a_driver_of_ones_own(cellwright: CommandLine) -> None:
         (["--driver", "my_driver.py"], "a driver is given as path.py:Class"),
         (["--driver", f"{EXAMPLE}:MineDriver"], "did you mean MyDriver"),
         (["--driver", f"{EXAMPLE}:MyDriver", "--sim-time"], "a real robot keeps real time"),
+        (["--driver", f"{EXAMPLE}:MyDriver", "--motion", "teleport"], "leave out --motion teleport"),
+        (
+            ["--driver", f"{EXAMPLE}:MyDriver", "--motion", "teleport", "--self-collision"],
+            "moves as it does: leave out --motion teleport and --self-collision",
+        ),
         (["--check-driver"], "name the driver"),
         (["--driver", f"{EXAMPLE}:MyDriver", "--check-driver", "--check"], "give one of them"),
         (

@@ -151,3 +151,16 @@ def test_any_tree_can_be_begun(
     config, warnings = read_back(folder, model)
     assert warnings == []
     assert all(len(arm.joints) >= LEAST_JOINTS for arm in config.arms)
+
+
+def test_a_robot_on_another_drive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On Windows there is no way from one drive to another; its place stands there as a whole."""
+
+    def refuse(_path: object, _start: object) -> str:
+        raise ValueError("path is on mount 'D:', start on mount 'C:'")
+
+    model = robot(tmp_path, *chain("arm", "base", 4))
+    monkeypatch.setattr("os.path.relpath", refuse)
+    config, warnings = read_back(tmp_path, model)
+    assert not warnings
+    assert config.urdf_path == tmp_path / "robot.urdf"

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from cellwright.devices.sensors.rays import SOLID_GROUPS, Rays, fan
 from cellwright.errors import UsageError
 from cellwright.pose import Pose
-from tests.devices.sensors.scene import DRAWN_ONLY, add_block, empty_spec, make_simulation
+from cellwright.simulation.simulation import Simulation
+from tests.devices.sensors.scene import CYLINDER, DRAWN_ONLY, add_block, add_part, empty_spec, make_simulation
 
 AHEAD = [(1.0, 0.0, 0.0)]
 
@@ -100,3 +101,84 @@ def test_a_fan_turns_towards_y_and_z() -> None:
 def test_rays_that_end_before_they_begin_are_refused() -> None:
     with pytest.raises(UsageError, match="must end behind"):
         Rays(Pose(), AHEAD, nearest=1.0, farthest=0.5)
+
+
+def cast_plainly(
+    rays: Rays, pose: Pose, directions: list[tuple[float, float, float]], simulation: Simulation
+) -> list[float]:
+    """What the engine says of each ray by itself, whatever moves or does not."""
+    groups = np.array([group in SOLID_GROUPS for group in range(6)], dtype=np.uint8)
+    found = []
+    for direction in directions:
+        ahead = np.array(pose.rotate(direction))
+        reached = -1.0
+        for begin in (0.0, rays.nearest):
+            start = np.array(pose.position) + begin * ahead
+            hit = mujoco.mj_ray(simulation.model, simulation.data, start, ahead, groups, True, -1, None)
+            reached = begin + hit if hit >= 0.0 else math.inf
+            if reached >= rays.nearest:
+                break
+        found.append(reached if reached <= rays.farthest else math.inf)
+    return found
+
+
+PLACES = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
+
+
+@given(
+    fixed=st.lists(PLACES, max_size=4),
+    movable=st.lists(st.tuples(PLACES, PLACES), min_size=1, max_size=6),
+    moved=st.lists(PLACES, min_size=6, max_size=6),
+    source=st.tuples(PLACES, PLACES),
+    nearest=st.floats(0.0, 0.3),
+    farthest=st.floats(0.4, 2.0),
+)
+def test_what_moves_is_met_among_what_does_not(
+    fixed: list[tuple[float, float, float]],
+    movable: list[tuple[tuple[float, float, float], tuple[float, float, float]]],
+    moved: list[tuple[float, float, float]],
+    source: tuple[tuple[float, float, float], tuple[float, float, float]],
+    nearest: float,
+    farthest: float,
+) -> None:
+    """A bundle gives what single rays against the whole scene give, also when things have moved since the first."""
+    spec = empty_spec()
+    for centre in fixed:
+        add_block(spec, centre, (0.1, 0.2, 0.05))
+    for number, (xyz, rpy) in enumerate(movable):
+        shape = CYLINDER if number % 2 else mujoco.mjtGeom.mjGEOM_BOX
+        add_part(spec, f"part_{number}", Pose.from_rpy(xyz, rpy), (0.1, 0.05, 0.02), shape, (0.0, 0.05, 0.0))
+    simulation = make_simulation(spec)
+    pose = Pose.from_rpy(*source)
+    directions = fan(np.linspace(-0.6, 0.6, 9), np.linspace(-0.2, 0.2, 3))
+    rays = Rays(pose, directions, nearest=nearest, farthest=farthest)
+    assert rays.cast(simulation).tolist() == cast_plainly(rays, pose, directions, simulation)
+    for number in range(len(movable)):
+        simulation.data.qpos[7 * number : 7 * number + 3] = moved[number]
+    simulation.touch()
+    simulation.refresh()
+    assert rays.cast(simulation).tolist() == cast_plainly(rays, pose, directions, simulation)
+
+
+def test_only_rays_near_something_that_moves_are_cast_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    spec = empty_spec()
+    add_block(spec, (1.0, 0.0, 0.0), (0.1, 1.0, 1.0))
+    add_part(spec, "part", Pose((0.0, 0.0, 5.0)), (0.02, 0.02, 0.02))
+    simulation = make_simulation(spec)
+    rays = Rays(Pose(), fan(np.linspace(-0.5, 0.5, 101), np.zeros(1)), farthest=2.0)
+    counts: list[int] = []
+    engine = mujoco.mj_multiRay
+
+    def counting(*arguments: object) -> None:
+        counts.append(int(str(arguments[-2])))
+        engine(*arguments)
+
+    monkeypatch.setattr(mujoco, "mj_multiRay", counting)
+    assert rays.cast(simulation).min() == pytest.approx(0.9)
+    assert rays.cast(simulation).min() == pytest.approx(0.9)
+    assert counts == [101]
+    simulation.data.qpos[:3] = (0.5, 0.1, 0.0)
+    simulation.touch()
+    simulation.refresh()
+    assert rays.cast(simulation).min() == pytest.approx(math.hypot(0.48, 0.48 * 0.08 / 0.48), abs=0.01)
+    assert 5 < counts[1] < 25

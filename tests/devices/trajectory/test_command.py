@@ -4,7 +4,7 @@ from math import inf, nan
 
 import pytest
 
-from cellwright.devices.trajectory.command import RejectedTrajectoryError, check_trajectory
+from cellwright.devices.trajectory.command import MOST_KEPT, MOST_POINTS, RejectedTrajectoryError, check_trajectory
 from cellwright.devices.trajectory.goal import GoalRequest, GoalResult
 from cellwright.devices.trajectory.trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.errors import RejectedCommandError
@@ -116,3 +116,28 @@ def test_velocity_limits_are_not_enforced() -> None:
     arm = controller()
     arm.command(to([6.0] * 7, every=1_000_000), 0)
     assert arm.velocities(0) == pytest.approx([(6.0 - a) * 1e3 for a in START])
+
+
+def test_more_points_than_are_taken_are_refused_and_the_most_are_followed() -> None:
+    most = controller()
+    most.command(with_times(*range(SECOND, SECOND + MOST_POINTS)), 0)
+    before = most.get_state()
+    with pytest.raises(RejectedTrajectoryError, match=f"{MOST_POINTS + 1} points are too many"):
+        most.command(with_times(*range(SECOND, SECOND + MOST_POINTS + 1)), 0)
+    assert most.get_state() == before
+
+
+def test_commands_for_later_do_not_pile_up_for_ever() -> None:
+    """Each leaves one segment more to follow before it begins."""
+    busy = controller()
+    busy.command(with_times(*range(SECOND, SECOND + MOST_POINTS)), 0)
+    refused = 0
+    for number in range(MOST_KEPT - MOST_POINTS + 5):
+        try:
+            busy.command(replace(with_times(SECOND), start_ns=2 * SECOND + number), 0)
+        except RejectedTrajectoryError as error:
+            assert "other segments to follow before it starts" in str(error)  # noqa: PT017
+            refused += 1
+    assert 0 < refused < 10
+    busy.command(with_times(SECOND), 0)  # one that begins now takes the place of all
+    assert busy.end == SECOND

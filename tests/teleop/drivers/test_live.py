@@ -69,6 +69,14 @@ def give_up() -> None:
     sys.exit("no bus")  # as programs of vendors do
 
 
+class OwnError(BaseException):
+    """One that `except Exception` passes over."""
+
+
+def escape() -> None:
+    raise OwnError("gone")
+
+
 @pytest.fixture(scope="module")
 def config() -> RobotConfig:
     return two_arms()
@@ -103,6 +111,7 @@ def test_targets_and_readings_go_by_name(config: RobotConfig) -> None:
         (Hardware(positions=np.array([np.nan, 0.0])), "positions of elbow_left are no finite number"),
         (Hardware(positions=np.zeros(3)), "used: positions of 3 joints were read, and it has 2"),
         (Hardware(on_read=give_up), "SystemExit: no bus"),
+        (Hardware(on_read=escape), "OwnError: gone"),
         (Hardware(answer=[0.0, 0.0]), "three things, positions, velocities and efforts, and it gave a list of 2"),
         (Hardware(answer=dict.fromkeys((*NAMES, "waist"), 0.0)), "it gave a dict of 3"),
         (Hardware(answer=0.5), "it gave a float"),
@@ -128,7 +137,10 @@ def test_a_node_that_cannot_be_lets_go_of_the_robot(config: RobotConfig) -> None
     assert hardware.closed == 1
 
 
-@pytest.mark.parametrize(("failure", "reason"), [(fail, "OSError: the cable is out"), (give_up, "SystemExit: no bus")])
+@pytest.mark.parametrize(
+    ("failure", "reason"),
+    [(fail, "OSError: the cable is out"), (give_up, "SystemExit: no bus"), (escape, "OwnError: gone")],
+)
 def test_a_failure_holds_the_robot_until_it_is_cleared(
     config: RobotConfig, failure: Callable[[], None], reason: str
 ) -> None:

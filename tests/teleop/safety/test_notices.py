@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from cellwright.teleop.safety.notices import MOST_NAMES, Notices
+from cellwright.teleop.safety.notices import MOST_LINES, MOST_NAMES, Notices
 
 SECOND = 1_000_000_000
 
@@ -25,6 +25,18 @@ def test_a_kind_of_line_comes_at_most_once_a_second() -> None:
         notices.tell_now_and_then("limits", f"at {tenth}")
         notices.tell_now_and_then("other", "other")
     assert [line for line in lines if line != "other"] == ["at 0", "at 10", "at 20"]
+
+
+def test_what_is_switched_on_and_off_in_a_flood_is_counted() -> None:
+    notices, clock, lines = made()
+    for _ in range(1000):
+        notices.tell("commands are switched off")
+    assert len(lines) == MOST_LINES
+    clock.now = SECOND
+    notices.tell("commands are switched on")
+    assert lines[-1] == f"commands are switched on (and {1000 - MOST_LINES} lines more since the last one)"
+    notices.tell("commands are switched off")
+    assert lines[-1] == "commands are switched off"
 
 
 def test_time_that_begins_anew_is_no_reason_for_silence() -> None:

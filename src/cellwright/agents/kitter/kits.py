@@ -36,12 +36,30 @@ class Task:
 
 @dataclass
 class Kit:
-    """A kit that is to be built, and at which AGV."""
+    """A kit that is to be built.
+
+    Attributes:
+        kit_type: its name.
+        tasks: its parts.
+        station: the AGV that it is built on.
+        is_sent: whether nothing more can be done for it.
+        faulty: type and place on the tray of faulty parts that could not be taken away.
+        cleanings: how often something was taken off its tray that does not belong there.
+        sendings: how often the AGV was asked to go.
+    """
 
     kit_type: str
     tasks: list[Task]
     station: Station = field(default_factory=lambda: STATIONS[1])
     is_sent: bool = False
+    faulty: list[tuple[str, Pose]] = field(default_factory=list)
+    cleanings: int = 0
+    sendings: int = 0
+
+    @property
+    def open_tasks(self) -> list[Task]:
+        """The parts that are still to come."""
+        return [task for task in self.tasks if task.is_open]
 
     @property
     def lying(self) -> list[tuple[str, Pose]]:
@@ -54,7 +72,7 @@ class Kit:
         Args:
             but: the part that room is looked for; it does not count itself.
         """
-        discs: list[Disc] = []
+        discs = [disc for part_type, tray_T_part in self.faulty for disc in figures(part_type).covers(tray_T_part)]
         for task in self.tasks:
             if task is but or task.type not in PART_TYPES:
                 continue

@@ -6,9 +6,11 @@ import logging
 import math
 from dataclasses import dataclass
 
-from cellwright.agents.kitter.arm import FACE, SAFE, SHOULDER_OFFSET, Arm
+from cellwright.agents.kitter.arm import FACE, SAFE, Arm
 from cellwright.agents.kitter.belt_watch import SPEED, BeltPart
 from cellwright.agents.kitter.part_figures import figures
+from cellwright.agents.kitter.postures import SHOULDER_OFFSET
+from cellwright.agents.kitter.tool_ways import FOLLOW_LEAD, FOLLOW_TIME, at_height
 from cellwright.client import Client
 from cellwright.pose import Pose
 
@@ -75,8 +77,8 @@ class Picker:
         if not arm.travel(hover, rail):
             return None
         client.control_gripper(True)
-        arm.line([at_height(hover, z + NEAR)], [0.35])
-        arm.line([at_height(hover, z - PRESS)], [SLOW], wait=False)
+        arm.line(at_height(hover, z + NEAR), 0.35)
+        arm.line(at_height(hover, z - PRESS), SLOW, wait=False)
         client.wait_until(lambda: client.gripper_attached, (NEAR + PRESS) / SLOW + 0.15 + PATIENCE)
         held = Held(part_type, arm.tool.inverse() @ world_T_part) if client.gripper_attached else None
         arm.rise(max(SAFE, z + 0.15))
@@ -115,15 +117,14 @@ class Picker:
         z = hover.position[2] - BELT_HOVER
         if not arm.travel(hover, belt_rail(y)):
             return None
-        lead = arm.follow_lead
         meet = part.time_at(y)
         if client.time > meet - 0.05:
             log.info("%.1f s: too late for it by %.2f s", client.time, client.time - meet)
             return None
-        client.sleep(max(0.0, meet - lead - client.time))
+        client.doze(max(0.0, meet - FOLLOW_LEAD - client.time))
         client.control_gripper(True)
         arm.follow(hover, z + NEAR / 2, z - PRESS, SPEED)
-        client.wait_until(lambda: client.gripper_attached, arm.follow_time)
+        client.wait_until(lambda: client.gripper_attached, FOLLOW_TIME)
         held = None
         if client.gripper_attached:
             held = Held(part.type, arm.tool.inverse() @ part.pose(arm.tool_time), part.has_yaw)
@@ -147,8 +148,3 @@ def grip_pose(part_type: str, world_T_part: Pose, attempt: int, yaw: float) -> P
     aside = ((0.0, 0.0), (0.006, 0.0), (-0.006, 0.0), (0.0, 0.006), (0.0, -0.006))[attempt % 5]
     x, y, _ = world_T_part.transform((kind.grip[0] + aside[0], kind.grip[1] + aside[1], 0.0))
     return Pose.from_rpy((x, y, world_T_part.position[2] + kind.top + FACE), (0.0, 0.0, yaw))
-
-
-def at_height(pose: Pose, height: float) -> Pose:
-    """The same pose at another height [m]."""
-    return Pose((pose.position[0], pose.position[1], height), pose.quaternion)

@@ -7,8 +7,10 @@ import math
 from dataclasses import dataclass
 
 from cellwright.agents.kitter.areas import Area
-from cellwright.agents.kitter.arm import RAIL_END, SAFE, Arm
+from cellwright.agents.kitter.arm import SAFE, Arm
 from cellwright.agents.kitter.picking import Held
+from cellwright.agents.kitter.postures import RAIL_END
+from cellwright.agents.kitter.tool_ways import at_height
 from cellwright.client import Client
 from cellwright.pose import Pose
 
@@ -22,6 +24,9 @@ BELOW_ORIGIN = {"part1": 0.0075, "part4": 0.0052}
 
 DROP = 0.004
 """A part is let go this high above the plate [m]."""
+
+NEAR = 0.012
+"""So high [m] above that place the arm is corrected a last time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,15 +79,16 @@ class Placer:
         """
         client, arm = self._client, self._arm
         goal = release_pose(held, world_T_part)
-        hover = Pose((*goal.position[:2], max(SAFE, goal.position[2] + 0.05)), goal.quaternion)
+        z = goal.position[2]
+        hover = at_height(goal, max(SAFE, z + 0.05))
         if not arm.travel(hover, rail):
             log.info("%.1f s: %s is out of reach", client.time, world_T_part.position)
             return False
         if not client.gripper_attached:
             return False
-        arm.line([Pose((*goal.position[:2], goal.position[2] + 0.012), goal.quaternion)], [0.35])
-        arm.settle(Pose((*goal.position[:2], goal.position[2] + 0.012), goal.quaternion))
-        arm.line([goal], [0.1])
+        arm.line(at_height(goal, z + NEAR), 0.35)
+        arm.settle(at_height(goal, z + NEAR))
+        arm.line(goal, 0.1)
         client.sleep(0.1)
         was_held = client.gripper_attached
         client.control_gripper(False)
@@ -110,10 +116,10 @@ def release_pose(held: Held, world_T_part: Pose) -> Pose:
     return Pose((x - dx, y - dy, z - dz), flat.quaternion)
 
 
-def pose_on_tray(station: Station, part_type: str, tray_T_part: Pose) -> Pose:
-    """world_T_part of a part that is let go just above the plate."""
+def pose_on_tray(station: Station, part_type: str, tray_T_part: Pose, drop: float = DROP) -> Pose:
+    """world_T_part of a part that is let go just above the plate, or `drop` [m] above it."""
     x, y, _ = station.world_T_tray.transform(tray_T_part.position)
-    height = SURFACE + BELOW_ORIGIN.get(part_type, 0.0) + DROP
+    height = SURFACE + BELOW_ORIGIN.get(part_type, 0.0) + drop
     return Pose.from_rpy((x, y, height), (0.0, 0.0, station.world_T_tray.yaw + tray_T_part.yaw))
 
 
@@ -121,4 +127,4 @@ def can_reach(arm: Arm, station: Station, held: Held, tray_T_part: Pose) -> bool
     """Whether the arm reaches a place on the tray with what it holds."""
     goal = release_pose(held, pose_on_tray(station, held.type, tray_T_part))
     rail = math.copysign(abs(station.rail) - 0.01, station.rail)
-    return arm.reach(rail, goal) is not None
+    return arm.reaches(goal, rail)

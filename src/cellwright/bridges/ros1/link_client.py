@@ -10,7 +10,7 @@ from cellwright.bridges.ros1.loop import Loop
 from cellwright.bridges.ros1.outlet import Outlet
 from cellwright.bridges.ros1.received import received
 from cellwright.bridges.ros1.report import report
-from cellwright.link.frames import Decoder, Frame, FrameError, Kind, hello
+from cellwright.link.frames import LONGEST_SAID, Decoder, Frame, FrameError, Kind, hello
 
 PATIENCE = 10.0
 """How long the cell may take to answer HELLO [s]."""
@@ -67,7 +67,7 @@ class LinkClient:
             if answered is not None:
                 self._answers[number] = answered
         try:
-            self._outlet.send(Frame(kind, number, **fields).encode())
+            self._outlet.send(Frame(kind, number, **fields).encode(LONGEST_SAID))
         except FrameError:
             with self._lock:
                 self._answers.pop(number, None)

@@ -8,12 +8,12 @@ from typing import Any, Callable
 from rospy.exceptions import TransportException
 from rospy.impl.tcpros_pubsub import TCPROSSub
 
-from cellwright.link.frames import LONGEST_FRAME
+from cellwright.link.frames import LONGEST_SAID
 
 _LENGTH = struct.Struct("<I")
 
 
-def limit_messages(tell: Callable[[str], None], longest: int = LONGEST_FRAME) -> None:
+def limit_messages(tell: Callable[[str], None], longest: int = LONGEST_SAID) -> None:
     """Have connections cut, and made anew, on which a message is announced that is too long to be carried.
 
     Args:

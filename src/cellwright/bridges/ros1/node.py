@@ -14,6 +14,7 @@ import rospy.core
 import rospy.names
 
 from cellwright.bridges.ros1.report import report
+from cellwright.bridges.ros1.requests import limit_requests
 
 PATIENCE = 1.5
 """How long signing off may take [s]; it takes some 10 ms where nothing hangs."""
@@ -45,6 +46,7 @@ def begin_node(name: str) -> None:
     Time stays the wall's: what carries messages has no use for another, and a subscription to /clock would show.
     """
     threading.excepthook = _thread_failed
+    limit_requests()
     sys.setswitchinterval(0.0005)  # Python's own 5 ms would show in the time that a message takes
     namespace, _, base = name.rpartition("/")
     rospy.names._set_caller_id(f"{namespace}/unnamed")  # in place of what ROS_NAMESPACE said when rospy was loaded

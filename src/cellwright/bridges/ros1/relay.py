@@ -26,6 +26,7 @@ if __name__ == "__main__":
 import rospy
 
 from cellwright.bridges.ros1.census import CLOCK, census
+from cellwright.bridges.ros1.longest import limit_messages
 from cellwright.bridges.ros1.loop import Loop
 from cellwright.bridges.ros1.master import Master, MasterGoneError, listen_on_loopback
 from cellwright.bridges.ros1.node import StoppedError, begin_node, end_process, stop_by, stop_by_exception
@@ -35,6 +36,8 @@ from cellwright.bridges.ros1.report import report, say_ready
 from cellwright.bridges.ros1.service_client import ServiceClient, ServiceGoneError
 from cellwright.bridges.ros1.step_bytes import read_response, request
 from cellwright.bridges.ros1.step_service import NAME as STEP
+from cellwright.bridges.ros1.tally import Tally
+from cellwright.link.frames import LONGEST_FRAME
 
 _NAP = 0.05
 _CLOCK_BYTES = 8
@@ -62,6 +65,8 @@ def main(node: str, patience: float, sign: str) -> None:
         master = Master(node)
         master.wait(patience)
         welcome = _wait_for_simulator(master, node, end, sign)
+        tally = Tally(loop, "{count} messages on {subject} are too long, and not taken")
+        limit_messages(tally.count, LONGEST_FRAME // 2)
         begin_node(node)
         rospy.on_shutdown(lambda: loop.stop(0))
         welcome["time"] = _time(master, node, welcome, end)

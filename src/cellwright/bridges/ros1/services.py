@@ -21,7 +21,7 @@ from cellwright.bridges.ros1.outlet import Outlet
 from cellwright.bridges.ros1.raw_types import ANY
 from cellwright.bridges.ros1.received import received
 from cellwright.bridges.ros1.tcpros import Header
-from cellwright.link.frames import LONGEST_FRAME, Frame, FrameError, Kind
+from cellwright.link.frames import LONGEST_SAID, Frame, FrameError, Kind
 
 NO_ANSWER = "ServiceFailedError"
 """The error of a service that gives no answer, which is told without a reason."""
@@ -119,7 +119,7 @@ class Caller:
         if data is None:
             return
         self._data += data
-        if not data or len(self._data) > LONGEST_FRAME:
+        if not data or len(self._data) > LONGEST_SAID + _LENGTH.size:
             self._outlet.close()
             return
         self._handle()
@@ -130,7 +130,7 @@ class Caller:
         if self._is_busy or self._outlet.is_closed or len(data) < _LENGTH.size:
             return
         (length,) = _LENGTH.unpack_from(data)
-        if length > LONGEST_FRAME:
+        if length > LONGEST_SAID:
             self._outlet.close()
             return
         end = _LENGTH.size + length

@@ -99,7 +99,11 @@ class Link:
 
     @contextmanager
     def robot(self) -> Iterator[OperatedRobot]:
-        """The robot; the connection is closed in the end."""
+        """The robot; the connection is closed in the end.
+
+        Raises:
+            UsageError: the node is gone.
+        """
         session = self.session()
         try:
             try:

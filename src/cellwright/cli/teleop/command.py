@@ -119,6 +119,8 @@ def teleop(
         options.refuse(f"--speed {speed}: time other than the wall clock's has to be told: add --sim-time")
     if driver is not None and (sim_time or lockstep):
         options.refuse("--driver: a real robot keeps real time: leave out --sim-time and --lockstep")
+    if driver is not None and not check_driver:
+        _refuse_what_is_simulated(motion, self_collision=self_collision)
     if guard is not Guard.REFUSE and start_guard is None:
         options.refuse(f"--start-guard-then {guard}: say how far away a first target has to be: add --start-guard 0.8")
     safety = SafetySettings(
@@ -160,3 +162,10 @@ def teleop(
     )
     run = run_motion_check if check else run_node
     raise typer.Exit(run(partial(load_robot, robot), wanted))
+
+
+def _refuse_what_is_simulated(motion: Motion, *, self_collision: bool) -> None:
+    """Refuse what says how a robot is simulated, where none is."""
+    given = [("--motion teleport", motion is not Motion.SERVO), ("--self-collision", self_collision)]
+    if said := [option for option, is_given in given if is_given]:
+        options.refuse(f"--driver: a robot of your own moves as it does: leave out {' and '.join(said)}")

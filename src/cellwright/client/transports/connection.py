@@ -9,10 +9,11 @@ from collections.abc import Callable
 
 from cellwright import errors
 from cellwright.errors import CellwrightError, RunEndedError, UnknownNameError, UsageError
-from cellwright.link.frames import Decoder, Frame, FrameError, Kind, hello
+from cellwright.link.frames import LONGEST_SAID, Decoder, Frame, FrameError, Kind, hello
 
 _PIECE = 1 << 18
 _SMALL = 1 << 14  # bytes that the system takes at once, for a cell that reads now and then
+_LOOK = 0.5  # [s]; on Windows a Ctrl-C is not heard while a process waits for a socket
 
 
 class Connection:
@@ -104,7 +105,7 @@ class Connection:
         if self._end is not None:
             raise RunEndedError(self._end)
         try:
-            data = frame.encode()
+            data = frame.encode(LONGEST_SAID)
         except FrameError as error:
             raise UsageError(str(error)) from None
         self._send(data)
@@ -117,8 +118,9 @@ class Connection:
         """
         if self._end is not None:
             raise RunEndedError(self._end)
-        if timeout is not None and not select.select([self._socket], (), (), timeout)[0]:
-            return False
+        while not select.select([self._socket], (), (), _LOOK if timeout is None else timeout)[0]:
+            if timeout is not None:
+                return False
         self._read()
         return True
 
@@ -153,7 +155,7 @@ class Connection:
         self._socket.setblocking(False)
         try:
             while rest and self._end is None:
-                readable, writable, _ = select.select([self._socket], [self._socket], ())
+                readable, writable, _ = select.select([self._socket], [self._socket], (), _LOOK)
                 if readable:
                     self._read()
                 if writable:

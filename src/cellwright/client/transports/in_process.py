@@ -6,11 +6,14 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any
 
-from cellwright.bus import Later
+from cellwright.bus import Direction, Later
 from cellwright.bus.served import Served
 from cellwright.client.transports.transport import Callback
 from cellwright.errors import RunEndedError
 from cellwright.simulation.events import NEVER
+
+CLOSED = "the client is closed"
+"""Why nothing can be asked for any more by a program that has kept its client past the end."""
 
 
 class InProcess:
@@ -30,15 +33,23 @@ class InProcess:
         """Simulation time [ns] past which `advance` raises: the run is over."""
         self.reason = "the run is over"
         """What the error then says."""
-        self._mail: deque[tuple[Callback, Any]] = deque()
-        self._leave: list[Callable[[], None]] = []
+        self._is_closed = False
+        self._mail: deque[tuple[list[Callback], Any]] = deque()
+        self._leave: dict[Callable[[], None], None] = {}
+
+    knows_all_topics = True
 
     def now(self) -> int:
         """Simulation time [ns]."""
         return self.cell.simulation.now
 
     def advance(self, until: int | None, finished: Callable[[], bool] | None = None) -> None:
-        """Step to `until` [ns], or until `finished()`; deliver what comes after each step."""
+        """Step to `until` [ns], or until `finished()`; deliver what comes after each step.
+
+        Raises:
+            RunEndedError: the deadline has come, and no more time passes.
+        """
+        self._refuse_if_closed()
         clock, step, mail = self.cell.simulation.clock, self.step, self._mail
         while until is None or clock.now < until:
             if clock.now >= self.deadline:
@@ -51,29 +62,32 @@ class InProcess:
 
     def subscribe(self, topic: str, callback: Callback, *, passive: bool = False) -> Callable[[], None]:  # noqa: ARG002
         """Have a topic's messages delivered while time passes."""
+        self._refuse_if_closed()
         mail = self._mail
-        wanted = True
-
-        def deliver(message: Any) -> None:
-            if wanted:
-                callback(message)
+        listening = [callback]
 
         def leave() -> None:
-            nonlocal wanted
-            wanted = False  # also what lies in the mail already is not delivered any more
+            listening.clear()  # also what lies in the mail already is not delivered any more
             subscription.cancel()
+            self._leave.pop(leave, None)
 
         # a latched message comes while subscribing: all that it needs is there by now
-        subscription = self.cell.bus.subscribe(topic, lambda message: mail.append((deliver, message)), node=self.node)
-        self._leave.append(leave)
+        subscription = self.cell.bus.subscribe(topic, lambda message: mail.append((listening, message)), node=self.node)
+        self._leave[leave] = None
         return leave
 
     def publish(self, topic: str, message: Any) -> None:
         """Send a message; the cell acts on it before the next step."""
+        self._refuse_if_closed()
         self.cell.bus.publish(topic, message, node=self.node)
 
     def call(self, service: str, request: Any) -> Any:
-        """Call a service; it is carried out at the border where time stands. Time passes if its answer takes some."""
+        """Call a service; it is carried out at the border where time stands. Time passes if its answer takes some.
+
+        Raises:
+            RunEndedError: the deadline has come before the answer.
+        """
+        self._refuse_if_closed()
         self.cell.simulation.settle_inbox()
         response = self.cell.bus.call(service, request, node=self.node)
         if not isinstance(response, Later):
@@ -84,15 +98,25 @@ class InProcess:
             self.step()  # what is heard meanwhile is delivered when the program lets time pass by itself
         return response.response
 
+    def topics(self) -> dict[str, str]:
+        """Types of the topics that the cell publishes, by name."""
+        return {info.name: info.type for info in self.cell.bus.topics() if info.direction is Direction.OUT}
+
     def close(self) -> None:
-        """Leave every topic."""
-        for leave in self._leave:
+        """Leave every topic, and ask for nothing any more."""
+        self._is_closed = True
+        for leave in list(self._leave):
             leave()
         self._leave.clear()
         self._mail.clear()
 
+    def _refuse_if_closed(self) -> None:
+        if self._is_closed:
+            raise RunEndedError(CLOSED)
+
     def _deliver(self) -> None:
         # What callbacks cause comes with the next step, so that a conversation cannot stop time.
         for _ in range(len(self._mail)):
-            callback, message = self._mail.popleft()
-            callback(message)
+            listening, message = self._mail.popleft()
+            for callback in listening:
+                callback(message)

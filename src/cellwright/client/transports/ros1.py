@@ -69,6 +69,8 @@ class Ros1Transport(SocketTransport):
             self._end_relay()
             raise
 
+    knows_all_topics = False
+
     def publish(self, topic: str, message: Any) -> None:
         """Send a message. It is not told here if the cell refuses it."""
         name = type_of(message) if hasattr(message, "__msgtype__") else ""

@@ -62,15 +62,17 @@ class SocketTransport:
         self._lockstep = bool(welcome["lockstep"])
         self._clock = 0
         self._has_clock = any(each["name"] == "/clock" and each["direction"] == "out" for each in welcome["topics"])
-        self._ahead = self._now - time.monotonic_ns()
+        self._ahead = self._now - time.perf_counter_ns()
         if not self._lockstep and self._has_clock:
             self._clock = self._connection.number()
             self._connection.ask(Frame(Kind.SUBSCRIBE, self._clock, "/clock"))
 
+    knows_all_topics = True
+
     def now(self) -> int:
         """Simulation time [ns]; where nobody tells it, the time since the connection was made counts on."""
         if not self._lockstep and not self._has_clock:
-            self._now = time.monotonic_ns() + self._ahead
+            self._now = time.perf_counter_ns() + self._ahead
         elif not self._lockstep:
             try:
                 while self._connection.listen(0.0):
@@ -138,6 +140,10 @@ class SocketTransport:
     def ask_server(self, service: str) -> dict[str, Any]:
         """Call a service of the server itself, which answers with a JSON object."""
         return self._connection.ask(Frame(Kind.CALL, self._connection.number(), service, payload=b"{}")).json()
+
+    def topics(self) -> dict[str, str]:
+        """Types of the topics that the cell publishes, by name."""
+        return {each["name"]: str(each["type"]) for each in self.welcome["topics"] if each["direction"] == "out"}
 
     def close(self) -> None:
         """Let go of the cell."""

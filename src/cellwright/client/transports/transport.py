@@ -35,5 +35,12 @@ class Transport(Protocol):
     def call(self, service: str, request: Any) -> Any:
         """Call a service and wait for its response."""
 
+    def topics(self) -> dict[str, str]:
+        """Types of the topics that the cell publishes, by name."""
+
+    @property
+    def knows_all_topics(self) -> bool:
+        """Whether these are all that there will be; in ROS others may come."""
+
     def close(self) -> None:
         """Let go of the cell."""

@@ -42,6 +42,11 @@ REMEMBERED = 5 * NANOSECONDS
 MOST_REMEMBERED = 50
 """So many goals that have ended are told at most, so that a flood of bad ones does not swell every message."""
 
+LONGEST_ID = 255
+"""Characters of a goal's identifier: it is remembered, and told with every status."""
+
+_LONGEST_TEXT = 500
+
 
 class TrajectoryAction(Device):
     """The action server of one arm.
@@ -94,6 +99,10 @@ class TrajectoryAction(Device):
 
     def _take_goal(self, message: FollowJointTrajectoryActionGoal, node: str) -> None:
         now = self.simulation.now
+        if len(message.goal_id.id) > LONGEST_ID:
+            raise RejectedTrajectoryError(
+                GoalResult.INVALID_GOAL, f"a goal's identifier may have {LONGEST_ID} characters"
+            )
         # as in actionlib: what the sender left open is filled in, so that it can be cancelled all the same
         name = message.goal_id.id or self._made_up(node)
         goal_id = GoalID(stamp(nanoseconds(message.goal_id.stamp) or now), name)
@@ -103,8 +112,9 @@ class TrajectoryAction(Device):
         try:
             self._arm.accept(request_of(message, name))
         except RejectedTrajectoryError as error:
-            self._note(GoalStatus(goal_id, REJECTED, str(error)), ended=True)
-            self._publish_result(name, int(error.result), str(error))
+            reason = str(error)[:_LONGEST_TEXT]  # names in it come from outside
+            self._note(GoalStatus(goal_id, REJECTED, reason), ended=True)
+            self._publish_result(name, int(error.result), reason)
             raise  # counted and reported with the other refusals
         self._note(GoalStatus(goal_id, ACTIVE, ""), ended=False)
 

@@ -11,6 +11,7 @@ from cellwright.devices.arm import Arm
 from cellwright.devices.gripper.vacuum_gripper import VacuumGripper
 from cellwright.devices.kit_tray import KitTray
 from cellwright.devices.population import Action
+from cellwright.devices.trajectory.command import check_count
 from cellwright.devices.trajectory.trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.errors import RejectedCommandError, ServiceFailedError, UnknownNameError, UsageError
 from cellwright.kitting.locations import MaterialLocations
@@ -184,7 +185,12 @@ def _query_handler(arm: Arm) -> Any:
 
 
 def trajectory_of(message: JointTrajectoryMessage) -> JointTrajectory:
-    """A commanded trajectory from its message; a stamp of zero means now."""
+    """A commanded trajectory from its message; a stamp of zero means now.
+
+    Raises:
+        RejectedTrajectoryError: it has too many points to be looked at.
+    """
+    check_count(message.points)
     start = nanoseconds(message.header.stamp)
     return JointTrajectory(
         tuple(message.joint_names),

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
+
+import numpy as np
 
 from cellwright.contracts.gear.devices import GearDevices
 from cellwright.description.trial import Trial
 from cellwright.devices.sensors.logical_camera import Frame
+from cellwright.devices.sensors.scene import body_poses
 from cellwright.pose import Pose
 from cellwright.simulation.simulation import Simulation
 from cellwright.world.frames import AGV_HOMES, BELT_FRAME, BIN_CENTRES, load_point
@@ -61,23 +65,36 @@ def fixed_arm_frames(simulation: Simulation) -> list[Frame]:
     ]
 
 
-def arm_frames(simulation: Simulation) -> list[Frame]:
-    """Where the arm's moving links are now, each in its parent's frame."""
-    return [Frame(parent, child, relative(simulation, parent, child)) for parent, child in MOVING_LINKS]
+class ArmFrames:
+    """Where the arm's moving links are.
+
+    Args:
+        simulation: one with an arm in its model.
+    """
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._simulation = simulation
+        first = MOVING_LINKS[0][0]  # they form a chain
+        self._bodies = np.array(
+            [simulation.model.body(name).id for name in (first, *(link for _, link in MOVING_LINKS))]
+        )
+
+    def read(self) -> list[Frame]:
+        """Each link in the frame of the one before it, as of this tick."""
+        self._simulation.refresh()
+        poses = body_poses(self._simulation.data, self._bodies)
+        return [
+            Frame(parent, child, world_T_parent.inverse() @ world_T_child)
+            for (parent, child), (world_T_parent, world_T_child) in zip(MOVING_LINKS, pairwise(poses), strict=True)
+        ]
 
 
 def relative(simulation: Simulation, parent: str, child: str) -> Pose:
     """parent_T_child of two bodies, as of this tick."""
     simulation.refresh()
-    return body_pose(simulation, parent).inverse() @ body_pose(simulation, child)
-
-
-def body_pose(simulation: Simulation, name: str) -> Pose:
-    """world_T_body, as of the last refresh."""
-    body = simulation.model.body(name).id
-    x, y, z = simulation.data.xpos[body].tolist()
-    qw, qx, qy, qz = simulation.data.xquat[body].tolist()
-    return Pose((x, y, z), (qw, qx, qy, qz))
+    bodies = np.array([simulation.model.body(name).id for name in (parent, child)])
+    world_T_parent, world_T_child = body_poses(simulation.data, bodies)
+    return world_T_parent.inverse() @ world_T_child
 
 
 def all_static_frames(devices: GearDevices) -> list[Frame]:

@@ -8,7 +8,7 @@ from typing import Any, TypeVar, cast
 from cellwright.bus import Bus, Publisher
 from cellwright.contracts.gear import messages
 from cellwright.contracts.gear.devices import GearDevices
-from cellwright.contracts.gear.frames import all_static_frames, arm_frames
+from cellwright.contracts.gear.frames import ArmFrames, all_static_frames
 from cellwright.contracts.sampling import Sampled, Streamed, advertise
 from cellwright.contracts.table import Competition, Kind, Row, Where
 from cellwright.description.layout import ARM_JOINTS
@@ -121,7 +121,8 @@ class Publications(Device):
 
     def _arm_frames(self, row: Row) -> None:
         simulation = self._devices.simulation
-        self._sample(row, lambda: messages.frames_message(arm_frames(simulation), simulation.now))
+        frames = ArmFrames(simulation)
+        self._sample(row, lambda: messages.frames_message(frames.read(), simulation.now))
 
     def _static_frames(self, row: Row) -> None:
         self._static = advertise(self._bus, row)

@@ -7,12 +7,17 @@ import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 from pathlib import Path
 
+from cellwright.description.reading.contents import read_at_most
 from cellwright.errors import CellwrightError
 
 MAX_MODEL_BYTES = 1 << 20
 """Largest model file [bytes]."""
 MAX_ASSET_BYTES = 20 << 20
 """Largest mesh or picture that a model refers to [bytes]."""
+
+MAX_ELEMENTS = 20_000
+MAX_DEPTH = 50
+"""Deepest nesting of elements."""
 
 _CONFIG = "model.config"
 _DECLARATION = re.compile(r"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
@@ -83,21 +88,40 @@ def _in_folder(folder: Path) -> Path:
 
 def _parse(path: Path) -> ET.Element:
     try:
-        if path.stat().st_size > MAX_MODEL_BYTES:
+        if path.exists() and not path.is_file():
+            raise ModelFileError(f"{path}: no plain file")
+        content = read_at_most(path, MAX_MODEL_BYTES)
+        if content is None:
             raise ModelFileError(f"{path}: larger than {MAX_MODEL_BYTES >> 20} MiB")
-        text = path.read_bytes().decode("utf-8")
+        text = content.decode("utf-8")
     except FileNotFoundError:
         raise ModelFileError(f"{path}: there is no such file") from None
-    except OSError as error:
-        raise ModelFileError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
         raise ModelFileError(f"{path}: not UTF-8 text") from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise ModelFileError(f"{path}: cannot be read: {reason}") from None
     if _DECLARATION.search(text):
         raise ModelFileError(f"{path}: declares a document type or entities, which are not read")
     try:
-        return ET.fromstring(text)  # noqa: S314 - without declarations there is nothing that could expand or reach out
+        root = ET.fromstring(text)  # noqa: S314 - without declarations there is nothing that could expand or reach out
     except ET.ParseError as error:
         line, column = error.position
         raise ModelFileError(f"{path}:{line}: no valid XML (column {column + 1})") from None
     except (ValueError, RecursionError):
         raise ModelFileError(f"{path}: no valid XML") from None
+    _check_extent(path, root)
+    return root
+
+
+def _check_extent(path: Path, root: ET.Element) -> None:
+    """Refuse what is too large or too deep for a model: the engine, for one, goes down into elements without end."""
+    count, level = 0, [root]
+    for _ in range(MAX_DEPTH):
+        count += len(level)
+        if count > MAX_ELEMENTS:
+            raise ModelFileError(f"{path}: more than {MAX_ELEMENTS} elements")
+        level = [child for element in level for child in element]
+        if not level:
+            return
+    raise ModelFileError(f"{path}: elements nested deeper than {MAX_DEPTH}")

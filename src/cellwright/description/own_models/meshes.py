@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import stat
+from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
 from typing import TypeAlias
 
@@ -9,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.description.own_models.files import MAX_ASSET_BYTES, ModelFileError
+from cellwright.description.reading.contents import read_at_most
 
 Triangles: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int64]]
 """Vertices, shape (n, 3), in the file's units, and triangles as numbers of vertices, shape (m, 3)."""
@@ -33,18 +37,33 @@ def read_mesh(path: Path) -> Triangles:
     if reader is None:
         raise ModelFileError(f"{path}: meshes are read from .stl and .obj files")
     try:
-        if path.stat().st_size > MAX_ASSET_BYTES:
-            raise ModelFileError(f"{path}: larger than {MAX_ASSET_BYTES >> 20} MiB")
-        content = path.read_bytes()
+        about = path.stat()
+        if not stat.S_ISREG(about.st_mode):
+            raise ModelFileError(f"{path}: no plain file")
     except FileNotFoundError:
         raise ModelFileError(f"{path}: there is no such file") from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise ModelFileError(f"{path}: cannot be read: {reason}") from None
+    return _read(path, about.st_mtime_ns, about.st_size, reader)
+
+
+@lru_cache(maxsize=8)
+def _read(path: Path, _changed: int, _size: int, reader: Callable[[bytes], Triangles]) -> Triangles:
+    """As `read_mesh`; a file that a hundred shapes refer to is read once, as long as it stays as it is."""
+    try:
+        content = read_at_most(path, MAX_ASSET_BYTES)
     except OSError as error:
         raise ModelFileError(f"{path}: cannot be read: {error.strerror}") from None
+    if content is None:
+        raise ModelFileError(f"{path}: larger than {MAX_ASSET_BYTES >> 20} MiB")
     try:
         vertices, triangles = reader(content)
     except (ValueError, IndexError, OverflowError):
         raise ModelFileError(f"{path}: no valid {path.suffix[1:].upper()} file") from None
     _check(path, vertices, triangles)
+    for array in (vertices, triangles):
+        array.flags.writeable = False  # they are handed out again
     return vertices, triangles
 
 

@@ -12,6 +12,8 @@ from cellwright.description.own_models.files import MAX_ASSET_BYTES, ModelFile, 
 
 MOST_GEOMS = 200
 """Most shapes of one model."""
+MAX_TOTAL_BYTES = 50 << 20
+"""Largest meshes and pictures of one file together [bytes]."""
 LARGEST_NUMBER = 4096
 """Largest number of what a file has room made for: users' values, a picture's width and height in pixels, …."""
 
@@ -30,6 +32,7 @@ def check_mjcf(file: ModelFile) -> None:
     """
     if (shapes := sum(1 for _ in file.root.iter("geom"))) > MOST_GEOMS:
         raise ModelFileError(f"{file.path}: {shapes} shapes; at most {MOST_GEOMS} are read")
+    total = 0
     for element in file.root.iter():
         if element.tag in _NOT_READ:
             raise ModelFileError(f"{file.path}: <{element.tag}> is not read; a model is one file with its meshes")
@@ -40,8 +43,13 @@ def check_mjcf(file: ModelFile) -> None:
         for name, reference in element.items():
             if name.startswith("file"):
                 found = beside(file.path, _in_asset_folder(file.root, element, reference), file.path.parent)
-                if found.stat().st_size > MAX_ASSET_BYTES:
+                size = found.stat().st_size
+                total += size
+                if size > MAX_ASSET_BYTES:
                     raise ModelFileError(f"{found}: larger than {MAX_ASSET_BYTES >> 20} MiB")
+                if total > MAX_TOTAL_BYTES:
+                    raise ModelFileError(f"{file.path}: refers to more than {MAX_TOTAL_BYTES >> 20} MiB of files")
+                _check_picture(found)
 
 
 def _in_asset_folder(root: ET.Element, element: ET.Element, reference: str) -> str:
@@ -51,6 +59,16 @@ def _in_asset_folder(root: ET.Element, element: ET.Element, reference: str) -> s
         if folder := compiler.get(kind) or compiler.get("assetdir"):
             return f"{folder}/{reference}"
     return reference
+
+
+def _check_picture(path: Path) -> None:
+    """Refuse a PNG file that would be unpacked to a picture without measure."""
+    with path.open("rb") as stream:
+        head = stream.read(24)
+    if head.startswith(b"\x89PNG"):
+        width, height = int.from_bytes(head[16:20], "big"), int.from_bytes(head[20:24], "big")
+        if max(width, height) > LARGEST_NUMBER:
+            raise ModelFileError(f"{path}: a picture of {width} x {height}; at most {LARGEST_NUMBER} each are read")
 
 
 def _check_numbers(path: Path, element: ET.Element) -> None:

@@ -14,8 +14,8 @@ from cellwright.description.own_models.files import ModelFileError, open_model
 from cellwright.description.own_models.meshes import is_flat, read_mesh
 from cellwright.description.own_models.mjcf_check import check_mjcf
 from cellwright.description.own_models.model import Colour, Model, ModelShape, ModelShapeKind
-from cellwright.description.own_models.xml import read_xml
-from cellwright.description.reading.reader import Reader
+from cellwright.description.own_models.xml import MOST_SHAPES, read_xml
+from cellwright.description.reading.reader import MAX_MESH_BYTES, Reader
 from cellwright.description.reading.tree import Entry, Items, Leaf, Node, Table, described
 from cellwright.errors import did_you_mean
 from cellwright.pose import Pose, Vector3
@@ -23,8 +23,6 @@ from cellwright.pose import Pose, Vector3
 LEAST_SIZE, MOST_SIZE = 1e-4, 20.0
 """Bounds of a length of a shape [m]."""
 LARGEST_SCALE = 1e6
-MOST_SHAPES = 200
-"""Most shapes of one model."""
 
 _FORMS: tuple[ModelShapeKind, ...] = get_args(ModelShapeKind)
 _SHAPE = (*_FORMS, "pose", "color", "scale", "use")
@@ -48,9 +46,9 @@ def read_model(table: Table, where: Entry | Table, reader: Reader) -> Model | No
     colour_node, mass_node = table.get("color"), table.get("mass")
     colour = _colour(colour_node, reader) if colour_node else None
     mass = reader.number(mass_node) if mass_node else None
-    errors = len(reader.problems.errors)
+    errors = reader.problems.error_count
     model = _from_file(file_node, reader) if file_node else Model(_shapes(shapes_node, reader) if shapes_node else ())
-    if model is None or len(reader.problems.errors) > errors:
+    if model is None or reader.problems.error_count > errors:
         return None
     return replace(model, mass=model.mass if mass is None else mass, colour=colour)
 
@@ -71,8 +69,6 @@ def _from_file(node: Node, reader: Reader) -> Model | None:
         return None
     for shape in model.shapes:
         _check_size(shape, node, reader)
-    if len(model.shapes) > MOST_SHAPES:
-        reader.problems.error(node, f"{path}: {len(model.shapes)} shapes; at most {MOST_SHAPES} are read")
     return model
 
 
@@ -166,6 +162,9 @@ def _mesh(node: Node, table: Table, reader: Reader) -> tuple[Vector3 | None, Pat
 def _check_size(shape: ModelShape, where: Entry | Node, reader: Reader) -> None:
     """Report a shape that is flat, turned inside out or larger than a cell."""
     if shape.mesh is not None:
+        if not reader.admit_mesh(shape.mesh):
+            reader.problems.error(where, f"the meshes of a trial have at most {MAX_MESH_BYTES >> 20} MiB together")
+            return
         if not all(0 < factor <= LARGEST_SCALE for factor in shape.size):
             reader.problems.error(where, f"a scale must be above 0 and at most {LARGEST_SCALE:g}")
             return

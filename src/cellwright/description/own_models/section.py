@@ -19,6 +19,8 @@ LEAST_MASS, MOST_MASS = 1e-3, 100.0
 FARTHEST_REACH = 0.22
 """How far a part may reach from its origin [m]: parts that wait stand 0.45 m apart."""
 MOST_FURNITURE = 200
+MOST_TYPES = 200
+"""Most part types of somebody's own."""
 
 _RESERVED = frozenset({"agv1", "agv2", "kit_tray", "tray"})
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]+", re.ASCII)
@@ -44,6 +46,9 @@ def read_own_models(node: Node | None, reader: Reader) -> OwnModels:
 def _parts(node: Node, reader: Reader) -> dict[str, Model]:
     table = reader.table(node)
     found: dict[str, Model] = {}
+    if table and len(table.entries) > MOST_TYPES:
+        reader.problems.error(node, f"{len(table.entries)} part types; at most {MOST_TYPES} are read")
+        return {}
     for entry in table.entries.values() if table else ():
         name = reader.text_key(entry)
         body = reader.table(entry.value)

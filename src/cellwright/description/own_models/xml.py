@@ -9,13 +9,18 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from cellwright.description.own_models.files import ModelFile, ModelFileError, beside
 from cellwright.description.own_models.meshes import read_mesh
 from cellwright.description.own_models.model import Colour, Model, ModelShape
 from cellwright.pose import Pose, Vector3
+
+MOST_SHAPES = 200
+"""Most shapes of one model."""
+MOST_LINKS = 300
+"""Most links of one model."""
 
 
 def read_xml(file: ModelFile, folder: Path) -> Model:
@@ -24,6 +29,9 @@ def read_xml(file: ModelFile, folder: Path) -> Model:
     Raises:
         ModelFileError: it has something in it that is not read, or nothing that is.
     """
+    count = sum(1 for tag in ("collision", "visual") for _ in file.root.iter(tag))
+    if count > MOST_SHAPES:
+        raise ModelFileError(f"{file.path}: {count} shapes; at most {MOST_SHAPES} are read")
     reader = _Sdf(file.path, folder) if file.format == "sdf" else _Urdf(file.path, folder)
     mass, shapes = reader.read(file.root)
     if not shapes:
@@ -157,10 +165,12 @@ class _Urdf(_Reader):
             if parent is None or child is None:
                 raise self.refuse(f"the joint {joint.get('name')!r} lacks its parent or child")
             parents[child.get("link", "")] = (parent.get("link", ""), self._origin(joint))
-        names = [link.get("name", "") for link in root.findall("link")]
+        names = {link.get("name", ""): None for link in root.findall("link")}
+        if len(names) > MOST_LINKS:
+            raise self.refuse(f"{len(names)} links; at most {MOST_LINKS} are read")
         return {name: self._place(name, parents, names) for name in names}
 
-    def _place(self, name: str, parents: dict[str, tuple[str, Pose]], names: list[str]) -> Pose:
+    def _place(self, name: str, parents: dict[str, tuple[str, Pose]], names: Mapping[str, None]) -> Pose:
         place, way = Pose(), [name]
         while name in parents:
             name, origin = parents[name]

@@ -7,6 +7,9 @@ from typing import Literal, Protocol, TypeAlias
 
 Severity: TypeAlias = Literal["error", "warning"]
 
+MOST_TOLD = 1000
+"""Most errors, and most warnings, that are told of one trial or robot; the others are counted."""
+
 
 @dataclass(frozen=True, slots=True, order=True)
 class Place:
@@ -64,10 +67,12 @@ class Problems:
 
     def __init__(self) -> None:
         self._found: list[Problem] = []
+        self.error_count = 0
+        """How many errors were noted, those that say the same counted each time."""
 
     def error(self, where: Located, message: str) -> None:
         """Note something that makes the file unusable."""
-        self._found.append(Problem(where.place, where.key, message, "error"))
+        self.add(Problem(where.place, where.key, message, "error"))
 
     def warn(self, where: Located, message: str) -> None:
         """Note something that the file's author should know, though it can be read."""
@@ -76,6 +81,7 @@ class Problems:
     def add(self, problem: Problem) -> None:
         """Note a problem that is at hand."""
         self._found.append(problem)
+        self.error_count += problem.severity == "error"
 
     @property
     def errors(self) -> tuple[Problem, ...]:
@@ -89,4 +95,8 @@ class Problems:
 
     def _of(self, severity: Severity) -> tuple[Problem, ...]:
         found = dict.fromkeys(problem for problem in self._found if problem.severity == severity)
-        return tuple(sorted(found, key=lambda problem: problem.place))
+        told = sorted(found, key=lambda problem: problem.place)
+        if len(told) > MOST_TOLD:
+            message = f"{len(told) - MOST_TOLD} more {severity}s besides these"
+            told[MOST_TOLD:] = [Problem(told[MOST_TOLD].place, "", message, severity)]
+        return tuple(told)

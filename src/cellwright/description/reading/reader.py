@@ -6,6 +6,7 @@ Each method returns None after it has reported an error, so that a caller can go
 import math
 import re
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 
 from cellwright.description import evaluated
 from cellwright.description.figures import Placement
@@ -21,6 +22,9 @@ FARTHEST = 10_000.0
 LONGEST_NAME = 200
 """Longest name of anything, in characters."""
 
+MAX_MESH_BYTES = 50 << 20
+"""Largest mesh files of one trial together [bytes]."""
+
 _NUMBER = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*", re.ASCII)
 
 
@@ -29,6 +33,12 @@ class Reader:
 
     def __init__(self, problems: Problems) -> None:
         self.problems = problems
+        self._meshes: dict[Path, int] = {}
+
+    def admit_mesh(self, path: Path) -> bool:
+        """Whether one more mesh file still fits the bound of all files of a trial together."""
+        self._meshes[path] = path.stat().st_size
+        return sum(self._meshes.values()) <= MAX_MESH_BYTES
 
     def table(self, node: Node) -> Table | None:
         """A mapping."""

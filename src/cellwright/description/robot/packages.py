@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+_MOST_READ = 10_000  # of a package's manifest, whose name stands near its beginning [bytes]
 _NAME = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
 
 
@@ -36,8 +37,9 @@ def package_folders(name: str, path: Path) -> Iterator[Path]:
 
 def _declared_name(folder: Path) -> str | None:
     try:
-        text = (folder / "package.xml").read_text("utf-8", errors="replace")
+        with (folder / "package.xml").open("rb") as stream:
+            text = stream.read(_MOST_READ).decode("utf-8", "replace")
     except (OSError, ValueError):
         return None
-    found = _NAME.search(text[:10_000])
+    found = _NAME.search(text)
     return found[1] if found else None

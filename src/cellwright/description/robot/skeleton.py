@@ -21,7 +21,11 @@ def skeleton(robot: RobotModel, urdf: Path, folder: Path) -> str:
         urdf: its file.
         folder: where the configuration is going to be, from which the URDF's path counts.
     """
-    return "\n".join([*_lines(robot, find_limbs(robot), os.path.relpath(urdf, folder)), ""])
+    try:
+        path = os.path.relpath(urdf, folder)
+    except ValueError:  # on another drive of Windows there is no way from here to there
+        path = str(urdf)
+    return "\n".join([*_lines(robot, find_limbs(robot), path), ""])
 
 
 def _lines(robot: RobotModel, limbs: Limbs, urdf_path: str) -> Iterator[str]:

@@ -141,7 +141,7 @@ class _Reader:
                 continue
             for tag, name in (("parent", joint.parent), ("child", joint.child)):
                 if name not in links:
-                    is_one_of_many = len(self._problems.errors) > MOST_WARNINGS  # names are searched slowly
+                    is_one_of_many = self._problems.error_count > MOST_WARNINGS  # names are searched slowly
                     hint = "" if is_one_of_many else did_you_mean(name[:_LONGEST_TAG], links)
                     self._problems.error(element.find(tag) or element, f"unknown link {shortened(name)!r}{hint}")
             if joint.child in above:

@@ -16,6 +16,7 @@ from pathlib import Path
 from xml.parsers import expat
 from xml.sax.saxutils import escape
 
+from cellwright.description.reading.contents import read_at_most
 from cellwright.description.reading.problems import Place, Problem, Problems
 from cellwright.description.robot.xacro_file import expand, is_xacro
 from cellwright.errors import DescriptionError
@@ -98,9 +99,9 @@ def _content(path: Path) -> bytes:
     try:
         if path.is_dir():
             raise refusal(path, 0, "is a folder; name the URDF file in it")
-        if path.stat().st_size > MAX_BYTES:
+        content = read_at_most(path, MAX_BYTES)
+        if content is None:
             raise refusal(path, 0, f"larger than {MAX_BYTES >> 20} MiB; is this a robot file?")
-        content = path.read_bytes()
     except FileNotFoundError:
         raise refusal(path, 0, "there is no such file") from None
     except (OSError, ValueError) as error:

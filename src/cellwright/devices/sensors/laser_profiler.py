@@ -63,6 +63,6 @@ class LaserProfiler(Sensor[ProfileReading]):
         hits = ranges < math.inf
         if hits.any():
             noisy = ranges + RANGE_SD * self.normal(index, RAY_COUNT)
-            ranges = np.where(hits, np.clip(noisy, MIN_RANGE, MAX_RANGE), math.inf)
+            ranges = np.where(hits, np.minimum(np.maximum(noisy, MIN_RANGE), MAX_RANGE), math.inf)
         ranges.flags.writeable = False
         return ProfileReading(time_ns=self.simulation.now, sample=index, ranges=ranges)

@@ -130,9 +130,9 @@ class LogicalCamera(Sensor[CameraReading]):
         told = np.flatnonzero(in_view[self.scene.nested_in] & self._tells)
         detections: tuple[Detection, ...] = ()
         if told.size:
-            # every model has its own noise in a sample, whatever else is in view
-            noise = self.normal(index, _NOISE_A_MODEL * len(self.scene.models)).reshape(-1, _NOISE_A_MODEL)
-            detections = tuple(self._detect(model, noise[model]) for model in told.tolist())
+            # every model has its own noise in a sample, whatever else is in view; none is drawn beyond the last
+            noise = self.normal(index, _NOISE_A_MODEL * (int(told[-1]) + 1)).reshape(-1, _NOISE_A_MODEL)
+            detections = tuple(map(self._detect, told.tolist(), self.scene.poses(told), noise[told]))
         return CameraReading(
             time_ns=self.simulation.now,
             sample=index,
@@ -141,9 +141,9 @@ class LogicalCamera(Sensor[CameraReading]):
             detections=detections,
         )
 
-    def _detect(self, index: int, noise: NDArray[np.float64]) -> Detection:
+    def _detect(self, index: int, world_T_model: Pose, noise: NDArray[np.float64]) -> Detection:
         model = self.scene.models[index]
-        camera_T_model = self._camera_T_world @ self.scene.pose(index)
+        camera_T_model = self._camera_T_world @ world_T_model
         child = f"{self.name}_{model.short_name}_frame"
         if model.type in AGV_TYPES:
             tray = f"{self.name}_kit_tray_{model.type.removeprefix('agv')}_frame"

@@ -17,6 +17,12 @@ SOLID_GROUPS = (1, 3)
 
 _GROUPS = np.array([group in SOLID_GROUPS for group in range(mujoco.mjNGROUP)], dtype=np.uint8)
 
+_MARGIN = 1e-6
+"""Added to the radius of the ball around a geom [m]: rounding must not make a ray miss what the engine has it meet."""
+
+_FAR_AWAY = 1e9
+"""Coordinate of what is to be out of reach of every ray [m]."""
+
 
 def fan(horizontal: NDArray[np.float64], vertical: NDArray[np.float64]) -> list[Vector3]:
     """Unit directions about +x, one for each pair of angles [rad]; horizontal angles run fastest.
@@ -53,34 +59,80 @@ class Rays:
         self.count = len(directions)
         self._source = np.array(world_T_source.position)
         self._directions = np.array([world_T_source.rotate(direction) for direction in directions])
-        self._flat = self._directions.ravel()
-        self._geoms = np.empty(self.count, dtype=np.int32)
-        self._distances = np.empty(self.count)
+        self._model: mujoco.MjModel | None = None
+        self._movable: NDArray[np.intp] = np.empty(0, dtype=np.intp)
+        self._radii, self._reaches = np.empty(0), np.empty(0)
+        self._fixed = np.empty(0)
 
     def cast(self, simulation: Simulation) -> NDArray[np.float64]:
         """How far each ray goes, measured from the source [m], shape (count,); `inf` where nothing stops it.
 
-        Positions must be up to date (`Simulation.refresh`).
+        Positions must be up to date (`Simulation.refresh`). What never moves is looked at once; after that a ray is
+        cast only if something that can move is near it.
         """
-        found = self._distances
+        if simulation.model is not self._model:
+            self._look_at_fixed(simulation)
+        distances = self._fixed.copy()
+        near = self._near(simulation)
+        if near.size:
+            found = self._ask_engine(simulation.model, simulation.data, self._directions[near], with_fixed=False)
+            distances[near] = np.minimum(distances[near], found)
+        if self.nearest > 0.0:
+            for ray in np.flatnonzero(distances < self.nearest):
+                distances[ray] = self._beyond_nearest(simulation, self._directions[ray])
+        return distances
+
+    def _near(self, simulation: Simulation) -> NDArray[np.intp]:
+        """Numbers of the rays that pass through a ball around something that can move, in ascending order."""
+        offsets = simulation.data.geom_xpos[self._movable] - self._source
+        squares = np.einsum("gi,gi->g", offsets, offsets)
+        within = np.flatnonzero(squares <= self._reaches)
+        if not within.size:
+            return within
+        # what lies behind the source is as far from a ray as from the source
+        along = np.maximum(self._directions @ offsets[within].T, 0.0)
+        meets = squares[within] - along**2 <= self._radii[within] ** 2
+        return np.flatnonzero(meets.any(axis=1))
+
+    def _look_at_fixed(self, simulation: Simulation) -> None:
+        """Learn what can move, and how far each ray goes where nothing does."""
+        model = simulation.model
+        moves = model.body_weldid[model.geom_bodyid] != 0
+        self._movable = np.flatnonzero(moves & np.isin(model.geom_group, SOLID_GROUPS))
+        self._radii = model.geom_rbound[self._movable] + _MARGIN
+        self._reaches = (self.farthest + self._radii) ** 2
+        self._model = model
+        alone = mujoco.MjData(model)
+        mujoco.mj_kinematics(model, alone)
+        alone.geom_xpos[self._movable] = _FAR_AWAY
+        self._fixed = self._ask_engine(model, alone, self._directions)
+
+    def _ask_engine(
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        directions: NDArray[np.float64],
+        *,
+        with_fixed: bool = True,
+    ) -> NDArray[np.float64]:
+        """How far rays go from the source before they end [m], shape (count,); `inf` where nothing stops them."""
+        count = len(directions)
+        found = np.empty(count)
         mujoco.mj_multiRay(
-            simulation.model,
-            simulation.data,
+            model,
+            data,
             self._source,
-            self._flat,
+            directions.ravel(),
             _GROUPS,
-            True,  # static geoms too
+            with_fixed,
             -1,  # no body left out
-            self._geoms,
+            np.empty(count, dtype=np.int32),  # which geom: nobody asks
             found,
             None,
-            self.count,
+            count,
             self.farthest,
         )
-        distances = np.where((found >= 0.0) & (found <= self.farthest), found, math.inf)
-        for ray in np.flatnonzero(distances < self.nearest):
-            distances[ray] = self._beyond_nearest(simulation, self._directions[ray])
-        return distances
+        return np.where((found >= 0.0) & (found <= self.farthest), found, math.inf)
 
     def _beyond_nearest(self, simulation: Simulation, direction: NDArray[np.float64]) -> float:
         """The distance of one ray that something would stop before it begins [m]."""

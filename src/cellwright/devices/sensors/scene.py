@@ -37,6 +37,12 @@ class SceneModel:
         return self.name.rpartition("|")[2]
 
 
+def body_poses(data: mujoco.MjData, bodies: NDArray[np.intp]) -> list[Pose]:
+    """world_T_body of some bodies, as of the engine's last look at where they are."""
+    poses = zip(data.xpos[bodies].tolist(), data.xquat[bodies].tolist(), strict=True)
+    return [Pose((x, y, z), (qw, qx, qy, qz)) for (x, y, z), (qw, qx, qy, qz) in poses]
+
+
 def collision_geoms(model: mujoco.MjModel, body: int) -> tuple[int, ...]:
     """Ids of the geoms of a body, and of all bodies that hang on it, that can touch anything."""
     bodies = {body}
@@ -86,22 +92,20 @@ class Scene:
             dtype=np.intp,
         )
         """Index of the model that each is nested in; its own index for those that are not. Shape (n,)."""
+        self._bodies = np.array([each.body for each in self.models], dtype=np.intp)
         self._geoms = np.array([geom for each in self.models for geom in each.geoms], dtype=np.intp)
         self._firsts = np.cumsum([0, *(len(each.geoms) for each in self.models[:-1])])
         self._local_centres = model.geom_aabb[self._geoms, :3]
         self._local_halves = model.geom_aabb[self._geoms, 3:]
         types = model.geom_type[self._geoms]
-        self._is_cylinder = (types == mujoco.mjtGeom.mjGEOM_CYLINDER)[:, None]
-        self._is_ball = np.isin(types, (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_ELLIPSOID))[:, None]
+        self._cylinders = np.flatnonzero(types == mujoco.mjtGeom.mjGEOM_CYLINDER)
+        self._balls = np.flatnonzero(np.isin(types, (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_ELLIPSOID)))
         self._seen: tuple[bytes, bytes] | None = None
         self._boxes = (np.empty((0, 3)), np.empty((0, 3)))
 
-    def pose(self, index: int) -> Pose:
-        """`world_T_model` of a model. Positions must be up to date (`Simulation.refresh`)."""
-        body = self.models[index].body
-        x, y, z = self._data.xpos[body].tolist()
-        qw, qx, qy, qz = self._data.xquat[body].tolist()
-        return Pose((x, y, z), (qw, qx, qy, qz))
+    def poses(self, indices: NDArray[np.intp]) -> list[Pose]:
+        """`world_T_model` of some models. Positions must be up to date (`Simulation.refresh`)."""
+        return body_poses(self._data, self._bodies[indices])
 
     def boxes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Middle and half size of the box along the world's axes around each model [m], both of shape (n, 3).
@@ -111,7 +115,7 @@ class Scene:
         if not self.models:
             return self._boxes
         # compared as bytes, not by tick: poses may be written by hand within a tick, and most ticks move little
-        seen = (self._data.geom_xpos.tobytes(), self._data.geom_xmat.tobytes())
+        seen = (self._data.xpos.tobytes(), self._data.xquat.tobytes())
         if seen != self._seen:
             self._seen = seen
             self._boxes = self._compute()
@@ -123,8 +127,11 @@ class Scene:
         spans = np.abs(rotations) * self._local_halves[:, None, :]
         x, y, z = spans[..., 0], spans[..., 1], spans[..., 2]
         # along a world axis a box reaches |x|+|y|+|z|; a disc, where it is round, only the root of the squares
-        across = np.where(self._is_cylinder, np.hypot(x, y), x + y)
-        halves = np.where(self._is_ball, np.hypot(np.hypot(x, y), z), across + z)
+        halves = x + y + z
+        if (some := self._cylinders).size:
+            halves[some] = np.hypot(x[some], y[some]) + z[some]
+        if (some := self._balls).size:
+            halves[some] = np.hypot(np.hypot(x[some], y[some]), z[some])
         lower = np.minimum.reduceat(centres - halves, self._firsts)
         upper = np.maximum.reduceat(centres + halves, self._firsts)
         return (lower + upper) / 2, (upper - lower) / 2

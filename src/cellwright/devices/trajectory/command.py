@@ -16,6 +16,12 @@ from cellwright.devices.trajectory.trajectory import JointTrajectory, Knot, Traj
 from cellwright.errors import RejectedCommandError, did_you_mean
 from cellwright.simulation.clock import seconds
 
+MOST_POINTS = 10_000
+"""Longer trajectories are refused: physics stands still while one is worked out."""
+
+MOST_KEPT = 12_000
+"""So much of what a joint is to do until a new trajectory starts is kept: commands for later could pile up for ever."""
+
 
 class RejectedTrajectoryError(RejectedCommandError):
     """A trajectory that is not followed; `result` says which kind of fault it has, the text which fault."""
@@ -43,6 +49,16 @@ class CheckedTrajectory:
     def end(self) -> int:
         """Time of the last point [ns]."""
         return self.start + self.points[-1].time_from_start_ns
+
+
+def check_count(points: Sequence[object]) -> None:
+    """Refuse more points than are taken.
+
+    Raises:
+        RejectedTrajectoryError: there are more.
+    """
+    if len(points) > MOST_POINTS:
+        raise _invalid_goal(f"{len(points)} points are too many: {MOST_POINTS} are the most")
 
 
 def check_names(names: Sequence[str], joint_names: Sequence[str], *, allow_partial: bool) -> tuple[int, ...]:
@@ -78,6 +94,7 @@ def check_trajectory(
     """
     joints = check_names(trajectory.joint_names, joint_names, allow_partial=allow_partial)
     points = trajectory.points
+    check_count(points)
     for index, point in enumerate(points):
         _check_point(index, point, trajectory.joint_names)
     for index, (a, b) in enumerate(pairwise(points)):
@@ -106,7 +123,7 @@ def splice(current: Trajectory, checked: CheckedTrajectory, now: int) -> Traject
     to the first point left. Joints that are not in the new one go on with what they are doing.
 
     Raises:
-        RejectedTrajectoryError: the numbers are too large to compute with.
+        RejectedTrajectoryError: the numbers are too large to compute with, or too much is to be done until it starts.
     """
     splice_at = max(now, checked.start)
     state = current.state(splice_at)
@@ -114,6 +131,8 @@ def splice(current: Trajectory, checked: CheckedTrajectory, now: int) -> Traject
         current.between(joint, now, splice_at if joint in checked.joints else current.end)
         for joint in range(len(current.joints))
     ]
+    if max(map(len, joints)) > MOST_KEPT:
+        raise _invalid_goal(f"the joints have more than {MOST_KEPT} other segments to follow before it starts")
     times = [checked.start + point.time_from_start_ns for point in checked.points]
     for column, joint in enumerate(checked.joints):
         knots = [_knot(point, column) for point in checked.points]

@@ -33,7 +33,7 @@ class Tolerance(NamedTuple):
     velocity: float = 0.0
 
     def fault(self, position_error: float, velocity_error: float) -> str:
-        """What is wrong with a joint that is off by so much, or an empty string."""
+        """What is wrong with a joint that is off by so much [rad; m] and [rad/s; m/s], or an empty string."""
         if self.position > 0.0 and not abs(position_error) <= self.position:  # so written, what is no number is off too
             return f"position is off by {abs(position_error):.4g}, {self.position:.4g} is allowed"
         if self.velocity > 0.0 and not abs(velocity_error) <= self.velocity:
@@ -41,7 +41,7 @@ class Tolerance(NamedTuple):
         return ""
 
     def overridden(self, position: float, velocity: float) -> Tolerance:
-        """This tolerance with what a goal asks for."""
+        """This tolerance with what a goal asks for [rad; m] and [rad/s; m/s]."""
         return Tolerance(_override(self.position, position), _override(self.velocity, velocity))
 
 

@@ -121,7 +121,7 @@ class LiveDriver:
                 self._turn()
             except DriverError as error:
                 self._fail(str(error))
-            except (Exception, SystemExit) as error:  # it is somebody else's code, and the node goes on
+            except BaseException as error:  # it is somebody else's code, and the node goes on
                 self._fail(f"{type(error).__name__}: {' '.join(str(error).split())}".rstrip(": "))
             first.set()
             self._awake.wait(_IDLE)
@@ -174,7 +174,7 @@ class LiveDriver:
 
 def let_go(driver: Driver) -> None:
     """Close a driver; what it raises then changes nothing any more."""
-    with contextlib.suppress(Exception, SystemExit):
+    with contextlib.suppress(BaseException):
         driver.close()
 
 

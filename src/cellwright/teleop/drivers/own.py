@@ -26,7 +26,9 @@ def find_driver(name: str) -> Callable[[RobotConfig], Driver]:
     def make(config: RobotConfig) -> Driver:
         try:
             driver: Driver = found(config)
-        except (Exception, SystemExit) as error:
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
             raise DriverError(f"{name}: cannot be made: {own_classes.reason(error)}") from error
         return driver
 

@@ -50,7 +50,7 @@ class Caps:
 
     @classmethod
     def of(cls, speed: float | None, turning: float | None) -> Caps:
-        """Those that were asked for; None for what is usual."""
+        """Those that were asked for [m/s, rad/s]; None for what is usual."""
         usual = cls()
         return cls(usual.speed if speed is None else speed, usual.turning if turning is None else turning)
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 
 from cellwright.simulation.clock import NANOSECONDS
 
 MOST_NAMES = 256
 """So many names are kept; they come from outside, and must not eat the memory."""
+
+MOST_LINES = 20
+"""So many lines about what happens seldom are told in a second; what is switched on and off in a flood is counted."""
 
 _LONGEST = 80
 _MOST_TOLD = 3  # names in one line
@@ -24,13 +28,22 @@ class Notices:
     def __init__(self, now: Callable[[], int], report: Callable[[str], None]) -> None:
         self._now, self._report = now, report
         self._told: dict[str, int] = {}
+        self._said: deque[int] = deque(maxlen=MOST_LINES)  # when the newest lines were told [ns]
+        self._untold = 0
         self._once: set[str] = set()
         self.unknown: list[str] = []
         """Names that commands gave and the robot does not have, in the order in which they came."""
 
     def tell(self, line: str) -> None:
-        """Tell of something that happens seldom."""
-        self._report(line)
+        """Tell of something that happens seldom; of what happens in a flood some lines, and how many there were."""
+        now = self._now()
+        if len(self._said) == MOST_LINES and 0 <= now - self._said[0] < NANOSECONDS:
+            self._untold += 1
+            return
+        self._said.append(now)
+        more = f" (and {self._untold} lines more since the last one)" if self._untold else ""
+        self._untold = 0
+        self._report(f"{line}{more}")
 
     def tell_now_and_then(self, kind: str, line: str) -> None:
         """Tell of something unless something of its kind was told less than a second ago."""

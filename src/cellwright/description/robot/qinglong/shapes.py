@@ -52,7 +52,7 @@ def block(centre: Vector3, size: Vector3, colour: str, rpy: Vector3 = (0.0, 0.0,
 
 
 def ball(centre: Vector3, radius: float, colour: str) -> Shape:
-    """A sphere."""
+    """A sphere; centre and radius in m."""
     return Shape("sphere", (radius, 0.0, 0.0), Pose(centre), colour)
 
 
@@ -71,7 +71,7 @@ def capsule(start: Vector3, end: Vector3, radius: float, colour: str) -> list[Sh
 
 
 def cushion(centre: Vector3, size: Vector3, radius: float, colour: str) -> list[Shape]:
-    """A box all of whose edges and corners are round."""
+    """A box all of whose edges and corners are round; centre, edge lengths and radius in m."""
     x, y, z = centre
     inner = [length - 2 * radius for length in size]
     found = [

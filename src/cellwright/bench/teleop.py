@@ -1,30 +1,29 @@
-"""From a command to the motion that it causes: in one process, over the socket, and over ROS 1, in one run.
+"""From a command to the motion that it causes: in one process, over the socket, and over ROS 1.
 
-Run with `python benchmarks/teleop_latency.py [TRIALS]` on a machine that does nothing else. The QingLong's node runs in
-real time at 240 Hz; its head is told to turn a little by `joint_cmd`, at a moment that is in step with nothing, and the
-clock stops when a `joint_states` arrives that shows it moving. Without ROS 1 that row is left out.
+The QingLong's node runs in real time at 240 Hz; its head is told to turn a little by `joint_cmd`, at a moment that is
+in step with nothing, and the clock stops when a `joint_states` arrives that shows it moving.
 
 Most of it is inherent: the command waits for the next step (4.2 ms apart), and motion is told 100 times a second, which
-at 240 steps a second is every second or third step. `sampling` is what that alone makes of it, computed.
+at 240 steps a second is every second or third step. What that alone makes of it is computed.
 """
 
 from __future__ import annotations
 
 import json
-import os
+import math
 import random
-import signal
 import statistics
 import subprocess
-import sys
 import tempfile
 import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from cellwright.bench.figures import Figure, Tell
+from cellwright.bench.processes import Served, ros1_environment
+from cellwright.bench.timing import percentile
 from cellwright.client.transports.socket import SocketTransport
 from cellwright.description.robot.robots import load_robot
 from cellwright.errors import UsageError
@@ -119,8 +118,8 @@ def in_one_process(trials: int) -> tuple[list[float], list[float]]:
 
 def over_the_socket(trials: int) -> list[float]:
     """Times until motion is told [s], to a client in this process, by a node in another."""
-    with served() as (host, port):
-        transport = SocketTransport((host, port), node="/bench")
+    with served() as robot:
+        transport = SocketTransport(robot.address, node="/bench")
         place = [joint.name for joint in load_robot(ROBOT, lambda _line: None).robot.movable].index(JOINT)
         came: list[float] = []
 
@@ -162,22 +161,9 @@ def over_ros1(trials: int, python: str, environment: Mapping[str, str]) -> list[
     return times
 
 
-@contextmanager
-def served(*options: str, environment: Mapping[str, str] | None = None) -> Iterator[tuple[str, int]]:
-    """The robot's node in a process of its own: where it is served."""
-    command = [sys.executable, "-m", "cellwright", "teleop", ROBOT, "--port", "0", *options]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as process:  # noqa: S603
-        assert process.stdout is not None
-        line = "-"
-        while line and not line.startswith("ready"):
-            line = process.stdout.readline()
-        host, _, port = line.partition(" at ")[2].partition(",")[0].rpartition(":")
-        threading.Thread(target=process.stdout.read, daemon=True).start()
-        try:
-            yield host, int(port)
-        finally:
-            process.send_signal(signal.SIGINT)
-            process.wait(10.0)
+def served(*options: str, environment: Mapping[str, str] | None = None) -> Served:
+    """The robot's node in a process of its own."""
+    return Served("teleop", ROBOT, "--port", "0", *options, environment=environment)
 
 
 def sampling(trials: int = 20_000) -> tuple[list[float], list[float]]:
@@ -201,42 +187,30 @@ def _rest() -> None:
     time.sleep(REST + random.random() * JITTER)
 
 
-def figures(times: Sequence[float]) -> str:
-    """Median and 99th percentile [ms]."""
-    return f"{statistics.median(times) * 1e3:8.2f} {statistics.quantiles(times, n=100)[98] * 1e3:8.2f}"
+def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
+    """Send commands, each way."""
+    trials = 3 if quick else TRIALS
+    tell(f"{trials} commands in one process")
+    applied, moved = sampling()
+    yield figure("until a command is applied: waiting for the step alone", applied, "computed")
+    here_applied, here_moved = in_one_process(trials)
+    yield figure("until a command is applied: in one process", here_applied)
+    yield figure("until motion is told: waiting for step and message alone", moved, "computed")
+    yield figure("until motion is told: in one process", here_moved)
+    tell(f"{trials} commands over the socket")
+    yield figure("until motion is told: over the socket", over_the_socket(trials))
+    tell(f"{trials} commands over ROS 1")
+    what = "until motion is told: over ROS 1"
+    with ros1_environment() as environment:
+        try:
+            python = find(environment).python
+        except UsageError as missing:
+            yield Figure(what, math.nan, "ms", note=f"skipped: {missing}")
+            return
+        yield figure(what, over_ros1(trials, python, environment))
 
 
-def main() -> None:
-    """Measure and print."""
-    trials = int(sys.argv[1]) if len(sys.argv) > 1 else TRIALS
-    print(f"{trials} commands each; load {os.getloadavg()[0]:.2f}")
-    print("                      until applied: median p99    until motion is told: median p99  [ms]")
-    _show("sampling alone", *sampling())
-    _show("in one process", *in_one_process(trials))
-    _show("over the socket", None, over_the_socket(trials))
-    folder = tempfile.mkdtemp(prefix="cellwright-")
-    environment = {**os.environ, "ROS_MASTER_URI": f"http://127.0.0.1:{_free_port()}", "ROS_IP": "127.0.0.1"}
-    environment |= {"ROS_HOME": folder, "ROS_LOG_DIR": folder}
-    try:
-        python = find(environment).python
-    except UsageError as error:
-        print(f"over ROS 1: skipped: {error}")
-        return
-    _show("over ROS 1", None, over_ros1(trials, python, environment))
-
-
-def _show(title: str, applied: Sequence[float] | None, moved: Sequence[float]) -> None:
-    first = " " * 17 if applied is None else figures(applied)
-    print(f"{title:20}            {first}                {figures(moved)}", flush=True)
-
-
-def _free_port() -> int:
-    """A port that nobody listens at."""
-    import socket
-
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        return int(listener.getsockname()[1])
-
-
-if __name__ == "__main__":
-    main()
+def figure(what: str, times: Sequence[float], how: str = "measured") -> Figure:
+    """The median of times [s]."""
+    note = f"{how}; median, 99 % below {percentile(times, 99) * 1e3:.1f} ms"
+    return Figure(what, statistics.median(times) * 1e3, "ms", note=note)

@@ -1,32 +1,34 @@
-"""How fast a robot's whole node runs beside the engine of the io_teleop node's original, in the same run.
+"""How fast a robot's whole node runs beside the engine of the io_teleop node's original.
 
-Run with `python benchmarks/robot_speed.py [ROBOT]`; the QingLong when left out. Both load the same URDF, fastened at
-its root, without gravity, with a position drive at every joint. Ours is the node as it is served: commands on the bus,
-commander, servos, and joint_states at 100 Hz for one listener. PyBullet is driven as the original drives it: without a
-display, `setJointMotorControl2` for each joint that is commanded, `getJointStates` 100 times a second, and no messages.
+Both load the same URDF, fastened at its root, without gravity, with a position drive at every joint. Ours is the node
+as it is served: commands on the bus, commander, servos, and joint_states at 100 Hz for one listener. PyBullet is driven
+as the original drives it: without a display, `setJointMotorControl2` for each joint that is commanded, `getJointStates`
+100 times a second, and no messages.
 
 At rest nothing is commanded; moving, all joints are told to follow sines, at 100 Hz. The repeats are taken in turn and
-the best of each is counted, in processor time: read the figures as ratios.
+the best of each is counted, in processor time.
 """
 
 from __future__ import annotations
 
 import math
-import os
-import sys
-import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from fractions import Fraction
+from functools import partial
+from importlib.util import find_spec
 
 import numpy as np
 
+from cellwright.bench.figures import Figure, Tell
+from cellwright.bench.silence import without_output
+from cellwright.bench.timing import best_in_turn, processor_time
 from cellwright.description.robot.config import RobotConfig
 from cellwright.description.robot.robots import load_robot
 from cellwright.messages.build import joint_state
 from cellwright.pose import Pose
 from cellwright.teleop.node import RobotNode
 
+ROBOT = "qinglong"
 SECONDS, REPEATS = 2.0, 3
 PERIOD = Fraction(1, 100)
 """Of commands and joint states [s]."""
@@ -68,6 +70,9 @@ class Ours:
         """Publish targets of all joints, as a client does."""
         self.node.bus.publish("/io_teleop/joint_cmd", joint_state(self.sines.names, self.sines.at(time), time=0))
 
+    def close(self) -> None:
+        """There is nothing to let go of."""
+
     def step(self) -> None:
         """One step; the node tells its joint states by itself."""
         self.node.simulation.step()
@@ -80,12 +85,12 @@ class PyBullet:
     """PyBullet, driven as the original drives it."""
 
     def __init__(self, config: RobotConfig, rate: int, sines: Sines) -> None:
-        import pybullet
-
+        with without_output():
+            import pybullet
         self.engine, self.sines = pybullet, sines
         self.client = pybullet.connect(pybullet.DIRECT)
         pybullet.setTimeStep(1 / rate, physicsClientId=self.client)
-        with _without_output():
+        with without_output():
             pose: Pose = config.base_pose
             w, x, y, z = pose.quaternion
             self.robot = pybullet.loadURDF(
@@ -115,65 +120,56 @@ class PyBullet:
         """One step."""
         self.engine.stepSimulation(physicsClientId=self.client)
 
+    def close(self) -> None:
+        """Let go of the engine."""
+        self.engine.disconnect(physicsClientId=self.client)
+
     def look(self) -> None:
         """Read all joints, as is done for each joint_states."""
         self.engine.getJointStates(self.robot, self.moving, physicsClientId=self.client)
 
 
-def steps_a_second(side: Ours | PyBullet, rate: int, *, moving: bool) -> float:
-    """Steps in a second of processor time, while some seconds are simulated."""
-    steps = round(SECONDS * rate)
-    due = [step for step in range(steps) if step == 0 or step * 100 // rate != (step - 1) * 100 // rate]
-    at_border = set(due)
-    begin = time.process_time()
-    for step in range(steps):
-        if step in at_border:
-            if moving:
-                side.command(step / rate)
-            side.look()
-        side.step()
-    return steps / (time.process_time() - begin)
+def time_of(side: Ours | PyBullet, rate: int, steps: int, *, moving: bool) -> float:
+    """Processor time of some steps [s]."""
+    due = {step for step in range(steps) if step == 0 or step * 100 // rate != (step - 1) * 100 // rate}
+
+    def run() -> None:
+        for step in range(steps):
+            if step in due:
+                if moving:
+                    side.command(step / rate)
+                side.look()
+            side.step()
+
+    return processor_time(run)
 
 
-def main() -> None:
-    """Print the table."""
-    config = load_robot(sys.argv[1] if len(sys.argv) > 1 else "qinglong", lambda _line: None)
+def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
+    """Step both, at rest and moving; without PyBullet the node alone."""
+    config = load_robot(ROBOT, lambda _line: None)
     sines = Sines(config)
     kinds: list[Callable[[RobotConfig, int, Sines], Ours | PyBullet]] = [Ours]
-    try:
-        import pybullet  # noqa: F401
-    except ImportError:
-        print("PyBullet is not installed (pip install --group dev): no comparison")
-    else:
+    if find_spec("pybullet") is not None:
         kinds.append(PyBullet)
-    print(f"{config.name}, {len(sines.names)} joints driven")
-    print("                 node [steps/s]  [x real time]   PyBullet [steps/s]  [x real time]   ratio")
-    for rate in RATES:
+    for rate in RATES[:1] if quick else RATES:
+        tell(f"{config.name} at {rate} Hz, {len(sines.names)} joints")
         sides = [kind(config, rate, sines) for kind in kinds]
+        steps = 10 if quick else round(SECONDS * rate)
         for moving in (False, True):
-            found = [0.0] * len(sides)
-            for _ in range(REPEATS):
-                for place, side in enumerate(sides):
-                    found[place] = max(found[place], steps_a_second(side, rate, moving=moving))
-            line = f"{rate:4d} Hz, {'moving ' if moving else 'at rest'}  {found[0]:14.0f}  {found[0] / rate:13.0f}"
-            if len(found) > 1:
-                line += f"   {found[1]:18.0f}  {found[1] / rate:13.1f}   {found[0] / found[1]:5.1f}"
-            print(line)
+            works = [partial(time_of, side, rate, steps, moving=moving) for side in sides]
+            times = best_in_turn(1 if quick else REPEATS, *works)
+            yield from figures(
+                f"{rate} Hz, {'moving' if moving else 'at rest'}", rate, [steps / each for each in times]
+            )
+        for side in sides:
+            side.close()
 
 
-@contextmanager
-def _without_output() -> Iterator[None]:
-    """PyBullet's C++ side writes of each link without inertia to the process's own stdout."""
-    sys.stdout.flush()
-    kept, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, 1)
-    try:
-        yield
-    finally:
-        os.dup2(kept, 1)
-        os.close(kept)
-        os.close(nowhere)
-
-
-if __name__ == "__main__":
-    main()
+def figures(what: str, rate: int, found: list[float]) -> Iterator[Figure]:
+    """The figures of one case, from the steps a second of each side."""
+    for name, speed in zip(("the node", "PyBullet"), found, strict=False):
+        yield Figure(f"{what}: {name}", speed / rate, "x real time", note=f"{speed:.0f} steps/s")
+    if len(found) > 1:
+        yield Figure(f"{what}: the node / PyBullet", found[0] / found[1])
+    else:
+        yield Figure(f"{what}: the node / PyBullet", math.nan, note="PyBullet is not installed")

@@ -1,0 +1,84 @@
+"""What a guest says to a served cell: it is answered or refused, and what it does not mean does nothing."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Iterator
+from functools import cache
+
+from cellwright.cell import Cell
+from cellwright.description.catalogue import find_trial
+from cellwright.description.gear2017 import load_trial
+from cellwright.link.frames import QUIET, Decoder, Frame, FrameError, Kind, advance, hello
+from cellwright.messages import to_cdr
+from cellwright.messages.build import joint_trajectory, trajectory_point
+from cellwright.messages.osrf_gear import AGVControlRequest
+from cellwright.messages.std_srvs import TriggerRequest
+from cellwright.server.guest import LONGEST_HELLO, Guest
+from cellwright.server.requests import Requests
+from fuzz.verdict import FindingError
+
+LONGEST = 6000
+WORDS = ("/clock", "/ariac/agv1", "/ariac/arm/command", "protocol", "encoding", "cdr", "ros1", "quiet", "\0\0\0\0")
+
+
+@cache
+def world() -> tuple[Cell, Requests]:
+    """A cell and what carries out its guests' frames."""
+    cell = Cell(load_trial([find_trial("lesson")]).trial, competition=False)
+    return cell, Requests(cell, lockstep=True)
+
+
+def seeds() -> Iterator[bytes]:
+    """Dialogues as guests have them."""
+    greeting = hello("/me", "cdr")
+    way = joint_trajectory(["elbow_joint"], [trajectory_point([1.0], time_from_start=10**9)])
+    for frames in (
+        [greeting],
+        [greeting, Frame(Kind.SUBSCRIBE, 1, "/clock"), Frame(Kind.UNSUBSCRIBE, 1)],
+        [greeting, Frame(Kind.SUBSCRIBE, 1, "/ariac/orders", QUIET, "/gazebo"), advance(2, 10**9, each_tick=True)],
+        [greeting, Frame(Kind.PUBLISH, 3, "/ariac/arm/command", payload=to_cdr(way))],
+        [greeting, Frame(Kind.CALL, 4, "/ariac/start_competition", payload=to_cdr(TriggerRequest()))],
+        [greeting, Frame(Kind.CALL, 4, "/ariac/agv1", node="/you", payload=to_cdr(AGVControlRequest("kit")))],
+    ):
+        yield b"".join(frame.encode() for frame in frames)
+
+
+def attempt(data: bytes) -> None:
+    """Hear the bytes from a guest, let a tick pass, and see it off."""
+    if _frames([data]) != _frames([data[:7], data[7:40], data[40:]]):
+        raise FindingError("frames depend on how they come in pieces")
+    cell, requests = world()
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        theirs = socket.create_connection(listener.getsockname())
+        ours, _ = listener.accept()
+    guest = Guest(ours, "127.0.0.1")
+    try:
+        for frame in Decoder(LONGEST_HELLO).feed(data):
+            requests.carry_out(guest, frame)
+        for _ in range(2):
+            cell.step()
+    except FrameError as error:
+        if not str(error):
+            raise FindingError("cut off without a reason") from None
+    finally:
+        requests.forget(guest)
+        said = bytes(guest._out)
+        guest.close()
+        theirs.close()
+    for frame in Decoder().feed(said):
+        if frame.kind is Kind.REFUSED and frame.text().startswith("the cell failed"):
+            raise FindingError(frame.text())
+    if requests.asked or any(info.subscribers.count("/me") for info in cell.bus.topics()):
+        raise FindingError("something of a guest that is gone was left")
+
+
+def _frames(pieces: list[bytes]) -> list[Frame]:
+    """The frames that come of bytes in pieces, up to where they make no sense."""
+    decoder, found = Decoder(LONGEST_HELLO), list[Frame]()
+    try:
+        for piece in pieces:
+            found.extend(decoder.feed(piece))
+    except FrameError:
+        pass
+    return found

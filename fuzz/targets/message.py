@@ -1,0 +1,65 @@
+"""Messages and requests from outside: bytes are a message of the type that is heard, or refused in one line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from cellwright.bus import Direction
+from cellwright.contracts.gear.rows import GEAR
+from cellwright.contracts.io_teleop.rows import IO_TELEOP
+from cellwright.contracts.table import Kind
+from cellwright.errors import MessageError
+from cellwright.messages import Message, checked, from_cdr, from_ros1, message_type, service_type, to_cdr, to_ros1
+from cellwright.messages.build import joint_state, joint_trajectory, trajectory_point
+from cellwright.messages.osrf_gear import AGVControlRequest
+from cellwright.messages.standard import GoalID, Time
+from fuzz.verdict import FindingError
+
+LONGEST = 4000
+WORDS = (
+    "elbow_joint",
+    "linear_arm_actuator_joint",
+    "order_0_kit_0",
+    "\0\0\0\1",
+    "\xff\xff\xff\x7f",
+    "\xff\xff\xff\xff",
+)
+
+_HEARD = [row for row in (*GEAR, *IO_TELEOP) if row.direction is Direction.IN and row.kind is not Kind.ACTION]
+TYPES: list[type[Message]] = sorted(
+    {service_type(row.type).request if row.kind is Kind.SERVICE else message_type(row.type) for row in _HEARD},
+    key=lambda each: each.__msgtype__,
+)
+"""All that is heard by either contract."""
+
+
+def seeds() -> Iterator[bytes]:
+    """A message of several types in both forms, with its type's number and that of the form in front."""
+    point = trajectory_point([0.1] * 7, time_from_start=10**9)
+    for message in (
+        joint_trajectory(["elbow_joint"] * 7, [point] * 3),
+        joint_state(["waist"], [0.5], time=5),
+        AGVControlRequest("order_0_kit_0"),
+        GoalID(Time(1, 2), "goal"),
+    ):
+        number = TYPES.index(type(message))
+        yield bytes([number, 0]) + to_cdr(message)
+        yield bytes([number, 1]) + to_ros1(message)
+
+
+def attempt(data: bytes) -> None:
+    """Read the bytes as a message, and write what was read."""
+    if len(data) < 2:
+        return
+    message_class = TYPES[data[0] % len(TYPES)]
+    read, write = (from_ros1, to_ros1) if data[1] % 2 else (from_cdr, to_cdr)
+    try:
+        message = checked(read(data[2:], message_class))
+    except MessageError as error:
+        if not str(error) or len(str(error)) > 500 or not str(error).isprintable():
+            raise FindingError(f"a refusal that cannot be read: {str(error)!r:.300}") from None
+        return
+    if type(message) is not message_class:
+        raise FindingError(f"{message_class.__msgtype__} has become {type(message)}")
+    if write(checked(read(write(message), message_class))) != write(message):
+        raise FindingError("it does not survive being written and read")

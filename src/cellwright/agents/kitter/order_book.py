@@ -1,0 +1,43 @@
+"""The kits that were ordered, in the order in which they are built."""
+
+from __future__ import annotations
+
+import logging
+
+from cellwright.agents.kitter.kits import Kit, Task
+from cellwright.agents.kitter.part_figures import PART_TYPES
+from cellwright.client import Client
+from cellwright.messages.build import pose_from_message
+
+log = logging.getLogger(__name__)
+
+
+class OrderBook:
+    """All kits that were ordered so far.
+
+    Args:
+        client: who hears of orders.
+    """
+
+    def __init__(self, client: Client) -> None:
+        self._client = client
+        self._kits: list[Kit] = []
+        self._known = 0
+
+    def open_kits(self) -> list[Kit]:
+        """The kits that are not yet sent, the oldest first; new orders are taken in before."""
+        for order in self._client.orders[self._known :]:
+            self._known += 1
+            for kit in order.kits:
+                tasks = [Task(each.type, pose_from_message(each.pose)) for each in kit.objects]
+                self._kits.append(Kit(kit.kit_type, tasks))
+                types = ", ".join(task.type for task in tasks)
+                log.info("%.1f s: ordered: %s of %s", self._client.time, kit.kit_type, types)
+                self._give_up_strangers(tasks)
+        return [kit for kit in self._kits if not kit.is_sent]
+
+    def _give_up_strangers(self, tasks: list[Task]) -> None:
+        for task in tasks:
+            if task.type not in PART_TYPES:
+                log.info("%.1f s: do not know how to handle a %s", self._client.time, task.type)
+                task.given_up = True

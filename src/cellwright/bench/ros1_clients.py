@@ -1,0 +1,142 @@
+"""Clients in rospy that measure: each in a process of its own, one after the other."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import threading
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+JOINTS = {"50 Hz": "/ariac/joint_states", "1 kHz": "/bench/joint_states"}
+
+CLIENT = """
+import json, os, sys, threading, time
+import rospy
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
+def main(what, name, count):
+    rospy.init_node("client_" + what, anonymous=True, disable_rostime=True)
+    return {"echo": echo, "topic": topic, "fresh": fresh, "kept": kept, "joints": joints}[what](name, int(count))
+
+def echo(name, _count):
+    pong = rospy.Publisher(name + "/pong", String, queue_size=10, tcp_nodelay=True)
+    rospy.Subscriber(name + "/ping", String, pong.publish, tcp_nodelay=True)
+    rospy.Service(name + "/ask", Trigger, lambda _: (True, ""))
+    print("ready", flush=True)
+    rospy.spin()
+    os._exit(0)
+
+def measured(call, count):
+    call()
+    times = []
+    for number in range(count):
+        begin = time.perf_counter()
+        call()
+        times.append(time.perf_counter() - begin)
+        time.sleep(0.0013 + number % 7 * 0.0001)  # in step with nothing
+    return times
+
+def topic(name, count):
+    heard = threading.Semaphore(0)
+    rospy.Subscriber(name + "/pong", String, lambda _: heard.release(), tcp_nodelay=True)
+    ping = rospy.Publisher(name + "/ping", String, queue_size=10, tcp_nodelay=True)
+    while not ping.get_num_connections():
+        time.sleep(0.01)
+    while not heard.acquire(timeout=0.5):
+        ping.publish("x")
+    time.sleep(0.5)
+    while heard.acquire(blocking=False):
+        pass
+    return measured(lambda: (ping.publish("x"), heard.acquire()), count)
+
+def fresh(name, count):
+    rospy.wait_for_service(name + "/ask")
+    return measured(rospy.ServiceProxy(name + "/ask", Trigger), count)
+
+def kept(name, count):
+    rospy.wait_for_service(name + "/ask")
+    return measured(rospy.ServiceProxy(name + "/ask", Trigger, persistent=True), count)
+
+def joints(name, count):
+    heard = []
+    def hear(message):
+        heard.append((message.header.seq, message.header.stamp.to_sec()))
+
+    rospy.Subscriber(name, JointState, hear)
+    while len(heard) < count:
+        time.sleep(0.01)
+    heard = heard[:count]
+    return [heard[-1][0] - heard[0][0] + 1 - count, (count - 1) / (heard[-1][1] - heard[0][1])]
+
+print(json.dumps(main(*sys.argv[1:])), flush=True)
+"""
+
+
+class Clients:
+    """Runs the clients one after the other, in a thread of its own.
+
+    Args:
+        python: an interpreter that has rospy.
+        environment: what it has to be started with.
+        folder: for the clients' program.
+        trips: what is measured there and back: topic, kept, fresh.
+        calls: round trips in a measurement.
+        rounds: how often each is taken.
+        messages: how many joint states are counted, by rate.
+    """
+
+    def __init__(
+        self,
+        python: str,
+        environment: Mapping[str, str],
+        folder: Path,
+        *,
+        trips: Sequence[str],
+        calls: int,
+        rounds: int,
+        messages: Mapping[str, int],
+    ) -> None:
+        self._trips, self._calls, self._rounds, self._messages = tuple(trips), calls, rounds, messages
+        self._command = [python, str(Path(folder, "client.py"))]
+        self._environment = dict(environment)
+        Path(self._command[1]).write_text(CLIENT, encoding="utf-8")
+        self.figures: dict[str, list[float]] = {}
+        self.error = ""
+        self._thread = threading.Thread(target=self._run, daemon=True)
+
+    @property
+    def is_done(self) -> bool:
+        """Whether all have run."""
+        return not self._thread.is_alive()
+
+    def start(self) -> None:
+        """Begin."""
+        self._thread.start()
+
+    def _run(self) -> None:
+        try:
+            with self._start("echo", "/bare", 0) as echo:
+                if echo.stdout is not None:
+                    echo.stdout.readline()
+                for _ in range(self._rounds):
+                    for what in self._trips:
+                        for name in ("/bare", "/bench"):  # in turn, so that what else the machine does falls on both
+                            self.figures.setdefault(f"{what} {name}", []).extend(self._ask(what, name, self._calls))
+                echo.terminate()
+            for rate, count in self._messages.items():
+                self.figures[rate] = self._ask("joints", JOINTS[rate], count)
+        except (subprocess.SubprocessError, ValueError, OSError) as error:
+            self.error = str(error)
+
+    def _start(self, what: str, name: str, count: int) -> subprocess.Popen[str]:
+        command = [*self._command, what, name, str(count)]
+        return subprocess.Popen(command, env=self._environment, stdout=subprocess.PIPE, text=True)  # noqa: S603
+
+    def _ask(self, what: str, name: str, count: int) -> list[float]:
+        with self._start(what, name, count) as client:
+            said, _ = client.communicate(timeout=120.0)
+        figures: list[float] = json.loads(said)
+        return figures

@@ -1,0 +1,17 @@
+"""The contents of files, of which no more is read than was asked for: some never end."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+def read_at_most(path: Path, most: int) -> bytes | None:
+    """The bytes of a file; None where there are more than `most` of them.
+
+    Raises:
+        OSError: it cannot be read.
+        ValueError: it has a name that no file can have.
+    """
+    with path.open("rb") as stream:
+        content = stream.read(most + 1)
+    return content if len(content) <= most else None
