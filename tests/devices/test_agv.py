@@ -131,7 +131,7 @@ def test_the_kit_is_submitted_at_departure_and_leaves_at_the_end(floor: Floor) -
     floor.run_until(lambda: agv.state == "ready_to_deliver", 11.0)
     floor.run(1.0)
     assert agv.tray.contents == ()
-    assert all(floor.pose(named(kind)).position[0] > 25.0 for kind in KIT)
+    assert all(floor.pose(named(kind)).position[1] < -30.0 for kind in KIT)
 
 
 def test_what_was_not_reported_comes_back(floor: Floor) -> None:

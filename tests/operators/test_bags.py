@@ -110,3 +110,9 @@ def test_a_folder_that_is_no_bag_is_refused(tmp_path: Path) -> None:
         read_bag(tmp_path)
     with pytest.raises(UsageError, match="cannot be read as a bag"):
         read_bag(tmp_path / "none.bag")
+
+
+def test_a_bag_that_never_ends_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "endless.bag").symlink_to("/dev/zero")
+    with pytest.raises(UsageError, match="cannot be read as a bag: no plain file"):
+        read_bag(tmp_path / "endless.bag")

@@ -160,3 +160,9 @@ def test_damaged_bytes_are_refused_or_do_no_harm(data: st.DataObject) -> None:
         with contextlib.suppress(CheckpointError):
             read_checkpoint(simulation, path)
         assert simulation.state_hash() == before
+
+
+def test_a_file_that_never_ends_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "endless.npz").symlink_to("/dev/zero")
+    with pytest.raises(CheckpointError, match=r"not a checkpoint that can be read \(no plain file\)"):
+        read_checkpoint(make_run(0), tmp_path / "endless.npz")

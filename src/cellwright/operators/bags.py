@@ -44,6 +44,8 @@ def read_bag(path: Path, topic: str | None = None) -> Targets:
     Raises:
         UsageError: it cannot be read, or has no targets.
     """
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise UsageError(f"{path}: cannot be read as a bag: no plain file")
     try:
         with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
             found = {each.topic: each for each in reader.connections if each.msgtype == _TYPE}

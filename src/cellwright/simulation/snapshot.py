@@ -107,6 +107,8 @@ def read_checkpoint(simulation: Simulation, path: Path) -> None:
 
 def _read(path: Path) -> tuple[dict[str, Any], NDArray[np.float64], dict[str, NDArray[np.float64]]]:
     """The header, the engine's state and the fields of the model that a file holds, whatever they are."""
+    if path.exists() and not path.is_file():
+        raise ValueError("no plain file")  # of some there is no end
     with path.open("rb") as stream:
         with zipfile.ZipFile(stream) as archive:
             if sum(member.file_size for member in archive.infolist()) > _LARGEST:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from cellwright.description.reading.contents import read_at_most
 from cellwright.description.reading.problems import Place, Problem
 from cellwright.description.reading.tree import shortened
 from cellwright.description.robot.config import RobotConfig
@@ -19,6 +20,8 @@ from cellwright.devices.joint_servos import Array
 from cellwright.errors import UsageError
 from cellwright.pose import Pose, Vector3
 
+LARGEST = 64 << 20
+"""A larger file is not read [bytes]."""
 FILE = "reference_motion.json"
 
 
@@ -106,7 +109,10 @@ def read_reference(path: Path) -> ReferenceMotion:
         UsageError: it cannot be read, or is none.
     """
     try:
-        return _reference(json.loads(path.read_text("utf-8")))
+        content = read_at_most(path, LARGEST)
+        if content is None:
+            raise UsageError(f"{path}: this is no recorded motion: larger than {LARGEST >> 20} MiB")
+        return _reference(json.loads(content.decode("utf-8")))
     except OSError as error:
         raise UsageError(f"cannot read {path}: {error.strerror or error}") from error
     except (ValueError, OverflowError, KeyError, TypeError, IndexError, AttributeError, RecursionError) as error:
