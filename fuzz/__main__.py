@@ -13,6 +13,7 @@ import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 
 from fuzz import target as targets
 from fuzz.seeds import ROOT
@@ -44,6 +45,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     unknown = set(chosen.targets) - set(targets.names())
     if unknown:
         parser.error(f"unknown target {', '.join(sorted(unknown))} (known: {', '.join(targets.names())})")
+    if find_spec("atheris") is None:
+        parser.error("atheris is not installed; it has wheels for Python 3.11 on Linux (x86-64) alone")
     found = 0
     print(f"{'target':<14}{'executions':>12}{'coverage':>10}{'findings':>10}", flush=True)
     for name in chosen.targets or targets.names():
@@ -73,7 +76,8 @@ def search(name: str, seconds: int) -> Tally:
         if done.returncode != 0:
             tally.deaths += 1
             (folder / f"death-{tally.deaths}.txt").write_text(text[-20_000:], encoding="utf-8")
-    tally.findings = sum(path.suffix != ".input" for path in (folder / "findings").glob("*"))
+    kept = sum(path.suffix != ".input" for path in (folder / "findings").glob("*"))
+    tally.findings = max(kept, min(1, tally.deaths))  # a process that dies has found something, if only in itself
     return tally
 
 

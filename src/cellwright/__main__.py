@@ -6,6 +6,7 @@ import io
 import sys
 
 from cellwright.loading import interrupts_end_the_process
+from cellwright.standard_streams import StandardStreams
 
 
 def main() -> int:
@@ -13,9 +14,10 @@ def main() -> int:
     _take_all_characters()
     try:
         with interrupts_end_the_process():
+            streams = StandardStreams()
             from cellwright.cli.main import main as run_command_line
 
-        return run_command_line()
+        return streams.status(run_command_line())
     except KeyboardInterrupt:  # between two lines of ours, where nobody waits for one
         sys.stderr.write("interrupted\n")
         return 1

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from cellwright.recording.json_lines import read_json_lines
+
 COMMAND = [sys.executable, "-m", "cellwright"]
 
 
@@ -43,9 +45,10 @@ def test_a_terminal_that_knows_only_ascii(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signal there")
-def test_ctrl_c_ends_a_run_with_its_score(tmp_path: Path) -> None:
+@pytest.mark.parametrize("number", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_a_wish_to_end_ends_a_run_with_its_score(number: str, tmp_path: Path) -> None:
     process = subprocess.Popen(
-        [*COMMAND, "run", "lesson", "--agent", "none", "--until", "1e6", "--speed", "1"],
+        [*COMMAND, "run", "lesson", "--agent", "none", "--until", "1e6", "--speed", "1", "--log", "a.jsonl"],
         cwd=tmp_path,
         env={**os.environ, "PYTHONUNBUFFERED": "1"},
         stdout=subprocess.PIPE,
@@ -55,13 +58,42 @@ def test_ctrl_c_ends_a_run_with_its_score(tmp_path: Path) -> None:
     assert process.stdout is not None
     assert process.stdout.readline().startswith("trial lesson")
     assert "real time" in process.stdout.readline()  # it is under way
-    process.send_signal(signal.SIGINT)
+    process.send_signal(getattr(signal, number))
     out, err = process.communicate(timeout=60)
     assert process.returncode == 1
+    assert read_json_lines(tmp_path / "a.jsonl")[-1]["outcome"] == "interrupted"
     assert "outcome     interrupted\n" in out
     assert "state hash" in out
     assert "Traceback" not in err
     assert not (tmp_path / "lesson.png").exists()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such signal there")
+def test_who_has_a_closed_terminal_ignored_goes_on(tmp_path: Path) -> None:
+    ran = subprocess.run(
+        [
+            *("sh", "-c", 'trap "" HUP; "$@" & kill -HUP $!; wait $!', "sh", *COMMAND),
+            *("run", "lesson", "--agent", "none", "--until", "0.5", "--no-picture"),
+        ],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert ran.returncode == 0, ran.stderr
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such shell there")
+def test_a_run_goes_on_though_nobody_reads(tmp_path: Path) -> None:
+    run_it = "$0 -m cellwright run lesson --agent none --until 5 --no-picture --log a.jsonl"
+    command = f"exec 3>&1; {{ {run_it}; echo $? >&3; }} | head -n 1"
+    ran = subprocess.run(
+        ["bash", "-c", command, sys.executable], cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False
+    )
+    assert sorted(ran.stdout.split("\n")) == ["", "0", "trial lesson, agent none, seed 0, servo original"]
+    assert ran.stderr == ""
+    assert read_json_lines(tmp_path / "a.jsonl")[-1]["simulated"] == pytest.approx(5.0)
 
 
 def test_a_pipe_that_closes_early(tmp_path: Path) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -222,3 +224,36 @@ def test_without_jobs_there_is_nothing_to_do(folder: Path) -> None:
     with ResultsFile(folder / "out") as store:
         Evaluation(store).run(make_jobs([], "lesson", [1], vary=False))
         assert not store.results
+
+
+def test_results_that_find_no_room_end_it_with_what_there_is(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    results: list[Result] = []
+
+    def full(_number: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with ResultsFile(folder / "out") as store:
+        monkeypatch.setattr("cellwright.evaluation.results_file.os.fsync", full)
+        evaluation = Evaluation(store, on_result=results.append)
+        assert not evaluation.run(tiny_jobs(folder, "Deliver", 3))
+        assert evaluation.failure == f"{store.path}: No space left on device"
+        assert [result.points for result in results] == [6.0]
+        assert list(store.results.values()) == results
+
+
+def test_a_log_that_cannot_be_written_costs_no_run(judge: Judge, folder: Path) -> None:
+    (job,) = tiny_jobs(folder, "Deliver")
+    blocked = folder / "out" / "logs" / job.log_name
+    blocked.with_suffix(".jsonl").mkdir(parents=True)
+    (result,) = judge("Deliver")
+    assert (result.outcome, result.points) == ("done", 6.0)
+    assert "cannot be written" in blocked.read_text()
+
+
+def test_a_folder_of_logs_that_is_a_file_is_told_of(folder: Path) -> None:
+    (folder / "out").mkdir()
+    (folder / "out" / "logs").write_text("")
+    with ResultsFile(folder / "out") as store:
+        evaluation = Evaluation(store)
+        assert not evaluation.run(tiny_jobs(folder, "Deliver"))
+        assert str(folder / "out" / "logs") in evaluation.failure

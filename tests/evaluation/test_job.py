@@ -92,6 +92,15 @@ def test_the_command_that_does_the_same_run(folder: Path) -> None:
     assert job.command == "cellwright run 'one two.yaml' more.yaml --agent robot.py:Robot --seed 7 --vary"
 
 
+def test_a_link_that_leads_nowhere_is_no_program(tmp_path: Path) -> None:
+    program = tmp_path / "mine.py"
+    program.write_text("class Mine: ...")
+    before = agent_digest(f"{program}:Mine")
+    (tmp_path / ".#mine.py").symlink_to("nobody@nowhere.1234")  # an editor's lock
+    (tmp_path / "folder.py").mkdir()
+    assert agent_digest(f"{program}:Mine") == before
+
+
 def test_a_long_name_makes_a_file_that_can_be_written(tmp_path: Path) -> None:
     file = tmp_path / "trial.yaml"
     file.write_text("")

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import os
+import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -85,3 +89,51 @@ def test_lines_that_are_no_results_are_refused_in_one_line(tmp_path: Path, line:
     with pytest.raises(UsageError, match=r"results\.jsonl:1: ") as raised:
         ResultsFile(tmp_path)
     assert str(raised.value).isprintable()
+
+
+class FullDisk:
+    """A file on a disk that is full after some more bytes."""
+
+    def __init__(self, file: Any, room: int) -> None:
+        self._file, self._room = file, room
+
+    def write(self, data: memoryview) -> int:
+        if not self._room:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        count: int = self._file.write(data[: self._room])
+        self._room -= count
+        return count
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._file, name)
+
+
+@pytest.mark.parametrize("room", [0, 10])
+def test_a_full_disk_keeps_what_is_there_and_no_half(room: int, tmp_path: Path) -> None:
+    with ResultsFile(tmp_path) as store:
+        store.append(worked())
+        before = store.path.read_bytes()
+        store._file = FullDisk(store._file, room)  # type: ignore[assignment]
+        with pytest.raises(OSError, match="No space left"):
+            store.append(CRASHED)
+        assert store.results[CRASHED.key] == CRASHED
+        assert store.path.read_bytes() == before
+    with ResultsFile(tmp_path) as store:  # there is room again
+        store.append(LOST)
+        assert list(store.results.values()) == [worked(), LOST]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="what is open cannot be removed there")
+def test_a_file_that_was_removed_is_noticed(tmp_path: Path) -> None:
+    with ResultsFile(tmp_path) as store:
+        store.path.unlink()
+        with pytest.raises(FileNotFoundError):
+            store.append(worked())
+
+
+def test_a_return_within_a_line_cuts_nothing_off(tmp_path: Path) -> None:
+    file = tmp_path / RESULTS
+    file.write_bytes(b"a\rb\n")
+    with pytest.raises(UsageError, match=":1:"):
+        ResultsFile(tmp_path)
+    assert file.read_bytes() == b"a\rb\n"

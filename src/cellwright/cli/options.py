@@ -123,11 +123,15 @@ def output_file(option: str, path: Path | None, suffix: str) -> Path | None:
 
 def _check_file(said: str, path: Path) -> None:
     """Refuse a file that cannot be written."""
-    if not path.parent.is_dir():
-        refuse(f"{said}: there is no folder {path.parent}")
-    if path.is_dir():
-        refuse(f"{said}: {path} is a folder")
-    if not os.access(path if path.exists() else path.parent, os.W_OK):
+    try:
+        if not path.parent.is_dir():
+            refuse(f"{said}: there is no folder {path.parent}")
+        if path.is_dir():
+            refuse(f"{said}: {path} is a folder")
+        is_there = path.exists()
+    except OSError as error:  # the name is too long, or the folder may not be looked into
+        refuse(f"{said}: {error.strerror}")
+    if not os.access(path if is_there else path.parent, os.W_OK):
         refuse(f"{said}: {path} cannot be written")
 
 

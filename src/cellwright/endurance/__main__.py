@@ -12,6 +12,7 @@ from cellwright.endurance.face import ROUND
 from cellwright.endurance.leg import FACES, HOUR
 from cellwright.endurance.report import is_well, lines, picture
 from cellwright.endurance.soak import EnduranceError, soak
+from cellwright.whole_file import write_whole
 
 _MOST = 1000.0  # [h]
 
@@ -46,7 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _say("\n" + "\n".join(lines(run)))
     if wanted.picture is not None:
         try:
-            wanted.picture.write_text(picture(runs), encoding="utf-8")
+            write_whole(wanted.picture, picture(runs))
         except OSError as error:
             sys.stderr.write(f"error: {wanted.picture}: cannot be written: {error.strerror}\n")
             return 1

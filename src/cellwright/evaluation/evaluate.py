@@ -68,6 +68,8 @@ class Evaluation:
         self._running: dict[WorkerProcess, Job] = {}
         self._wakes: SimpleQueue[Any] = SimpleQueue()
         self._stopped = False
+        self.failure = ""
+        """Why it could not go on, in a line; empty when it could. What was found by then is among the results."""
 
     def is_settled(self, job: Job) -> bool:
         """Whether there is a result that holds: one that was lost holds for the limits only under which it was."""
@@ -75,7 +77,11 @@ class Evaluation:
         return result is not None and (not result.is_lost or result.limits == asdict(self._limits))
 
     def check_agent(self, agent: str) -> str:
-        """Why an agent cannot be used; empty when it can. It is made in a process of its own, within the limits."""
+        """Why an agent cannot be used; empty when it can. It is made in a process of its own, within the limits.
+
+        Raises:
+            OSError: there can be no such process, or no log of it.
+        """
         order = self._order(agent) | {"check": True}
         worker = WorkerProcess(order, self._log("check.log"))
         try:
@@ -94,7 +100,7 @@ class Evaluation:
         self._stopped = True
 
     def run(self, jobs: Iterable[Job]) -> bool:
-        """Work all jobs that are not settled; False when it was stopped before all were.
+        """Work all jobs that are not settled; False when it was stopped, or failed, before all were.
 
         However it is left, no process of it goes on.
         """
@@ -103,9 +109,8 @@ class Evaluation:
         try:
             while (waiting or self._running) and not self._stopped:
                 while waiting and len(self._running) < self._workers:
-                    job = waiting.popleft()
-                    worker = WorkerProcess(self._order_for(job), self._log(job.log_name), self._wakes)
-                    self._running[worker] = job
+                    self._begin(waiting[0])
+                    waiting.popleft()
                 with suppress(Empty):
                     self._wakes.get(timeout=_LOOK)
                 for worker in [each for each in self._running if each.is_over]:
@@ -114,6 +119,8 @@ class Evaluation:
                     looked = time.monotonic()
                     self._enforce_limits()
                     self._on_look([self._how_far(worker, job) for worker, job in self._running.items()])
+        except OSError as error:
+            self.failure = f"{error.filename or self._store.path}: {error.strerror or error}"
         finally:
             unfinished = bool(waiting or self._running)
             for worker in self._running:
@@ -122,6 +129,10 @@ class Evaluation:
         return not unfinished
 
     # ---------------------------------------------------------------- inside
+
+    def _begin(self, job: Job) -> None:
+        worker = WorkerProcess(self._order_for(job), self._log(job.log_name), self._wakes)
+        self._running[worker] = job
 
     def _order(self, agent: str) -> dict[str, Any]:
         memory = self._limits.memory if MEMORY_IS_LIMITED else 0
@@ -156,8 +167,10 @@ class Evaluation:
             result = lost(job, kind, why, self._limits, wall=far.wall, simulated=far.simulated)
         if not result.is_done:
             result = replace(result, log=worker.last_lines())
-        self._store.append(result)
-        self._on_result(result)
+        try:
+            self._store.append(result)
+        finally:
+            self._on_result(result)
 
     def _told(self, job: Job, told: Mapping[str, Any]) -> Result:
         content = dict(told)

@@ -156,7 +156,7 @@ def _cellwright_digest() -> str:
 
 def _sources_digest(files: Iterable[Path]) -> str:
     digest = hashlib.sha256()
-    for file in files:
+    for file in filter(Path.is_file, files):  # an editor's lock is a link that leads nowhere
         digest.update(f"{file.name}\0".encode())
         digest.update(hashlib.sha256(file.read_bytes()).digest())
     return digest.hexdigest()

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import sys
 from collections.abc import Mapping
-from io import BufferedRandom
+from contextlib import suppress
+from io import FileIO
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -36,7 +38,8 @@ class ResultsFile:
         folder.mkdir(parents=True, exist_ok=True)
         self.path = folder / RESULTS
         self._results: dict[str, Result] = {}
-        self._file: BufferedRandom = self.path.open("a+b")
+        self._file: FileIO = self.path.open("a+b", buffering=0)
+        self._size = 0  # of what is known to be sound
         try:
             if not _lock(self._file.fileno()):
                 raise UsageError(f"{folder}: another evaluation is at work in this folder")
@@ -51,12 +54,26 @@ class ResultsFile:
         return self._results
 
     def append(self, result: Result) -> None:
-        """Add a result; when this returns, it is on the disk."""
-        line = json.dumps(result.as_json(), separators=(",", ":"), allow_nan=False)
-        self._file.write(f"{line}\n".encode())
-        self._file.flush()
-        os.fsync(self._file.fileno())
+        """Add a result; when this returns, it is on the disk.
+
+        Raises:
+            OSError: it is not, nor is a half of it; it is among the results all the same.
+        """
         self._results[result.key] = result
+        line = json.dumps(result.as_json(), separators=(",", ":"), allow_nan=False)
+        rest = memoryview(f"{line}\n".encode())
+        size = self._size + len(rest)
+        try:
+            if not os.fstat(self._file.fileno()).st_nlink:
+                raise FileNotFoundError(errno.ENOENT, "it has been removed", str(self.path))
+            while rest:
+                rest = rest[self._file.write(rest) or 0 :]
+            os.fsync(self._file.fileno())
+        except OSError:
+            with suppress(OSError):
+                self._file.truncate(self._size)
+            raise
+        self._size = size
 
     def close(self) -> None:
         """Let others have the folder."""
@@ -72,18 +89,16 @@ class ResultsFile:
 
     def _read(self) -> None:
         self._file.seek(0)
-        sound = 0
-        for number, line in enumerate(self._file, start=1):
-            if not line.endswith(b"\n"):
-                break  # the process was killed while it wrote this
-            sound += len(line)
+        *lines, _cut_short = self._file.readall().split(b"\n")  # the process was killed while it wrote the last
+        for number, line in enumerate(lines, start=1):
+            self._size += len(line) + 1
             try:
                 result = Result.from_json(json.loads(line))
             except (ValueError, RecursionError, ResultError) as error:
                 message = f"{error}; take another folder, or remove the file to begin anew"
                 raise UsageError(str(Problem(Place(0, str(self.path), number), "", message))) from error
             self._results[result.key] = result
-        self._file.truncate(sound)
+        self._file.truncate(self._size)
         self._file.seek(0, os.SEEK_END)
 
 

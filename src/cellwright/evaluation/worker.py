@@ -21,6 +21,7 @@ from typing import Any, BinaryIO, NoReturn, TextIO
 from cellwright.agents.agent import AgentError, find_agent
 from cellwright.cell import Cell
 from cellwright.description.gear2017 import load_trial
+from cellwright.errors import UsageError
 from cellwright.evaluation.limits import limit_memory
 from cellwright.evaluation.timeline import Timeline
 from cellwright.kitting.score.evidence_json import evidence_to_json
@@ -58,7 +59,7 @@ def work(order: Mapping[str, Any], channel: Channel) -> dict[str, Any]:
             shown = now
             channel.tell("progress", {"time": cell.simulation.time, "points": cell.competition.score().total})
 
-    log = RunLog(Path(order["run_log"]), about={"agent": order["agent"]})
+    log = make_log(order)
     result = run_cell(cell, agent, RunOptions(on_progress=progress, log=log))
     timeline.look()
     sys.stderr.write(result.error)
@@ -79,7 +80,20 @@ def make_cell(order: Mapping[str, Any]) -> Cell:
     trial = load_trial([Path(file) for file in order["files"]]).trial
     if order["vary"]:
         trial = vary(trial, order["seed"])
-    return Cell(trial, seed=order["seed"], report=lambda line: logging.getLogger("cellwright").warning("%s", line))
+    return Cell(trial, seed=order["seed"], report=_warn)
+
+
+def _warn(line: str) -> None:
+    logging.getLogger("cellwright").warning("%s", line)
+
+
+def make_log(order: Mapping[str, Any]) -> RunLog | None:
+    """The log of a job; a run that cannot have one is worth no less."""
+    try:
+        return RunLog(Path(order["run_log"]), about={"agent": order["agent"]}, report=_warn)
+    except UsageError as error:
+        _warn(str(error))
+        return None
 
 
 def main() -> NoReturn:

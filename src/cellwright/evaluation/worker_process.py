@@ -99,14 +99,20 @@ class WorkerProcess:
         return "" if status is None else _ending(status)
 
     def log_size(self) -> int:
-        """Size of its log [bytes]."""
-        return self.log.stat().st_size
+        """Size of its log [bytes]; 0 for one that somebody has removed."""
+        try:
+            return self.log.stat().st_size
+        except OSError:
+            return 0
 
     def last_lines(self) -> tuple[str, ...]:
-        """The last lines of its log."""
-        with self.log.open("rb") as file:
-            file.seek(max(0, self.log_size() - _TAIL_BYTES))
-            text = file.read().decode("utf-8", errors="replace")
+        """The last lines of its log; none of one that somebody has removed."""
+        try:
+            with self.log.open("rb") as file:
+                file.seek(max(0, self.log_size() - _TAIL_BYTES))
+                text = file.read().decode("utf-8", errors="replace")
+        except OSError:
+            return ()
         return tuple(text.splitlines()[-_TAIL:])
 
     @property

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 
 from cellwright.loading import interrupts_end_the_process
+from cellwright.standard_streams import StandardStreams
 
 _INTERRUPTED = 130
 
@@ -13,9 +14,10 @@ def main() -> int:
     """Run the launcher with the arguments of the process; its exit status."""
     try:
         with interrupts_end_the_process():
+            streams = StandardStreams()
             from cellwright.gear.launcher import main as launch
 
-        return launch(sys.argv[1:])
+        return streams.status(launch(sys.argv[1:]))
     except KeyboardInterrupt:
         return _INTERRUPTED
 

@@ -18,6 +18,7 @@ from cellwright.description.gear2017 import Loaded
 from cellwright.description.resolved import resolved
 from cellwright.description.trial import Sensor
 from cellwright.errors import UsageError
+from cellwright.whole_file import write_whole
 
 CONFIG = "config.yaml"
 
@@ -75,6 +76,6 @@ def write(files: dict[str, str], folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, content in files.items():
-            (folder / name).write_text(content, encoding="utf-8")
+            write_whole(folder / name, content)
     except OSError as error:
         raise UsageError(f"{folder}: cannot be written: {error.strerror or error}") from None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 
 from cellwright.loading import interrupts_end_the_process
+from cellwright.standard_streams import StandardStreams
 
 _BAD_INPUT = 2
 _INTERRUPTED = 130
@@ -13,12 +14,13 @@ _INTERRUPTED = 130
 def main() -> int:
     """Run the node that a script stands for, with the arguments of the process; its exit status."""
     with interrupts_end_the_process():
+        streams = StandardStreams()
         from cellwright.cli.main import main as cellwright
         from cellwright.errors import CellwrightError
         from cellwright.io_teleop.arguments import command
 
     try:
-        return cellwright(command(sys.argv[1], sys.argv[2:], _warn))
+        return streams.status(cellwright(command(sys.argv[1], sys.argv[2:], _warn)))
     except CellwrightError as error:
         sys.stderr.write(f"error: {error}\n")
         return _BAD_INPUT

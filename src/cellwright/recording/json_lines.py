@@ -34,6 +34,11 @@ class JsonLines:
         """Whether lines still go to the file."""
         return self._lines.is_writing
 
+    @property
+    def is_whole(self) -> bool:
+        """Whether all lines have gone to the file so far."""
+        return self._lines.is_whole
+
     def write(self, value: Mapping[str, Any]) -> None:
         """Add a line.
 

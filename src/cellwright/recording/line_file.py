@@ -30,11 +30,13 @@ class LineFile:
 
     def __init__(self, path: Path, *, append: bool = False, report: Callable[[str], None] = lambda _line: None) -> None:
         self.path = path
+        self.is_whole = True
+        """Whether all lines have gone to the file so far."""
         self._report = report
         how = os.O_WRONLY | os.O_CREAT | (os.O_APPEND if append else os.O_TRUNC)
         self._file: int | None = os.open(path, how | _BYTES_AS_THEY_ARE, 0o666)
         if append and _is_cut_short(path):
-            os.write(self._file, b"\n")
+            self._pass_on(b"\n")
 
     @property
     def is_writing(self) -> bool:
@@ -45,11 +47,15 @@ class LineFile:
         """Add a line, or several that belong together; the last line end is added."""
         if self._file is None:
             return
-        rest = memoryview(f"{text}\n".encode())
+        self._pass_on(f"{text}\n".encode())
+
+    def _pass_on(self, data: bytes) -> None:
+        rest = memoryview(data)
         try:
-            while rest:
+            while rest and self._file is not None:
                 rest = rest[os.write(self._file, rest) :]
         except OSError as error:
+            self.is_whole = False
             self._report(f"{self.path}: can be written no more: {error.strerror or error}")
             self.close()
 
@@ -60,6 +66,7 @@ class LineFile:
             try:
                 os.close(file)
             except OSError as error:  # some file systems tell only now that the disk is full
+                self.is_whole = False
                 self._report(f"{self.path}: may be incomplete: {error.strerror or error}")
 
 

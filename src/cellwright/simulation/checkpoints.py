@@ -27,6 +27,8 @@ class Checkpoints(Device):
     def __init__(self, report: Callable[[str], None] = lambda _line: None) -> None:
         super().__init__("checkpoints")
         self._report = report
+        self.missed: list[Path] = []
+        """The files that could not be written, in all runs so far."""
         self._paths: dict[int, Path | None] = {}
         self._times: list[int] = []
 
@@ -55,6 +57,7 @@ class Checkpoints(Device):
         try:
             write_checkpoint(self.simulation, path)
         except OSError as error:
+            self.missed.append(path)
             self._report(f"checkpoint {path}: cannot be written: {error.strerror or error}")
             renew_engine(self.simulation)
 

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from cellwright.errors import CellwrightError
 from cellwright.simulation.simulation import CHANGING_FIELDS, Simulation
+from cellwright.whole_file import whole_file
 
 _INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
 _FORMAT = 2
@@ -72,10 +73,8 @@ def write_checkpoint(simulation: Simulation, path: Path) -> None:
     }
     header["digest"] = _digest(engine, fields, header["state"])
     text = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
-    temporary = path.with_name(path.name + ".part")
-    with temporary.open("wb") as file:
+    with whole_file(path) as file:
         np.savez_compressed(file, engine=engine, header=text, **fields)
-    temporary.replace(path)  # a reader never sees half a file
     _set_engine(simulation, engine)
 
 

@@ -26,6 +26,7 @@ from cellwright.viewer.png import encode
 from cellwright.viewer.raycast import PICTURE_GROUPS, RayCaster
 from cellwright.viewer.shading import Light, Shader, to_screen
 from cellwright.viewer.surfaces import Surfaces
+from cellwright.whole_file import write_whole
 
 Progress: TypeAlias = Callable[[float], None]
 """Called now and then with the share of the work that is done, 0..1."""
@@ -145,7 +146,7 @@ def save_picture(
         progress=progress,
     )
     try:
-        Path(path).write_bytes(encode(picture))
+        write_whole(Path(path), encode(picture))
     except OSError as error:
         raise UsageError(f"cannot write the picture {path}: {error.strerror or error}") from error
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -30,6 +31,7 @@ from cellwright.evaluation.result import Result
 from cellwright.evaluation.results_file import ResultsFile
 from cellwright.evaluation.summary import Threshold, shortcoming, summary_document
 from cellwright.kitting.score.reach import reach
+from cellwright.whole_file import write_whole
 
 _MOST_SEEDS, _MOST_JOBS = 100_000, 1024
 _MEMORY = 256.0, 2.0**24  # [MiB]; with less a worker cannot begin
@@ -115,8 +117,11 @@ def evaluate(
         round(_within("--memory-limit", memory_limit, *_MEMORY) * MEBIBYTE),
     )
     numbers = range(1, int(_within("--seeds", seeds, 1, _MOST_SEEDS)) + 1)
-    workers = int(_within("--jobs", os.cpu_count() or 1 if jobs is None else jobs, 1, _MOST_JOBS))
-    wanted = make_jobs(_trials(trials, joined or []), agent, numbers, vary=vary)
+    workers = int(_within("--jobs", _processors() if jobs is None else jobs, 1, _MOST_JOBS))
+    try:
+        wanted = make_jobs(_trials(trials, joined or []), agent, numbers, vary=vary)
+    except OSError as error:
+        options.refuse(f"{error.filename}: cannot be read: {error.strerror}")
     console = Console(stderr=as_json, highlight=False)
     if not MEMORY_IS_LIMITED:
         console.print("note: on this system the memory of a run is not limited")
@@ -125,27 +130,42 @@ def evaluate(
     except OSError as error:
         options.refuse(f"--out {out}: cannot be written to: {error.strerror}")
     with store:
-        results, interrupted = _work(wanted, store, limits, workers, console)
+        results, failures = _work(wanted, store, limits, workers, console)
+    left = len(wanted) - len(results)
     short = [shortcoming(result, least) for result in results]
-    status = NOT_DONE if interrupted or any(short) else DONE
+    status = NOT_DONE if left or failures or any(short) else DONE
+    told = len(failures)
+    failures += _write(out / "junit.xml", junit(results, least))
+    failures += _write(out / "report.html", report(results, least))
+    if len(failures) > told:
+        status = NOT_DONE
     document = json.dumps(summary_document(results, least, status), indent=2)
-    (out / "summary.json").write_text(document + "\n", encoding="utf-8")
-    (out / "junit.xml").write_bytes(junit(results, least))
-    (out / "report.html").write_text(report(results, least), encoding="utf-8")
+    failures += _write(out / "summary.json", document + "\n")
     show(console, results, least)
-    if interrupted:
-        console.print(f"interrupted: {len(wanted) - len(results)} runs are left; the same command goes on with them")
+    if left:
+        console.print(f"interrupted: {left} runs are left; the same command goes on with them")
     console.print(f"report      {out / 'report.html'}", markup=False, soft_wrap=True)
+    for failure in failures:
+        status = NOT_DONE
+        typer.echo(f"error: {failure}", err=True)
     if as_json:
         typer.echo(document)
     raise typer.Exit(status)
 
 
+def _write(file: Path, content: str | bytes) -> list[str]:
+    """Write a file that is made of the results; what went wrong, if something did."""
+    try:
+        write_whole(file, content)
+    except OSError as error:  # the results are told all the same
+        return [f"{file}: cannot be written: {error.strerror or error}"]
+    return []
+
+
 def _work(
     jobs: Sequence[Job], store: ResultsFile, limits: Limits, workers: int, console: Console
-) -> tuple[list[Result], bool]:
-    """The results of the jobs that have one, in the jobs' order; and whether it was interrupted."""
-    interrupted = False
+) -> tuple[list[Result], list[str]]:
+    """The results of the jobs that have one, in the jobs' order; and why there were no more, if it could not go on."""
     with EvalProgress(console, jobs) as progress:
         evaluation = Evaluation(
             store, limits=limits, workers=workers, on_result=progress.take, on_look=progress.show_running
@@ -153,12 +173,16 @@ def _work(
         known = [store.results[job.key] for job in jobs if evaluation.is_settled(job)]
         progress.begin(known, store.path.parent)
         if len(known) < len(jobs):
-            problem = evaluation.check_agent(jobs[0].agent)
+            try:
+                problem = evaluation.check_agent(jobs[0].agent)
+            except OSError as error:
+                problem = f"{error.filename}: {error.strerror}"
             if problem:
                 options.refuse(problem)
             with stopped_by_signals(evaluation.stop):
-                interrupted = not evaluation.run(jobs)
-    return [store.results[job.key] for job in jobs if evaluation.is_settled(job)], interrupted
+                evaluation.run(jobs)
+    results = [store.results[job.key] for job in jobs if evaluation.is_settled(job)]
+    return results, [evaluation.failure] if evaluation.failure else []
 
 
 def _trials(names: Sequence[str], joined: Sequence[str]) -> list[EvaluatedTrial]:
@@ -182,6 +206,14 @@ def _trials(names: Sequence[str], joined: Sequence[str]) -> list[EvaluatedTrial]
         )
         for name, parts, trial, could in found
     ]
+
+
+def _processors() -> int:
+    """How many processors this process may use: a container may have fewer than the machine."""
+    count = os.cpu_count() or 1
+    if sys.platform == "linux":
+        count = len(os.sched_getaffinity(0))
+    return count
 
 
 def _threshold(text: str) -> Threshold:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
@@ -27,6 +28,7 @@ class EvalProgress:
     def __init__(self, console: Console, jobs: Sequence[Job]) -> None:
         self._console = console
         self._jobs = jobs
+        self._counts = Counter(job.trial.name for job in jobs)
         self._results: list[Result] = []
         self._running: Sequence[Running] = ()
         self._live = Live(console=console, refresh_per_second=_REFRESH, transient=True, get_renderable=self._table)
@@ -67,7 +69,8 @@ class EvalProgress:
         self._console.print(text, markup=False, soft_wrap=True, style=style)
 
     def _table(self) -> Group:
-        return Group(Text(), self._trials(), Text(), self._runs())
+        # what moves stands above: where there are more trials than lines, the end of the table is not seen
+        return Group(Text(), self._runs(), Text(), self._trials())
 
     def _trials(self) -> Table:
         found = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
@@ -75,13 +78,13 @@ class EvalProgress:
         for heading in ("done", "mean", "min", "share", "lost"):
             found.add_column(heading, justify="right")
         summaries = {each.trial: each for each in summarize(self._results)}
-        for trial in dict.fromkeys(job.trial.name for job in self._jobs):
-            count = sum(job.trial.name == trial for job in self._jobs)
+        lost_of = Counter(result.trial for result in self._results if result.is_lost)
+        for trial, count in self._counts.items():
             summary = summaries.get(trial)
             if summary is None:
                 found.add_row(trial, f"0/{count}", "", "", "", "")
                 continue
-            lost = sum(result.is_lost for result in self._results if result.trial == trial)
+            lost = lost_of[trial]
             numbers = [f"{summary.mean:.4g}", f"{summary.least:.4g}", f"{summary.share:.0%}", str(lost or "")]
             found.add_row(trial, f"{summary.runs}/{count}", *numbers)
         return found

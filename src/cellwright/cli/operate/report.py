@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -66,15 +65,15 @@ def document(exercise: Exercise) -> dict[str, Any]:
     }
 
 
-def write_csv(path: Path, exercises: Sequence[Exercise]) -> None:
-    """Write every measured position with the target in force: joint, time [s], target, measured, error [rad; m]."""
-    with path.open("w", encoding="utf-8", newline="\n") as file:
-        file.write("joint,time,target,measured,error\n")
-        for each in exercises:
-            trace = each.trace
-            rows = np.column_stack([trace.seen_at, trace.target, trace.seen, trace.target - trace.seen])
-            for time, target, seen, error in rows.tolist():
-                file.write(f"{trace.joint},{time:.6f},{target:.9g},{seen:.9g},{error:.9g}\n")
+def csv_text(exercises: Sequence[Exercise]) -> str:
+    """Every measured position with the target in force: joint, time [s], target, measured, error [rad; m]."""
+    lines = ["joint,time,target,measured,error\n"]
+    for each in exercises:
+        trace = each.trace
+        rows = np.column_stack([trace.seen_at, trace.target, trace.seen, trace.target - trace.seen])
+        for time, target, seen, error in rows.tolist():
+            lines.append(f"{trace.joint},{time:.6f},{target:.9g},{seen:.9g},{error:.9g}\n")
+    return "".join(lines)
 
 
 def _step(step: StepResponse | None) -> list[str]:

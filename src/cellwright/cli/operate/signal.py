@@ -22,6 +22,7 @@ from cellwright.operators.exercise import Exercise, check, exercise
 from cellwright.operators.plot_svg import picture
 from cellwright.operators.robot import OperatedRobot
 from cellwright.operators.waves import Shape, Wave
+from cellwright.whole_file import write_whole
 
 
 def signal(
@@ -120,8 +121,8 @@ def signal(
         warn_of_unknown(limits)
         found, failure = _exercise(there, chosen, wanted, console)
     failures = _failures(found, max_error, max_delay) + ([failure] if failure else [])
+    failures += _write(found, *files)
     status = NOT_DONE if failures else DONE
-    _write(found, *files)
     if as_json:
         document: dict[str, Any] = {"joints": [report.document(each) for each in found]}
         typer.echo(json.dumps(document | {"failures": failures, "exit_status": status}, indent=2))
@@ -180,11 +181,17 @@ def _failures(found: Sequence[Exercise], max_error: float | None, max_delay: flo
     return lines
 
 
-def _write(found: Sequence[Exercise], csv: Path | None, plot: Path | None) -> None:
-    if csv is not None:
-        report.write_csv(csv, found)
-    if plot is not None and found:
-        plot.write_text(picture(found), encoding="utf-8")
+def _write(found: Sequence[Exercise], csv: Path | None, plot: Path | None) -> list[str]:
+    """Write the files that were asked for; what could not be written."""
+    failures = []
+    texts = [(csv, report.csv_text), (plot if found else None, picture)]
+    for path, text in texts:
+        try:
+            if path is not None:
+                write_whole(path, text(found))
+        except OSError as error:  # what was measured is told all the same
+            failures.append(f"{path}: cannot be written: {error.strerror or error}")
+    return failures
 
 
 def _show(console: Console, found: Sequence[Exercise]) -> None:

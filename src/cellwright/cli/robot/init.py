@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
 import typer
@@ -27,6 +28,8 @@ def write_skeleton(config: RobotConfig, file: Path) -> None:
     except FileExistsError:
         refuse(f"--init {file}: is there already; take another name, or remove it")
     except OSError as error:
+        with suppress(OSError):
+            file.unlink()  # a half of it, for all that is known
         refuse(f"--init {file}: cannot be written: {error.strerror}")
     found = read_robot_config(file, lambda _line: None)
     groups = {"arm": len(found.arms), "gripper": len(found.grippers), "head": int(found.head is not None)}

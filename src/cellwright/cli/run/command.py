@@ -23,6 +23,7 @@ from cellwright.cli.run import document, score_table
 from cellwright.cli.run import over as run_over
 from cellwright.cli.run.pictures import Pictures
 from cellwright.cli.run.progress import RunProgress, bar
+from cellwright.cli.signals import ended_as_by_ctrl_c
 from cellwright.description.catalogue import bundled_sensors
 from cellwright.description.trial import Trial
 from cellwright.errors import UsageError
@@ -210,7 +211,7 @@ def run(
         progress = RunProgress(console, cell, until=wanted.until, verbose=verbose)
         kept = None if log_file is None else RunLog(log_file, about={"agent": agent}, report=_warn)
         wanted = replace(wanted, at=pictures.actions(), on_progress=progress.update, log=kept)
-        with progress.running():
+        with progress.running(), ended_as_by_ctrl_c():
             if maker is None or way is None:
                 result = run_cell(cell, worker, wanted)
             else:
@@ -223,8 +224,8 @@ def run(
     if result.error:
         sys.stderr.write(result.error)
     status = exit_status.of_run(result, has_agent=maker is not None, min_score=least)
-    if pictures.missed:
-        status = status or exit_status.NOT_DONE
+    if pictures.missed or cell.checkpoints.missed or not (kept is None or kept.lines.is_whole):
+        status = status or exit_status.NOT_DONE  # what was asked for is not all there
     if not as_json:
         score_table.show(console, result, final)
         if least is not None and result.score.total < least:

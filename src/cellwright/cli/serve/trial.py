@@ -134,7 +134,7 @@ def serve_trial(
     if wanted.picture is not None and (result.outcome is Outcome.DONE or not is_stopped.has_come):
         with bar(console, f"drawing {wanted.picture}", 1.0) as tell:
             pictures.take(wanted.picture, cell, tell)
-    if pictures.missed:
+    if pictures.missed or not (kept is None or kept.lines.is_whole):
         status = NOT_DONE
     if wanted.as_json:
         about = document.of_run(cell, "served", result, status, pictures.written) | {"pace": document.of_pace(pace)}

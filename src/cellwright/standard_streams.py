@@ -1,0 +1,112 @@
+"""What a process says on stdout and stderr, where those may be closed, full, gone, or of few characters.
+
+A run of ten minutes is worth more than what listens to it: `cellwright run … | head -1` goes to its end, with its log,
+its pictures and its exit status, though nobody reads on. A terminal that was closed ends no cell that is served.
+"""
+
+from __future__ import annotations
+
+import errno
+import io
+import os
+import sys
+from typing import IO, Any
+
+NOT_SAID = 1
+"""Least exit status of a command that could not say all that it had to say."""
+
+_NOBODY_LISTENS = {errno.EPIPE, errno.EIO} | ({errno.EINVAL} if sys.platform == "win32" else set())
+"""Who read has gone, as with `| head -1`, or the terminal was closed: that is the reader's wish, and no failure."""
+
+
+class Outlet(io.RawIOBase):
+    """Passes bytes on to a file, until that takes no more; then they go nowhere.
+
+    Args:
+        raw: where to.
+    """
+
+    def __init__(self, raw: io.RawIOBase) -> None:
+        super().__init__()
+        self._raw = raw
+        self.failure: OSError | None = None
+        """Why it takes no more."""
+
+    def write(self, data: Any, /) -> int:
+        """Pass on what can be passed on."""
+        rest = memoryview(data)
+        count = rest.nbytes
+        try:
+            while rest and self.failure is None:
+                rest = rest[self._raw.write(rest) or 0 :]
+        except OSError as error:
+            self.failure = error
+        return count
+
+    def writable(self) -> bool:
+        """It is."""
+        return True
+
+    def fileno(self) -> int:
+        """The file's number."""
+        return self._raw.fileno()
+
+    def isatty(self) -> bool:
+        """Whether a terminal shows it."""
+        return self._raw.isatty()
+
+    @property
+    def mode(self) -> str:
+        """As of any file that is written to."""
+        return "wb"
+
+    @property
+    def name(self) -> object:
+        """The file's."""
+        return getattr(self._raw, "name", "")
+
+
+class StandardStreams:
+    """Takes stdout and stderr of this process into its keeping, for as long as it lives."""
+
+    def __init__(self) -> None:
+        for name, flags in (("stdin", os.O_RDONLY), ("stdout", os.O_WRONLY), ("stderr", os.O_WRONLY)):
+            if getattr(sys, name) is None:  # it was closed: the next file to be opened would take its number
+                number = os.open(os.devnull, flags)
+                setattr(sys, name, os.fdopen(number, "r" if name == "stdin" else "w", encoding="utf-8"))
+        self._before: list[object] = []  # else they would be closed
+        self._stdout = self._keep("stdout")
+        self._keep("stderr")
+
+    def status(self, status: int) -> int:
+        """Say the last, and tell on stderr if stdout did not take all.
+
+        Args:
+            status: the exit status, if it did.
+        """
+        for stream in (sys.stdout, sys.stderr):
+            stream.flush()
+        failure = None if self._stdout is None else self._stdout.failure
+        if failure is None or failure.errno in _NOBODY_LISTENS:
+            return status
+        sys.stderr.write(f"error: stdout: cannot be written: {failure.strerror}\n")
+        sys.stderr.flush()
+        return status or NOT_SAID
+
+    def _keep(self, name: str) -> Outlet | None:
+        stream: IO[str] = getattr(sys, name)
+        buffer = getattr(stream, "buffer", None)
+        raw = getattr(buffer, "raw", buffer)  # with PYTHONUNBUFFERED there is nothing between
+        if not isinstance(stream, io.TextIOWrapper) or not isinstance(raw, io.RawIOBase):
+            return None  # somebody else's, such as a test's
+        self._before.append(stream)
+        outlet = Outlet(raw)
+        kept = io.TextIOWrapper(
+            io.BufferedWriter(outlet),
+            encoding=stream.encoding,
+            errors="replace" if name == "stdout" else "backslashreplace",
+            line_buffering=stream.line_buffering or name == "stderr",
+            write_through=stream.write_through,
+        )
+        setattr(sys, name, kept)
+        return outlet

@@ -1,0 +1,66 @@
+"""Files that are there whole or as they were before: what fails half-way, or is killed, leaves no half file behind."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from itertools import count
+from pathlib import Path
+from typing import BinaryIO
+
+_numbers = count()
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[BinaryIO]:
+    """A file to write to, which takes the place of `path` once all is written.
+
+    Nothing else can take the place of a device or a pipe, nor of a file in a folder where none can be made: such a one
+    is written to as it stands. A link stays, and what it leads to is written.
+
+    Raises:
+        OSError: it cannot be written; what was there before is there still.
+    """
+    target = Path(os.path.realpath(path))
+    temporary = target.with_name(f".{os.getpid()}-{next(_numbers)}.part")
+    is_there = os.path.lexists(target)
+    if is_there and not target.is_file():
+        with path.open("wb") as file:
+            yield file
+        return
+    try:
+        file = temporary.open("xb")
+    except OSError:
+        if not is_there:
+            _tell_of(path)
+            raise
+        with path.open("wb") as file:
+            yield file
+        return
+    try:
+        with file:
+            yield file
+        if is_there:
+            with suppress(OSError):  # some file systems know no rights
+                temporary.chmod(target.stat().st_mode)
+        temporary.replace(target)
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
+
+
+def write_whole(path: Path, content: str | bytes) -> None:
+    """Write a file, whole or not at all; see `whole_file`. Text is written as UTF-8, its line ends as they are.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    with whole_file(path) as file:
+        file.write(content.encode() if isinstance(content, str) else content)
+
+
+def _tell_of(path: Path) -> None:
+    """Fail as opening `path` itself fails, where it does: for the name that somebody gave, and not for another."""
+    path.open("xb").close()
+    path.unlink()

@@ -1,0 +1,97 @@
+"""Results that find no room: refused before anything starts where that can be known, told of otherwise."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.cli.conftest import CommandLine
+from tests.evaluation.programs import PROGRAMS, TRIAL
+
+RUN = ("run", "lesson", "--agent", "none", "--until", "0.2")
+
+full = pytest.mark.skipif(not Path("/dev/full").exists(), reason="no disk that is always full")
+
+
+def on_a_full_disk(name: str) -> str:
+    """A file that opens and takes nothing."""
+    Path(name).symlink_to("/dev/full")
+    return name
+
+
+@full
+@pytest.mark.parametrize(
+    ("option", "name", "said"),
+    [
+        ("--log", "a.jsonl", "warning: a.jsonl: can be written no more: No space left on device"),
+        ("--snapshot", "a.png", "warning: cannot write the picture a.png: No space left on device"),
+        ("--checkpoint", "a.npz", "checkpoint a.npz: cannot be written: No space left on device"),
+    ],
+)
+def test_a_file_that_finds_no_room(
+    option: str, name: str, said: str, cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn = np.zeros((2, 2, 3), np.uint8)  # drawing takes seconds
+    monkeypatch.setattr("cellwright.viewer.picture.render", lambda *_given, **_more: drawn)
+    file = on_a_full_disk(name)
+    ran = cellwright(*RUN, "--no-picture", "--json", option, file if option == "--log" else f"0.1:{file}")
+    assert ran.status == 1
+    assert ran.err.count(said) == 1
+    document = json.loads(ran.out)  # the result is whole
+    assert document["exit_status"] == 1
+    assert document["simulated"] == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize(("option", "file"), [("--log", "x.jsonl"), ("--snapshot", "x.png"), ("--checkpoint", "x.npz")])
+@pytest.mark.parametrize("folder", ["none", "a" * 300, "file"])
+def test_a_place_where_nothing_can_be_is_refused(folder: str, option: str, file: str, cellwright: CommandLine) -> None:
+    Path("file").write_text("")
+    place = f"{folder}/{file}"
+    ran = cellwright(*RUN, "--no-picture", option, place if option == "--log" else f"0.1:{place}")
+    assert (ran.status, ran.out) == (2, "")
+    assert ran.err.startswith(f"error: {option} ")
+    assert len(ran.err.splitlines()) == 1
+
+
+def test_a_name_too_long_is_refused(cellwright: CommandLine) -> None:
+    ran = cellwright(*RUN, "--log", "a" * 300 + ".jsonl")
+    assert (ran.status, ran.out) == (2, "")
+    assert len(ran.err.splitlines()) == 1
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such rights there")
+def test_a_folder_that_may_not_be_written_is_refused(cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cellwright.cli.options.os.access", lambda _path, _mode: False)  # root may write everywhere
+    ran = cellwright(*RUN, "--log", "a.jsonl")
+    assert (ran.status, ran.err) == (2, "error: --log a.jsonl: a.jsonl cannot be written\n")
+
+
+def test_reports_that_cannot_be_written_cost_no_result(cellwright: CommandLine) -> None:
+    Path("tiny.yaml").write_text(TRIAL)
+    Path("programs.py").write_text(PROGRAMS)
+    for name in ("junit.xml", "report.html"):
+        Path("evaluation", name).mkdir(parents=True)
+    ran = cellwright("eval", "tiny.yaml", "--agent", "programs.py:Deliver", "--json", "--jobs", "1")
+    assert ran.status == 1
+    assert [line for line in ran.err.splitlines() if line.startswith("error: ")] == [
+        f"error: {Path('evaluation', name)}: cannot be written: Is a directory" for name in ("junit.xml", "report.html")
+    ]
+    assert json.loads(ran.out)["results"][0]["points"] == 6.0
+    assert json.loads(Path("evaluation/summary.json").read_text())["exit_status"] == 1
+
+
+def test_a_program_that_cannot_be_read_is_told_of(cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+    Path("tiny.yaml").write_text(TRIAL)
+    Path("programs.py").write_text(PROGRAMS)
+
+    def refuse(path: Path) -> bytes:
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr("cellwright.evaluation.job.Path.read_bytes", refuse)
+    ran = cellwright("eval", "tiny.yaml", "--agent", "programs.py:Deliver")
+    assert ran.status == 2
+    assert ran.err.endswith("cannot be read: Permission denied\n")

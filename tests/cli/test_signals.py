@@ -1,0 +1,49 @@
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Iterator
+
+import pytest
+
+from cellwright.cli.signals import Stop, ended_as_by_ctrl_c, stopped_by_signals
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
+
+NUMBERS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
+
+
+@pytest.fixture(autouse=True)
+def heard() -> Iterator[list[int]]:
+    """The signals that came when nobody else took them."""
+    found: list[int] = []
+    before = {each: signal.signal(each, lambda number, _frame: found.append(number)) for each in NUMBERS}
+    yield found
+    for each, handler in before.items():
+        signal.signal(each, handler)
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+def test_the_first_is_a_wish_and_the_second_does_what_it_does_everywhere(number: int, heard: list[int]) -> None:
+    stop = Stop()
+    with stopped_by_signals(stop.stop):
+        signal.raise_signal(number)
+        assert stop.has_come
+        assert heard == []
+        signal.raise_signal(number)
+        assert heard == [number]
+
+
+@pytest.mark.parametrize("number", NUMBERS[1:])
+def test_others_do_what_ctrl_c_does(number: int, heard: list[int]) -> None:
+    with pytest.raises(KeyboardInterrupt), ended_as_by_ctrl_c():
+        signal.raise_signal(number)
+    signal.raise_signal(number)
+    assert heard == [number]
+
+
+def test_a_signal_that_is_ignored_stays_so() -> None:
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    with stopped_by_signals(lambda: pytest.fail("it was to be ignored")), ended_as_by_ctrl_c():
+        signal.raise_signal(signal.SIGHUP)
+    assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
