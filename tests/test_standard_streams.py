@@ -49,13 +49,27 @@ def test_all_is_passed_on(monkeypatch: pytest.MonkeyPatch, *, buffered: bool) ->
     assert disk.content.decode() == "1\u2500\n" * 5000
 
 
-def test_characters_that_there_are_not_are_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_pipe_that_does_not_wait_is_waited_for() -> None:
+    class Sometimes(Disk):
+        turn = 0
+
+        def write(self, data: object, /) -> int:
+            self.turn += 1
+            return super().write(data) if self.turn % 3 else None  # type: ignore[return-value]
+
+    disk = Sometimes(100)
+    outlet = Outlet(disk)
+    assert outlet.write(b"x" * 30) == 30
+    assert (disk.content, outlet.failure) == (b"x" * 30, None)
+
+
+def test_characters_that_there_are_not_are_written_as_their_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
     disk = Disk(100)
     monkeypatch.setattr(sys, "stdout", standard(disk, encoding="latin-1"))
     streams = StandardStreams()
     sys.stdout.write("\xe9 \u2500 \udcff")
     assert streams.status(0) == 0
-    assert disk.content == b"\xe9 ? ?"
+    assert disk.content == b"\xe9 \\u2500 \\udcff"
 
 
 @pytest.mark.parametrize(

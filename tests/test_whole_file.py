@@ -100,6 +100,23 @@ class TestOnPosix:
         with pytest.raises(OSError, match="No space left"):
             write_whole(Path("/dev/full"), b"x")
 
+    def test_one_that_must_not_be_written_is_not_replaced_either(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        file = tmp_path / "a"
+        file.write_text("kept")
+        openers = Path.open
+
+        def open_or_not(path: Path, mode: str = "r", *more: object, **others: object) -> object:
+            if path == file and mode != "r":  # as where the file's rights say so, and the folder's do not
+                raise PermissionError(errno.EACCES, "Permission denied", str(path))
+            return openers(path, mode, *more, **others)  # type: ignore[call-overload]
+
+        monkeypatch.setattr(Path, "open", open_or_not)
+        with pytest.raises(PermissionError):
+            write_whole(file, b"new")
+        assert [each.read_text() for each in tmp_path.iterdir()] == ["kept"]
+
     def test_a_file_in_a_folder_where_none_can_be_made(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         file = tmp_path / "a"
         file.write_text("a long text")

@@ -10,6 +10,7 @@ import errno
 import io
 import os
 import sys
+import time
 from typing import IO, Any
 
 NOT_SAID = 1
@@ -17,6 +18,12 @@ NOT_SAID = 1
 
 _NOBODY_LISTENS = {errno.EPIPE, errno.EIO} | ({errno.EINVAL} if sys.platform == "win32" else set())
 """Who read has gone, as with `| head -1`, or the terminal was closed: that is the reader's wish, and no failure."""
+
+_WITHOUT_CHARACTER = "backslashreplace"
+"""What a stream has no character for is written as its number: a pipe on Windows lacks most, and names of files may be
+of odd bytes. Python does so for stderr; on stdout it would be an error in the middle of a line."""
+
+_NAP = 0.01  # [s]
 
 
 class Outlet(io.RawIOBase):
@@ -38,7 +45,11 @@ class Outlet(io.RawIOBase):
         count = rest.nbytes
         try:
             while rest and self.failure is None:
-                rest = rest[self._raw.write(rest) or 0 :]
+                taken = self._raw.write(rest)
+                if taken is None:  # a pipe that is full, and that somebody has told not to wait
+                    time.sleep(_NAP)
+                else:
+                    rest = rest[taken:]
         except OSError as error:
             self.failure = error
         return count
@@ -97,14 +108,17 @@ class StandardStreams:
         stream: IO[str] = getattr(sys, name)
         buffer = getattr(stream, "buffer", None)
         raw = getattr(buffer, "raw", buffer)  # with PYTHONUNBUFFERED there is nothing between
-        if not isinstance(stream, io.TextIOWrapper) or not isinstance(raw, io.RawIOBase):
-            return None  # somebody else's, such as a test's
+        if not isinstance(stream, io.TextIOWrapper):
+            return None  # somebody else's
+        if not isinstance(raw, io.RawIOBase):
+            stream.reconfigure(errors=_WITHOUT_CHARACTER)
+            return None
         self._before.append(stream)
         outlet = Outlet(raw)
         kept = io.TextIOWrapper(
             io.BufferedWriter(outlet),
             encoding=stream.encoding,
-            errors="replace" if name == "stdout" else "backslashreplace",
+            errors=_WITHOUT_CHARACTER,
             line_buffering=stream.line_buffering or name == "stderr",
             write_through=stream.write_through,
         )

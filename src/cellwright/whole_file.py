@@ -29,6 +29,8 @@ def whole_file(path: Path) -> Iterator[BinaryIO]:
         with path.open("wb") as file:
             yield file
         return
+    if is_there:
+        path.open("ab").close()  # one that must not be written is not replaced either
     try:
         file = temporary.open("xb")
     except OSError:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from cellwright.cli.signals import Stop, ended_as_by_ctrl_c, stopped_by_signals
+from cellwright.run.surroundings import surroundings_kept
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
 
@@ -40,6 +41,21 @@ def test_others_do_what_ctrl_c_does(number: int, heard: list[int]) -> None:
         signal.raise_signal(number)
     signal.raise_signal(number)
     assert heard == [number]
+
+
+@pytest.mark.parametrize("number", NUMBERS[1:])
+def test_so_they_do_where_handlers_are_put_back_after_an_agent(number: int, heard: list[int]) -> None:
+    def work() -> None:
+        with surroundings_kept():
+            signal.raise_signal(number)
+
+    with ended_as_by_ctrl_c():
+        with pytest.raises(KeyboardInterrupt):
+            work()
+        signal.raise_signal(number)
+        assert heard == [number]
+    signal.raise_signal(number)
+    assert heard == [number, number]
 
 
 def test_a_signal_that_is_ignored_stays_so() -> None:

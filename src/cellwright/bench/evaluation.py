@@ -13,12 +13,12 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from cellwright.bench.figures import BenchmarkSkippedError, Figure, Tell
-from cellwright.bench.machine import usable_processors
 from cellwright.client.client import Client
 from cellwright.description.catalogue import find_trial
 from cellwright.errors import UsageError
 from cellwright.evaluation.evaluate import Evaluation
 from cellwright.evaluation.job import EvaluatedTrial, Job, make_jobs
+from cellwright.evaluation.processors import usable_processors
 from cellwright.evaluation.results_file import ResultsFile
 
 FINALS = [f"final{number:02d}" for number in range(1, 16)]

@@ -9,6 +9,7 @@ from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from cellwright.evaluation.processors import usable_processors
 from cellwright.run.result import versions
 
 GIBIBYTE = 1024**3
@@ -48,12 +49,6 @@ def processor() -> str:
             asked = ["/usr/sbin/sysctl", "-n", "machdep.cpu.brand_string"]
             return subprocess.run(asked, capture_output=True, text=True, check=True, timeout=5.0).stdout.strip()  # noqa: S603
     return platform.processor() or platform.machine()
-
-
-def usable_processors() -> int:
-    """How many processors this process may use."""
-    allowed = getattr(os, "sched_getaffinity", None)  # on Linux alone
-    return os.cpu_count() or 1 if allowed is None else len(allowed(0))
 
 
 def memory() -> str:

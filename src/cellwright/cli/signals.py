@@ -35,14 +35,20 @@ def ended_as_by_ctrl_c() -> Iterator[None]:
 @contextmanager
 def _followed(act: Callable[[], None], numbers: Sequence[int]) -> Iterator[None]:
     before: dict[int, Any] = {}
+    has_come = False
 
-    def note(_number: int, _frame: FrameType | None) -> None:
+    def note(number: int, _frame: FrameType | None) -> None:
+        nonlocal has_come
         restore()
+        if has_come:  # somebody has put this handler back since
+            signal.raise_signal(number)
+            return
+        has_come = True
         act()
 
     def restore() -> None:
-        while before:
-            signal.signal(*before.popitem())
+        for each, handler in before.items():
+            signal.signal(each, handler)
 
     if threading.current_thread() is threading.main_thread():
         for number in numbers:

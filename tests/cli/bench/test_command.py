@@ -7,6 +7,7 @@ import pytest
 
 from cellwright.bench import benchmarks
 from cellwright.bench.figures import BenchmarkSkippedError
+from cellwright.cli.bench import command
 from cellwright.errors import UsageError
 from tests.bench.fakes import BROKEN, FREE, HELD, FakeBenchmark
 from tests.cli.conftest import CommandLine
@@ -85,10 +86,10 @@ def test_the_page_is_written(cellwright: CommandLine, tmp_path: Path) -> None:
 def test_a_page_that_cannot_be_written_is_told_after_the_figures(
     cellwright: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def refuse(*_arguments: object, **_more: object) -> int:
+    def refuse(*_arguments: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(Path, "write_text", refuse)
+    monkeypatch.setattr(command, "write_whole", refuse)
     ran = cellwright("bench", "held", "--write", "page.md")
     assert ran.status == 1
     assert "1.05 x" in ran.out

@@ -19,6 +19,7 @@ from cellwright.cli.arguments import OUTPUT
 from cellwright.cli.bench.progress import telling
 from cellwright.cli.bench.table import show
 from cellwright.cli.exit_status import DONE, NOT_DONE
+from cellwright.whole_file import write_whole
 
 _NAMES = ", ".join(f"`{each.name}`" for each in benchmarks.BENCHMARKS)
 
@@ -97,7 +98,7 @@ def bench(
 def _write(file: Path, text: str, console: Console) -> bool:
     """Write the page; whether it could be, and it is told if not: the figures have been printed by then."""
     try:
-        file.write_text(text, encoding="utf-8")
+        write_whole(file, text)
     except OSError as error:
         typer.echo(f"error: --write {file}: cannot be written: {error.strerror or error}", err=True)
         return False

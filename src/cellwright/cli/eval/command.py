@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import sys
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -26,6 +24,7 @@ from cellwright.evaluation.evaluate import Evaluation
 from cellwright.evaluation.job import EvaluatedTrial, Job, make_jobs, models_digest
 from cellwright.evaluation.junit import junit
 from cellwright.evaluation.limits import MEBIBYTE, MEMORY_IS_LIMITED, Limits
+from cellwright.evaluation.processors import usable_processors
 from cellwright.evaluation.report import report
 from cellwright.evaluation.result import Result
 from cellwright.evaluation.results_file import ResultsFile
@@ -117,7 +116,7 @@ def evaluate(
         round(_within("--memory-limit", memory_limit, *_MEMORY) * MEBIBYTE),
     )
     numbers = range(1, int(_within("--seeds", seeds, 1, _MOST_SEEDS)) + 1)
-    workers = int(_within("--jobs", _processors() if jobs is None else jobs, 1, _MOST_JOBS))
+    workers = int(_within("--jobs", usable_processors() if jobs is None else jobs, 1, _MOST_JOBS))
     try:
         wanted = make_jobs(_trials(trials, joined or []), agent, numbers, vary=vary)
     except OSError as error:
@@ -206,14 +205,6 @@ def _trials(names: Sequence[str], joined: Sequence[str]) -> list[EvaluatedTrial]
         )
         for name, parts, trial, could in found
     ]
-
-
-def _processors() -> int:
-    """How many processors this process may use: a container may have fewer than the machine."""
-    count = os.cpu_count() or 1
-    if sys.platform == "linux":
-        count = len(os.sched_getaffinity(0))
-    return count
 
 
 def _threshold(text: str) -> Threshold:
