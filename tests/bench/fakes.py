@@ -14,7 +14,7 @@ class FakeBenchmark(Benchmark):
     """Yields figures, then raises an error if it has one."""
 
     figures: tuple[Figure, ...] = ()
-    error: Exception | None = None
+    error: BaseException | None = None
 
     def about(self) -> tuple[str, ...]:
         return ("What it is.", "How it is measured.")

@@ -1,12 +1,13 @@
 """Benchmarks that find something, are skipped, or fail on the way."""
 
 import json
+import subprocess
 
 import pytest
 
 from cellwright.bench.figures import BenchmarkSkippedError, Figure
 from cellwright.bench.taking import take
-from cellwright.errors import UsageError
+from cellwright.errors import RunEndedError, UsageError
 from tests.bench.fakes import BROKEN, FREE, HELD, FakeBenchmark
 
 
@@ -30,6 +31,20 @@ def test_what_is_skipped_breaks_no_bound() -> None:
 def test_one_that_fails_keeps_what_it_found() -> None:
     taken = take(FakeBenchmark("a", "A thing", 1.0, (HELD,), UsageError("it broke")), print)
     assert (taken.figures, taken.failed, taken.is_held) == ((HELD,), "it broke", False)
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        RunEndedError("the server is gone"),
+        subprocess.TimeoutExpired("rospy", 120.0),
+        subprocess.CalledProcessError(1, "rospy"),
+        BrokenPipeError(32, "Broken pipe"),
+    ],
+)
+def test_what_becomes_of_other_processes_fails_one_benchmark_and_not_all(error: BaseException) -> None:
+    taken = take(FakeBenchmark("a", "A thing", 1.0, (HELD,), error), print)
+    assert (taken.figures, taken.failed, taken.is_held) == ((HELD,), str(error), False)
 
 
 def test_a_defect_is_not_hidden() -> None:

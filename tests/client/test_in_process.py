@@ -105,6 +105,19 @@ def test_who_keeps_a_client_past_the_end_gets_nothing_more_of_the_cell() -> None
     assert cell.state_hash() == before
 
 
+@pytest.mark.parametrize("until", [None, 10_000_000])
+def test_a_callback_that_closes_the_client_ends_its_time(until: int | None) -> None:
+    cell = Cell(KITTING)
+    transport = InProcess(cell)
+    heard: list[str] = []
+    transport.subscribe("/clock", lambda _: transport.close())
+    transport.subscribe("/ariac/gripper/state", lambda _: heard.append("gripper"))
+    with pytest.raises(RunEndedError, match="the client is closed"):
+        transport.advance(until)
+    assert transport.now() == 2_000_000
+    assert heard == []
+
+
 def test_who_has_left_leaves_nothing_behind() -> None:
     transport = InProcess(Cell(BARE))
     kept: list[object] = []

@@ -8,10 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.cell import Cell
+from cellwright.client.client import Client
 from cellwright.client.session import Session
 from cellwright.client.transports.in_process import InProcess
 from cellwright.errors import UsageError
-from tests.cells import BARE, KITTING
+from tests.cells import ARM_ONLY, BARE, KITTING
 
 
 def session_of(cell: Cell | None = None) -> Session:
@@ -221,6 +222,20 @@ def test_it_belongs_to_a_thread_and_may_be_taken_over() -> None:
         session.sleep(0.1)
     session.adopt()
     assert session.time == 0.1
+
+
+def test_what_another_thread_asks_of_a_client_leaves_it_as_it_was() -> None:
+    client = Client(InProcess(Cell(ARM_ONLY)))
+
+    def work() -> None:
+        with pytest.raises(UsageError, match="for the thread that made it"):
+            client.doze(1.0)
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    client.sleep(0.1)
+    assert client.joint_states.count == 5
 
 
 def test_the_newest_message_can_be_listened_for_now_and_then() -> None:

@@ -244,6 +244,42 @@ def test_who_has_left_hears_nothing_more() -> None:
             transport.advance(8_000_000)
 
 
+def test_who_leaves_after_closing_is_told_nothing() -> None:
+    with served(Cell(KITTING)) as home, connected(home) as transport:
+        leave = transport.subscribe("/clock", print)
+        transport.close()
+        leave()
+
+
+def test_a_callback_that_closes_the_client_ends_its_time() -> None:
+    with served(Cell(KITTING)) as home, connected(home) as transport:
+        heard: list[str] = []
+        transport.subscribe("/clock", lambda _: transport.close())
+        transport.subscribe("/ariac/gripper/state", lambda _: heard.append("gripper"))
+        with pytest.raises(RunEndedError, match="closed"):
+            transport.advance(10_000_000)
+        assert heard == []
+
+
+def test_a_client_that_another_thread_closes_waits_no_longer() -> None:
+    with served(Cell(KITTING)) as home, connected(home) as transport, connected(home, node="/other"):
+        transport.advance(2_000_000)
+        ended: list[BaseException] = []
+
+        def wait() -> None:
+            try:
+                transport._connection.listen(None)  # for what never comes: in lockstep nobody asks for time
+                transport._connection.listen(None)
+            except RunEndedError as error:
+                ended.append(error)
+
+        thread = threading.Thread(target=wait, daemon=True)
+        thread.start()
+        transport.close()
+        thread.join(10)
+        assert [str(error) for error in ended] == ["the connection was closed"]
+
+
 def test_several_guests_in_lockstep_share_time() -> None:
     with served(Cell(KITTING)) as home, connected(home, node="/one") as one, connected(home, node="/two") as two:
         one.advance(10_000_000)

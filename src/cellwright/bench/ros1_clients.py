@@ -8,6 +8,9 @@ import threading
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+LIMIT = 120.0
+"""A client that takes longer [s] has failed."""
+
 JOINTS = {"50 Hz": "/ariac/joint_states", "1 kHz": "/bench/joint_states"}
 
 CLIENT = """
@@ -119,17 +122,22 @@ class Clients:
     def _run(self) -> None:
         try:
             with self._start("echo", "/bare", 0) as echo:
-                if echo.stdout is not None:
-                    echo.stdout.readline()
-                for _ in range(self._rounds):
-                    for what in self._trips:
-                        for name in ("/bare", "/bench"):  # in turn, so that what else the machine does falls on both
-                            self.figures.setdefault(f"{what} {name}", []).extend(self._ask(what, name, self._calls))
-                echo.terminate()
+                try:
+                    if echo.stdout is not None:
+                        echo.stdout.readline()
+                    self._take_trips()
+                finally:
+                    echo.terminate()  # who leaves waits for its end
             for rate, count in self._messages.items():
                 self.figures[rate] = self._ask("joints", JOINTS[rate], count)
         except (subprocess.SubprocessError, ValueError, OSError) as error:
             self.error = str(error)
+
+    def _take_trips(self) -> None:
+        for _ in range(self._rounds):
+            for what in self._trips:
+                for name in ("/bare", "/bench"):  # in turn, so that what else the machine does falls on both
+                    self.figures.setdefault(f"{what} {name}", []).extend(self._ask(what, name, self._calls))
 
     def _start(self, what: str, name: str, count: int) -> subprocess.Popen[str]:
         command = [*self._command, what, name, str(count)]
@@ -137,6 +145,10 @@ class Clients:
 
     def _ask(self, what: str, name: str, count: int) -> list[float]:
         with self._start(what, name, count) as client:
-            said, _ = client.communicate(timeout=120.0)
+            try:
+                said, _ = client.communicate(timeout=LIMIT)
+            except subprocess.TimeoutExpired:
+                client.kill()
+                raise
         figures: list[float] = json.loads(said)
         return figures

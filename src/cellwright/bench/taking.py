@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from subprocess import SubprocessError
 from typing import Any
 
 from cellwright.bench.benchmarks import Benchmark
 from cellwright.bench.figures import BenchmarkSkippedError, Figure, Tell
-from cellwright.errors import CellwrightError
+from cellwright.errors import CellwrightError, RunEndedError
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,6 @@ def take(benchmark: Benchmark, tell: Tell, *, quick: bool = False) -> Taken:
             figures.append(figure)  # noqa: PERF402 - one that fails keeps what it found before
     except BenchmarkSkippedError as reason:
         skipped = str(reason)
-    except CellwrightError as error:
-        failed = str(error)
+    except (CellwrightError, RunEndedError, SubprocessError, OSError) as error:  # also of a process that it started
+        failed = str(error) or type(error).__name__
     return Taken(benchmark, tuple(figures), skipped, failed)

@@ -177,9 +177,10 @@ class Client(Session):
         them as they were.
 
         Raises:
-            UsageError: called from a callback, or with a negative or non-finite duration.
+            UsageError: called from a callback or another thread, or with a negative or non-finite duration.
             RunEndedError: the run is over.
         """
+        self._refuse_nesting()  # before anything is left
         # over ROS a connection would have to be made anew each time
         if not AWAKE < duration < math.inf or not self.transport.knows_all_topics:
             self.sleep(duration)

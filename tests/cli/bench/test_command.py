@@ -54,6 +54,11 @@ def test_quick_figures_are_not_judged(cellwright: CommandLine) -> None:
     assert "HELD" not in ran.out
 
 
+def test_what_fails_fails_quickly_too(cellwright: CommandLine) -> None:
+    ran = cellwright("bench", "failed", "--quick", "--json")
+    assert ran.status == json.loads(ran.out)["exit_status"] == 1
+
+
 def test_all_of_them_as_json(cellwright: CommandLine) -> None:
     ran = cellwright("bench", "--json")
     document = json.loads(ran.out)

@@ -79,7 +79,7 @@ def bench(
         with telling(console, each.title) as tell:
             taken.append(take(each, tell, quick=quick))
         show(console, taken[-1], judged=not quick)
-    status = DONE if quick or all(each.is_held for each in taken) else NOT_DONE
+    status = DONE if all(not each.failed if quick else each.is_held for each in taken) else NOT_DONE
     if write is not None and not _write(write, page(taken, about, today, quick=quick), console):
         status = NOT_DONE
     if as_json:

@@ -6,6 +6,7 @@ import itertools
 import select
 import socket
 from collections.abc import Callable
+from contextlib import suppress
 
 from cellwright import errors
 from cellwright.errors import CellwrightError, RunEndedError, UnknownNameError, UsageError
@@ -118,15 +119,22 @@ class Connection:
         """
         if self._end is not None:
             raise RunEndedError(self._end)
-        while not select.select([self._socket], (), (), _LOOK if timeout is None else timeout)[0]:
-            if timeout is not None:
-                return False
+        try:
+            while not select.select([self._socket], (), (), _LOOK if timeout is None else timeout)[0]:
+                if timeout is not None:
+                    return False
+        except (OSError, ValueError):  # another thread has hung up meanwhile
+            if self._end is None:
+                raise
+            raise RunEndedError(self._end) from None
         self._read()
         return True
 
     def close(self) -> None:
         """Hang up."""
         self._end = self._end or "the connection was closed"
+        with suppress(OSError):
+            self._socket.shutdown(socket.SHUT_RDWR)  # a thread that listens is not left waiting
         self._socket.close()
 
     # ---------------------------------------------------------------- bytes
@@ -145,7 +153,7 @@ class Connection:
                 self._socket.sendall(data)
             else:
                 self._send_much(data)
-        except OSError:
+        except (OSError, ValueError):  # the second where another thread has hung up meanwhile
             self._is_over("the server is gone")
             raise RunEndedError(self._end) from None
 

@@ -47,13 +47,15 @@ class InProcess:
         """Step to `until` [ns], or until `finished()`; deliver what comes after each step.
 
         Raises:
-            RunEndedError: the deadline has come, and no more time passes.
+            RunEndedError: the deadline has come or the client was closed, and no more time passes.
         """
         self._refuse_if_closed()
         clock, step, mail = self.cell.simulation.clock, self.step, self._mail
         while until is None or clock.now < until:
             if clock.now >= self.deadline:
                 raise RunEndedError(self.reason)
+            if self._is_closed:
+                raise RunEndedError(CLOSED)
             step()
             if mail:
                 self._deliver()
@@ -117,6 +119,8 @@ class InProcess:
     def _deliver(self) -> None:
         # What callbacks cause comes with the next step, so that a conversation cannot stop time.
         for _ in range(len(self._mail)):
+            if not self._mail:  # the callback before has closed the client
+                return
             listening, message = self._mail.popleft()
             for callback in listening:
                 callback(message)

@@ -108,8 +108,8 @@ class SocketTransport:
             nonlocal wanted
             if wanted:
                 wanted = False  # also what lies in the mail already is not delivered any more
-                del self._deliveries[number]
-                self._connection.say(Frame(Kind.UNSUBSCRIBE, number))
+                if self._deliveries.pop(number, None) is not None:  # none is left of a client that was closed
+                    self._connection.say(Frame(Kind.UNSUBSCRIBE, number))
 
         self._deliveries[number] = deliver  # what is latched comes before the answer
         try:
@@ -187,5 +187,7 @@ class SocketTransport:
     def _deliver(self) -> None:
         # What callbacks cause comes with the next step, so that a conversation cannot stop time.
         for _ in range(len(self._mail)):
+            if not self._mail:  # the callback before has closed the client
+                return
             deliver, data = self._mail.popleft()
             deliver(data)
