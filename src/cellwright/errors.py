@@ -92,3 +92,24 @@ def did_you_mean(name: str, valid: Iterable[str]) -> str:
     """The tail "; did you mean X" when one of the valid names is close, else an empty string."""
     close = get_close_matches(name, list(valid), n=1, cutoff=0.6)
     return f"; did you mean {close[0]}" if close else ""
+
+
+def showable(text: str, most: int) -> str:
+    """A text that any terminal and any file can hold: line breaks and tabs stay, what cannot be shown is written out.
+
+    Args:
+        text: from somebody else's code, so it may hold anything.
+        most: so many characters are kept of a longer one, half of them from its end.
+    """
+    if len(text) > most:
+        text = f"{text[: most // 2]} … {text[-(most // 2) :]}"
+    return "".join(sign if sign.isprintable() or sign in "\n\t" else repr(sign)[1:-1] for sign in text)
+
+
+def in_a_line(error: BaseException, most: int = 1000) -> str:
+    """Type and reason of an error that somebody else's code has raised: one line, showable, of about `most` signs."""
+    try:
+        text = error.msg if isinstance(error, SyntaxError) else str(error)
+    except Exception:  # its own way of saying itself fails
+        text = "it does not say why"
+    return f"{type(error).__name__}: {' '.join(showable(text, most).split())}".rstrip(": ")

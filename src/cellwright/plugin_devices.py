@@ -8,6 +8,7 @@ the cell's own.
 from __future__ import annotations
 
 from cellwright.description.trial import PluginDevice
+from cellwright.errors import in_a_line
 from cellwright.extensions import entry_points as plugins
 from cellwright.extensions.guarded import guard
 from cellwright.simulation.device import Device
@@ -31,7 +32,7 @@ def make_brought_device(description: PluginDevice, cell: object) -> Device:
     try:
         device = make(description.name, description.settings, cell)
     except Exception as error:
-        raise plugins.refusal("devices", kind, f"cannot be made: {type(error).__name__}: {error}") from error
+        raise plugins.refusal("devices", kind, f"cannot be made: {in_a_line(error)}") from error
     if not isinstance(device, Device):
         raise plugins.refusal(
             "devices", kind, f"must make a Device, and made something of the type {type(device).__name__}"

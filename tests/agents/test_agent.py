@@ -28,6 +28,22 @@ class Picky:
     def run(self, client):
         pass
 
+class Unsaid(Exception):
+    def __str__(self):
+        raise RuntimeError
+
+class Sulky(Robot):
+    def __init__(self):
+        raise Unsaid
+
+class Async:
+    async def run(self, client):
+        pass
+
+class Stepwise:
+    def run(self, client):
+        yield
+
 class NoAgent:
     pass
 
@@ -84,6 +100,8 @@ def test_a_class_of_an_installed_package() -> None:
         ("my_robot.py:NoAgent", "an agent is a class with a method run"),
         ("my_robot.py:run_fast", "an agent is a class with a method run"),
         ("my_robot.py:NUMBER", "an agent is a class with a method run"),
+        ("my_robot.py:Async", "run.client. must be a plain method, without async or yield"),
+        ("my_robot.py:Stepwise", "run.client. must be a plain method, without async or yield"),
         ("broken.py:Robot", "broken.py:1: cannot be imported: ModuleNotFoundError: .*no_such_module_of_mine"),
         ("quits.py:Robot", "quits.py:2: cannot be imported: SystemExit: no ROS here"),
         ("quits:Robot", "quits: cannot be imported: SystemExit: no ROS here"),
@@ -99,3 +117,5 @@ def test_an_agent_that_cannot_be_made(folder: Path) -> None:
     make = find_agent("my_robot.py:Picky")
     with pytest.raises(AgentError, match=r"my_robot.py:Picky: cannot be made: TypeError: .*tool"):
         make()
+    with pytest.raises(AgentError, match=r"my_robot.py:Sulky: cannot be made: Unsaid: it does not say why"):
+        find_agent("my_robot.py:Sulky")()

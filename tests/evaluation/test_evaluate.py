@@ -95,7 +95,7 @@ def test_a_settled_job_is_not_run_again(judge: Judge) -> None:
     ("program", "outcome", "reason", "logged"),
     [
         ("GiveUp", "gave_up", "the agent ended before the orders were complete", ""),
-        ("Crash", "crashed", "LookupError: the part <gone> & away \x07", "in run"),
+        ("Crash", "crashed", "LookupError: the part <gone> & away \\x07", "in run"),
         ("Exit", "crashed", "the agent exited with 3", "the agent exited with 3"),
         ("Quit", "died", "the process ended without a result: exit status 0", "last words"),
         pytest.param("Kill", "died", "the process ended without a result: killed by SIGKILL", "", marks=POSIX),

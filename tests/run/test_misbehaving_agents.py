@@ -23,6 +23,15 @@ class OwnError(BaseException):
     """One that `except Exception` passes over."""
 
 
+class UnsaidError(Exception):
+    """One that fails when it is asked what it is."""
+
+    def __str__(self) -> str:
+        raise RuntimeError
+
+    __repr__ = __str__
+
+
 def in_a_callback(error: BaseException) -> Callable[[Client], object]:
     def script(client: Client) -> None:
         def fail(_message: object) -> None:
@@ -60,6 +69,20 @@ def test_whatever_it_raises_is_a_crash_and_the_score_stands(
     assert result.outcome is Outcome.CRASHED
     assert result.error.splitlines()[-1].endswith(f"{error.__name__}: mine")
     assert "working.py" not in result.error
+
+
+def test_what_it_says_can_be_shown_and_kept() -> None:
+    said = work(at_once(RuntimeError("\ud800 \x1b[2J\n\x00 <b>" + 5_000_000 * "long"))).error
+    assert len(said) < 30_000
+    assert all(sign.isprintable() or sign == "\n" for sign in said)
+    said.encode()
+    assert "\\ud800 \\x1b[2J\n\\x00 <b>longlong" in said
+
+
+@pytest.mark.parametrize("error", [UnsaidError(), SystemExit(UnsaidError())])
+def test_an_error_that_cannot_say_itself(error: BaseException) -> None:
+    result = work(at_once(error))
+    assert (result.outcome, "UnsaidError" in result.error) == (Outcome.CRASHED, True)
 
 
 def test_endless_recursion() -> None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from typing import Protocol, runtime_checkable
 
 from cellwright.client.client import Client
-from cellwright.errors import CellwrightError, UnknownNameError
+from cellwright.errors import CellwrightError, UnknownNameError, in_a_line
 from cellwright.extensions import entry_points as plugins
 from cellwright.extensions import own_classes
 
@@ -54,6 +55,10 @@ def _maker(target: str, found: object) -> Callable[[], Agent]:
     """What makes an agent of a class."""
     if not callable(found) or not hasattr(found, "run"):
         raise AgentError(f"{target}: an agent is a class with a method run(client)")
+    run = found.run
+    if inspect.iscoroutinefunction(run) or inspect.isgeneratorfunction(run) or inspect.isasyncgenfunction(run):
+        # called, it would do nothing and say nothing
+        raise AgentError(f"{target}: its run(client) must be a plain method, without async or yield")
 
     def make() -> Agent:
         try:
@@ -61,7 +66,7 @@ def _maker(target: str, found: object) -> Callable[[], Agent]:
         except KeyboardInterrupt:
             raise
         except BaseException as error:
-            raise AgentError(f"{target}: cannot be made: {own_classes.reason(error)}") from error
+            raise AgentError(f"{target}: cannot be made: {in_a_line(error)}") from error
         return agent
 
     return make

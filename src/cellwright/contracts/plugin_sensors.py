@@ -14,6 +14,7 @@ from cellwright.description.sensors import SENSOR_TYPES
 from cellwright.description.trial import Sensor as SensorDescription
 from cellwright.devices.sensors.scene import Scene
 from cellwright.devices.sensors.sensor import Sensor
+from cellwright.errors import in_a_line
 from cellwright.extensions import entry_points as plugins
 from cellwright.extensions.guarded import call, guard
 from cellwright.messages import Message
@@ -48,7 +49,7 @@ def make_brought_sensor(description: SensorDescription, scene: Scene) -> Sensor[
     try:
         sensor = plugin.make(description, scene)
     except Exception as error:
-        raise plugins.refusal("sensors", kind, f"cannot be made: {type(error).__name__}: {error}") from error
+        raise plugins.refusal("sensors", kind, f"cannot be made: {in_a_line(error)}") from error
     if not isinstance(sensor, Sensor):
         raise plugins.refusal(
             "sensors", kind, f"must make a Sensor, and made something of the type {type(sensor).__name__}"

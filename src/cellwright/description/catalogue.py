@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from importlib.resources import files
 from pathlib import Path
 
-from cellwright.errors import UnknownNameError
+from cellwright.errors import UnknownNameError, in_a_line
 from cellwright.extensions import entry_points as plugins
 
 _SUFFIX = ".yaml"
@@ -77,7 +77,7 @@ def _brought(name: str) -> Path:
     try:
         path = found() if callable(found) else found
     except Exception as error:
-        raise plugins.refusal("trials", name, f"failed: {type(error).__name__}: {error}") from error
+        raise plugins.refusal("trials", name, f"failed: {in_a_line(error)}") from error
     if not isinstance(path, str | Path):
         raise plugins.refusal("trials", name, f"must be the path of a file, and is of the type {type(path).__name__}")
     if not Path(path).is_file():

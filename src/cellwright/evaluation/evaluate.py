@@ -11,7 +11,7 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
 
-from cellwright.errors import UsageError
+from cellwright.errors import UsageError, showable
 from cellwright.evaluation.job import Job
 from cellwright.evaluation.limits import MEBIBYTE, MEMORY_IS_LIMITED, Limits, memory_of_sessions
 from cellwright.evaluation.result import Lost, Result, lost
@@ -25,6 +25,7 @@ _LOOK = 0.2  # [s] between two looks at the limits
 _START = 60.0  # [s] that a process may take until it begins with its job
 _GRACE = 5.0  # [s] after which a worker is ended that should have ended itself
 _HASTE = 0.5  # [s] by which a worker may begin to count before it is seen to
+_LONGEST_REASON = 1000  # characters
 _SELF_ENDED = "exit status 1"  # of a worker that has seen its time run out
 
 
@@ -175,7 +176,7 @@ class Evaluation:
     def _told(self, job: Job, told: Mapping[str, Any]) -> Result:
         content = dict(told)
         error = content.pop("error").strip()
-        last = error.splitlines()[-1] if error else ""
+        last = showable(error.splitlines()[-1], _LONGEST_REASON) if error else ""
         result = Result(
             key=job.key,
             trial=job.trial.name,

@@ -8,7 +8,7 @@ from __future__ import annotations
 from importlib.metadata import EntryPoint, entry_points
 from typing import Literal, TypeAlias, TypeVar
 
-from cellwright.errors import CellwrightError, UnknownNameError
+from cellwright.errors import CellwrightError, UnknownNameError, in_a_line
 
 Kind: TypeAlias = Literal["agents", "trials", "sensors", "devices"]
 
@@ -46,7 +46,7 @@ def load(kind: Kind, name: str) -> object:
     except KeyboardInterrupt:
         raise
     except BaseException as error:
-        raise refusal(kind, name, f"cannot be imported: {type(error).__name__}: {error}") from error
+        raise refusal(kind, name, f"cannot be imported: {in_a_line(error)}") from error
 
 
 def load_as(kind: Kind, name: str, wanted: type[T]) -> T:

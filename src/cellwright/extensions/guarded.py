@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any, TypeVar
 
-from cellwright.errors import SimulationError
+from cellwright.errors import SimulationError, in_a_line
 from cellwright.extensions.entry_points import Kind, refusal
 
 T = TypeVar("T")
@@ -41,5 +41,5 @@ def call(kind: Kind, name: str, function: Callable[..., Any], *arguments: Any) -
     except SimulationError:  # the engine's, or another thing's that it has called
         raise
     except Exception as error:
-        what = f"failed in {getattr(function, '__name__', 'it')}: {type(error).__name__}: {error}"
+        what = f"failed in {getattr(function, '__name__', 'it')}: {in_a_line(error)}"
         raise PluginFailedError(str(refusal(kind, name, what))) from error

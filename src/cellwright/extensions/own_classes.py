@@ -9,7 +9,7 @@ import traceback
 from pathlib import Path
 from typing import Any
 
-from cellwright.errors import CellwrightError, UnknownNameError
+from cellwright.errors import CellwrightError, UnknownNameError, in_a_line
 
 
 def is_place(name: str) -> bool:
@@ -38,12 +38,6 @@ def find(name: str, *, method: str, error: type[CellwrightError]) -> Any:
         raise error(f"{place}: {UnknownNameError('class', class_name, classes).sentence()}") from None
 
 
-def reason(error: BaseException) -> str:
-    """An error in one line."""
-    text = error.msg if isinstance(error, SyntaxError) else str(error)
-    return f"{type(error).__name__}: {' '.join(text.split())}"
-
-
 def _import_module(name: str, error: type[CellwrightError]) -> object:
     folder = str(Path.cwd())
     if folder not in sys.path:
@@ -53,7 +47,7 @@ def _import_module(name: str, error: type[CellwrightError]) -> object:
     except KeyboardInterrupt:
         raise
     except BaseException as cause:
-        raise error(f"{name}: cannot be imported: {reason(cause)}") from cause
+        raise error(f"{name}: cannot be imported: {in_a_line(cause)}") from cause
 
 
 def _import_file(path: Path, error: type[CellwrightError]) -> object:
@@ -71,7 +65,7 @@ def _import_file(path: Path, error: type[CellwrightError]) -> object:
     except KeyboardInterrupt:
         raise
     except BaseException as cause:
-        raise error(f"{path}{_line(path, cause)}: cannot be imported: {reason(cause)}") from cause
+        raise error(f"{path}{_line(path, cause)}: cannot be imported: {in_a_line(cause)}") from cause
     return module
 
 

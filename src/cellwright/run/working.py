@@ -6,10 +6,12 @@ import traceback
 
 from cellwright.agents.agent import Agent
 from cellwright.client.client import Client
-from cellwright.errors import RunEndedError, SimulationError
+from cellwright.errors import RunEndedError, SimulationError, showable
 from cellwright.run.course import Course, how_it_ended, wait_for_kits
 from cellwright.run.result import Outcome
 from cellwright.run.surroundings import surroundings_kept
+
+_LONGEST = 20_000  # characters of what is told of an error
 
 
 def work_in_process(agent: Agent | None, course: Course) -> tuple[Outcome, str]:
@@ -49,8 +51,9 @@ def let_work(agent: Agent, client: Client) -> None:
 def told(error: BaseException, *files: str) -> str:
     """The error and how the agent came to it; frames of this file and of `files` are of no interest to its author."""
     if isinstance(error, SystemExit):
-        return f"the agent exited with {error.code!r}\n"
+        code = error.code if isinstance(error.code, int | str) else type(error.code)
+        return showable(f"the agent exited with {code!r}", _LONGEST) + "\n"
     inner = error.__traceback__
     while inner is not None and inner.tb_frame.f_code.co_filename in (__file__, *files):
         inner = inner.tb_next
-    return "".join(traceback.format_exception(type(error), error, inner or error.__traceback__))
+    return showable("".join(traceback.format_exception(type(error), error, inner or error.__traceback__)), _LONGEST)

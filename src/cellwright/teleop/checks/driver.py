@@ -10,6 +10,7 @@ import numpy as np
 
 from cellwright.description.robot.config import RobotConfig
 from cellwright.description.robot.model import Limits, RobotModel
+from cellwright.errors import in_a_line
 from cellwright.teleop.drivers.driver import Driver
 from cellwright.teleop.drivers.live import DriverError, LiveDriver
 
@@ -37,7 +38,7 @@ def check_driver(make: Callable[[RobotConfig], Driver], config: RobotConfig, *, 
     try:
         driver = make(config)
     except Exception as error:  # somebody else's code
-        return [f"it cannot be made: {type(error).__name__}: {error}"]
+        return [f"it cannot be made: {in_a_line(error)}"]
     problems = _lacking(driver)
     if problems:
         return problems

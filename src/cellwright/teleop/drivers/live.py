@@ -16,7 +16,7 @@ import numpy as np
 
 from cellwright.description.robot.config import RobotConfig
 from cellwright.devices.joint_servos import Array, JointReadings
-from cellwright.errors import CellwrightError, UnknownNameError
+from cellwright.errors import CellwrightError, UnknownNameError, in_a_line
 from cellwright.teleop.drivers.driver import Driver
 
 PATIENCE = 0.5
@@ -122,7 +122,7 @@ class LiveDriver:
             except DriverError as error:
                 self._fail(str(error))
             except BaseException as error:  # it is somebody else's code, and the node goes on
-                self._fail(f"{type(error).__name__}: {' '.join(str(error).split())}".rstrip(": "))
+                self._fail(in_a_line(error))
             first.set()
             self._awake.wait(_IDLE)
             self._awake.clear()
@@ -188,7 +188,7 @@ def _places(joints: tuple[str, ...], driver: Driver) -> np.ndarray[tuple[int], n
     try:
         names = tuple(driver.joints)
     except Exception as error:  # somebody else's code
-        raise DriverError(f"the driver cannot be used: its joints: {type(error).__name__}: {error}") from error
+        raise DriverError(f"the driver cannot be used: its joints: {in_a_line(error)}") from error
     for name in names:
         if name not in joints:
             raise DriverError(f"the driver cannot be used: {UnknownNameError('joint', str(name), joints)}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from cellwright.description.robot.config import RobotConfig
+from cellwright.errors import in_a_line
 from cellwright.extensions import own_classes
 from cellwright.teleop.drivers.driver import Driver
 from cellwright.teleop.drivers.live import DriverError
@@ -29,7 +30,7 @@ def find_driver(name: str) -> Callable[[RobotConfig], Driver]:
         except KeyboardInterrupt:
             raise
         except BaseException as error:
-            raise DriverError(f"{name}: cannot be made: {own_classes.reason(error)}") from error
+            raise DriverError(f"{name}: cannot be made: {in_a_line(error)}") from error
         return driver
 
     return make
