@@ -36,3 +36,4 @@ def test_an_error_in_a_line() -> None:
     assert in_a_line(ValueError("no\n  part")) == "ValueError: no part"
     assert in_a_line(KeyError()) == "KeyError"
     assert in_a_line(SyntaxError("wrong", ("file.py", 1, 2, "text"))) == "SyntaxError: wrong"
+    assert in_a_line(SyntaxError()) == "SyntaxError"

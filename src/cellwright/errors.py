@@ -109,7 +109,7 @@ def showable(text: str, most: int) -> str:
 def in_a_line(error: BaseException, most: int = 1000) -> str:
     """Type and reason of an error that somebody else's code has raised: one line, showable, of about `most` signs."""
     try:
-        text = error.msg if isinstance(error, SyntaxError) else str(error)
+        text = str(error.msg or "") if isinstance(error, SyntaxError) else str(error)
     except Exception:  # its own way of saying itself fails
         text = "it does not say why"
     return f"{type(error).__name__}: {' '.join(showable(text, most).split())}".rstrip(": ")
