@@ -133,10 +133,10 @@ def test_a_picture_that_was_never_taken(cellwright: CommandLine, tmp_path: Path)
 def test_a_full_disk_costs_the_picture_and_not_the_run(
     cellwright: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def full(self: Path, data: bytes) -> int:
+    def full(path: Path, content: bytes) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("pathlib.Path.write_bytes", full)
+    monkeypatch.setattr("cellwright.viewer.picture.write_whole", full)
     ran = cellwright("run", "lesson", "--agent", "none", "--until", "0.1")
     assert ran.status == 0
     assert "state hash" in ran.out
