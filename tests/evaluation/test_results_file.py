@@ -47,7 +47,7 @@ def test_of_two_results_the_later_counts(tmp_path: Path) -> None:
 @pytest.mark.parametrize("device", ["/dev/full", "/dev/zero", "."])
 def test_what_is_no_plain_file_is_not_read(tmp_path: Path, device: str) -> None:
     (tmp_path / RESULTS).symlink_to(device)
-    with pytest.raises(UsageError, match="results.jsonl: no plain file"):
+    with pytest.raises(UsageError, match=r"results\.jsonl: no plain file"):
         ResultsFile(tmp_path)
 
 
