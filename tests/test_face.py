@@ -88,6 +88,17 @@ def test_a_class_is_made() -> None:
     assert cellwright.run_trial("lesson", Ender).outcome is cellwright.Outcome.DONE
 
 
+def test_a_class_that_makes_no_agent() -> None:
+    class Demanding(Ender):
+        def __init__(self, cell: object) -> None:
+            raise AssertionError
+
+    with pytest.raises(AgentError, match=r"Demanding: cannot be made: TypeError: .*'cell'"):
+        cellwright.run_trial("lesson", Demanding)
+    with pytest.raises(AgentError, match=r"an agent is a class with a method run\(client\)"):
+        cellwright.run_trial("lesson", int)  # type: ignore[arg-type]
+
+
 def test_an_agent_by_its_name() -> None:
     options = cellwright.RunOptions(until=0.5)
     result = cellwright.run_trial("lesson", "lesson", options=options)

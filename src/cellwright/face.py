@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Iterable
 from pathlib import Path
 
-from cellwright.agents.agent import Agent, find_agent
+from cellwright.agents.agent import Agent, find_agent, maker_of
 from cellwright.cell import Cell
 from cellwright.description import gear2017
 from cellwright.description.catalogue import find_trial
@@ -87,7 +87,7 @@ def _made(agent: Agent | type[Agent] | str | None) -> Agent | None:
     """The agent that is meant; a class is made, as the command line makes it."""
     if isinstance(agent, str):
         return find_agent(agent)()
-    return agent() if isinstance(agent, type) else agent
+    return maker_of(agent.__qualname__, agent)() if isinstance(agent, type) else agent
 
 
 def _warn(lines: Iterable[object]) -> None:

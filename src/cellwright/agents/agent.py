@@ -43,16 +43,24 @@ def find_agent(name: str) -> Callable[[], Agent]:
             it too, when that fails.
     """
     if name not in BUNDLED and ":" not in name and name in plugins.names("agents"):
-        return _maker(f"agent {name}", plugins.load("agents", name))
+        return maker_of(f"agent {name}", plugins.load("agents", name))
     target = BUNDLED.get(name, name)
     if not own_classes.is_place(target):
         reason = UnknownNameError("agent", name, [*BUNDLED, *plugins.names("agents")]).sentence()
         raise AgentError(f"{reason}; your own is given as path.py:Class or module:Class")
-    return _maker(target, own_classes.find(target, method="run", error=AgentError))
+    return maker_of(target, own_classes.find(target, method="run", error=AgentError))
 
 
-def _maker(target: str, found: object) -> Callable[[], Agent]:
-    """What makes an agent of a class."""
+def maker_of(target: str, found: object) -> Callable[[], Agent]:
+    """What makes an agent of a class.
+
+    Args:
+        target: the class as its author knows it.
+        found: the class.
+
+    Raises:
+        AgentError: it is none of an agent. Making the agent raises it too, when that fails.
+    """
     if not callable(found) or not hasattr(found, "run"):
         raise AgentError(f"{target}: an agent is a class with a method run(client)")
     run = found.run

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any, TypeVar
 
-from cellwright.errors import SimulationError, in_a_line
+from cellwright.errors import RunEndedError, SimulationError, in_a_line
 from cellwright.extensions.entry_points import Kind, refusal
 
 T = TypeVar("T")
@@ -38,8 +38,8 @@ def call(kind: Kind, name: str, function: Callable[..., Any], *arguments: Any) -
     """
     try:
         return function(*arguments)
-    except SimulationError:  # the engine's, or another thing's that it has called
+    except (SimulationError, RunEndedError, KeyboardInterrupt):  # the engine's, or another thing's that it has called
         raise
-    except Exception as error:
+    except BaseException as error:  # one that says exit would be taken for the agent, which may end so
         what = f"failed in {getattr(function, '__name__', 'it')}: {in_a_line(error)}"
         raise PluginFailedError(str(refusal(kind, name, what))) from error
