@@ -5,6 +5,10 @@ BIN := .venv/bin
 JOBS ?= 2
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
+# Asked before .venv is made: one of an older Python would be there to stay.
+IS_NEW_ENOUGH := 'import sys; sys.version_info < (3, 11) and sys.exit("Python 3.11 or newer is needed, and this is \
+%d.%d; name another: make PYTHON=python3.12" % tuple(sys.version_info[:2]))'
+
 .PHONY: run lesson test ros1 display check docs bench soak fuzz format clean
 
 run: .venv/.installed
@@ -56,6 +60,7 @@ format: .venv/.installed-dev
 
 # A .venv without pip is one whose making failed (Debian needs python3-venv for it): it is made again.
 .venv/.installed: pyproject.toml
+	@test -x $(BIN)/pip || $(PYTHON) -c $(IS_NEW_ENOUGH)
 	test -x $(BIN)/pip || $(PYTHON) -m venv --clear .venv
 	$(BIN)/python -m pip install --quiet --editable .
 	@touch $@

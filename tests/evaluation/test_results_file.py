@@ -43,6 +43,14 @@ def test_of_two_results_the_later_counts(tmp_path: Path) -> None:
         assert len(store.results) == 3
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no such links and devices")
+@pytest.mark.parametrize("device", ["/dev/full", "/dev/zero", "."])
+def test_what_is_no_plain_file_is_not_read(tmp_path: Path, device: str) -> None:
+    (tmp_path / RESULTS).symlink_to(device)
+    with pytest.raises(UsageError, match=r"results\.jsonl: no plain file"):
+        ResultsFile(tmp_path)
+
+
 @given(cut=st.integers(min_value=0, max_value=10_000))
 def test_wherever_it_was_cut_off_whole_lines_count_and_it_goes_on(
     cut: int, tmp_path_factory: pytest.TempPathFactory

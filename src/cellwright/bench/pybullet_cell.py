@@ -1,7 +1,9 @@
 """The whole cell beside PyBullet, and whether both simulate the same.
 
 Both take equally many steps in turn, and the best of the repeats counts. Ours is the whole product, which nobody
-listens to; PyBullet does nothing but step and drive the arm, sampled from the same trajectory.
+listens to; PyBullet does nothing but step and drive the arm, sampled from the same trajectory, and the time that this
+sampling takes counts for both. Shapes, masses, gravity, friction and the belt's speed are the same in both; all else of
+PyBullet is its default.
 """
 
 from __future__ import annotations

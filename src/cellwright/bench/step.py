@@ -1,4 +1,8 @@
-"""What a step of the cell costs, with parts at rest and awake."""
+"""What a step of the cell costs, with parts at rest and awake.
+
+Small parts of four kinds lie in the bins; the belt and the arm stand still, and nobody listens. What is at rest sleeps.
+Awake is the same cell with the engine's sleeping switched off: nothing moves there either, but all of it is computed.
+"""
 
 from __future__ import annotations
 

@@ -37,6 +37,8 @@ class ResultsFile:
     def __init__(self, folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self.path = folder / RESULTS
+        if self.path.exists() and not self.path.is_file():  # a device may be read without end
+            raise UsageError(f"{self.path}: no plain file; take another folder")
         self._results: dict[str, Result] = {}
         self._file: FileIO = self.path.open("a+b", buffering=0)
         self._size = 0  # of what is known to be sound
