@@ -107,7 +107,7 @@ def test_it_hears_and_time_passes(live: tuple[FakeCell, Ros1Transport]) -> None:
     begin = transport.now()
     assert begin > 0
     leave = transport.subscribe("/words", lambda message: heard_words.append(message.data))
-    assert cell.listeners("/words") == 1  # from the moment on that subscribing was over
+    until(lambda: cell.listeners("/words") == 1, 5.0, "subscription")  # it is on its way when subscribing is over
     for word in ("one", "two"):
         cell.say("/words", to_ros1(String(word)))
     transport.advance(None, lambda: len(heard_words) == 2)

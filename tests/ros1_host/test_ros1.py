@@ -227,7 +227,8 @@ def test_ctrl_c_ends_all_and_leaves_the_master_tidy(master: Ground) -> None:
 def test_it_can_be_ended_at_any_moment(no_master: Ground, number: signal.Signals, part: int) -> None:
     """The start is cut into parts, of which each is met somewhere; `Ground.close` looks for what is left behind."""
     moment = random.Random(f"{number}{part}").uniform(0.8 * part, 0.8 * (part + 1))
-    cell = no_master.cellwright("serve", "lesson", "--ros1", "--port", "0")
+    # where glfw is installed the engine loads it unprompted, which starts a process that fails when its parent is gone
+    cell = no_master.cellwright("serve", "lesson", "--ros1", "--port", "0", MUJOCO_GL="disable")
     if part == 2:
         cell.wait_for("^ready", LIMIT)
     else:
