@@ -75,7 +75,7 @@ def work() -> dict[str, object]:
     rospy.Subscriber("/io_teleop/joint_states", JointState, lambda m: seen.update(zip(m.name, m.position, strict=True)))
 
     def out(topic: str, kind: type) -> rospy.Publisher:
-        publisher = rospy.Publisher(topic, kind, queue_size=1)
+        publisher = rospy.Publisher(topic, kind, queue_size=10)  # with 1, a second message may push out the first
         while publisher.get_num_connections() == 0:
             rospy.sleep(0.02)
         return publisher

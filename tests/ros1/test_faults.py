@@ -143,7 +143,7 @@ def send_bad(case: dict[str, Any]) -> None:
     for seconds in case.get("times", [1.0]):
         positions = case.get("positions", [2.5, 1.0, -1.2, 3.2, 3.5, -1.5, 0.0])
         message.points.append(JointTrajectoryPoint(positions=positions, time_from_start=rospy.Duration(seconds)))
-    publisher = rospy.Publisher("/ariac/arm/command", JointTrajectory, queue_size=1)
+    publisher = rospy.Publisher("/ariac/arm/command", JointTrajectory, queue_size=10)
     while publisher.get_num_connections() == 0:
         rospy.sleep(0.01)
     publisher.publish(message)
@@ -179,7 +179,7 @@ def bytes_that_are_no_message() -> None:
             buff.write(b"\xff" * 50)
 
     rospy.init_node("garbage", anonymous=True)
-    publisher = rospy.Publisher("/ariac/arm/command", Garbage, queue_size=1)
+    publisher = rospy.Publisher("/ariac/arm/command", Garbage, queue_size=10)
     while publisher.get_num_connections() == 0:
         rospy.sleep(0.01)
     for _ in range(10):
@@ -199,7 +199,7 @@ def wrong_type() -> int:
     from std_msgs.msg import String
 
     rospy.init_node("wrong", anonymous=True)
-    publisher = rospy.Publisher("/ariac/arm/command", String, queue_size=1)
+    publisher = rospy.Publisher("/ariac/arm/command", String, queue_size=10)
     rospy.sleep(1.0)
     return int(publisher.get_num_connections())
 

@@ -163,7 +163,7 @@ def reset_in_mid_motion(count: int) -> dict[str, Any]:
     from std_srvs.srv import Trigger
 
     rospy.init_node("resetter", anonymous=True)
-    commands = rospy.Publisher("/io_teleop/joint_cmd", JointState, queue_size=1)
+    commands = rospy.Publisher("/io_teleop/joint_cmd", JointState, queue_size=10)
     states: list[Any] = []
     rospy.Subscriber("/io_teleop/joint_states", JointState, states.append, tcp_nodelay=True)
     reset = rospy.ServiceProxy("/io_teleop_reset_robot", Trigger)
@@ -249,7 +249,7 @@ def raise_hand(height: float) -> list[list[float]]:
 
     rospy.init_node("hands", anonymous=True)
     rospy.ServiceProxy("/io_teleop_reset_robot", Trigger)()
-    command = rospy.Publisher("/io_teleop/target_ee_poses", PoseArray, queue_size=1)
+    command = rospy.Publisher("/io_teleop/target_ee_poses", PoseArray, queue_size=10)
     states: list[Any] = []
     rospy.Subscriber("/io_teleop/state_ee_poses", PoseArray, states.append)
     while not states or command.get_num_connections() == 0:

@@ -38,7 +38,7 @@ def look(seconds: float, to: float) -> dict[str, float]:
 
     joint = "J_arm_r_04"
     rospy.init_node("look", anonymous=True)
-    commands = rospy.Publisher("/io_teleop/joint_cmd", JointState, queue_size=1)
+    commands = rospy.Publisher("/io_teleop/joint_cmd", JointState, queue_size=10)
     states: list[Any] = []
     rospy.Subscriber("/io_teleop/joint_states", JointState, states.append, tcp_nodelay=True)
     while not states or commands.get_num_connections() == 0:
@@ -80,7 +80,7 @@ def misbehave(count: int) -> int:
     rospy.init_node("clumsy", anonymous=True)
     topics = ["joint_cmd", "target_joint_from_vr", "target_gripper_status"]
     commands = [rospy.Publisher(f"/io_teleop/{name}", Garbage, queue_size=None) for name in topics]
-    wrong_type = rospy.Publisher("/io_teleop/target_finger_joints", String, queue_size=1)
+    wrong_type = rospy.Publisher("/io_teleop/target_finger_joints", String, queue_size=10)
     while any(each.get_num_connections() == 0 for each in commands):
         time.sleep(0.01)
 

@@ -29,7 +29,7 @@ def send_off() -> None:
     from sensor_msgs.msg import JointState
 
     rospy.init_node("pilot", anonymous=True)
-    commands = rospy.Publisher("/io_teleop/joint_cmd", JointState, queue_size=1)
+    commands = rospy.Publisher("/io_teleop/joint_cmd", JointState, queue_size=10)
     velocities: list[float] = []
     rospy.Subscriber("/io_teleop/joint_states", JointState, lambda message: velocities.append(max(message.velocity)))
     while not velocities or commands.get_num_connections() == 0:
