@@ -149,6 +149,10 @@ class Cell:
         """Names of all topics that leave the cell."""
         return [topic.name for topic in self.bus.topics() if topic.publishers]
 
+    def out_of_sight(self) -> list[int]:
+        """Ids of the bodies of parts that are not in play, which stand on a shelf far off."""
+        return [part.body for part in self.parts.all if part.name not in self.parts.in_play]
+
     def state_hash(self) -> str:
         """SHA-256 of the whole state: engine, events, devices, referee and score."""
         return self.simulation.state_hash()

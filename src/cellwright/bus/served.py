@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Protocol
 
 from cellwright.bus.bus import Bus
@@ -29,4 +30,8 @@ class Served(Protocol):
     @property
     def in_competition(self) -> bool:
         """Whether what a competition refuses is refused."""
+        ...
+
+    def out_of_sight(self) -> Collection[int]:
+        """The engine's ids of bodies that are not there to be seen at the moment, such as parts out of play."""
         ...

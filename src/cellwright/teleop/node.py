@@ -121,6 +121,10 @@ class RobotNode:
         """How many commands and calls were refused."""
         return self.bus.refusals.total
 
+    def out_of_sight(self) -> tuple[int, ...]:
+        """Ids of bodies that are not there to be seen: none."""
+        return ()
+
     def close(self) -> None:
         """End: the robot is let go of. Again is no error."""
         if not self._is_closed:
