@@ -7,9 +7,9 @@ from cellwright.agents.lesson import LessonAgent
 from cellwright.cell import Cell
 from cellwright.description.catalogue import find_trial
 from cellwright.description.gear2017 import load_trial
+from cellwright.rendering.camera import Camera
+from cellwright.rendering.picture import save_picture
 from cellwright.run import RunOptions, run_cell
-from cellwright.viewer.camera import Camera
-from cellwright.viewer.picture import save_picture
 
 CAMERA = Camera(eye=(-1.75, -0.3, 1.55), target=(0.4, 0.95, 0.86), fov=math.radians(53))
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import mujoco
 
 from cellwright.description.robot.robots import load_robot
-from cellwright.viewer.robots import save_robot_picture
+from cellwright.rendering.robots import save_robot_picture
 from cellwright.world.robot import build_robot
 
 HERE = Path(__file__).parent

@@ -36,7 +36,7 @@ def test_a_file_that_finds_no_room(
     option: str, name: str, said: str, cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     drawn = np.zeros((2, 2, 3), np.uint8)  # drawing takes seconds
-    monkeypatch.setattr("cellwright.viewer.picture.render", lambda *_given, **_more: drawn)
+    monkeypatch.setattr("cellwright.rendering.picture.render", lambda *_given, **_more: drawn)
     file = on_a_full_disk(name)
     ran = cellwright(*RUN, "--no-picture", "--json", option, file if option == "--log" else f"0.1:{file}")
     assert ran.status == 1

@@ -17,7 +17,7 @@ from tests.workshop import install
 ROOT = Path(__file__).parents[2]
 CELLWRIGHT = """
 import sys
-from cellwright.viewer import picture
+from cellwright.rendering import picture
 
 def small(model, data, camera, width, height, *, samples, **more):
     return render(model, data, camera, width // 8, height // 8, samples=1, **more)

@@ -20,8 +20,8 @@ from cellwright.description.trial import ServoProfile, Trial
 from cellwright.errors import UnknownNameError, UsageError
 from cellwright.kitting.score.scorer import OrderScore
 from cellwright.kitting.score.trial_score import Averages, trial_score
-from cellwright.viewer.camera import Camera
-from cellwright.viewer.views import view
+from cellwright.rendering.camera import Camera
+from cellwright.rendering.views import view
 
 LATEST = 1e9
 """Latest time that a run may be asked to reach [s]."""

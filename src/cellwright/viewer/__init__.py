@@ -1,1 +1,1 @@
-"""Pictures of a cell."""
+"""Those who look on: guests of a server, in processes of their own."""

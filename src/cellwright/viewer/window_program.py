@@ -22,8 +22,8 @@ from cellwright.assembled import services
 from cellwright.client.transports.socket import SocketTransport
 from cellwright.errors import CellwrightError, RejectedCommandError, RunEndedError
 from cellwright.messages.build import joint_state
-from cellwright.viewer.camera import Camera
-from cellwright.viewer.robots import HEIGHT, TILT, TURN, WIDTH, camera_on
+from cellwright.rendering.camera import Camera
+from cellwright.rendering.robots import HEIGHT, TILT, TURN, WIDTH, camera_on
 from cellwright.viewer.sliders import Sliders
 
 NODE = "/window"

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from cellwright.cell import Cell
 from cellwright.errors import UsageError
-from cellwright.viewer.camera import Camera
-from cellwright.viewer.picture import Progress, save_picture
+from cellwright.rendering.camera import Camera
+from cellwright.rendering.picture import Progress, save_picture
 
 
 class Pictures:

@@ -23,13 +23,13 @@ from cellwright.cli.signals import Stop, stopped_by_signals
 from cellwright.contracts.gear.parameters import parameters
 from cellwright.description.trial import Trial
 from cellwright.recording.run_log import RunLog
+from cellwright.rendering.camera import Camera
+from cellwright.rendering.views import VIEWS
 from cellwright.ros1_host import Ros1
 from cellwright.run import Outcome, RunOptions
 from cellwright.server import DEFAULT_PORT, Server
 from cellwright.server.server import LOOPBACK
 from cellwright.serving import Hooks, Pace, Serving
-from cellwright.viewer.camera import Camera
-from cellwright.viewer.views import VIEWS
 
 EXIT_ON_COMPLETION = "ARIAC_EXIT_ON_COMPLETION"
 """Environment variable of the original: with any value the simulator ends when the competition does."""

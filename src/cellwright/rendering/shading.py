@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.viewer.lamps import LampGroup
-from cellwright.viewer.raycast import Hits, RayCaster
-from cellwright.viewer.surfaces import Surfaces
+from cellwright.rendering.lamps import LampGroup
+from cellwright.rendering.raycast import Hits, RayCaster
+from cellwright.rendering.surfaces import Surfaces
 
 _KEY = np.array((1.0, 0.955, 0.88), np.float32) * 1.12
 _SKY = np.array((0.86, 0.93, 1.0), np.float32) * 0.52

@@ -17,7 +17,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.viewer.surfaces import geom_colours
+from cellwright.rendering.surfaces import geom_colours
 
 PICTURE_GROUPS = frozenset({1, 2})
 """Geom groups that pictures show: what is seen and touched, and what is only seen. Group 3 is only touched."""

@@ -5,11 +5,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from cellwright.pose import Vector3
-from cellwright.viewer.lamps import disc_lamp, sky
-from cellwright.viewer.raycast import RayCaster
-from cellwright.viewer.shading import Light, Shader, background, to_screen
-from cellwright.viewer.surfaces import Surfaces, linear
-from tests.viewer.scenes import scene
+from cellwright.rendering.lamps import disc_lamp, sky
+from cellwright.rendering.raycast import RayCaster
+from cellwright.rendering.shading import Light, Shader, background, to_screen
+from cellwright.rendering.surfaces import Surfaces, linear
+from tests.rendering.scenes import scene
 
 EYE = (0.0, -4.0, 2.0)
 MATTE = '<material name="matte" specular="0"/>'

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from cellwright.errors import UnknownNameError
-from cellwright.viewer.camera import Camera
+from cellwright.rendering.camera import Camera
 
 VIEWS: Mapping[str, Camera] = MappingProxyType(
     {

@@ -10,10 +10,10 @@ import pytest
 from numpy.typing import NDArray
 
 from cellwright.errors import UsageError
-from cellwright.viewer.camera import Camera
-from cellwright.viewer.picture import render, save_picture
-from tests.viewer.scenes import FLOOR, clutter, scene
-from tests.viewer.test_png import decode
+from cellwright.rendering.camera import Camera
+from cellwright.rendering.picture import render, save_picture
+from tests.rendering.scenes import FLOOR, clutter, scene
+from tests.rendering.test_png import decode
 
 WIDTH, HEIGHT = 120, 90
 BALL = '<geom type="sphere" size=".5" pos="{}" rgba="1 0 0 1" group="1"/>'
@@ -178,7 +178,7 @@ def test_a_picture_that_cannot_be_written_says_where(tmp_path: Path) -> None:
 
 def test_no_graphics_library_is_loaded() -> None:
     script = (
-        "import sys, mujoco; from cellwright.viewer import picture, camera;"
+        "import sys, mujoco; from cellwright.rendering import picture, camera;"
         "m = mujoco.MjModel.from_xml_string('<mujoco/>');"
         "picture.render(m, mujoco.MjData(m), camera.Camera((1, 0, 0), (0, 0, 0)), 8, 6);"
         "print([n for n in sys.modules if n.split('.')[0] in ('OpenGL', 'glfw', 'PIL', 'matplotlib')"

@@ -9,7 +9,7 @@ from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
 from cellwright.errors import UsageError
-from cellwright.viewer.png import encode
+from cellwright.rendering.png import encode
 
 
 def chunks_of(png: bytes) -> list[tuple[bytes, bytes]]:

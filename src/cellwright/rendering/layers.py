@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.viewer.lamps import openness
-from cellwright.viewer.raycast import Hits
-from cellwright.viewer.shading import Shader
+from cellwright.rendering.lamps import openness
+from cellwright.rendering.raycast import Hits
+from cellwright.rendering.shading import Shader
 
 _SAME_SURFACE = 0.9  # smallest cosine between the normals of a pixel and the neighbour whose light it borrows
 _NEIGHBOURS = ((0, 0), (0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1))

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.pose import Vector3
-from cellwright.viewer.raycast import Hits, RayCaster
+from cellwright.rendering.raycast import Hits, RayCaster
 
 _GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
 _SAME_SURFACE = 0.9  # smallest cosine between the normals of neighbours that share

@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from cellwright.viewer.surfaces import Surfaces, geom_colours, linear
-from tests.viewer.scenes import scene
+from cellwright.rendering.surfaces import Surfaces, geom_colours, linear
+from tests.rendering.scenes import scene
 
 MATERIALS = """
 <material name="red" rgba="1 0 0 .5" specular=".9" shininess=".8"/>

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from cellwright.viewer.layers import Layer, spread
-from cellwright.viewer.raycast import Hits
+from cellwright.rendering.layers import Layer, spread
+from cellwright.rendering.raycast import Hits
 
 WIDTH, HEIGHT = 4, 3
 COUNT = WIDTH * HEIGHT

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from cellwright.viewer.lamps import LampGroup, disc_lamp, openness, sky
-from cellwright.viewer.raycast import Hits, RayCaster
-from tests.viewer.scenes import FLOOR, scene
+from cellwright.rendering.lamps import LampGroup, disc_lamp, openness, sky
+from cellwright.rendering.raycast import Hits, RayCaster
+from tests.rendering.scenes import FLOOR, scene
 
 SIDE = 20
 KEY = disc_lamp((0, 0, 5), (0, 0, 0), 0.2)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from cellwright.description.own_models.model import ModelShape
 from cellwright.errors import UsageError
 from cellwright.pose import Pose
-from cellwright.viewer.robots import camera_on, robot_camera, save_robot_picture
+from cellwright.rendering.robots import camera_on, robot_camera, save_robot_picture
 from cellwright.world.robot import build_robot
 from cellwright.world.robot_floor import seen_corners
 from tests.world.robots import one_link

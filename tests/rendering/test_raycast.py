@@ -2,8 +2,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from cellwright.viewer.raycast import RayCaster
-from tests.viewer.scenes import FLOOR, clutter, scene, unit_vectors
+from cellwright.rendering.raycast import RayCaster
+from tests.rendering.scenes import FLOOR, clutter, scene, unit_vectors
 
 SHOWN = np.array([0, 1, 1, 0, 0, 0], np.uint8)
 BOXES = """

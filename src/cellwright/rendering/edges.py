@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.viewer.layers import Layer
+from cellwright.rendering.layers import Layer
 
 _COSINE = 0.95  # between the normals of neighbouring pixels
 _COLOUR = 0.02  # between their colours, linear

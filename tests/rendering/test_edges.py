@@ -2,9 +2,9 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.viewer.edges import edge_pixels, pixel_points
-from cellwright.viewer.layers import Layer
-from cellwright.viewer.raycast import Hits
+from cellwright.rendering.edges import edge_pixels, pixel_points
+from cellwright.rendering.layers import Layer
+from cellwright.rendering.raycast import Hits
 
 WIDTH, HEIGHT = 6, 4
 COUNT = WIDTH * HEIGHT

@@ -10,10 +10,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.viewer.camera import Camera
-from cellwright.viewer.edges import edge_pixels, pixel_points
-from cellwright.viewer.layers import hits_behind, light_layer, light_seen, spread
-from cellwright.viewer.shading import Shader
+from cellwright.rendering.camera import Camera
+from cellwright.rendering.edges import edge_pixels, pixel_points
+from cellwright.rendering.layers import hits_behind, light_layer, light_seen, spread
+from cellwright.rendering.shading import Shader
 
 BAND_HEIGHT = 90  # rows; two bands in a small picture of 320 x 180, twelve in one of 1920 x 1080
 _MARGIN = 5  # rows; light is shared over three, borrowed over one, and edges are looked for over one

@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 
 from cellwright.errors import UsageError
 from cellwright.pose import Vector3
-from cellwright.viewer.band import bands, draw_band
-from cellwright.viewer.camera import Camera
-from cellwright.viewer.lamps import disc_lamp, sky
-from cellwright.viewer.png import encode
-from cellwright.viewer.raycast import PICTURE_GROUPS, RayCaster
-from cellwright.viewer.shading import Light, Shader, to_screen
-from cellwright.viewer.surfaces import Surfaces
+from cellwright.rendering.band import bands, draw_band
+from cellwright.rendering.camera import Camera
+from cellwright.rendering.lamps import disc_lamp, sky
+from cellwright.rendering.png import encode
+from cellwright.rendering.raycast import PICTURE_GROUPS, RayCaster
+from cellwright.rendering.shading import Light, Shader, to_screen
+from cellwright.rendering.surfaces import Surfaces
 from cellwright.whole_file import write_whole
 
 Progress: TypeAlias = Callable[[float], None]

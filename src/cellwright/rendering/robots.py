@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from cellwright.errors import UsageError
 from cellwright.pose import Vector3
-from cellwright.viewer.camera import Camera
-from cellwright.viewer.picture import Progress, save_picture
+from cellwright.rendering.camera import Camera
+from cellwright.rendering.picture import Progress, save_picture
 from cellwright.world.robot import RobotWorld, body_of
 from cellwright.world.robot_floor import seen_corners
 

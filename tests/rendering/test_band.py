@@ -3,10 +3,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.viewer import band
-from cellwright.viewer.camera import Camera
-from cellwright.viewer.picture import render
-from tests.viewer.scenes import clutter
+from cellwright.rendering import band
+from cellwright.rendering.camera import Camera
+from cellwright.rendering.picture import render
+from tests.rendering.scenes import clutter
 
 
 @given(st.integers(1, 5000))

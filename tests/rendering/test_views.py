@@ -6,9 +6,9 @@ import pytest
 
 from cellwright.description.trial import Trial
 from cellwright.errors import UnknownNameError
-from cellwright.viewer.edges import pixel_points
-from cellwright.viewer.raycast import RayCaster
-from cellwright.viewer.views import VIEWS, view
+from cellwright.rendering.edges import pixel_points
+from cellwright.rendering.raycast import RayCaster
+from cellwright.rendering.views import VIEWS, view
 from cellwright.world.build import build_world
 
 WIDTH, HEIGHT = 64, 36

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from cellwright.errors import UsageError
 from cellwright.pose import Vector3
-from cellwright.viewer.camera import Camera
+from cellwright.rendering.camera import Camera
 
 coordinates = st.floats(-10, 10)
 points = st.tuples(coordinates, coordinates, coordinates)
