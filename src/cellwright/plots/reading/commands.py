@@ -1,0 +1,31 @@
+"""When commands came, by the name of their topic or service."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from cellwright.plots.reading.reader import SECOND, Recorded
+from cellwright.plots.tracks import CommandTrack
+from cellwright.recording.format import COMMAND
+
+_NAME = re.compile(rb'"name": ?"((?:[^"\\]|\\.){1,200})"')
+
+
+class Commands:
+    """Reads names and times alone: what was commanded may be long."""
+
+    topics = (COMMAND,)
+
+    def __init__(self) -> None:
+        self._times: dict[str, list[float]] = {}
+
+    def take(self, message: Recorded) -> None:
+        """Take the next command."""
+        if found := _NAME.search(message.data):
+            self._times.setdefault(found[1].decode(errors="replace"), []).append(message.time * SECOND)
+
+    def tracks(self) -> list[CommandTrack]:
+        """Those of each name, in the order in which they came first."""
+        return [CommandTrack(name, np.array(times)) for name, times in self._times.items()]
