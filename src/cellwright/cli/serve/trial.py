@@ -116,7 +116,7 @@ def serve_trial(
             on_ready=lambda: _begin(console, cell, server, wanted.speed, ros),
             on_poll=_nothing if ros is None else ros.poll,
         )
-        serving = Serving(cell, server, speed=wanted.speed, hooks=hooks)
+        serving = Serving(cell, server, tempo=wanted.speed, hooks=hooks)
         offer_result(serving)
         is_stopped.follow(serving.stop)
         kept = None if wanted.log is None else RunLog(wanted.log, about={"agent": "served"}, report=_warn)

@@ -142,9 +142,12 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
             progress.update()
             ros.poll()
 
-        keeper = Timekeeper(node, server, speed=wanted.speed, on_poll=poll)
+        keeper = Timekeeper(node, server, tempo=wanted.speed, on_poll=poll)
         progress = NodeProgress(
-            console, node, until=wanted.until, factor=lambda: None if keeper.pacer is None else keeper.pacer.factor
+            console,
+            node,
+            until=wanted.until,
+            factor=lambda: None if keeper.tempo.speed is None else keeper.pacer.factor,
         )
         tell = progress.line
         is_stopped.follow(partial(setattr, keeper, "is_stopped", True))
@@ -185,7 +188,7 @@ def _run(node: RobotNode, server: Server, keeper: Timekeeper, wanted: TeleopOpti
         ran.wall = time.perf_counter() - begun
         node.close()
         server.close("the node has stopped")
-    if keeper.pacer is not None and not wanted.lockstep:
+    if keeper.tempo.speed is not None and not wanted.lockstep:
         ran.pace = Pace(keeper.pacer.factor, keeper.pacer.worst)
     node.bus.refusals.flush()
     return ran
