@@ -13,17 +13,12 @@ from cellwright.errors import UsageError
 from cellwright.plots import joints, score, tool, traffic, trays
 from cellwright.plots.style import INK, SETTINGS
 from cellwright.plots.tracks import Story
+from cellwright.plots.what import WHAT
 from cellwright.whole_file import write_whole
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-SUFFIXES = (".png", ".svg", ".pdf")
-"""Of the files that can be written."""
-
-WHAT = ("score", "trays", "joints", "tool", "commands")
-"""What can be asked for, in the order in which it stands on the page."""
 
 _WIDTH = 8.27  # of the page [in]: A4
 _LEFT, _RIGHT = 1.3, 0.9  # margins [in]: names of rows, names of curves

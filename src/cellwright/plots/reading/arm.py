@@ -6,8 +6,9 @@ import numpy as np
 
 from cellwright.messages import from_cdr
 from cellwright.messages.control_msgs import JointTrajectoryControllerState
-from cellwright.plots.reading.reader import SECOND, Recorded
+from cellwright.plots.reading.reader import SECOND
 from cellwright.plots.tracks import JointTrack
+from cellwright.recording.reader import RecordedMessage
 
 _SLIDES = "linear"  # in the names of joints that slide
 
@@ -21,7 +22,7 @@ class Arm:
         self._names: tuple[str, ...] = ()
         self._rows: list[tuple[float, list[float], list[float]]] = []
 
-    def take(self, message: Recorded) -> None:
+    def take(self, message: RecordedMessage) -> None:
         """Take the next state."""
         state = from_cdr(message.data, JointTrajectoryControllerState)
         names = tuple(state.joint_names)

@@ -6,9 +6,10 @@ import re
 
 import numpy as np
 
-from cellwright.plots.reading.reader import SECOND, Recorded
+from cellwright.plots.reading.reader import SECOND
 from cellwright.plots.tracks import CommandTrack
 from cellwright.recording.format import COMMAND
+from cellwright.recording.reader import RecordedMessage
 
 _NAME = re.compile(rb'"name": ?"((?:[^"\\]|\\.){1,200})"')
 
@@ -21,7 +22,7 @@ class Commands:
     def __init__(self) -> None:
         self._times: dict[str, list[float]] = {}
 
-    def take(self, message: Recorded) -> None:
+    def take(self, message: RecordedMessage) -> None:
         """Take the next command."""
         if found := _NAME.search(message.data):
             self._times.setdefault(found[1].decode(errors="replace"), []).append(message.time * SECOND)

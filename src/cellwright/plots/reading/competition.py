@@ -10,9 +10,10 @@ from cellwright.errors import MessageError
 from cellwright.messages import from_cdr
 from cellwright.messages.standard import Float32, String
 from cellwright.plots.reading.gripper import Spans
-from cellwright.plots.reading.reader import SECOND, Recorded, json_of
+from cellwright.plots.reading.reader import SECOND, json_of
 from cellwright.plots.tracks import Mark, ScoreTrack
 from cellwright.recording.format import EVENT
+from cellwright.recording.reader import RecordedMessage
 
 _SCORE, _STATE = "/ariac/current_score", "/ariac/competition_state"
 
@@ -34,7 +35,7 @@ class Competition:
         self._points: list[tuple[float, float]] = []
         self._before: dict[str, bytes] = {}
 
-    def take(self, message: Recorded) -> None:
+    def take(self, message: RecordedMessage) -> None:
         """Take the next line, score or state."""
         if message.topic == EVENT:
             self._take_event(json_of(message.data), message.time * SECOND)

@@ -7,9 +7,10 @@ import numpy as np
 from cellwright.errors import MessageError
 from cellwright.messages import from_cdr
 from cellwright.messages.standard import UInt8MultiArray
-from cellwright.plots.reading.reader import SECOND, Recorded
+from cellwright.plots.reading.reader import SECOND
 from cellwright.plots.tracks import ToolTrack
 from cellwright.recording.format import FRAME
+from cellwright.recording.reader import RecordedMessage
 from cellwright.scene.encoded import decode_scene
 from cellwright.scene.frame import Frame, decode
 
@@ -33,7 +34,7 @@ class BodyPath:
         self._frame: Frame | None = None
         self._rows: list[tuple[float, float, float, float]] = []
 
-    def take(self, message: Recorded) -> None:
+    def take(self, message: RecordedMessage) -> None:
         """Take the next frame."""
         if self._body < 0:
             return

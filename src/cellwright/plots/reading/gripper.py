@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from cellwright.messages import from_cdr
 from cellwright.messages.osrf_gear import VacuumGripperState
-from cellwright.plots.reading.reader import SECOND, Recorded
+from cellwright.plots.reading.reader import SECOND
 from cellwright.plots.tracks import Span
+from cellwright.recording.reader import RecordedMessage
 
 
 class Spans:
@@ -34,7 +35,7 @@ class Gripper:
         self.on, self.attached = Spans(), Spans()
         self._before = b""
 
-    def take(self, message: Recorded) -> None:
+    def take(self, message: RecordedMessage) -> None:
         """Take the next state."""
         if message.data == self._before:
             return

@@ -9,8 +9,9 @@ import numpy as np
 from cellwright.errors import MessageError
 from cellwright.messages import from_cdr
 from cellwright.messages.standard import JointState
-from cellwright.plots.reading.reader import SECOND, Recorded
+from cellwright.plots.reading.reader import SECOND
 from cellwright.plots.tracks import Array
+from cellwright.recording.reader import RecordedMessage
 
 _HEAD, _STAMP = 4, 8  # bytes: what CDR begins with, and the time of the message
 _LITTLE = b"\x00\x01"
@@ -31,7 +32,7 @@ class JointStates:
         self._times: list[list[float]] = []
         self._rows: list[list[Array]] = []
 
-    def take(self, message: Recorded) -> None:
+    def take(self, message: RecordedMessage) -> None:
         """Take the next message; one with other names begins a new table."""
         data = message.data
         begin = _HEAD + _STAMP

@@ -3,82 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection
 from typing import Any, Protocol
 
 from cellwright.errors import MessageError
 from cellwright.messages import from_cdr
 from cellwright.messages.standard import String
+from cellwright.recording.reader import RecordedMessage
 
 SECOND = 1e-9
 """Of a nanosecond."""
-
-
-class Recorded(Protocol):
-    """A message in a recording."""
-
-    @property
-    def topic(self) -> str:
-        """Name of its topic."""
-        ...
-
-    @property
-    def time(self) -> int:
-        """When it was said [ns]."""
-        ...
-
-    @property
-    def data(self) -> bytes:
-        """Its bytes, CDR."""
-        ...
-
-
-class Source(Protocol):
-    """As much of a recording as figures need."""
-
-    @property
-    def name(self) -> str:
-        """Of the trial or robot."""
-        ...
-
-    @property
-    def kind(self) -> str:
-        """`cell` or `robot`."""
-        ...
-
-    @property
-    def facts(self) -> Mapping[str, Any]:
-        """What else is known of the run: seed, agent and so on."""
-        ...
-
-    @property
-    def is_complete(self) -> bool:
-        """Whether it has its end."""
-        ...
-
-    @property
-    def topics(self) -> Collection[str]:
-        """Names of the topics in it."""
-        ...
-
-    @property
-    def begin(self) -> int:
-        """Time of its first message [ns]."""
-        ...
-
-    @property
-    def end_time(self) -> int:
-        """Time of its last message [ns]."""
-        ...
-
-    @property
-    def scene(self) -> bytes | None:
-        """What there is to be seen, encoded; None where that is missing."""
-        ...
-
-    def messages(self, topics: Collection[str] | None = None) -> Iterator[Recorded]:
-        """The messages of some topics, in the order of their times."""
-        ...
 
 
 class Reader(Protocol):
@@ -89,7 +23,7 @@ class Reader(Protocol):
         """What it wants to see."""
         ...
 
-    def take(self, message: Recorded) -> None:
+    def take(self, message: RecordedMessage) -> None:
         """See the next message of one of its topics.
 
         Raises:

@@ -11,9 +11,10 @@ from cellwright.messages import from_cdr
 from cellwright.messages.cellwright_msgs import TeleopStatus
 from cellwright.messages.standard import PoseArray
 from cellwright.plots.reading.gripper import Spans
-from cellwright.plots.reading.reader import SECOND, Recorded, json_of
+from cellwright.plots.reading.reader import SECOND, json_of
 from cellwright.plots.tracks import ToolTrack
 from cellwright.recording.format import PANEL
+from cellwright.recording.reader import RecordedMessage
 
 _APART = 20_000_000  # poses of the tips are read so far apart [ns]
 _SIDES = ("right", "left")
@@ -28,7 +29,7 @@ class Tips:
         self._next = 0
         self._rows: list[tuple[float, list[tuple[float, float, float]]]] = []
 
-    def take(self, message: Recorded) -> None:
+    def take(self, message: RecordedMessage) -> None:
         """Take the next poses."""
         if message.time < self._next:
             return
@@ -61,7 +62,7 @@ class Status:
     def __init__(self) -> None:
         self.safety, self.commander = Spans(), Spans()
 
-    def take(self, message: Recorded) -> None:
+    def take(self, message: RecordedMessage) -> None:
         """Take the next status."""
         status, now = from_cdr(message.data, TeleopStatus), message.time * SECOND
         reasons = (
@@ -82,7 +83,7 @@ class About:
     def __init__(self) -> None:
         self._robot: dict[str, Any] = {}
 
-    def take(self, message: Recorded) -> None:
+    def take(self, message: RecordedMessage) -> None:
         """Take what the panel shows next."""
         if not self._robot:
             told = json_of(message.data).get("robot")

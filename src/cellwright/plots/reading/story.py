@@ -6,39 +6,40 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
 
-from cellwright.errors import MessageError
+from cellwright.errors import MessageError, RecordingError
 from cellwright.plots.reading.arm import Arm
 from cellwright.plots.reading.commands import Commands
 from cellwright.plots.reading.competition import Competition
 from cellwright.plots.reading.frames import BodyPath
 from cellwright.plots.reading.gripper import Gripper
 from cellwright.plots.reading.joint_states import JointStates
-from cellwright.plots.reading.reader import SECOND, Reader, Source
+from cellwright.plots.reading.reader import SECOND, Reader
 from cellwright.plots.reading.robot import About, Status, Tips
 from cellwright.plots.reading.trays import Trays
 from cellwright.plots.tracks import JointTrack, Story, ToolTrack
+from cellwright.recording.reader import Recording
 
 _CUP = "vacuum_gripper_link"
 _NOT_WHOLE = "cut before its end"
 
 
-def story(source: Source) -> Story:
+def story(recording: Recording) -> Story:
     """What is to be drawn; a message that is damaged is left out."""
-    return _robot(source) if source.kind == "robot" else _cell(source)
+    return _robot(recording) if recording.header.kind == "robot" else _cell(recording)
 
 
-def _cell(source: Source) -> Story:
-    arm, gripper, path, trays = Arm(), Gripper(), BodyPath(source.scene, _CUP), Trays()
+def _cell(recording: Recording) -> Story:
+    arm, gripper, path, trays = Arm(), Gripper(), BodyPath(recording.scene, _CUP), Trays()
     competition, commands = Competition(), Commands()
-    _read(source, (arm, gripper, path, trays, competition, commands))
-    end = source.end_time * SECOND
+    _read(recording, (arm, gripper, path, trays, competition, commands))
+    end = recording.end_time * SECOND
     cup = path.track("vacuum gripper")
     tool = ToolTrack(cup.name, cup.frame, cup.times, cup.positions, gripper.on.until(end), gripper.attached.until(end))
     tracks, states = arm.tracks(), competition.states.until(end)
     return Story(
-        title=source.name,
-        note=_note(source, {**source.facts, **competition.about}, competition),
-        begin=source.begin * SECOND,
+        title=recording.header.name,
+        note=_note(recording, {**recording.header.facts, **competition.about}, competition),
+        begin=recording.begin * SECOND,
         end=end,
         joints={"Arm": tracks} if tracks else {},
         tools=[tool] if len(tool.times) else [],
@@ -51,12 +52,12 @@ def _cell(source: Source) -> Story:
     )
 
 
-def _robot(source: Source) -> Story:
+def _robot(recording: Recording) -> Story:
     measured, applied = JointStates("/io_teleop/joint_states"), JointStates("/io_teleop/applied_joint_cmd")
     grippers, tips, status = JointStates("/io_teleop/gripper_states"), Tips(), Status()
     about, commands = About(), Commands()
-    _read(source, (measured, applied, grippers, tips, status, about, commands))
-    end = source.end_time * SECOND
+    _read(recording, (measured, applied, grippers, tips, status, about, commands))
+    end = recording.end_time * SECOND
     seen, told, units = measured.curves(), applied.curves(), about.units()
     joints = {
         name: JointTrack(name, units.get(name, "rad"), *curve, *told.get(name, ())) for name, curve in seen.items()
@@ -71,9 +72,9 @@ def _robot(source: Source) -> Story:
     with suppress(MessageError):
         arms = about.arms()
     return Story(
-        title=source.name,
-        note=_note(source, source.facts),
-        begin=source.begin * SECOND,
+        title=recording.header.name,
+        note=_note(recording, recording.header.facts),
+        begin=recording.begin * SECOND,
         end=end,
         joints={name: tracks for name, tracks in {**groups, "Grippers": closed}.items() if tracks},
         tools=tips.tracks(arms),
@@ -82,19 +83,20 @@ def _robot(source: Source) -> Story:
     )
 
 
-def _read(source: Source, readers: Sequence[Reader]) -> None:
+def _read(recording: Recording, readers: Sequence[Reader]) -> None:
     """Show each message to those who want it."""
     wanted: dict[str, list[Reader]] = {}
     for reader in readers:
         for topic in reader.topics:
             wanted.setdefault(topic, []).append(reader)
-    for message in source.messages([topic for topic in wanted if topic in source.topics]):
-        for reader in wanted[message.topic]:
-            with suppress(MessageError):
-                reader.take(message)
+    with suppress(RecordingError):  # damaged here: what came before is drawn
+        for message in recording.messages(wanted):
+            for reader in wanted[message.topic]:
+                with suppress(MessageError):
+                    reader.take(message)
 
 
-def _note(source: Source, facts: Any, competition: Competition | None = None) -> str:
+def _note(recording: Recording, facts: Any, competition: Competition | None = None) -> str:
     """The line below the title: who, with which seed, what it was worth, and how long it took."""
     words = [str(facts["agent"])] if facts.get("agent") else []
     if facts.get("seed") is not None:
@@ -103,7 +105,7 @@ def _note(source: Source, facts: Any, competition: Competition | None = None) ->
         best = competition.about.get("best")
         of = f" of {best:g}" if isinstance(best, (int, float)) else ""
         words.append(f"{score.points[-1]:g}{of} points")
-    words.append(f"{(source.end_time - source.begin) * SECOND:.1f} s")
+    words.append(f"{(recording.end_time - recording.begin) * SECOND:.1f} s")
     outcome = competition.result.get("outcome") if competition is not None else None
     words += [str(outcome)] if outcome else []
-    return "   ".join([*words, *([] if source.is_complete else [_NOT_WHOLE])])
+    return "   ".join([*words, *([] if recording.is_complete else [_NOT_WHOLE])])

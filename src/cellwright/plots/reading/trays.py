@@ -6,9 +6,10 @@ from typing import Any
 
 from cellwright.errors import MessageError
 from cellwright.plots.reading.competition import tray_name
-from cellwright.plots.reading.reader import SECOND, Recorded, json_of
+from cellwright.plots.reading.reader import SECOND, json_of
 from cellwright.plots.tracks import TrayPart
 from cellwright.recording.format import PANEL
+from cellwright.recording.reader import RecordedMessage
 
 _LATE = 1.5  # a part that was judged may have been reported last so long before [s]
 
@@ -24,7 +25,7 @@ class Trays:
         self._faulty: set[str] = set()
         self._gone: list[tuple[str, str, float, float]] = []
 
-    def take(self, message: Recorded) -> None:
+    def take(self, message: RecordedMessage) -> None:
         """Take what the panel shows next."""
         panel = json_of(message.data)
         try:
