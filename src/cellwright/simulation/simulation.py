@@ -61,6 +61,8 @@ class Simulation:
         self.watches = Watches()
         self.inbox = Inbox()
         self.devices: dict[str, Device] = {}
+        self.on_reset: list[Callable[[], None]] = []
+        """Called when time is about to begin anew, with all still as it was."""
         self._first_pose = first_pose
         self._before: list[Callable[[], None]] = []
         self._drive: list[Callable[[], None]] = []
@@ -123,6 +125,8 @@ class Simulation:
         Raises:
             SimulationError: the engine cannot reckon with the model.
         """
+        for tell in self.on_reset:
+            tell()
         mujoco.mj_resetData(self.model, self.data)
         for name, values in self._pristine.items():
             getattr(self.model, name)[:] = values
