@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from cellwright.errors import MessageError, RecordingError
-from cellwright.messages import from_cdr
-from cellwright.messages.standard import UInt8MultiArray
 from cellwright.recording.format import FRAME
 from cellwright.recording.reader import RecordedMessage, Recording
 from cellwright.scene.frame import Frame, decode, is_whole
@@ -24,7 +22,7 @@ def frames(recording: Recording, *, start: int | None = None, until: int | None 
     before: Frame | None = None
     begin = None if start is None else start - BACK
     for message in recording.messages([FRAME], start=begin, until=until):
-        data = _data(recording, message)
+        data = recording.content(message)
         if before is None and not is_whole(data):
             continue  # it begins in the middle of a second
         try:
@@ -44,19 +42,12 @@ def frame_at(recording: Recording, time: int) -> Frame | None:
     found = None
     waiting: list[RecordedMessage] = []
     for message in recording.messages([FRAME], start=time - BACK, until=time + 1):
-        if is_whole(_data(recording, message)):
+        if is_whole(recording.content(message)):
             waiting.clear()
         waiting.append(message)
     try:
         for message in waiting:
-            found = decode(_data(recording, message), found)
+            found = decode(recording.content(message), found)
     except MessageError as error:
         raise RecordingError(f"{recording.path}: at {time / 1e9:.3f} s: {error}") from None
     return found
-
-
-def _data(recording: Recording, message: RecordedMessage) -> bytes:
-    try:
-        return from_cdr(message.data, UInt8MultiArray).data.tobytes()
-    except MessageError as error:
-        raise RecordingError(f"{recording.path}: at {message.time / 1e9:.3f} s: {error}") from None

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, Self
 
 from cellwright.errors import CellwrightError, MessageError, RecordingError, UnknownNameError
 from cellwright.messages import Message, from_cdr, message_type, short_name
-from cellwright.messages.standard import String
+from cellwright.messages.standard import String, UInt8MultiArray
 from cellwright.recording import format as names
 from cellwright.recording.chunks import Entry
 from cellwright.recording.commands import Command
@@ -175,6 +175,19 @@ class Recording:
         except CellwrightError as error:
             raise RecordingError(f"{self.path}: {message.topic} at {message.time / 1e9:.3f} s: {error}") from None
 
+    def content(self, message: RecordedMessage) -> bytes:
+        """What a message of a topic that Cellwright adds holds: JSON, or a frame's bytes.
+
+        Raises:
+            RecordingError: its bytes are no such message.
+        """
+        try:
+            if names.OWN_TOPICS[message.topic] == names.BYTES:
+                return from_cdr(message.data, UInt8MultiArray).data.tobytes()
+            return from_cdr(message.data, String).data.encode()
+        except (MessageError, UnicodeEncodeError) as error:
+            raise RecordingError(f"{self.path}: {message.topic} at {message.time / 1e9:.3f} s: {error}") from None
+
     def commands(self) -> Iterator[Command]:
         """What came from outside, in order.
 
@@ -182,7 +195,7 @@ class Recording:
             RecordingError: the file is damaged.
         """
         for message in self.messages([names.COMMAND]):
-            yield Command.decode(self._text(message))
+            yield Command.decode(self.content(message).decode())
 
     def values(
         self, topic: str, *, start: int | None = None, until: int | None = None
@@ -194,7 +207,7 @@ class Recording:
         """
         for message in self.messages([topic], start=start, until=until):
             try:
-                value = json.loads(self._text(message))
+                value = json.loads(self.content(message))
             except (ValueError, RecursionError):
                 value = None
             if not isinstance(value, dict):
@@ -266,12 +279,6 @@ class Recording:
         if len(data) < length:
             raise RecordingError(f"{self.path}: has become shorter while it was read")
         return data
-
-    def _text(self, message: RecordedMessage) -> str:
-        try:
-            return from_cdr(message.data, String).data
-        except MessageError as error:
-            raise RecordingError(f"{self.path}: {message.topic} at {message.time / 1e9:.3f} s: {error}") from None
 
 
 def _topic(channel: ChannelRecord) -> RecordedTopic:
