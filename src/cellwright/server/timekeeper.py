@@ -50,6 +50,7 @@ class Timekeeper:
         self.is_stopped = False
         """Set it, from anywhere, to have `run` end before the next tick."""
         self.pacer = None if speed is None else Pacer(self._simulation, speed, sleep=self._serve)
+        self._simulation.is_paced = self.pacer is not None and not server.lockstep
         self._step: Callable[[], object] = self._simulation.step if self.pacer is None else self.pacer.step
 
     def run(self, deadline: Callable[[], float], reason: Callable[[], str] = lambda: "time is over") -> None:

@@ -61,6 +61,8 @@ class Simulation:
         self.watches = Watches()
         self.inbox = Inbox()
         self.devices: dict[str, Device] = {}
+        self.is_paced = False
+        """Whether time goes by the wall clock, so that nobody should be waited for; said by who lets it pass."""
         self._first_pose = first_pose
         self._before: list[Callable[[], None]] = []
         self._drive: list[Callable[[], None]] = []
