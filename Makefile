@@ -1,5 +1,5 @@
 # The two commands: `make run` and `make test`. Everything is installed into .venv, but for
-# ROS 1 and a display for tests, which come with the system's packages.
+# ROS 1, and a display and a browser for tests, which come with the system's packages.
 PYTHON ?= python3
 BIN := .venv/bin
 JOBS ?= 2
@@ -9,7 +9,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 IS_NEW_ENOUGH := 'import sys; sys.version_info < (3, 11) and sys.exit("Python 3.11 or newer is needed, and this is \
 %d.%d; name another: make PYTHON=python3.12" % tuple(sys.version_info[:2]))'
 
-.PHONY: run lesson test ros1 display check docs bench soak fuzz format clean
+.PHONY: run lesson test ros1 display browser check docs bench soak fuzz format clean
 
 run: .venv/.installed
 	$(BIN)/cellwright run lesson
@@ -18,7 +18,7 @@ run: .venv/.installed
 lesson: ros1 .venv/.installed
 	scripts/lesson
 
-test: ros1 display check
+test: ros1 display browser check
 	$(BIN)/pytest -n $(JOBS)
 
 # Into the system, and only where that is allowed without asking; tests of it are skipped where it is not.
@@ -28,6 +28,10 @@ ros1:
 # Likewise a display that nobody sees, for tests of windows.
 display:
 	scripts/install-display
+
+# And a browser, for tests of the page.
+browser:
+	scripts/install-browser
 
 check: .venv/.installed-dev
 	$(BIN)/ruff format --check .
@@ -72,4 +76,4 @@ format: .venv/.installed-dev
 	@touch $@
 
 clean:
-	rm -rf .venv dist site .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf .venv build dist site .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

@@ -11,7 +11,13 @@ from hypothesis import settings
 settings.register_profile("cellwright", deadline=None, derandomize="CI" in os.environ)
 settings.load_profile("cellwright")
 
-pytest_plugins = ["tests.ros1.requirement", "tests.ros1.fixtures", "tests.ros1.schedule", "tests.bridges.ros1.fixtures"]
+pytest_plugins = [
+    "tests.ros1.requirement",
+    "tests.ros1.fixtures",
+    "tests.ros1.schedule",
+    "tests.bridges.ros1.fixtures",
+    "tests.browser.requirement",
+]
 
 DATA = Path(__file__).parent / "data"
 

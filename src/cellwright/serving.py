@@ -10,6 +10,7 @@ from cellwright.errors import SimulationError, UsageError
 from cellwright.run import Course, Outcome, RunOptions, RunResult, conduct, how_it_ended
 from cellwright.server import Server
 from cellwright.server.timekeeper import Timekeeper
+from cellwright.simulation.tempo import Tempo
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,8 @@ class Serving:
     Args:
         cell: what is served.
         server: where.
-        speed: simulated seconds a wall second; None: as fast as it goes.
+        tempo: how time is to pass: a `Tempo`, or a speed that stays, in simulated seconds a wall second; None: as fast
+            as it goes.
         hooks: what others do meanwhile.
         patience: in lockstep, how long [s] of wall time to go on serving when there is no more time to be had: who
             asks for some is told so, and may still ask for other things.
@@ -53,7 +55,7 @@ class Serving:
 
     cell: Cell
     server: Server
-    speed: float | None = 1.0
+    tempo: float | Tempo | None = 1.0
     hooks: Hooks = field(default_factory=Hooks)
     patience: float = 0.0
     pace: Pace | None = None
@@ -100,13 +102,13 @@ class Serving:
         self._course, transport = course, course.transport
         self.hooks.on_ready()
         passing = self._time = Timekeeper(
-            self.cell, self.server, speed=self.speed, on_poll=self.hooks.on_poll, patience=self.patience
+            self.cell, self.server, tempo=self.tempo, on_poll=self.hooks.on_poll, patience=self.patience
         )
         passing.is_stopped = self._stopped
         try:
             passing.run(lambda: transport.deadline, lambda: transport.reason)
         except SimulationError as error:
             return Outcome.UNSTABLE, f"{error}\n"
-        if passing.pacer is not None and not self.server.lockstep:
+        if passing.tempo.speed is not None and not self.server.lockstep:
             self.pace = Pace(passing.pacer.factor, passing.pacer.worst)
         return how_it_ended(self.cell, otherwise=Outcome.UNTIL), ""

@@ -42,7 +42,7 @@ class Home:
 
     def __init__(self, cell: Cell, *, lockstep: bool, speed: float | None, options: RunOptions) -> None:
         self.server = Server(cell, port=0, lockstep=lockstep)
-        self.serving = Serving(cell, self.server, speed=speed)
+        self.serving = Serving(cell, self.server, tempo=speed)
         self.result: RunResult | None = None
         self.thread = threading.Thread(target=self._run, args=(options,))
         self.address = self.server.address

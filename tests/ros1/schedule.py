@@ -1,4 +1,7 @@
-"""How tests go to the workers: those against ROS 1 file by file, since they share a cell, and before the short ones."""
+"""How tests go to the workers: those against ROS 1 file by file, since they share a cell, and before the short ones.
+
+So do those of the page, since they share a browser.
+"""
 
 from typing import Any
 
@@ -6,6 +9,9 @@ import pytest
 from xdist.scheduler import LoadScopeScheduling
 
 FOLDERS = ("tests/ros1/", "tests/ros1_host/", "tests/bridges/ros1/")
+TOGETHER = "tests/browser/"
+"""Its tests share a browser and what it looks at: they all go to one worker."""
+
 LONGEST = "tests/ros1/test_catkin.py"
 """It compiles for a minute, so that the other worker has to do the rest of ROS 1 meanwhile."""
 
@@ -18,6 +24,8 @@ class Scheduling(LoadScopeScheduling):  # type: ignore[misc]  # xdist says no ty
         config.option.loadscopereorder = False
 
     def _split_scope(self, nodeid: str) -> str:
+        if nodeid.startswith(TOGETHER):
+            return TOGETHER
         return nodeid.partition("::")[0] if nodeid.startswith(FOLDERS) else nodeid
 
 
@@ -27,4 +35,4 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Scheduling |
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    items.sort(key=lambda item: (not item.nodeid.startswith(LONGEST), not item.nodeid.startswith(FOLDERS)))
+    items.sort(key=lambda item: (not item.nodeid.startswith(LONGEST), not item.nodeid.startswith((*FOLDERS, TOGETHER))))

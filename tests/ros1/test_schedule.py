@@ -20,5 +20,12 @@ def test_files_of_ros1_stay_whole() -> None:
     assert scheduling._split_scope("tests/kitting/test_b.py::y") == "tests/kitting/test_b.py::y"
 
 
+def test_those_of_the_page_go_to_one_worker() -> None:
+    scheduling = Scheduling.__new__(Scheduling)
+    assert scheduling._split_scope("tests/browser/test_a.py::y") == scheduling._split_scope(
+        "tests/browser/test_b.py::z"
+    )
+
+
 def test_the_longest_file_is_there() -> None:
     assert (Path(__file__).parents[2] / LONGEST).is_file()

@@ -1,4 +1,4 @@
-"""The scripts that install ROS 1 and a display for tests, with the system's programs played by others."""
+"""The scripts that install ROS 1, a display and a browser for tests, with the system's programs played by others."""
 
 import os
 import subprocess
@@ -8,6 +8,7 @@ import pytest
 
 SCRIPT = Path(__file__).parents[2] / "scripts" / "install-ros1"
 DISPLAY = SCRIPT.with_name("install-display")
+BROWSER = SCRIPT.with_name("install-browser")
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="a script for Debian")
 
@@ -74,6 +75,19 @@ def test_a_display_without_apt(machine: Machine) -> None:
     status, said = machine.run(script=DISPLAY, ci=True)
     assert status == 1
     assert "the window's tests need Xvfb" in said
+
+
+def test_the_browser_comes_the_same_way(machine: Machine) -> None:
+    assert machine.run(script=BROWSER)[0] == 0
+    assert machine.called("apt-get", "install", "--yes", "--no-install-recommends", "chromium") == 1
+    machine.program("dpkg-query", there(packages(BROWSER)))
+    assert machine.run(script=BROWSER) == (0, "install-browser: a browser for tests is there\n")
+
+
+def test_another_browser_that_is_there_does_as_well(machine: Machine) -> None:
+    machine.program("google-chrome", "exit 0")
+    assert machine.run(script=BROWSER, ci=True) == (0, "install-browser: a browser for tests is there: google-chrome\n")
+    assert machine.called("apt-get") == 0
 
 
 def test_each_package_is_named_once() -> None:

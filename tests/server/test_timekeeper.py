@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from cellwright.link.frames import Frame, Kind, advance, read_time
 from cellwright.messages import from_cdr, to_cdr
 from cellwright.messages.build import joint_state
 from cellwright.messages.std_srvs import TriggerRequest, TriggerResponse
 from cellwright.server.timekeeper import Timekeeper
+from cellwright.simulation.tempo import Tempo
 from tests.server.talk import Talker, served
 from tests.teleop.talk import RESET, Talk
 
@@ -41,7 +45,6 @@ def test_it_keeps_to_the_wall_clock_and_serves_meanwhile() -> None:
         begun = time.perf_counter()
         keeper.run(lambda: SECOND // 2)
         assert time.perf_counter() - begun == pytest.approx(0.5, abs=0.15)
-        assert keeper.pacer is not None
         assert keeper.pacer.factor == pytest.approx(1.0, abs=0.05)
         assert len(guest.messages(5)) >= 45
     assert 3 <= len(polls) <= 6
@@ -50,14 +53,14 @@ def test_it_keeps_to_the_wall_clock_and_serves_meanwhile() -> None:
 def test_it_ends_before_the_next_tick_when_it_is_stopped() -> None:
     talk = Talk()
     with served(talk.node) as hall:
-        keeper = Timekeeper(talk.node, hall.server, speed=None)
+        keeper = Timekeeper(talk.node, hall.server, tempo=None)
 
         def deadline() -> int:
             keeper.is_stopped = talk.node.simulation.clock.tick >= 10
             return SECOND
 
         keeper.run(deadline)
-    assert talk.node.simulation.clock.tick == 11
+    assert talk.node.simulation.clock.tick == 10
 
 
 def test_an_answer_that_takes_its_time_holds_nobody_up() -> None:
@@ -65,7 +68,7 @@ def test_an_answer_that_takes_its_time_holds_nobody_up() -> None:
     with served(talk.node) as hall:
         waiting, other = hall.guest("/waiting"), hall.guest("/other")
         waiting.say(CALL)
-        keeper = Timekeeper(talk.node, hall.server, speed=None)
+        keeper = Timekeeper(talk.node, hall.server, tempo=None)
         begun = talk.node.simulation.now
         keeper.run(lambda: begun + SECOND // 10)
         assert answer(waiting, 7) is None
@@ -84,7 +87,7 @@ def test_who_leaves_before_the_answer_does_no_harm() -> None:
     with served(talk.node) as hall:
         gone, other = hall.guest("/gone"), hall.guest("/other")
         gone.say(CALL)
-        keeper = Timekeeper(talk.node, hall.server, speed=None)
+        keeper = Timekeeper(talk.node, hall.server, tempo=None)
         begun = talk.node.simulation.now
         keeper.run(lambda: begun + SECOND // 10)
         gone.connection.close()
@@ -102,7 +105,7 @@ def test_in_lockstep_time_passes_for_who_asks_and_the_answer_comes_with_it() -> 
     with served(talk.node, lockstep=True) as hall:
         guest = hall.guest()
         guest.say(CALL, advance(8, begun + SECOND // 10, each_tick=False))
-        keeper = Timekeeper(talk.node, hall.server, speed=None, patience=0.05)
+        keeper = Timekeeper(talk.node, hall.server, tempo=None, patience=0.05)
         keeper.run(lambda: begun + SECOND // 10)
         told = answer(guest, 8)
         assert told is not None
@@ -124,7 +127,7 @@ def test_in_lockstep_who_is_told_something_has_its_turn_in_that_tick() -> None:
     with served(talk.node, lockstep=True) as hall:
         guest = hall.guest()
         guest.say(Frame(Kind.SUBSCRIBE, 5, "/io_teleop/joint_states"), advance(8, SECOND, each_tick=False))
-        keeper = Timekeeper(talk.node, hall.server, speed=None, on_poll=lambda: stop_after_the_first_step())
+        keeper = Timekeeper(talk.node, hall.server, tempo=None, on_poll=lambda: stop_after_the_first_step())
 
         def stop_after_the_first_step() -> None:
             keeper.is_stopped = talk.node.simulation.now > 0
@@ -148,3 +151,70 @@ def test_a_node_that_ends_answers_first() -> None:
         answered, ended = guest.heard
         assert from_cdr(answered.payload, TriggerResponse).message == "the node has stopped"
         assert ended.kind is Kind.ENDED
+
+
+def test_while_time_stands_guests_are_served_and_single_ticks_pass() -> None:
+    talk = Talk()
+    with served(talk.node) as hall:
+        guest = hall.guest()
+        guest.say(Frame(Kind.SUBSCRIBE, 5, "/io_teleop/joint_states"))
+        tempo, ticks, polls = Tempo(None, paused=True), list[int](), 0
+
+        def poll() -> None:
+            nonlocal polls
+            polls += 1
+            ticks.append(talk.node.simulation.clock.tick)
+            if polls == 2:
+                tempo.step(3)
+            keeper.is_stopped = polls == 4
+
+        keeper = Timekeeper(talk.node, hall.server, tempo=tempo, on_poll=poll)
+        keeper.run(lambda: SECOND)
+        assert answer(guest, 5) is not None
+    assert ticks[:2] == [0, 0]
+    assert talk.node.simulation.clock.tick == 3
+
+
+def test_in_lockstep_a_pause_holds_up_who_asks_for_time() -> None:
+    talk = Talk()
+    with served(talk.node, lockstep=True) as hall:
+        guest, tempo, polls = hall.guest(), Tempo(None, paused=True), 0
+
+        def poll() -> None:
+            nonlocal polls
+            polls += 1
+            if polls == 2:
+                assert answer(guest, 8) is None
+                tempo.resume()
+
+        guest.say(advance(8, SECOND // 10, each_tick=False))
+        keeper = Timekeeper(talk.node, hall.server, tempo=tempo, on_poll=poll, patience=0.05)
+        keeper.run(lambda: SECOND // 10)
+        told = answer(guest, 8)
+        assert told is not None
+        assert read_time(told) == SECOND // 10
+    assert polls >= 2
+
+
+@given(st.lists(st.sampled_from(["pause", "step", "fast", "max"]), max_size=6))
+@settings(max_examples=8, deadline=None)
+def test_a_tempo_that_changes_leaves_the_run_as_it_is(changes: list[str]) -> None:
+    def hash_of(tempo: Tempo, on_poll: Callable[[], None]) -> str:
+        talk = moving()
+        with served(talk.node) as hall:
+            end = talk.node.simulation.now + SECOND // 10
+            Timekeeper(talk.node, hall.server, tempo=tempo, on_poll=on_poll).run(lambda: end)
+        return talk.node.simulation.state_hash()
+
+    tempo, left = Tempo(50.0), list(changes)
+    acts: dict[str, Callable[[], None]] = {
+        "pause": tempo.pause,
+        "step": lambda: tempo.step(5),
+        "fast": lambda: tempo.set_speed(20.0),
+        "max": lambda: tempo.set_speed(None),
+    }
+
+    def change() -> None:
+        acts[left.pop()]() if left else tempo.resume()
+
+    assert hash_of(tempo, change) == hash_of(Tempo(), lambda: None)

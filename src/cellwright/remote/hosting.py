@@ -90,7 +90,7 @@ class Host:
                 serving.stop()
 
         hooks = Hooks(on_ready=begin, on_poll=look_after)
-        serving = self._serving = Serving(self.cell, server, speed=options.speed, hooks=hooks, patience=_PATIENCE)
+        serving = self._serving = Serving(self.cell, server, tempo=options.speed, hooks=hooks, patience=_PATIENCE)
         try:
             if self._is_interrupted:
                 serving.stop()

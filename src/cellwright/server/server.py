@@ -112,10 +112,10 @@ class Server:
         """Offer a service of the server itself: JSON in and out. It is not on the bus."""
         self._requests.extras[service] = handler
 
-    def wait(self, seconds: float) -> None:
+    def wait(self, seconds: float, *, until_asked: bool = True) -> None:
         """Serve guests for so long [s] of wall time. With 0 each still has its turn.
 
-        In lockstep it ends as soon as somebody wishes that time pass.
+        In lockstep it ends as soon as somebody wishes that time pass, unless `until_asked` says otherwise.
         """
         deadline = time.perf_counter() + seconds
         self._flush()
@@ -128,7 +128,11 @@ class Server:
             self._look_at_sockets(min(left, _LOOK_AFTER))
             in_time = self._take_turns(deadline)
             self._look_after_guests()
-            if not in_time or time.perf_counter() >= deadline or (self.lockstep and self.asked is not None):
+            if (
+                not in_time
+                or time.perf_counter() >= deadline
+                or (until_asked and self.lockstep and self.asked is not None)
+            ):
                 break
         self._forget_those_gone()
 

@@ -1,5 +1,7 @@
 """Lets time pass while guests are served: by the wall clock, as fast as it goes, or in lockstep when a guest asks.
 
+How it passes says a tempo, which may change at any moment; while it lets time stand, guests are served all the same.
+
 In lockstep a guest that asks is given time up to the moment that it names, or to the tick in which it is told
 something. With several guests each may ask; their wishes are met one after another, in the order in which they came.
 A wish names a moment, not a duration: two guests that wait for the same moment make time pass once.
@@ -15,8 +17,10 @@ from cellwright.errors import RunEndedError
 from cellwright.server.requests import Asked
 from cellwright.server.server import Server
 from cellwright.simulation.pacing import Pacer
+from cellwright.simulation.tempo import Tempo
 
 _POLL = 0.1  # [s] of wall time
+_NAP = 0.01  # [s] of wall time: while time stands, so soon it goes on when somebody says so
 _SERVE_AFTER = 0.001  # [s] of wall time: so often guests are served even when there is no time to wait
 _NEVER = float("inf")
 
@@ -27,7 +31,8 @@ class Timekeeper:
     Args:
         served: whose time it is.
         server: serves its guests meanwhile.
-        speed: simulated seconds a wall second; None: as fast as it goes.
+        tempo: how time is to pass: a `Tempo`, or a speed that stays, in simulated seconds a wall second; None: as fast
+            as it goes.
         on_poll: called about ten times a second of wall time.
         patience: in lockstep, how long [s] of wall time to go on serving when there is no more time to be had: who
             asks for some is told so, and may still ask for other things.
@@ -38,7 +43,7 @@ class Timekeeper:
         served: Served,
         server: Server,
         *,
-        speed: float | None = 1.0,
+        tempo: float | Tempo | None = 1.0,
         on_poll: Callable[[], None] = lambda: None,
         patience: float = 0.0,
     ) -> None:
@@ -49,9 +54,9 @@ class Timekeeper:
         self._polled = self._served = 0.0
         self.is_stopped = False
         """Set it, from anywhere, to have `run` end before the next tick."""
-        self.pacer = None if speed is None else Pacer(self._simulation, speed, sleep=self._serve)
-        self._simulation.is_paced = self.pacer is not None and not server.lockstep
-        self._step: Callable[[], object] = self._simulation.step if self.pacer is None else self.pacer.step
+        self.tempo = tempo if isinstance(tempo, Tempo) else Tempo(tempo)
+        """How time is to pass."""
+        self.pacer = Pacer(self._simulation, self.tempo, sleep=self._serve)
 
     def run(self, deadline: Callable[[], float], reason: Callable[[], str] = lambda: "time is over") -> None:
         """Let time pass up to the deadline [ns], which may move, or until it is stopped.
@@ -68,8 +73,27 @@ class Timekeeper:
             return
         clock = self._simulation.clock
         while not self.is_stopped and clock.now < deadline():
-            self._step()
+            self._simulation.is_paced = self.tempo.speed is not None
+            self.tick()
+
+    def tick(self) -> bool:
+        """Let one tick pass when the tempo does, and serve guests until then; False when it is stopped instead.
+
+        Raises:
+            SimulationError: the state has become unstable.
+        """
+        if not self._wait_for_the_tempo():
+            return False
+        self.pacer.step()
+        self._look_around()
+        return True
+
+    def _wait_for_the_tempo(self) -> bool:
+        """Serve guests while time stands; False when it is stopped."""
+        while not (self.is_stopped or self.tempo.take()):
+            self._serve(_NAP, until_asked=False)
             self._look_around()
+        return not self.is_stopped
 
     def _pass_on_request(self, deadline: Callable[[], float], reason: Callable[[], str]) -> None:
         clock, end = self._simulation.clock, _NEVER
@@ -93,9 +117,9 @@ class Timekeeper:
         while clock.now < asked.until and clock.now < deadline():
             while self._server.is_anybody_behind and not self.is_stopped:
                 self._serve(_POLL / 2)  # nothing is lost in lockstep: who is behind has to read first
-            if asked.guest.is_gone or self.is_stopped:
+            if asked.guest.is_gone or not self._wait_for_the_tempo() or asked.guest.is_gone:
                 return
-            self._step()
+            self.pacer.step()
             if asked.each_tick or asked.guest.has_news:
                 break
             self._look_around()
@@ -110,6 +134,6 @@ class Timekeeper:
             self._polled = now
             self._on_poll()
 
-    def _serve(self, seconds: float) -> None:
-        self._server.wait(seconds)
+    def _serve(self, seconds: float, *, until_asked: bool = True) -> None:
+        self._server.wait(seconds, until_asked=until_asked)
         self._served = time.perf_counter()

@@ -62,7 +62,9 @@ class Simulation:
         self.inbox = Inbox()
         self.devices: dict[str, Device] = {}
         self.is_paced = False
-        """Whether time goes by the wall clock, so that nobody should be waited for; said by who lets it pass."""
+        """Whether the wall clock waits for nobody here: cameras leave pictures out then. It is said by who lets time pass."""
+        self.runs = 0
+        """How many runs have begun, for those who look on: at another number time is another. It is no state."""
         self._first_pose = first_pose
         self._before: list[Callable[[], None]] = []
         self._drive: list[Callable[[], None]] = []
@@ -125,6 +127,7 @@ class Simulation:
         Raises:
             SimulationError: the engine cannot reckon with the model.
         """
+        self.runs += 1
         mujoco.mj_resetData(self.model, self.data)
         for name, values in self._pristine.items():
             getattr(self.model, name)[:] = values

@@ -83,6 +83,8 @@ class RobotNode:
             self.bus = Bus(lambda: self.simulation.now, report)
             told = stamp if stamp is not None and not sim_time else lambda: self.simulation.now
             notices = Notices(lambda: self.simulation.now, report)
+            self.told = told
+            """The time that messages carry [ns]."""
             gate = Gate(safety, lambda: self.simulation.now, told)
             self.commander = Commander(self.driver, config.robot, safety, gate, notices)
             self.homing = Homing(config, self.commander)

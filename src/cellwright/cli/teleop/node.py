@@ -29,6 +29,7 @@ from cellwright.ros1_host.identity import robot
 from cellwright.run import versions
 from cellwright.server import DEFAULT_PORT, Server
 from cellwright.server.server import LOOPBACK
+from cellwright.server.services import onlookers
 from cellwright.server.timekeeper import Timekeeper
 from cellwright.serving import Pace
 from cellwright.simulation.clock import nanoseconds
@@ -131,6 +132,7 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
         server = Server(
             node, host=wanted.host, port=wanted.port, lockstep=wanted.lockstep, report=lambda line: tell(line)
         )
+        onlookers.offer(server, node)
         if not server.is_local:
             _warn(f"{wanted.host}: anybody who reaches this machine can drive the robot")
         in_ros = ros.join(config, server)
@@ -140,9 +142,12 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
             progress.update()
             ros.poll()
 
-        keeper = Timekeeper(node, server, speed=wanted.speed, on_poll=poll)
+        keeper = Timekeeper(node, server, tempo=wanted.speed, on_poll=poll)
         progress = NodeProgress(
-            console, node, until=wanted.until, factor=lambda: None if keeper.pacer is None else keeper.pacer.factor
+            console,
+            node,
+            until=wanted.until,
+            factor=lambda: None if keeper.tempo.speed is None else keeper.pacer.factor,
         )
         tell = progress.line
         is_stopped.follow(partial(setattr, keeper, "is_stopped", True))
@@ -183,7 +188,7 @@ def _run(node: RobotNode, server: Server, keeper: Timekeeper, wanted: TeleopOpti
         ran.wall = time.perf_counter() - begun
         node.close()
         server.close("the node has stopped")
-    if keeper.pacer is not None and not wanted.lockstep:
+    if keeper.tempo.speed is not None and not wanted.lockstep:
         ran.pace = Pace(keeper.pacer.factor, keeper.pacer.worst)
     node.bus.refusals.flush()
     return ran

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
+from cellwright.contracts.gear.intention import TOPIC as INTENTION
 from cellwright.contracts.table import Competition, Kind, Pace, Row, Where, says, takes
 from cellwright.description.trial import Camera, CameraType, SensorType, Trial
 from cellwright.errors import UsageError
@@ -64,6 +65,8 @@ TRIAL = (
     takes(SERVICE, "/ariac/submit_tray", "osrf_gear/SubmitTray", ALWAYS,
           "Has a tray scored where it stands. There is no answer unless the state is `go`.",
           competition=REFUSES, source=MANAGER),
+    takes(TOPIC, INTENTION, "std_msgs/String", ALWAYS,
+          "What the agent is about, in a line for people who look on; it changes nothing."),
 )
 
 ARM = (

@@ -1,0 +1,50 @@
+"""Fixtures for tests of pages: a browser that they share, and visitors in it.
+
+A test that uses them is marked `browser`. The browser is there as long as the tests of this folder run, and no longer:
+its event loop would be in the way of others.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+
+import pytest
+from playwright.sync_api import Browser, Error, sync_playwright
+
+from tests.browser.requirement import ARGUMENTS, browser_path
+from tests.browser.visitor import HEIGHT, LIMIT, WIDTH, Visitor
+
+Visit = Callable[[str], Visitor]
+"""Opens a page in a window of its own."""
+
+
+@pytest.fixture(scope="package")
+def browser() -> Iterator[Browser]:
+    """Chromium, without a display."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=browser_path(), args=[*ARGUMENTS], timeout=LIMIT * 1e3, chromium_sandbox=False
+        )
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def visit(browser: Browser, request: pytest.FixtureRequest) -> Iterator[Visit]:
+    """Opens pages; when the test is over each is seen once more in `build/screenshots`, and has made no error."""
+    visitors: list[Visitor] = []
+
+    def open_page(url: str) -> Visitor:
+        visitor = Visitor(browser.new_context(viewport={"width": WIDTH, "height": HEIGHT}))
+        visitors.append(visitor)
+        visitor.open(url)
+        return visitor
+
+    yield open_page
+    name = request.node.name.removeprefix("test_")
+    errors = []
+    for number, visitor in enumerate(visitors):
+        visitor.shot(f"{name}-{number + 1}" if len(visitors) > 1 else name)
+        errors += visitor.errors
+        with suppress(Error):
+            visitor.close()
+    assert not errors

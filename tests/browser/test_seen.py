@@ -1,0 +1,65 @@
+"""The eye of the browser tests: pictures whose content is known."""
+
+import io
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from PIL import Image
+
+from tests.browser.seen import Hues, Pixels, change, distance, middle, pixels, share, variety
+
+GREEN, ORANGE = Hues(120.0), Hues(30.0)
+
+
+def canvas(colour: tuple[int, int, int] = (230, 230, 230)) -> Pixels:
+    return np.full((100, 200, 3), colour, np.uint8)
+
+
+def with_box(colour: tuple[int, int, int]) -> Pixels:
+    """A box on the right, above the middle: a tenth of the picture."""
+    picture = canvas()
+    picture[10:50, 140:190] = colour
+    return picture
+
+
+def test_a_png_is_read() -> None:
+    kept = io.BytesIO()
+    Image.fromarray(with_box((10, 200, 30))).save(kept, "png")
+    assert np.array_equal(pixels(kept.getvalue()), with_box((10, 200, 30)))
+
+
+def test_an_empty_page_has_no_variety() -> None:
+    assert variety(canvas()) == 1
+    assert variety(with_box((10, 200, 30))) == 2
+
+
+def test_a_thing_is_found_by_its_colour() -> None:
+    picture = with_box((10, 200, 30))
+    assert share(picture, GREEN) == pytest.approx(0.1)
+    assert share(picture, ORANGE) == 0.0
+    assert middle(picture, GREEN) == pytest.approx((0.82, 0.3), abs=0.01)
+    assert np.isnan(middle(picture, ORANGE)[0])
+
+
+@given(st.tuples(*[st.integers(0, 255)] * 3))
+def test_hues_are_those_of_everybody(colour: tuple[int, int, int]) -> None:
+    import colorsys
+
+    hue, saturation, value = colorsys.rgb_to_hsv(*(part / 255 for part in colour))
+    far = abs((hue * 360 - 120 + 180) % 360 - 180)
+    if all(abs(x) > 1e-3 for x in (far - 25, saturation - 0.3, value - 0.15)):
+        assert share(canvas(colour), GREEN) == (far < 25 and saturation > 0.3 and value > 0.15)
+
+
+def test_what_has_changed() -> None:
+    assert change(canvas(), canvas()) == 0.0
+    assert change(canvas(), with_box((10, 200, 30))) == pytest.approx(0.1)
+    assert change(canvas(), canvas((225, 230, 235))) == 0.0
+
+
+def test_colours_apart() -> None:
+    assert distance(with_box((10, 200, 30)), with_box((10, 200, 30))) == 0.0
+    assert distance(canvas(), with_box((10, 200, 30))) == pytest.approx(0.1)
+    assert distance(canvas(), canvas((0, 0, 0))) == 1.0

@@ -1,0 +1,133 @@
+"""Somebody with a browser who looks at a page, reads it, and presses what is there.
+
+Screenshots are kept in `build/screenshots`, for people to look at.
+"""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from playwright.sync_api import BrowserContext, Error, Locator, Page
+
+from tests.browser.requirement import SCREENSHOTS
+from tests.browser.seen import Pixels, pixels, variety
+
+WIDTH, HEIGHT = 1000, 640
+"""Of the window [px]: all of it is drawn by the processor, so it is not large."""
+
+_CANVAS_ALONE = "* { visibility: hidden !important } canvas { visibility: visible !important }"
+
+LIMIT = 90.0
+"""How long to wait for anything [s]: generous, since the machine may have much else to do."""
+
+
+class Visitor:
+    """One window of a browser, with nothing remembered from others.
+
+    Args:
+        context: the window's own memory.
+    """
+
+    def __init__(self, context: BrowserContext) -> None:
+        self._context = context
+        self.page: Page = context.new_page()
+        self.page.set_default_timeout(LIMIT * 1e3)
+        self.errors: list[str] = []
+        """What went wrong in the page's own programs."""
+        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
+
+    def open(self, url: str) -> None:
+        """Go to a page; its scene may not be there yet."""
+        self.page.goto(url, timeout=LIMIT * 1e3, wait_until="domcontentloaded")
+
+    def close(self) -> None:
+        self._context.close()
+
+    # ---------------------------------------------------------------- reading
+
+    def text(self) -> str:
+        """All that can be read on the page."""
+        return self.page.inner_text("body")
+
+    def find(self, pattern: str) -> re.Match[str] | None:
+        """A pattern in what can be read; `^` and `$` stand for ends of lines."""
+        return re.search(pattern, self.text(), re.MULTILINE)
+
+    def read(self, pattern: str, within: float = LIMIT) -> re.Match[str]:
+        """Wait for a pattern in what can be read.
+
+        Args:
+            pattern: a regular expression.
+            within: the limit [s].
+        """
+        self.wait(lambda: self.find(pattern), within, lambda: f"{pattern!r} on the page, which says:\n{self.text()}")
+        found = self.find(pattern)
+        return found if found is not None else self.read(pattern, within)
+
+    def wait(self, condition: Callable[[], object], within: float, what: Callable[[], str]) -> None:
+        """Wait until a condition holds; meanwhile the page goes on.
+
+        Args:
+            condition: asked about ten times a second.
+            within: the limit [s].
+            what: what is waited for, for the message when it does not come.
+        """
+        end = time.monotonic() + within
+        while not condition():
+            if time.monotonic() > end:
+                self.shot("failed")
+                raise AssertionError(f"no {what()} within {within:g} s; errors of the page: {self.errors}")
+            self.page.wait_for_timeout(100)
+
+    # ---------------------------------------------------------------- looking
+
+    def canvas(self) -> Pixels:
+        """What is drawn in three dimensions, without what lies beside it."""
+        return pixels(self.page.screenshot(style=_CANVAS_ALONE, timeout=LIMIT * 1e3))
+
+    def scene(self, within: float = LIMIT, least: int = 8) -> Pixels:
+        """Wait until a scene has appeared; what is seen then.
+
+        Args:
+            within: the limit [s].
+            least: how many colours it has.
+        """
+        seen: list[Pixels] = []
+
+        def has_appeared() -> bool:
+            seen.append(self.canvas())
+            return len(seen) > 1 and min(variety(seen[-1]), variety(seen[-2])) >= least
+
+        self.wait(has_appeared, within, lambda: f"scene: {variety(seen[-1])} colours")
+        return seen[-1]
+
+    def shot(self, name: str) -> Path:
+        """Keep a picture of the whole window; the file."""
+        SCREENSHOTS.mkdir(parents=True, exist_ok=True)
+        path = SCREENSHOTS / f"{name}.png"
+        try:
+            self._be_at_ease()
+            self.page.screenshot(path=path, timeout=LIMIT * 1e3)
+        except Error as error:  # the page has crashed: what the test has to say is worth more
+            self.errors.append(str(error))
+        return path
+
+    def _be_at_ease(self) -> None:
+        """Put away the note that this browser draws without a graphics card: it lies over the scene."""
+        note = self.page.get_by_role("alert").filter(has_text="Software WebGL")
+        if note.is_visible():
+            note.get_by_role("button").click()
+            note.wait_for(state="hidden")
+
+    # ---------------------------------------------------------------- doing
+
+    def press(self, name: str) -> None:
+        """Press the button of this name."""
+        self.button(name).click()
+
+    def button(self, name: str) -> Locator:
+        """The button of this name."""
+        return self.page.get_by_role("button", name=name, exact=True).first
