@@ -62,7 +62,7 @@ class Simulation:
         self.inbox = Inbox()
         self.devices: dict[str, Device] = {}
         self.is_paced = False
-        """Whether the wall clock waits for nobody here: cameras leave pictures out then. It is said by who lets time pass."""
+        """Whether time goes by the wall clock, and waits for nobody; who lets it pass says so."""
         self.runs = 0
         """How many runs have begun, for those who look on: at another number time is another. It is no state."""
         self._first_pose = first_pose
