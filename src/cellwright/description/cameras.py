@@ -32,7 +32,7 @@ SLOWEST, FASTEST = 0.1, 100.0
 NARROWEST, WIDEST = 0.01, 2.8
 """How far a camera sees to the left and right together [rad]."""
 
-NEAREST, FARTHEST = 0.01, 100.0
+NEAREST, FARTHEST = 0.02, 100.0
 """Bounds of the depths that a camera measures [m]."""
 
 LONGEST_LATENCY = 10.0

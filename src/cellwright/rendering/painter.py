@@ -36,6 +36,10 @@ class Painter(Protocol):
             RenderingError: nothing can be drawn.
         """
 
+    @property
+    def is_ready(self) -> bool:
+        """Whether it has begun to work; before, a picture takes longer than later ones."""
+
     def is_drawn(self, number: int) -> bool:
         """Whether a picture is there, or will never be."""
 

@@ -18,6 +18,7 @@ class FakePainter:
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
         self.is_quick = True
+        self.has_begun = True
         self.is_broken = False
         self.is_closed = False
         self.asked: dict[int, tuple[Frame, Pinhole, Pose, bool, bool]] = {}
@@ -30,6 +31,10 @@ class FakePainter:
         self.count += 1
         self.asked[self.count] = (frame, pinhole, world_T_camera, colour, depth)
         return self.count
+
+    @property
+    def is_ready(self) -> bool:
+        return self.has_begun
 
     def is_drawn(self, number: int) -> bool:
         return self.is_quick

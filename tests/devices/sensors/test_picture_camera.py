@@ -228,6 +228,16 @@ def test_pictures_left_out_are_reported_at_most_once_a_second() -> None:
     assert "pictures left out" in room.lines[1]
 
 
+def test_nothing_is_reported_while_the_painter_gets_ready() -> None:
+    room = Room(replace(EYE, when_late="drop"))
+    room.look()
+    room.run(110)
+    room.painter.is_quick = room.painter.has_begun = False
+    room.run(2500)
+    assert room.camera.dropped > 10
+    assert not room.lines
+
+
 @pytest.mark.parametrize("is_paced", [False, True])
 def test_auto_drops_where_time_goes_by_the_wall_clock(is_paced: bool) -> None:
     room = Room()

@@ -219,7 +219,7 @@ class PictureCamera(Sensor[Picture]):
         self.dropped += 1
         self._untold += 1
         now = self.simulation.now
-        if now - self._told >= _A_SECOND:
+        if now - self._told >= _A_SECOND and self._studio.is_ready:
             self._report(
                 f"camera {self.name}: {self._untold} {'picture' if self._untold == 1 else 'pictures'} left out, "
                 f"{self.dropped} in all: drawing takes longer than the time between two"

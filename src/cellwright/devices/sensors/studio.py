@@ -14,7 +14,7 @@ from cellwright.errors import RenderingError
 from cellwright.pose import Pose
 from cellwright.rendering.painter import Drawn, Painter
 from cellwright.rendering.pinhole import Pinhole
-from cellwright.rendering.ray_painter import RayPainter
+from cellwright.rendering.worker.painter import WorkerPainter
 from cellwright.scene.frame import Frame
 from cellwright.scene.scene import Scene
 from cellwright.scene.taking import SceneTaker
@@ -70,6 +70,11 @@ class Studio:
             self._give_up(error)
             return None
 
+    @property
+    def is_ready(self) -> bool:
+        """Whether pictures are being drawn, and no longer prepared for."""
+        return self._painter is not None and self._painter.is_ready
+
     def is_drawn(self, number: int) -> bool:
         """Whether a picture can be fetched without waiting."""
         return self._painter is None or self._painter.is_drawn(number)
@@ -117,5 +122,5 @@ class Studio:
 
 
 def hire_painter(scene: Scene) -> Painter:
-    """The painter of a scene."""
-    return RayPainter(scene)
+    """The painter of a scene: a process that draws."""
+    return WorkerPainter(scene)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import cellwright
-from cellwright.errors import CellwrightError, showable
+from cellwright.errors import RenderingError, showable
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.worker import wire
 from cellwright.scene import Frame, Scene
@@ -30,10 +30,6 @@ _PROGRAM = "import sys; sys.path.append(sys.argv[1]); from cellwright.rendering.
 _TIME_TO_END = 20.0  # [s], for what was asked for last
 
 T = TypeVar("T")
-
-
-class RenderingError(CellwrightError):
-    """Something could not be drawn; the text says why."""
 
 
 class Pending(Generic[T]):

@@ -1,0 +1,62 @@
+"""A painter that has a process draw for it."""
+
+from __future__ import annotations
+
+from numpy import float32, uint8
+from numpy.typing import NDArray
+
+from cellwright.pose import Pose
+from cellwright.rendering.painter import Drawn
+from cellwright.rendering.pinhole import Pinhole
+from cellwright.rendering.worker.client import Pending, RenderWorker
+from cellwright.scene import Frame, Scene
+
+
+class WorkerPainter:
+    """Draws one scene; see `Painter`.
+
+    Args:
+        scene: what there is to be seen.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._worker = RenderWorker(scene)
+        self._asked = 0
+        self._pictures: dict[int, tuple[Pending[NDArray[uint8]] | None, Pending[NDArray[float32]] | None]] = {}
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether the process has begun to draw."""
+        return self._worker.ready.is_done
+
+    def submit(self, frame: Frame, pinhole: Pinhole, world_T_camera: Pose, *, colour: bool, depth: bool) -> int:
+        """Ask for a picture; returns its number."""
+        camera, size = pinhole.at(world_T_camera), (pinhole.width, pinhole.height)
+        self._asked += 1
+        self._pictures[self._asked] = (
+            self._worker.colour(frame, camera, *size) if colour else None,
+            self._worker.depth(frame, camera, *size) if depth else None,
+        )
+        return self._asked
+
+    def is_drawn(self, number: int) -> bool:
+        """Whether a picture is there, or will never be."""
+        return all(pending is None or pending.is_done for pending in self._pictures[number])
+
+    def fetch(self, number: int) -> Drawn:
+        """The picture; waits for it. It is gone then.
+
+        Raises:
+            RenderingError: it could not be drawn.
+        """
+        colour, depth = self._pictures.pop(number)
+        return Drawn(None if colour is None else colour.result(), None if depth is None else depth.result())
+
+    def forget(self, number: int) -> None:
+        """A picture that was asked for is not wanted any more."""
+        self._pictures.pop(number, None)
+
+    def close(self) -> None:
+        """Let the process end."""
+        self._pictures.clear()
+        self._worker.close()
