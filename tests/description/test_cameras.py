@@ -37,7 +37,7 @@ def test_a_type_and_a_pose_are_enough() -> None:
 
 def test_everything_written() -> None:
     written = f"""{{wrist: {{type: rgbd_camera, {POSE}, frame: vacuum_gripper_link, width: 320, height: 200, fov: 1.5,
-      rate: 2.5, near: 0.05, far: 4, noise: {{colour: 0, depth: 0.002, depth_growth: 0.01}}, latency: 0,
+      rate: 2.5, near: 0.05, far: 4, shadows: false, noise: {{colour: 0, depth: 0.002, depth_growth: 0.01}}, latency: 0,
       when_late: drop}}}}"""
     (camera,) = cameras(written)
     assert camera == Camera(
@@ -51,6 +51,7 @@ def test_everything_written() -> None:
         rate=2.5,
         near=0.05,
         far=4.0,
+        shadows=False,
         noise=PictureNoise(0.0, 0.002, 0.01),
         latency=0.0,
         when_late="drop",
@@ -89,6 +90,7 @@ def test_what_each_type_takes(kind: str, colour: bool, depth: bool) -> None:
         (f"type: rgb_camera, {POSE}, latency: -1", "latency: must be from 0 to 10 s, not -1"),
         (f"type: rgb_camera, {POSE}, far: .inf", "far: must be a finite number"),
         (f"type: rgb_camera, {POSE}, near: 2, far: 1", "near, 2 m, must be less than far, 1 m"),
+        (f"type: rgb_camera, {POSE}, shadows: 1", "shadows: must be true or false, not the number 1"),
         (f"type: rgb_camera, {POSE}, noise: 1", "noise: must be a mapping"),
         (f"type: rgb_camera, {POSE}, noise: {{color: 1}}", "noise.color: unknown entry; did you mean colour"),
         (f"type: rgb_camera, {POSE}, noise: {{depth: -1}}", "noise.depth: must be from 0 to 1, not -1"),

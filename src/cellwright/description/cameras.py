@@ -9,7 +9,7 @@ from typing import Any, cast, get_args
 from cellwright.description import keys
 from cellwright.description.layout import ARM_FRAMES
 from cellwright.description.reading.reader import Reader
-from cellwright.description.reading.tree import Entry, Node, Table, shortened
+from cellwright.description.reading.tree import Entry, Leaf, Node, Table, described, shortened
 from cellwright.description.sensors import CAMERA_PREFIX, CAMERA_TYPES, SENSOR_TYPES, TAKEN_NAMES
 from cellwright.description.trial import Camera, PictureNoise, Sensor, WhenLate
 from cellwright.errors import did_you_mean
@@ -129,6 +129,11 @@ def _values(table: Table, reader: Reader, *, has_arm: bool) -> dict[str, Any]:
     for name, (least, largest, unit) in bounds.items():
         if (node := table.get(name)) and (number := _between(node, least, largest, unit, reader)) is not None:
             values[name] = number
+    if node := table.get("shadows"):
+        if isinstance(node, Leaf) and isinstance(node.value, bool):
+            values["shadows"] = node.value
+        else:
+            reader.problems.error(node, f"must be true or false, not {described(node)}")
     if node := table.get("noise"):
         values["noise"] = _noise(node, reader)
     if (node := table.get("frame")) and (frame := _frame(node, reader, has_arm=has_arm)):

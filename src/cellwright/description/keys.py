@@ -226,6 +226,7 @@ CAMERA = Keys(
     Key("rate", "Hz", "pictures a second of simulation time", _CAMERA.rate),
     Key("near", "m", "depths below this are not measured", _CAMERA.near),
     Key("far", "m", "depths above this are not measured", _CAMERA.far),
+    Key("shadows", _SWITCH, "things throw shadows in its colour pictures, which take longer to draw", _CAMERA.shadows),
     Key("noise", "`{colour, depth, depth_growth}`", "noise of its pictures; 0 for none at all", "see below"),
     Key(
         "latency",

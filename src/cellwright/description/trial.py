@@ -59,6 +59,7 @@ class Camera(Sensor):
         fov: how far it sees to the left and right together [rad].
         rate: pictures a second of simulation time [Hz].
         near, far: nearest and farthest depth that it measures [m].
+        shadows: whether things throw shadows in its colour pictures, which take longer to draw then.
         noise: of its pictures.
         latency: from the moment that a picture shows to its delivery [s]; None for the time between two pictures.
         when_late: what happens when a picture is due and not drawn yet.
@@ -71,6 +72,7 @@ class Camera(Sensor):
     rate: float = 10.0
     near: float = 0.1
     far: float = 10.0
+    shadows: bool = True
     noise: PictureNoise = field(default_factory=PictureNoise)
     latency: float | None = None
     when_late: WhenLate = "auto"

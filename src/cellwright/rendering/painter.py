@@ -26,10 +26,29 @@ class Drawn:
     depth: NDArray[np.float32] | None
 
 
+@dataclass(frozen=True, slots=True)
+class View:
+    """What is to be drawn of a frame.
+
+    Attributes:
+        pinhole: the camera.
+        world_T_camera: where it stands.
+        colour: whether in colour.
+        depth: whether in depth.
+        shadows: whether things throw shadows where it is in colour.
+    """
+
+    pinhole: Pinhole
+    world_T_camera: Pose
+    colour: bool
+    depth: bool
+    shadows: bool = True
+
+
 class Painter(Protocol):
     """Draws one scene."""
 
-    def submit(self, frame: Frame, pinhole: Pinhole, world_T_camera: Pose, *, colour: bool, depth: bool) -> int:
+    def submit(self, frame: Frame, view: View) -> int:
         """Ask for a picture; returns its number.
 
         Raises:

@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cellwright.errors import RenderingError
-from cellwright.pose import Pose
-from cellwright.rendering.painter import Drawn
-from cellwright.rendering.pinhole import Pinhole
+from cellwright.rendering.painter import Drawn, View
 from cellwright.scene.frame import Frame
 from cellwright.scene.scene import Scene
 
@@ -21,15 +19,15 @@ class FakePainter:
         self.has_begun = True
         self.is_broken = False
         self.is_closed = False
-        self.asked: dict[int, tuple[Frame, Pinhole, Pose, bool, bool]] = {}
+        self.asked: dict[int, tuple[Frame, View]] = {}
         self.forgotten: list[int] = []
         self.count = 0
 
-    def submit(self, frame: Frame, pinhole: Pinhole, world_T_camera: Pose, *, colour: bool, depth: bool) -> int:
+    def submit(self, frame: Frame, view: View) -> int:
         if self.is_broken:
             raise RenderingError("the brush is broken")
         self.count += 1
-        self.asked[self.count] = (frame, pinhole, world_T_camera, colour, depth)
+        self.asked[self.count] = (frame, view)
         return self.count
 
     @property
@@ -42,11 +40,11 @@ class FakePainter:
     def fetch(self, number: int) -> Drawn:
         if self.is_broken:
             raise RenderingError("the brush is broken")
-        frame, pinhole, pose, colour, depth = self.asked.pop(number)
-        size = (pinhole.height, pinhole.width)
+        frame, view = self.asked.pop(number)
+        size = (view.pinhole.height, view.pinhole.width)
         return Drawn(
-            np.full((*size, 3), frame.time // 1_000_000 % 256, np.uint8) if colour else None,
-            np.full(size, pose.position[0], np.float32) if depth else None,
+            np.full((*size, 3), frame.time // 1_000_000 % 256, np.uint8) if view.colour else None,
+            np.full(size, view.world_T_camera.position[0], np.float32) if view.depth else None,
         )
 
     def forget(self, number: int) -> None:

@@ -117,10 +117,10 @@ def test_what_several_want_is_drawn_once() -> None:
     leave = room.look(colour=True, depth=False)
     room.look(colour=False, depth=True)
     room.run(150)
-    assert [each[3:] for each in room.painter.asked.values()] == [(True, True)]
+    assert [(view.colour, view.depth) for _, view in room.painter.asked.values()] == [(True, True)]
     leave()
     room.run(250)
-    assert [each[3:] for each in room.painter.asked.values()] == [(False, True)]
+    assert [(view.colour, view.depth) for _, view in room.painter.asked.values()] == [(False, True)]
     ((_, picture),) = room.pictures  # the one that is still there gets what was begun for both
     assert picture.colour is not None
 

@@ -17,7 +17,7 @@ from cellwright.devices.sensors.sensor import Reading, Sensor
 from cellwright.devices.sensors.studio import Studio
 from cellwright.errors import UsageError
 from cellwright.pose import Pose
-from cellwright.rendering.painter import Drawn
+from cellwright.rendering.painter import Drawn, View
 from cellwright.rendering.pinhole import Pinhole
 from cellwright.simulation.simulation import Simulation
 
@@ -143,9 +143,7 @@ class PictureCamera(Sensor[Picture]):
             UsageError: nothing can be drawn.
         """
         pose = self.world_T_camera
-        order = self._studio.ask(
-            self.pinhole, pose, colour=self.description.has_colour, depth=self.description.has_depth
-        )
+        order = self._begin(pose, colour=self.description.has_colour, depth=self.description.has_depth)
         drawn = None if order is None else self._studio.fetch(order)
         if drawn is None:
             raise UsageError(f"camera {self.name!r} can take no picture")
@@ -161,12 +159,16 @@ class PictureCamera(Sensor[Picture]):
             if self._drops and self._is_behind:
                 self._leave_out()
                 return
-            order = self._studio.ask(self.pinhole, pose, colour=colour, depth=depth)
+            order = self._begin(pose, colour=colour, depth=depth)
             if order is None:
                 return
         self._exposures.append(_Exposure(self.simulation.now, index, pose, order))
         if not self._latency_ns:
             self._deliver_due(0)
+
+    def _begin(self, world_T_camera: Pose, *, colour: bool, depth: bool) -> int | None:
+        shadows = self.description.shadows
+        return self._studio.ask(View(self.pinhole, world_T_camera, colour=colour, depth=depth, shadows=shadows))
 
     def _deliver_due(self, _tick: int) -> None:
         latest = self.simulation.now - self._latency_ns

@@ -11,9 +11,8 @@ from collections.abc import Callable, Collection
 import mujoco
 
 from cellwright.errors import RenderingError
-from cellwright.pose import Pose
-from cellwright.rendering.painter import Drawn, Painter
-from cellwright.rendering.pinhole import Pinhole
+from cellwright.rendering.painter import Drawn, Painter, View
+from cellwright.rendering.views import VIEWS
 from cellwright.rendering.worker.painter import WorkerPainter
 from cellwright.scene.frame import Frame
 from cellwright.scene.scene import Scene
@@ -54,7 +53,7 @@ class Studio:
         """The engine's model."""
         return self._simulation.model
 
-    def ask(self, pinhole: Pinhole, world_T_camera: Pose, *, colour: bool, depth: bool) -> int | None:
+    def ask(self, view: View) -> int | None:
         """Ask for a picture of this tick; its number, or None when nothing can be drawn."""
         if self._is_broken:
             return None
@@ -63,9 +62,7 @@ class Studio:
                 self._taker = SceneTaker(self.model, hidden=self._hidden)
             if self._painter is None:
                 self._painter = self._hire(self._taker.scene)
-            return self._painter.submit(
-                self._this_frame(self._taker), pinhole, world_T_camera, colour=colour, depth=depth
-            )
+            return self._painter.submit(self._this_frame(self._taker), view)
         except RenderingError as error:
             self._give_up(error)
             return None
@@ -122,5 +119,5 @@ class Studio:
 
 
 def hire_painter(scene: Scene) -> Painter:
-    """The painter of a scene: a process that draws."""
-    return WorkerPainter(scene)
+    """The painter of a cell: a process that draws, by the light of its pictures."""
+    return WorkerPainter(scene, about=VIEWS["overview"].target)

@@ -5,9 +5,8 @@ from __future__ import annotations
 from numpy import float32, uint8
 from numpy.typing import NDArray
 
-from cellwright.pose import Pose
-from cellwright.rendering.painter import Drawn
-from cellwright.rendering.pinhole import Pinhole
+from cellwright.pose import Vector3
+from cellwright.rendering.painter import Drawn, View
 from cellwright.rendering.worker.client import Pending, RenderWorker
 from cellwright.scene import Frame, Scene
 
@@ -17,9 +16,11 @@ class WorkerPainter:
 
     Args:
         scene: what there is to be seen.
+        about: the point [m] that the lamp is placed by.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, *, about: Vector3 = (0.0, 0.0, 0.0)) -> None:
+        self._about = about
         self._worker = RenderWorker(scene)
         self._asked = 0
         self._pictures: dict[int, tuple[Pending[NDArray[uint8]] | None, Pending[NDArray[float32]] | None]] = {}
@@ -29,13 +30,16 @@ class WorkerPainter:
         """Whether the process has begun to draw."""
         return self._worker.ready.is_done
 
-    def submit(self, frame: Frame, pinhole: Pinhole, world_T_camera: Pose, *, colour: bool, depth: bool) -> int:
+    def submit(self, frame: Frame, view: View) -> int:
         """Ask for a picture; returns its number."""
-        camera, size = pinhole.at(world_T_camera), (pinhole.width, pinhole.height)
+        camera, size = view.pinhole.at(view.world_T_camera), (view.pinhole.width, view.pinhole.height)
+        worker = self._worker
         self._asked += 1
         self._pictures[self._asked] = (
-            self._worker.colour(frame, camera, *size) if colour else None,
-            self._worker.depth(frame, camera, *size) if depth else None,
+            worker.colour(frame, camera, *size, samples=1, shadows=view.shadows, about=self._about)
+            if view.colour
+            else None,
+            worker.depth(frame, camera, *size) if view.depth else None,
         )
         return self._asked
 
