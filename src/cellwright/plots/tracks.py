@@ -152,6 +152,7 @@ class Story:
         marks: orders, kits and the like.
         states: spans of a state, by what it is the state of.
         commands: when commands came.
+        warning: what is wrong with the recording; empty for one that is whole.
     """
 
     title: str
@@ -166,3 +167,4 @@ class Story:
     marks: Sequence[Mark] = ()
     states: dict[str, list[Span]] = field(default_factory=dict)
     commands: Sequence[CommandTrack] = ()
+    warning: str = ""

@@ -52,10 +52,10 @@ def plot(
         from cellwright.plots.figure import draw, write  # matplotlib takes a moment
         from cellwright.plots.reading.story import story
 
-        figure = draw(story(opened), wanted)
-        is_complete = opened.is_complete
-    if not is_complete:
-        typer.echo(f"warning: {recording}: was cut short; drawn as far as it goes", err=True)
+        told = story(opened)
+    if told.warning:
+        typer.echo(f"warning: {told.warning}", err=True)
+    figure = draw(told, wanted)
     try:
         write(figure, path)
     except OSError as error:

@@ -29,7 +29,7 @@ class Arm:
         wanted, seen = (list(point.positions) for point in (state.desired, state.actual))
         self._names = self._names or names
         if names == self._names and len(wanted) == len(seen) == len(names):
-            self._rows.append((message.time * SECOND, seen, wanted))
+            self._rows.append((message.time / SECOND, seen, wanted))
 
     def tracks(self) -> list[JointTrack]:
         """The joints."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 
 import numpy as np
@@ -25,8 +26,17 @@ class Commands:
     def take(self, message: RecordedMessage) -> None:
         """Take the next command."""
         if found := _NAME.search(message.data):
-            self._times.setdefault(found[1].decode(errors="replace"), []).append(message.time * SECOND)
+            self._times.setdefault(_plain(found[1]), []).append(message.time / SECOND)
 
     def tracks(self) -> list[CommandTrack]:
         """Those of each name, in the order in which they came first."""
         return [CommandTrack(name, np.array(times)) for name, times in self._times.items()]
+
+
+def _plain(name: bytes) -> str:
+    """A name as JSON writes it, in plain text."""
+    text = name.decode(errors="replace")
+    try:
+        return str(json.loads(f'"{text}"'))
+    except ValueError:
+        return text

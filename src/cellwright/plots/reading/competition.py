@@ -38,14 +38,14 @@ class Competition:
     def take(self, message: RecordedMessage) -> None:
         """Take the next line, score or state."""
         if message.topic == EVENT:
-            self._take_event(json_of(message.data), message.time * SECOND)
+            self._take_event(json_of(message.data), message.time / SECOND)
             return
         if self._before.get(message.topic) == message.data:
             return
         if message.topic == _STATE:
-            self.states.add(message.time * SECOND, from_cdr(message.data, String).data)
+            self.states.add(message.time / SECOND, from_cdr(message.data, String).data)
         else:
-            self._add_points(message.time * SECOND, from_cdr(message.data, Float32).data)
+            self._add_points(message.time / SECOND, from_cdr(message.data, Float32).data)
         self._before[message.topic] = message.data
 
     def score(self) -> ScoreTrack | None:

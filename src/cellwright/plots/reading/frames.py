@@ -41,7 +41,7 @@ class BodyPath:
         self._frame = decode(bytes(from_cdr(message.data, UInt8MultiArray).data), self._frame)
         if self._body < len(self._frame.poses):
             x, y, z = self._frame.poses[self._body, :3].tolist()
-            self._rows.append((message.time * SECOND, x, y, z))
+            self._rows.append((message.time / SECOND, x, y, z))
 
     def track(self, name: str) -> ToolTrack:
         """The path, under a name."""

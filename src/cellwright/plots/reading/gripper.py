@@ -22,7 +22,7 @@ class Spans:
 
     def until(self, end: float) -> list[Span]:
         """The spans, the last of them until `end` [s]."""
-        ends = [time for time, _ in self._changes[1:]] + [end]
+        ends = [*(time for time, _ in self._changes[1:]), end][: len(self._changes)]
         return [Span(begin, over, label) for (begin, label), over in zip(self._changes, ends, strict=True) if label]
 
 
@@ -41,5 +41,5 @@ class Gripper:
             return
         state = from_cdr(message.data, VacuumGripperState)
         self._before = message.data
-        self.on.add(message.time * SECOND, "on" if state.enabled else "")
-        self.attached.add(message.time * SECOND, "attached" if state.attached else "")
+        self.on.add(message.time / SECOND, "on" if state.enabled else "")
+        self.attached.add(message.time / SECOND, "attached" if state.attached else "")

@@ -37,12 +37,12 @@ class JointStates:
         data = message.data
         begin = _HEAD + _STAMP
         end = begin + len(self._before)
-        if not self._before or data[begin:end] != self._before or data[:2] != _LITTLE:
+        if not self._before or data[begin:end] != self._before or data[:2] != _LITTLE:  # the first, or another kind
             self._learn(data)
             end = begin + len(self._before)
         if len(data) < end + 8 * self._count:
             raise MessageError("joint states that end in the middle")
-        self._times[-1].append(message.time * SECOND)
+        self._times[-1].append(message.time / SECOND)
         self._rows[-1].append(np.frombuffer(data, "<f8", self._count, end))
 
     def curves(self) -> dict[str, tuple[Array, Array]]:
@@ -60,6 +60,8 @@ class JointStates:
     def _learn(self, data: bytes) -> None:
         """Find out where the positions stand, from a message that is read as a whole."""
         message = from_cdr(data, JointState)
+        if data[:2] != _LITTLE:
+            raise MessageError("joint states in an order of bytes that is not ours")
         if len(message.position) != len(message.name):
             raise MessageError("joint states with other numbers of names and positions")
         place = _HEAD + _STAMP
@@ -73,8 +75,6 @@ class JointStates:
         except struct.error:
             raise MessageError("joint states that end in the middle") from None
         place = _aligned(place, 8) if count else place
-        if data[:2] != _LITTLE or not np.array_equal(np.frombuffer(data, "<f8", count, place), message.position):
-            raise MessageError("joint states in an order of bytes that is not ours")
         self._before, self._count = data[_HEAD + _STAMP : place], count
         names = tuple(message.name)
         if not self._names or self._names[-1] != names:

@@ -11,8 +11,8 @@ from cellwright.messages import from_cdr
 from cellwright.messages.standard import String
 from cellwright.recording.reader import RecordedMessage
 
-SECOND = 1e-9
-"""Of a nanosecond."""
+SECOND = 1e9
+"""Nanoseconds."""
 
 
 class Reader(Protocol):

@@ -37,7 +37,7 @@ class Tips:
         poses = from_cdr(message.data, PoseArray).poses
         at = [(pose.position.x, pose.position.y, pose.position.z) for pose in poses]
         if not self._rows or len(at) == len(self._rows[0][1]):
-            self._rows.append((message.time * SECOND, at))
+            self._rows.append((message.time / SECOND, at))
 
     def tracks(self, arms: list[dict[str, Any]]) -> list[ToolTrack]:
         """The paths of all tips; `arms` says how they are called and in which frame they are."""
@@ -64,7 +64,7 @@ class Status:
 
     def take(self, message: RecordedMessage) -> None:
         """Take the next status."""
-        status, now = from_cdr(message.data, TeleopStatus), message.time * SECOND
+        status, now = from_cdr(message.data, TeleopStatus), message.time / SECOND
         reasons = (
             (status.emergency_stop, "emergency stop"),
             (not status.enabled, "disabled"),

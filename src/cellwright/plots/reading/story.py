@@ -31,15 +31,15 @@ def story(recording: Recording) -> Story:
 def _cell(recording: Recording) -> Story:
     arm, gripper, path, trays = Arm(), Gripper(), BodyPath(recording.scene, _CUP), Trays()
     competition, commands = Competition(), Commands()
-    _read(recording, (arm, gripper, path, trays, competition, commands))
-    end = recording.end_time * SECOND
+    warning = _read(recording, (arm, gripper, path, trays, competition, commands))
+    end = recording.end_time / SECOND
     cup = path.track("vacuum gripper")
     tool = ToolTrack(cup.name, cup.frame, cup.times, cup.positions, gripper.on.until(end), gripper.attached.until(end))
     tracks, states = arm.tracks(), competition.states.until(end)
     return Story(
         title=recording.header.name,
         note=_note(recording, {**recording.header.facts, **competition.about}, competition),
-        begin=recording.begin * SECOND,
+        begin=recording.begin / SECOND,
         end=end,
         joints={"Arm": tracks} if tracks else {},
         tools=[tool] if len(tool.times) else [],
@@ -49,6 +49,7 @@ def _cell(recording: Recording) -> Story:
         marks=competition.marks,
         states={"competition": states} if states else {},
         commands=commands.tracks(),
+        warning=warning,
     )
 
 
@@ -56,8 +57,8 @@ def _robot(recording: Recording) -> Story:
     measured, applied = JointStates("/io_teleop/joint_states"), JointStates("/io_teleop/applied_joint_cmd")
     grippers, tips, status = JointStates("/io_teleop/gripper_states"), Tips(), Status()
     about, commands = About(), Commands()
-    _read(recording, (measured, applied, grippers, tips, status, about, commands))
-    end = recording.end_time * SECOND
+    warning = _read(recording, (measured, applied, grippers, tips, status, about, commands))
+    end = recording.end_time / SECOND
     seen, told, units = measured.curves(), applied.curves(), about.units()
     joints = {
         name: JointTrack(name, units.get(name, "rad"), *curve, *told.get(name, ())) for name, curve in seen.items()
@@ -74,26 +75,30 @@ def _robot(recording: Recording) -> Story:
     return Story(
         title=recording.header.name,
         note=_note(recording, recording.header.facts),
-        begin=recording.begin * SECOND,
+        begin=recording.begin / SECOND,
         end=end,
         joints={name: tracks for name, tracks in {**groups, "Grippers": closed}.items() if tracks},
         tools=tips.tracks(arms),
         states={name: spans for name, spans in states.items() if spans},
         commands=commands.tracks(),
+        warning=warning,
     )
 
 
-def _read(recording: Recording, readers: Sequence[Reader]) -> None:
-    """Show each message to those who want it."""
+def _read(recording: Recording, readers: Sequence[Reader]) -> str:
+    """Show each message to those who want it; what is wrong with the recording, if anything."""
     wanted: dict[str, list[Reader]] = {}
     for reader in readers:
         for topic in reader.topics:
             wanted.setdefault(topic, []).append(reader)
-    with suppress(RecordingError):  # damaged here: what came before is drawn
+    try:
         for message in recording.messages(wanted):
             for reader in wanted[message.topic]:
                 with suppress(MessageError):
                     reader.take(message)
+    except RecordingError as error:
+        return f"{error}: drawn as far as it can be read"
+    return "" if recording.is_complete else f"{recording.path}: was cut short; drawn as far as it goes"
 
 
 def _note(recording: Recording, facts: Any, competition: Competition | None = None) -> str:
@@ -105,7 +110,7 @@ def _note(recording: Recording, facts: Any, competition: Competition | None = No
         best = competition.about.get("best")
         of = f" of {best:g}" if isinstance(best, (int, float)) else ""
         words.append(f"{score.points[-1]:g}{of} points")
-    words.append(f"{(recording.end_time - recording.begin) * SECOND:.1f} s")
+    words.append(f"{(recording.end_time - recording.begin) / SECOND:.1f} s")
     outcome = competition.result.get("outcome") if competition is not None else None
     words += [str(outcome)] if outcome else []
     return "   ".join([*words, *([] if recording.is_complete else [_NOT_WHOLE])])

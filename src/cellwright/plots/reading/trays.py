@@ -32,7 +32,7 @@ class Trays:
             trays = {tray_name(str(tray["number"])): _parts(tray) for tray in panel.get("trays", ())}
         except (KeyError, TypeError, AttributeError) as error:
             raise MessageError(f"a panel that lacks something: {error}") from None
-        now = message.time * SECOND
+        now = message.time / SECOND
         self.names += [name for name in trays if name not in self.names]
         there = {(tray, part) for tray, parts in trays.items() for part in parts}
         self._faulty |= {part for parts in trays.values() for part, is_faulty in parts.items() if is_faulty}
