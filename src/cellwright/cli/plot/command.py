@@ -10,7 +10,6 @@ import typer
 from cellwright.cli import options
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.errors import UnknownNameError
-from cellwright.recording.reader import Recording
 
 
 def plot(
@@ -48,10 +47,11 @@ def plot(
     """
     wanted = _wanted(what)
     path = _file(recording, out)
-    with Recording(recording) as opened:
-        from cellwright.plots.figure import draw, write  # matplotlib takes a moment
-        from cellwright.plots.reading.story import story
+    from cellwright.plots.figure import draw, write  # it takes a moment to load, which the other commands are spared
+    from cellwright.plots.reading.story import story
+    from cellwright.recording.reader import Recording
 
+    with Recording(recording) as opened:
         told = story(opened)
     if told.warning:
         typer.echo(f"warning: {told.warning}", err=True)
