@@ -12,8 +12,6 @@ import mujoco
 
 from cellwright.errors import RenderingError
 from cellwright.rendering.painter import Drawn, Painter, View
-from cellwright.rendering.views import VIEWS
-from cellwright.rendering.worker.painter import WorkerPainter
 from cellwright.scene.frame import Frame
 from cellwright.scene.scene import Scene
 from cellwright.scene.taking import SceneTaker
@@ -120,4 +118,7 @@ class Studio:
 
 def hire_painter(scene: Scene) -> Painter:
     """The painter of a cell: a process that draws, by the light of its pictures."""
+    from cellwright.rendering.views import VIEWS
+    from cellwright.rendering.worker.painter import WorkerPainter
+
     return WorkerPainter(scene, about=VIEWS["overview"].target)
