@@ -8,13 +8,13 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 
 import pytest
-from playwright.sync_api import Browser, Error, sync_playwright
+from playwright.sync_api import Browser, Error, ViewportSize, sync_playwright
 
 from tests.browser.requirement import ARGUMENTS, browser_path
-from tests.browser.visitor import HEIGHT, LIMIT, WIDTH, Visitor
+from tests.browser.visitor import COARSE, HEIGHT, LIMIT, WIDTH, Visitor
 
-Visit = Callable[[str], Visitor]
-"""Opens a page in a window of its own."""
+Visit = Callable[..., Visitor]
+"""Opens a page in a window of its own: `visit(url)`, or `visit(url, scale=1.0)` for a picture to look at."""
 
 
 @pytest.fixture(scope="package")
@@ -33,8 +33,9 @@ def visit(browser: Browser, request: pytest.FixtureRequest) -> Iterator[Visit]:
     """Opens pages; when the test is over each is seen once more in `build/screenshots`, and has made no error."""
     visitors: list[Visitor] = []
 
-    def open_page(url: str) -> Visitor:
-        visitor = Visitor(browser.new_context(viewport={"width": WIDTH, "height": HEIGHT}))
+    def open_page(url: str, scale: float = COARSE) -> Visitor:
+        window: ViewportSize = {"width": WIDTH, "height": HEIGHT}
+        visitor = Visitor(browser.new_context(viewport=window, device_scale_factor=scale))
         visitors.append(visitor)
         visitor.open(url)
         return visitor

@@ -8,7 +8,7 @@ import viser
 
 from tests.browser.conftest import Visit
 from tests.browser.seen import Hues, middle, pixels, share
-from tests.browser.visitor import HEIGHT, WIDTH
+from tests.browser.visitor import COARSE, HEIGHT, WIDTH
 from tests.ros1.ports import free_port
 
 pytestmark = pytest.mark.browser
@@ -35,7 +35,7 @@ def test_a_visitor_sees_reads_and_presses(page: str, visit: Visit) -> None:
     visitor = visit(page)
     visitor.read("^waiting$")
     picture = visitor.scene(least=3)
-    assert picture.shape == (HEIGHT, WIDTH, 3)
+    assert picture.shape == (HEIGHT * COARSE, WIDTH * COARSE, 3)
     assert 0.01 < share(picture, GREEN) < 0.1
     assert middle(picture, GREEN) == pytest.approx((0.5, 0.5), abs=0.05)
     visitor.press("Go")

@@ -16,7 +16,10 @@ from tests.browser.requirement import SCREENSHOTS
 from tests.browser.seen import Pixels, pixels, variety
 
 WIDTH, HEIGHT = 1000, 640
-"""Of the window [px]: all of it is drawn by the processor, so it is not large."""
+"""Of the window, as the page sees it [px]."""
+
+COARSE = 0.4
+"""Pixels of the screen for each of those: the processor draws them all, and they make up nearly all of its work."""
 
 _CANVAS_ALONE = "* { visibility: hidden !important } canvas { visibility: visible !important }"
 

@@ -1,0 +1,42 @@
+"""Cells, robots and recordings that are served with a page on them, each by a process as somebody starts it."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from tests.browser.visitor import LIMIT
+from tests.ros1.processes import Process
+
+
+class Viewed(Process):
+    """A command of ours with `--view`.
+
+    Args:
+        folder: where it runs.
+        arguments: of `cellwright`, without those of the page.
+    """
+
+    def __init__(self, folder: Path, *arguments: str) -> None:
+        command = [sys.executable, "-m", "cellwright", *arguments, "--view"]
+        if "--view-port" not in arguments:
+            command += ["--view-port", "0"]
+        super().__init__(command, os.environ, folder)
+
+    @property
+    def url(self) -> str:
+        """Address of the page, as it is printed."""
+        return self.wait_for(r"^page: (http://\S+)$", LIMIT)[1]
+
+
+@contextmanager
+def viewed(folder: Path, *arguments: str) -> Iterator[Viewed]:
+    """Have a command with a page on it run; in the end nothing of it is left."""
+    process = Viewed(folder, *arguments)
+    try:
+        yield process
+    finally:
+        process.kill()
