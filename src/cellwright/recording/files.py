@@ -41,10 +41,10 @@ class RecordingFiles:
         self._bag = by_kind.get(BAG)
         self._is_temporary = MCAP not in by_kind
         stand_in = None if self._bag is None else self._bag.with_name(f"{self._bag.name}{MCAP}")
-        path = by_kind.get(MCAP, stand_in)
-        if path is None:
+        file = by_kind.get(MCAP, stand_in)
+        if file is None:
             raise UsageError("a recording needs a file, such as run.mcap")
-        self.path: Path = path
+        self.path: Path = file
         """The MCAP file."""
         self.is_whole = True
         """Whether all that were asked for could be written."""

@@ -2,15 +2,17 @@
 
 from cellwright.run.course import DRIVE, Course, how_it_ended, wait_for_kits
 from cellwright.run.options import RunOptions
+from cellwright.run.record import RecordOptions
 from cellwright.run.result import Outcome, RunResult, versions
 from cellwright.run.run import GRACE, conduct, run_cell
-from cellwright.run.working import let_work, told
+from cellwright.run.working import let_work, told, work_in_process
 
 __all__ = [
     "DRIVE",
     "GRACE",
     "Course",
     "Outcome",
+    "RecordOptions",
     "RunOptions",
     "RunResult",
     "conduct",
@@ -20,4 +22,5 @@ __all__ = [
     "told",
     "versions",
     "wait_for_kits",
+    "work_in_process",
 ]

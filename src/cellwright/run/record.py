@@ -94,7 +94,7 @@ class CellRecording:
             self._recorder.end({"outcome": "broken off"})
         else:
             name = result.outcome.name.lower()
-            more = {"competition_state": result.competition_state, "state_hash": result.state_hash}
+            more: dict[str, Any] = {"competition_state": result.competition_state, "state_hash": result.state_hash}
             more |= {"error": result.error, "simulated": result.simulated, "steps": result.steps}
             self._events.end(name, result.evidence, self._cell.simulation.now, more)
             self._recorder.end({"outcome": name, "score": result.score.total, "wall": result.wall, **more})
@@ -111,7 +111,7 @@ class CellRecording:
 
 def cell_facts(cell: Cell, options: RecordOptions, run: RunOptions) -> dict[str, Any]:
     """What a run of a cell depends on besides what comes from outside, as JSON values."""
-    timestep, sources = cell.simulation.clock.timestep, options.sources
+    timestep = cell.simulation.clock.timestep
     return {
         "versions": versions(),
         "recorded": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -123,9 +123,24 @@ def cell_facts(cell: Cell, options: RecordOptions, run: RunOptions) -> dict[str,
         "circumstances": asdict(cell.trial.circumstances),
         "varied": options.is_varied,
         "checkpoints": sorted(nanoseconds(when) for when, _ in run.checkpoints),
-        "files": [] if sources is None else [sources.name(path) for path in options.files],
-        "packages": [] if sources is None else sources.packages(),
+        **source_facts(options),
     }
+
+
+def source_facts(options: RecordOptions) -> dict[str, Any]:
+    """Which of the files in a recording were named, in their order, and the folders of ROS packages among them."""
+    sources = options.sources
+    if sources is None:
+        return {"files": [], "packages": []}
+    return {"files": [sources.name(path) for path in options.files], "packages": sources.packages()}
+
+
+def source_attachments(options: RecordOptions) -> dict[str, bytes]:
+    """The files that were read, as they go into a recording."""
+    from cellwright.recording.format import SOURCES
+
+    files = {} if options.sources is None else options.sources.files()
+    return {f"{SOURCES}{name}": content for name, content in files.items()}
 
 
 def record_while(cell: Cell, options: RecordOptions, run: RunOptions, leaving: ExitStack) -> CellRecording:
@@ -136,10 +151,9 @@ def record_while(cell: Cell, options: RecordOptions, run: RunOptions, leaving: E
 
 
 def _attachments(options: RecordOptions, run: RunOptions) -> dict[str, bytes]:
-    from cellwright.recording.format import SOURCES, START
+    from cellwright.recording.format import START
 
-    files = {} if options.sources is None else options.sources.files()
-    found = {f"{SOURCES}{name}": content for name, content in files.items()}
+    found = source_attachments(options)
     if run.start is not None:
         found[START] = run.start.read_bytes()
     return found

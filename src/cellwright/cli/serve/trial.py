@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
@@ -13,24 +13,29 @@ import typer
 from rich.console import Console
 
 from cellwright.cell import Cell
-from cellwright.cli import options
+from cellwright.cli import options, recorded
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.run import document, score_table
 from cellwright.cli.run.pictures import Pictures
 from cellwright.cli.run.progress import RunProgress, bar
 from cellwright.cli.serve.result import offer_result
 from cellwright.cli.signals import Stop, stopped_by_signals
+from cellwright.cli.view.arguments import Look
+from cellwright.cli.view.page import page_on
 from cellwright.contracts.gear.parameters import parameters
 from cellwright.description.trial import Trial
 from cellwright.recording.run_log import RunLog
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.views import VIEWS
 from cellwright.ros1_host import Ros1
-from cellwright.run import Outcome, RunOptions
+from cellwright.run import Outcome, RecordOptions, RunOptions
 from cellwright.server import DEFAULT_PORT, Server
 from cellwright.server.server import LOOPBACK
 from cellwright.server.services import onlookers
+from cellwright.server.services.cell_panel import IN_COMPETITION, CellPanel
+from cellwright.server.services.control import Control, Reset
 from cellwright.serving import Hooks, Pace, Serving
+from cellwright.simulation.tempo import Tempo
 
 EXIT_ON_COMPLETION = "ARIAC_EXIT_ON_COMPLETION"
 """Environment variable of the original: with any value the simulator ends when the competition does."""
@@ -53,9 +58,13 @@ class ServeOptions:
         ros1: be the simulator of ROS 1 programs too.
         as_json: print the result as JSON, and nothing else on stdout.
         log: file for what happens.
+        files: those that the trial is read from, as they were named.
+        record: how it is recorded; None for not at all.
         picture: file for a picture of the cell at the end; none when it is stopped before the competition is done.
         camera: where that is taken from.
         verbose: say also how time kept to the wall clock.
+        look: a page on it; None for none.
+        paused: let time stand until somebody on the page lets it pass.
     """
 
     speed: float | None = 1.0
@@ -70,9 +79,13 @@ class ServeOptions:
     ros1: bool = False
     as_json: bool = False
     log: Path | None = None
+    files: Sequence[str] = ()
+    record: RecordOptions | None = None
     picture: Path | None = None
     camera: Camera = VIEWS["overview"]
     verbose: bool = False
+    look: Look | None = None
+    paused: bool = False
 
 
 def serve_trial(
@@ -91,7 +104,7 @@ def serve_trial(
     console = Console(stderr=wanted.as_json, highlight=False)
     is_stopped = Stop()
     with stopped_by_signals(is_stopped.stop), ExitStack() as to_close:
-        trial = load()
+        trial, record = recorded.with_sources(wanted.record, load, lambda _: options.paths(wanted.files))
         warn = partial(console.print, markup=False, soft_wrap=True, style="yellow")
         ros = to_close.enter_context(Ros1(warn, lambda: is_stopped.has_come)) if wanted.ros1 else None
         if ros is not None:
@@ -104,24 +117,30 @@ def serve_trial(
             report=warn,
         )
         on_cell(cell)
+        say = partial(console.print, markup=False, soft_wrap=True)
         progress = RunProgress(console, cell, until=wanted.until)
         report = partial(progress.line, style="yellow")
         if ros is not None:
             ros.report = report
         server = Server(cell, host=wanted.host, port=wanted.port, lockstep=wanted.lockstep, report=report)
-        onlookers.offer(server, cell)
         if not server.is_local:
             typer.echo(f"warning: {wanted.host}: anybody who reaches this machine can drive the cell", err=True)
         hooks = Hooks(
             on_ready=lambda: _begin(console, cell, server, wanted.speed, ros),
             on_poll=_nothing if ros is None else ros.poll,
         )
-        serving = Serving(cell, server, tempo=wanted.speed, hooks=hooks)
+        tempo = Tempo(wanted.speed, paused=wanted.paused)
+        serving = Serving(cell, server, tempo=tempo, hooks=hooks)
+        hindrance = IN_COMPETITION if cell.in_competition else ""
+        control = Control(tempo, reset=Reset(serving.begin_anew, lambda: hindrance), lockstep=wanted.lockstep)
+        panel = CellPanel(cell, {"agent": "served"})
+        onlookers.offer(server, cell, lambda _: panel.panel(), control)
+        to_close.enter_context(page_on(server, wanted.look, f"{cell.name} · Cellwright", say))
         offer_result(serving)
         is_stopped.follow(serving.stop)
         kept = None if wanted.log is None else RunLog(wanted.log, about={"agent": "served"}, report=_warn)
         with progress.running():
-            run = RunOptions(until=wanted.until, ends_when_done=wanted.ends_when_done, log=kept)
+            run = RunOptions(until=wanted.until, ends_when_done=wanted.ends_when_done, log=kept, record=record)
             result = serving.run(run)
     status = NOT_DONE if result.outcome is Outcome.UNSTABLE else DONE
     if result.error:
@@ -136,7 +155,7 @@ def serve_trial(
     if wanted.picture is not None and (result.outcome is Outcome.DONE or not is_stopped.has_come):
         with bar(console, f"drawing {wanted.picture}", 1.0) as tell:
             pictures.take(wanted.picture, cell, tell)
-    if pictures.missed or not (kept is None or kept.lines.is_whole):
+    if pictures.missed or not (kept is None or kept.lines.is_whole) or not result.is_recorded:
         status = NOT_DONE
     if wanted.as_json:
         about = document.of_run(cell, "served", result, status, pictures.written) | {"pace": document.of_pace(pace)}
@@ -144,6 +163,8 @@ def serve_trial(
     else:
         for written in pictures.written:
             score_table.note(console, "picture", written)
+        for recording in result.recordings:
+            score_table.note(console, "recording", str(recording))
     return status
 
 

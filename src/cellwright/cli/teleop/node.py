@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field
 from fractions import Fraction
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import typer
 from rich.console import Console
 
+from cellwright.cli import recorded
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.run import score_table
 from cellwright.cli.serve.trial import pace_text, ready
@@ -21,23 +23,32 @@ from cellwright.cli.signals import Stop, stopped_by_signals
 from cellwright.cli.teleop.progress import NodeProgress
 from cellwright.cli.teleop.ros1 import RosSide
 from cellwright.cli.teleop.sight import Sight
+from cellwright.cli.view.arguments import Look
+from cellwright.cli.view.page import page_on
 from cellwright.contracts.io_teleop import rows as io_teleop
 from cellwright.description.robot.config import RobotConfig
 from cellwright.devices.joint_servos import Motion
 from cellwright.errors import SimulationError, UsageError
+from cellwright.messages.std_srvs import TriggerRequest
 from cellwright.ros1_host.identity import robot
-from cellwright.run import versions
+from cellwright.run import RecordOptions, versions
+from cellwright.run.record_robot import RobotRecording, RobotSettings
 from cellwright.server import DEFAULT_PORT, Server
 from cellwright.server.server import LOOPBACK
 from cellwright.server.services import onlookers
+from cellwright.server.services.control import Control, Reset
+from cellwright.server.services.robot_panel import RobotPanel
 from cellwright.server.timekeeper import Timekeeper
 from cellwright.serving import Pace
 from cellwright.simulation.clock import nanoseconds
 from cellwright.simulation.events import NEVER
+from cellwright.simulation.tempo import Tempo
 from cellwright.teleop.drivers.driver import Driver
 from cellwright.teleop.node import RobotNode
 from cellwright.teleop.safety.settings import SafetySettings
 from cellwright.world.robot import TIMESTEP
+
+_RESET = "/io_teleop_reset_robot"
 
 Load = Callable[[Callable[[str], None]], RobotConfig]
 """Gives the robot; takes what is told of warnings."""
@@ -67,6 +78,9 @@ class TeleopOptions:
         sight: what somebody wants to see.
         as_json: print the summary as JSON, and nothing else on stdout.
         verbose: say also how time kept to the wall clock.
+        look: a page on it; None for none.
+        paused: let time stand until somebody on the page lets it pass.
+        record: how it is recorded; None for not at all.
     """
 
     motion: Motion = Motion.SERVO
@@ -85,6 +99,9 @@ class TeleopOptions:
     sight: Sight = field(default_factory=Sight)
     as_json: bool = False
     verbose: bool = False
+    look: Look | None = None
+    paused: bool = False
+    record: RecordOptions | None = None
 
 
 @dataclass
@@ -95,6 +112,8 @@ class _Ran:
     error: str = ""
     wall: float = 0.0
     pace: Pace | None = field(default=None)
+    recordings: Sequence[Path] = ()
+    is_recorded: bool = True
 
 
 def run_node(load: Load, wanted: TeleopOptions) -> int:
@@ -112,7 +131,7 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
     tell: Callable[[str], None] = _warn
     identity = robot(wanted.node, sim_time=wanted.sim_time)
     with stopped_by_signals(is_stopped.stop), ExitStack() as to_close:
-        config = load(_warn)
+        config, record = recorded.with_sources(wanted.record, lambda: load(_warn), lambda found: [found.path])
         ros = RosSide.made(identity, lambda line: tell(line), lambda: is_stopped.has_come, wanted=wanted.ros1)
         to_close.enter_context(ros.running)
         ros.prepare()
@@ -132,7 +151,6 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
         server = Server(
             node, host=wanted.host, port=wanted.port, lockstep=wanted.lockstep, report=lambda line: tell(line)
         )
-        onlookers.offer(server, node)
         if not server.is_local:
             _warn(f"{wanted.host}: anybody who reaches this machine can drive the robot")
         in_ros = ros.join(config, server)
@@ -142,7 +160,14 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
             progress.update()
             ros.poll()
 
-        keeper = Timekeeper(node, server, tempo=wanted.speed, on_poll=poll)
+        recording = None if record is None else RobotRecording(node, record, _settings(identity.node, wanted))
+        if recording is not None:
+            to_close.callback(recording.end)
+        tempo = Tempo(wanted.speed, paused=wanted.paused)
+        onlookers.offer(server, node, RobotPanel(node).tell, _control(node, tempo, wanted))
+        say = partial(console.print, markup=False, soft_wrap=True)
+        to_close.enter_context(page_on(server, wanted.look, f"{node.name} · Cellwright", say))
+        keeper = Timekeeper(node, server, tempo=tempo, on_poll=poll)
         progress = NodeProgress(
             console,
             node,
@@ -157,6 +182,9 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
                     ready(node.name, server, wanted.speed) + in_ros + _off(node), markup=False, soft_wrap=True
                 )
             ran = _run(node, server, keeper, wanted)
+        if recording is not None:
+            recording.end({"outcome": ran.outcome, "error": ran.error, "wall": ran.wall})
+            ran.recordings, ran.is_recorded = recording.files, recording.is_whole
     if not wanted.as_json:
         _show(console, node, wanted, ran)
     try:
@@ -166,12 +194,40 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
     else:
         if wanted.sight.snapshot is not None and not wanted.as_json:
             score_table.note(console, "picture", str(wanted.sight.snapshot))
-    status = NOT_DONE if ran.error else DONE
+    for written in () if wanted.as_json else ran.recordings:
+        score_table.note(console, "recording", str(written))
+    status = NOT_DONE if ran.error or not ran.is_recorded else DONE
     if ran.error:
         typer.echo(f"error: {ran.error}", err=True)
     if wanted.as_json:
         typer.echo(json.dumps(_document(node, wanted, ran, status), indent=2))
     return status
+
+
+def _settings(node: str, wanted: TeleopOptions) -> RobotSettings:
+    return RobotSettings(
+        motion=wanted.motion,
+        timestep=wanted.timestep,
+        self_collision=wanted.self_collision,
+        safety=wanted.safety,
+        node=node,
+        sim_time=wanted.sim_time,
+        driver=wanted.driver is not None,
+    )
+
+
+def _control(node: RobotNode, tempo: Tempo, wanted: TeleopOptions) -> Control:
+    """What may be done about the time of a robot: that of a real one passes as it does."""
+    refused: dict[str, str] = {}
+    if wanted.driver is not None:
+        refused = dict.fromkeys(("pause", "resume", "step", "speed"), "a real robot keeps real time")
+    elif not wanted.sim_time:
+        refused = {"speed": "messages carry the wall clock's time: --sim-time lets it go at another speed"}
+
+    def go_home() -> None:
+        node.bus.call(_RESET, TriggerRequest(), node="/page")
+
+    return Control(tempo, reset=Reset(go_home), refused=refused, lockstep=wanted.lockstep)
 
 
 def _run(node: RobotNode, server: Server, keeper: Timekeeper, wanted: TeleopOptions) -> _Ran:
@@ -231,6 +287,7 @@ def _document(node: RobotNode, wanted: TeleopOptions, ran: _Ran, status: int) ->
         "refused": dict(node.bus.refusals.counts),
         "unknown_names": list(node.commander.notices.unknown),
         "pace": None if ran.pace is None else asdict(ran.pace),
+        "recordings": [str(path) for path in ran.recordings],
         "versions": versions(),
     }
 
