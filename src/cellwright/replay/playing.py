@@ -45,7 +45,7 @@ class Playing:
         at_end: AtEnd = AtEnd.STOP,
         on_poll: Callable[[], None] = lambda: None,
     ) -> None:
-        begin, end = recorded.source.begin, recorded.source.end
+        begin, end = recorded.source.begin, recorded.source.end_time
         self.first = begin if first is None else min(max(first, begin), end)
         """Simulation time [ns] from which it is played."""
         self.last = end if last is None else min(max(last, self.first), end)
