@@ -14,6 +14,7 @@ from cellwright.cli.check import check
 from cellwright.cli.eval.command import evaluate
 from cellwright.cli.exit_status import BAD_INPUT, NOT_DONE
 from cellwright.cli.operate.app import app as operate
+from cellwright.cli.replay.command import replay
 from cellwright.cli.robot.command import robot
 from cellwright.cli.ros1.env import ros1_env
 from cellwright.cli.ros1.workspace import ros1_workspace
@@ -54,6 +55,7 @@ app.command()(check)
 app.command("eval")(evaluate)
 app.command()(serve)
 app.command()(teleop)
+app.command()(replay)
 app.command()(trials)
 app.command()(robot)
 app.add_typer(operate)

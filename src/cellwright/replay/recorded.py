@@ -34,6 +34,8 @@ class Recorded:
         self.bus = DeafBus(lambda: self.simulation.now, report)
         self.player = Player(source, self.bus)
         self.simulation.add(self.player)
+        self.cuts = 0
+        """How often its time has been set: what comes then does not follow from what was before."""
         self.seek(source.begin)
         for line in self.player.unknown:
             report(line)
@@ -45,6 +47,7 @@ class Recorded:
 
     def seek(self, time: int) -> int:
         """Go to a time [ns], kept within the recording; the time at which it stands then [ns]."""
+        self.cuts += 1
         return self.player.seek(time)
 
     def out_of_sight(self) -> tuple[int, ...]:
