@@ -29,7 +29,7 @@ def played(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> Ite
 
 
 def listen() -> dict[str, Any]:
-    """Listen for more than a round; joint states (stamps and positions) and where a round of them ends, orders, goals."""
+    """Listen for more than a round: joint states (stamps, positions) and where a round ends, orders, goals."""
     import threading
 
     import rospy

@@ -29,9 +29,7 @@ def test_without_frames_there_is_none() -> None:
 def test_a_whole_frame_is_looked_for_far_back() -> None:
     memory = recording(60)
     memory.list = [
-        each
-        for each in memory.list
-        if each.topic != FRAME or each.time == 0 or not is_whole(frame_bytes(each.data))
+        each for each in memory.list if each.topic != FRAME or each.time == 0 or not is_whole(frame_bytes(each.data))
     ]
     sight = Sight(memory)
 

@@ -96,13 +96,9 @@ def test_what_is_cut_anywhere_is_never_another_run(path: Path, tmp_path: Path) -
     for share in (0.5, 0.7, 0.9, 0.99):
         cut = tmp_path / "cut.mcap"
         cut.write_bytes(whole[: int(share * len(whole))])
-        try:
-            with Recording(cut) as recording:
-                answers.add(again(list(steps(recording))).answer)
-        except RecordingError as error:
-            assert str(cut) in str(error)
-    assert answers
-    assert Answer.DIFFERENT not in answers
+        with Recording(cut) as recording:
+            answers.add(again(list(steps(recording))).answer)
+    assert answers <= {Answer.EQUAL, Answer.UNKNOWN}
 
 
 def test_a_run_that_becomes_unstable_is_told(taken: list[Step]) -> None:
@@ -154,7 +150,7 @@ def test_a_hash_that_is_none_is_refused(path: Path, tmp_path: Path) -> None:
             def messages(self, *_: object, **__: object) -> list[object]:
                 return [message._replace(data=message.data.replace(b"tick", b"tock"))]
 
-        with pytest.raises(RecordingError, match="state_hash at .* makes no sense"):
+        with pytest.raises(RecordingError, match=r"state_hash at .* makes no sense"):
             list(steps(Odd()))  # type: ignore[arg-type]
 
 

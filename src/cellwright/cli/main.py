@@ -42,6 +42,7 @@ app = typer.Typer(
         cellwright teleop qinglong   # a robot's controller node
         cellwright robot qinglong    # a robot's joints, by index
         cellwright operate --help    # drive a robot's controller node
+        cellwright replay run.mcap   # what was recorded, looked at and played
         cellwright bench             # what it all costs on this machine""",
     epilog="Exit status: 0 done; 1 not done; 2 bad input, and nothing was started.",
     no_args_is_help=True,

@@ -68,6 +68,10 @@ class Playing:
         self.tempo.begin_anew()
         return now
 
+    def begin_anew(self) -> None:
+        """Go to where it begins."""
+        self.seek(self.first)
+
     def resume(self) -> None:
         """Let time pass again: from the start, where it stands at the end."""
         if self.recorded.simulation.now >= self.last:
@@ -81,7 +85,7 @@ class Playing:
             if self.keeper.is_stopped or self._at_end is AtEnd.STOP:
                 return
             if self._at_end is AtEnd.LOOP and self.last > self.first:
-                self.seek(self.first)
+                self.begin_anew()
             else:
                 self._hold()
 

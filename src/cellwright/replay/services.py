@@ -5,7 +5,7 @@
 | `cellwright/scene` | nothing | as of a cell |
 | `cellwright/frame` | | as of a cell; what is not recorded, such as contacts, is left out |
 | `cellwright/panel` | | `kind` is `recording`; `begin`, `end` and `time` [s]; `of`: what the panel showed then |
-| `cellwright/control` | `action` `seek`, `time` [s] | goes there; the other actions are as of a cell, `reset` is back to the start |
+| `cellwright/control` | `action` `seek`, `time` [s] | goes there; `reset`: to the start; the rest as of a cell |
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class RecordingServices:
         self._digest = hashlib.sha256(scene).hexdigest()
         self.control = Control(
             playing.tempo,
-            reset=Reset(lambda: playing.seek(playing.first)),
+            reset=Reset(playing.begin_anew),
             acts={"seek": self._seek, "resume": lambda _: playing.resume()},
         )
         """How its time passes."""

@@ -15,6 +15,7 @@ from cellwright.recording.format import COMMAND, STATE_HASH
 from cellwright.recording.reader import Recording
 from cellwright.simulation.clock import seconds
 
+_WIDEST = 1000  # columns
 _MOST_FACTS = 200  # characters of a value of the header in the table
 
 
@@ -56,30 +57,40 @@ def show(console: Console, told: dict[str, Any]) -> None:
     """Print what `document` tells."""
     console.print(f"{told['kind']} {told['name']}, recorded in {told['file']}", markup=False, soft_wrap=True)
     console.print()
-    console.print(_topics(told))
+    whole = _topics(told)
+    needed = console.measure(whole, options=console.options.update(width=_WIDEST)).maximum
+    if not console.is_terminal:
+        console.width = max(console.width, needed)  # nothing is folded in a file or through a pipe
+    console.print(_topics(told, is_narrow=needed > console.width))
     console.print()
     for name, text in _notes(told):
         if text:
             note(console, name, text)
 
 
-def _topics(told: dict[str, Any]) -> Table:
+def _topics(told: dict[str, Any], *, is_narrow: bool = False) -> Table:
+    """A row for each topic on which something was said.
+
+    Args:
+        told: what `document` tells.
+        is_narrow: whether to leave out the packages of types, so that names stay in one piece.
+    """
     found = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), collapse_padding=True)
     found.add_column("topic", overflow="fold")
-    found.add_column("type", overflow="fold")
     found.add_column("", no_wrap=True)
     found.add_column("messages", justify="right", no_wrap=True)
     found.add_column("Hz", justify="right", no_wrap=True)
+    found.add_column("type", overflow="fold")
     for topic in told["topics"]:
         if topic["own"] or not topic["messages"]:
             continue
         often = topic["measured"] if topic["rate"] not in ("", "on event") else None
         found.add_row(
             Text(topic["name"]),
-            Text(topic["type"]),
             topic["direction"],
             str(topic["messages"]),
-            "" if often is None else f"{often:.4g}",
+            "" if often is None else f"{often:.3g}",
+            Text(topic["type"].rpartition("/")[2] if is_narrow else topic["type"]),
         )
     return found
 
