@@ -123,7 +123,7 @@ class _Drawing:
         frame, camera = decode(payload), wire.to_camera(head["camera"])
         if head["what"] == "depth":
             return renderer.depth(frame, camera, head["width"], head["height"])
-        quality = {name: head[name] for name in ("samples", "shadows")}
+        quality = {name: head[name] for name in ("samples", "shadows", "about")}
         return renderer.colour(frame, camera, head["width"], head["height"], **quality)
 
     def _answer(self, head: dict[str, Any], about: dict[str, Any], payload: NDArray[Any] | None = None) -> None:

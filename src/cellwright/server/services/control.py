@@ -60,7 +60,7 @@ class Control:
     Args:
         tempo: how time passes, as who lets it pass obeys it.
         reset: how to begin anew.
-        bound: why time cannot stand and keeps its speed, as that of a real robot; empty where it can.
+        refused: why other actions are refused, by name: a real robot's time cannot stand.
         lockstep: whether time passes for guests that ask for it, and for nothing else.
         acts: what can be done besides, or is done otherwise here, by the name of the action; takes what was asked.
     """
@@ -70,7 +70,7 @@ class Control:
         tempo: Tempo,
         *,
         reset: Reset = NO_RESET,
-        bound: str = "",
+        refused: Mapping[str, str] | None = None,
         lockstep: bool = False,
         acts: Mapping[str, Act] | None = None,
     ) -> None:
@@ -78,7 +78,7 @@ class Control:
         self.resets = 0
         """How often it was begun anew."""
         self._reset = reset
-        self._bound = bound
+        self._refused = dict(refused or {})
         self._lockstep = lockstep
         self._acts = dict(acts or {})
 
@@ -89,8 +89,7 @@ class Control:
     def state(self) -> dict[str, Any]:
         """How time passes now, and what may be done about it: `refused` has a reason for each action that may not."""
         tempo = self.tempo
-        refused = {"reset": self._reset.hindrance()}
-        refused |= dict.fromkeys(("pause", "resume", "step", "speed"), self._bound)
+        refused = {**self._refused, "reset": self._reset.hindrance()}
         return {
             "paused": tempo.is_paused,
             "ticks_left": tempo.ticks_left,
