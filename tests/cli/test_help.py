@@ -20,6 +20,7 @@ COMMANDS = [
     "teleop",
     "replay",
     "check",
+    "plot",
     "trials",
     "robot",
     "operate",
