@@ -129,7 +129,7 @@ def serve_trial(
         serving = Serving(cell, server, tempo=tempo, hooks=hooks)
         hindrance = IN_COMPETITION if cell.in_competition else ""
         control = Control(tempo, reset=Reset(serving.begin_anew, lambda: hindrance), lockstep=wanted.lockstep)
-        panel = CellPanel(cell, {"agent": "served"})
+        panel = CellPanel(cell)
         onlookers.offer(server, cell, lambda _: panel.panel(), control)
         to_close.enter_context(page_on(server, wanted.look, f"{cell.name} · Cellwright", say))
         offer_result(serving)
