@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from fractions import Fraction
 from pathlib import Path
 
@@ -57,10 +58,13 @@ class Video:
         self.taken = 0
         """Frames that were taken."""
         self.dropped = 0
-        """Frames that were not, for others waited to be drawn still."""
+        """Frames that were not drawn, for others waited still; the one before is shown longer instead."""
+        self.error = ""
+        """Why it has come to an end by itself; empty while all is well."""
         self._rate = rate
         self._worker = RenderWorker(scene, most=_WAITING)
-        self._last: Pending[None] | None = None
+        self._repeats = 0
+        self._waiting: deque[Pending[None]] = deque()
         about = {"width": width, "height": height, "samples": 4 if fine else 2, "shadows": True}
         opened = self._worker.ask(
             {"what": "film", "file": str(file.absolute()), "rate": [rate.numerator, rate.denominator], **about}
@@ -76,15 +80,10 @@ class Video:
     @property
     def length(self) -> float:
         """How long it is so far [s], as it is played."""
-        return float(self.taken / self._rate)
-
-    @property
-    def error(self) -> str:
-        """Why it has come to an end by itself; empty while all is well."""
-        return self._worker.error
+        return float((self.taken + self.dropped) / self._rate)
 
     def take(self, frame: Frame, camera: Camera, caption: str = "", *, waits: bool = True) -> bool:
-        """Add a frame to the video; whether it was.
+        """Add a frame to the video; whether it was. One that has come to an end takes no more.
 
         Args:
             frame: where the bodies are.
@@ -92,14 +91,19 @@ class Video:
             caption: a line of text in a corner.
             waits: for room, where many frames wait to be drawn; else the frame is dropped, and counted.
         """
+        self._look_back()
+        if self.error:
+            return False
         if waits:
             self._worker.wait_for_room()
-        elif not self._worker.has_room:
+        elif self.taken and not self._worker.has_room:
             self.dropped += 1
+            self._repeats += 1
             return False
         head = {"what": "take", "camera": wire.of_camera(camera), "caption": caption[:_LONGEST_CAPTION]}
-        self._last = self._worker.ask(head, frame.encode())
+        self._waiting.append(self._worker.ask({**head, "repeats": self._repeats}, frame.encode()))
         self.taken += 1
+        self._repeats = 0
         return True
 
     def close(self) -> None:
@@ -109,11 +113,20 @@ class Video:
             RenderingError: something could not be drawn, or the file could not be written.
         """
         try:
-            if self._last is not None:
-                self._last.result()
-            self._worker.ask({"what": "finish"}).result()
+            self._worker.ask({"what": "finish", "repeats": self._repeats}).result()
+            self._look_back()
         finally:
             self._worker.close()
+        if self.error:
+            raise RenderingError(self.error)
+
+    def _look_back(self) -> None:
+        """See what has come of the frames that were given."""
+        while self._waiting and self._waiting[0].is_done and not self.error:
+            try:
+                self._waiting.popleft().result()
+            except RenderingError as error:
+                self.error = str(error)
 
 
 def check_video_size(width: int, height: int) -> None:

@@ -39,6 +39,7 @@ class Drawing:
         self._scene_renderer: Renderer | None = None
         self._film: Film | None = None
         self._shot: dict[str, Any] = {}
+        self._last: NDArray[np.uint8] | None = None
 
     def work(self, asked: SimpleQueue[Any]) -> None:
         """Do what is asked until nobody asks any more, and then finish."""
@@ -81,16 +82,25 @@ class Drawing:
     def _do_take(self, head: dict[str, Any], payload: bytes) -> None:
         if self._film is None:
             raise CellwrightError("no video is under way")
+        self._repeat(head["repeats"])
         picture = self._picture(self._shot, decode(payload), wire.to_camera(head["camera"]))
         if head["caption"]:
             from cellwright.rendering.worker.lettering import write_line
 
             write_line(picture, head["caption"])
         self._film.add(picture)
+        self._last = picture
 
-    def _do_finish(self, _head: dict[str, Any], _payload: bytes) -> int:
+    def _do_finish(self, head: dict[str, Any], _payload: bytes) -> int:
+        self._repeat(head.get("repeats", 0))
         film, self._film = self._film, None
         return 0 if film is None else film.finish()
+
+    def _repeat(self, times: int) -> None:
+        """Show the last picture for longer, in place of frames that nobody had the time to draw."""
+        for _ in range(times):
+            if self._film is not None and self._last is not None:
+                self._film.add(self._last)
 
     @property
     def _renderer(self) -> Renderer:

@@ -15,13 +15,12 @@ from queue import SimpleQueue
 from typing import Any, BinaryIO
 
 from cellwright.rendering.gl import context as gl
-from cellwright.rendering.renderer import CastRenderer, Renderer
+from cellwright.rendering.renderer import RAYS, CastRenderer, Renderer
 from cellwright.rendering.worker import wire
 from cellwright.rendering.worker.client import WAY
 from cellwright.rendering.worker.drawing import Drawing
 from cellwright.scene import Scene
 
-RAYS = "rays"
 _TIME_TO_END = 60.0  # [s] after nobody asks any more
 
 
