@@ -13,7 +13,6 @@ from cellwright.rendering.raycast import RayCaster
 from cellwright.scene import Frame, Scene
 from cellwright.scene.model import SceneModel
 
-
 RAYS = "rays"
 """What a renderer says that draws with no graphics library."""
 

@@ -17,7 +17,7 @@ from rich.console import Console
 from cellwright import variation
 from cellwright.agents.agent import BUNDLED, Agent, find_agent
 from cellwright.cell import Cell
-from cellwright.cli import exit_status, options
+from cellwright.cli import exit_status, options, videos
 from cellwright.cli.arguments import END, OUTPUT, TRIAL, WORK, Development, Log, Seed, Servo, Until, Vary
 from cellwright.cli.run import document, score_table
 from cellwright.cli.run import over as run_over
@@ -109,6 +109,11 @@ def run(
             rich_help_panel=_LOOK,
         ),
     ] = "overview",
+    video: videos.File = None,
+    video_camera: videos.View = None,
+    video_speed: videos.Speed = 1.0,
+    video_size: videos.Size = videos.USUAL_SIZE,
+    video_fine: videos.Fine = False,
     checkpoint: Annotated[
         list[str] | None,
         typer.Option(
@@ -192,6 +197,7 @@ def run(
         start=resume,
     )
     log_file = options.log_file(log)
+    filmed = videos.wish(video, video_camera, video_speed, video_size, fine=video_fine)
     pictures = Pictures(
         options.camera(view), [options.timed_file("--snapshot", text, ".png") for text in snapshot or ()], _warn
     )
@@ -210,7 +216,9 @@ def run(
         )
         progress = RunProgress(console, cell, until=wanted.until, verbose=verbose)
         kept = None if log_file is None else RunLog(log_file, about={"agent": agent}, report=_warn)
-        wanted = replace(wanted, at=pictures.actions(), on_progress=progress.update, log=kept)
+        film = None if filmed is None else videos.of_cell(cell, filmed, waits=wanted.speed is None, warn=_warn)
+        actions = [*videos.actions(film), *pictures.actions()]
+        wanted = replace(wanted, at=actions, on_progress=progress.update, log=kept)
         with progress.running(), ended_as_by_ctrl_c():
             if maker is None or way is None:
                 result = run_cell(cell, worker, wanted)
@@ -220,11 +228,13 @@ def run(
                     cell, agent, wanted, way=way, lockstep=lockstep, verbose=verbose, report=report
                 )
     pictures.finish(cell.simulation.time)
+    made = [] if film is None else [film.finish()]
     final = None if spent is None else finals_score(cell.trial, result.score, spent)
     if result.error:
         sys.stderr.write(result.error)
     status = exit_status.of_run(result, has_agent=maker is not None, min_score=least)
-    if pictures.missed or cell.checkpoints.missed or not (kept is None or kept.lines.is_whole):
+    is_whole = (kept is None or kept.lines.is_whole) and (film is None or film.is_whole)
+    if pictures.missed or cell.checkpoints.missed or not is_whole:
         status = status or exit_status.NOT_DONE  # what was asked for is not all there
     if not as_json:
         score_table.show(console, result, final)
@@ -235,8 +245,11 @@ def run(
         with bar(console, f"drawing {file}", 1.0) as tell:
             pictures.take(file, cell, tell)
     if as_json:
-        typer.echo(json.dumps(document.of_run(cell, agent, result, status, pictures.written, final), indent=2))
+        about = document.of_run(cell, agent, result, status, pictures.written, final)
+        typer.echo(json.dumps(about | {"videos": made}, indent=2))
     else:
+        for each in made:
+            score_table.note(console, "video", videos.sentence(each))
         for written in pictures.written:
             score_table.note(console, "picture", written)
     raise typer.Exit(status)

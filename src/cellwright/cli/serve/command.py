@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from cellwright import variation
-from cellwright.cli import options
+from cellwright.cli import options, videos
 from cellwright.cli.arguments import END, OUTPUT, WORK, Development, Files, Log, Seed, Servo, Until, Vary
 from cellwright.cli.serve.trial import EXIT_ON_COMPLETION, ServeOptions, serve_trial
 from cellwright.description.trial import Trial
@@ -87,6 +87,11 @@ def serve(
             rich_help_panel=OUTPUT,
         ),
     ] = "overview",
+    video: videos.File = None,
+    video_camera: videos.View = None,
+    video_speed: videos.Speed = 1.0,
+    video_size: videos.Size = videos.USUAL_SIZE,
+    video_fine: videos.Fine = False,
     verbose: Annotated[
         bool,
         typer.Option(
@@ -128,6 +133,7 @@ def serve(
         log=options.log_file(log),
         picture=options.picture_file(picture),
         camera=options.camera(view),
+        video=videos.wish(video, video_camera, video_speed, video_size, fine=video_fine),
         verbose=verbose,
     )
     raise typer.Exit(serve_trial(partial(_trial, files, seed, is_varied=vary), wanted))

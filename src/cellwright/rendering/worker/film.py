@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import av
 import numpy as np
@@ -44,7 +44,10 @@ class Film:
 
     def __init__(self, file: Path, width: int, height: int, rate: Fraction) -> None:
         self._file, self._count = file, 0
+        self._error = ""
         try:
+            with file.open("wb"):
+                pass  # what opens it below does so only when it has something to write
             self._container = av.open(str(file), "w", format="mp4", options=_PIECES)
             self._stream = self._added(rate)
         except (OSError, ValueError) as error:
@@ -80,21 +83,29 @@ class Film:
             if self._count:
                 _written_anew(self._file)
         except OSError as error:
-            raise FilmError(f"cannot write the video {self._file}: {_reason(error)}") from None
+            self._fail(error)
         return self._count
 
     def _added(self, rate: Fraction) -> VideoStream:
         for codec in _CODECS:
             with contextlib.suppress(av.codec.codec.UnknownCodecError):
-                return self._container.add_stream(codec, rate=rate, options=_QUALITY)
+                stream = self._container.add_stream(codec, rate=rate, options=_QUALITY)
+                assert isinstance(stream, VideoStream)
+                return stream
         raise FilmError("no video can be written: this PyAV knows neither H.264 nor MPEG-4")
 
     def _write(self, frame: av.VideoFrame | None) -> None:
+        if self._error:  # what writes cannot be relied upon any more
+            raise FilmError(self._error)
         try:
             for packet in self._stream.encode(frame):
                 self._container.mux(packet)
         except OSError as error:  # the disk is full
-            raise FilmError(f"cannot write the video {self._file}: {_reason(error)}") from None
+            self._fail(error)
+
+    def _fail(self, error: OSError) -> NoReturn:
+        self._error = f"cannot write the video {self._file}: {_reason(error)}"
+        raise FilmError(self._error) from None
 
 
 def _written_anew(file: Path) -> None:

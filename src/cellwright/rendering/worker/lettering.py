@@ -27,15 +27,16 @@ def write_line(picture: NDArray[np.uint8], text: str) -> None:
     margin = round(_MARGIN * size)
     line = round(1.9 * size)
     right = min(width, ink.shape[1] + 3 * margin)
-    box = picture[height - line - margin : height - margin, margin:right].astype(np.float64)
+    top = max(0, height - line - margin)
+    box = picture[top : height - margin, margin:right].astype(np.float64)
     if not box.size:
         return
     box += (_BEHIND - box) * _DIMNESS
     down = max(0, (line - ink.shape[0]) // 2)
-    ink = ink[: box.shape[0] - down, : max(0, box.shape[1] - margin)]
+    ink = ink[: max(0, box.shape[0] - down), : max(0, box.shape[1] - margin)]
     at = (slice(down, down + ink.shape[0]), slice(margin, margin + ink.shape[1]))
     box[at] += (_INK - box[at]) * (ink[:, :, None] / 255.0)
-    picture[height - line - margin : height - margin, margin:right] = box.round().astype(np.uint8)
+    picture[top : height - margin, margin:right] = box.round().astype(np.uint8)
 
 
 @lru_cache(maxsize=16)
