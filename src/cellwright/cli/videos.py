@@ -15,7 +15,7 @@ from cellwright.errors import UnknownNameError, UsageError
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.video import HEIGHT, WIDTH, check_video_size, period_of
 from cellwright.rendering.views import VIEWS, camera_of
-from cellwright.viewer.filming import Filming, VideoWish, still
+from cellwright.viewer.filming import Filming, Made, VideoWish, still
 
 PANEL = "Video"
 
@@ -115,7 +115,12 @@ def actions(film: Filming | None) -> list[tuple[Fraction, Callable[[Cell], None]
     return [] if film is None else [(Fraction(0), lambda _cell: film.start())]
 
 
-def sentence(told: dict[str, float | str]) -> str:
+def numbered(file: Path, run: int) -> Path:
+    """The file of the video of a run, by its number from 1: run.mp4, run_2.mp4."""
+    return file if run == 1 else file.with_name(f"{file.stem}_{run}{file.suffix}")
+
+
+def sentence(told: Made) -> str:
     """What is said of a video that was written."""
     return f"{told['file']}, {told['length']:.1f} s"
 

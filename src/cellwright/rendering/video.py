@@ -10,8 +10,7 @@ from pathlib import Path
 from cellwright.errors import UsageError
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import LARGEST_SIDE
-from cellwright.rendering.worker import wire
-from cellwright.rendering.worker.client import Pending, RenderingError, RenderWorker
+from cellwright.rendering.worker import Pending, RenderingError, RenderWorker, wire
 from cellwright.scene import Frame, Scene
 
 WIDTH, HEIGHT = 1280, 720
@@ -65,7 +64,7 @@ class Video:
         self._worker = RenderWorker(scene, most=_WAITING)
         self._repeats = 0
         self._waiting: deque[Pending[None]] = deque()
-        about = {"width": width, "height": height, "samples": 4 if fine else 2, "shadows": True}
+        about = {"width": width, "height": height, "samples": 4 if fine else 2, "shadows": True, "about": None}
         opened = self._worker.ask(
             {"what": "film", "file": str(file.absolute()), "rate": [rate.numerator, rate.denominator], **about}
         )

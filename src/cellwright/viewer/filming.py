@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from fractions import Fraction
 from pathlib import Path
+from typing import TypeAlias
 
 from cellwright.bus.served import Served
 from cellwright.errors import CellwrightError
@@ -14,6 +14,9 @@ from cellwright.rendering.renderer import RAYS
 from cellwright.rendering.video import HEIGHT, RATE, WIDTH, Video, period_of
 from cellwright.scene.taking import SceneTaker
 from cellwright.simulation.watches import Watch
+
+Made: TypeAlias = dict[str, float | str]
+"""What is told of a video: `file`, `length` [s], `frames`, and `dropped`, those of them that were not drawn."""
 
 
 @dataclass(frozen=True)
@@ -79,8 +82,8 @@ class Filming:
             self._take(0)
             self._watch = self._served.simulation.watch("video", self._period, self._take)
 
-    def finish(self) -> dict[str, float | str]:
-        """Take no more, and have the file finished; what there is to be told of it: file, length [s], frames."""
+    def finish(self) -> Made:
+        """Take no more, and have the file finished; what there is to be told of it."""
         if self._watch is not None:
             self._watch.cancel()
         video = self._video
@@ -119,8 +122,3 @@ class Filming:
 def still(camera: Camera) -> Callable[[], Camera]:
     """A camera that stands where it stands."""
     return lambda: camera
-
-
-def seconds(time: Fraction | float) -> str:
-    """A time as a caption says it."""
-    return f"{float(time):.1f} s"

@@ -28,7 +28,7 @@ def test_a_film_plays_what_was_added(tmp_path: Path) -> None:
     assert [round(float(picture.mean())) for picture in read(file)] == pytest.approx([5 * n for n in range(40)], abs=4)
     with av.open(str(file)) as container:
         stream = container.streams.video[0]
-        assert (stream.average_rate, stream.width, stream.height) == (25, WIDTH, HEIGHT)
+        assert (float(stream.average_rate or 0), stream.width, stream.height) == (25, WIDTH, HEIGHT)
         assert (stream.codec_context.pix_fmt, stream.duration) == (
             "yuv420p",
             stream.time_base and 1.6 / stream.time_base,

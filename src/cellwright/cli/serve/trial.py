@@ -20,6 +20,8 @@ from cellwright.cli.run.pictures import Pictures
 from cellwright.cli.run.progress import RunProgress, bar
 from cellwright.cli.serve.result import offer_result
 from cellwright.cli.signals import Stop, stopped_by_signals
+from cellwright.cli.view.arguments import Look
+from cellwright.cli.view.page import page_on
 from cellwright.contracts.gear.parameters import parameters
 from cellwright.description.trial import Trial
 from cellwright.recording.run_log import RunLog
@@ -30,7 +32,10 @@ from cellwright.run import Outcome, RunOptions
 from cellwright.server import DEFAULT_PORT, Server
 from cellwright.server.server import LOOPBACK
 from cellwright.server.services import onlookers
+from cellwright.server.services.cell_panel import IN_COMPETITION, CellPanel
+from cellwright.server.services.control import Control, Reset
 from cellwright.serving import Hooks, Pace, Serving
+from cellwright.simulation.tempo import Tempo
 from cellwright.viewer.filming import VideoWish
 
 EXIT_ON_COMPLETION = "ARIAC_EXIT_ON_COMPLETION"
@@ -58,6 +63,8 @@ class ServeOptions:
         camera: where that is taken from.
         video: a video to be written; it is not waited for where time keeps to the wall clock.
         verbose: say also how time kept to the wall clock.
+        look: a page on it; None for none.
+        paused: let time stand until somebody on the page lets it pass.
     """
 
     speed: float | None = 1.0
@@ -76,6 +83,8 @@ class ServeOptions:
     camera: Camera = VIEWS["overview"]
     video: VideoWish | None = None
     verbose: bool = False
+    look: Look | None = None
+    paused: bool = False
 
 
 def serve_trial(
@@ -107,19 +116,25 @@ def serve_trial(
             report=warn,
         )
         on_cell(cell)
+        say = partial(console.print, markup=False, soft_wrap=True)
         progress = RunProgress(console, cell, until=wanted.until)
         report = partial(progress.line, style="yellow")
         if ros is not None:
             ros.report = report
         server = Server(cell, host=wanted.host, port=wanted.port, lockstep=wanted.lockstep, report=report)
-        onlookers.offer(server, cell)
         if not server.is_local:
             typer.echo(f"warning: {wanted.host}: anybody who reaches this machine can drive the cell", err=True)
         hooks = Hooks(
             on_ready=lambda: _begin(console, cell, server, wanted.speed, ros),
             on_poll=_nothing if ros is None else ros.poll,
         )
-        serving = Serving(cell, server, tempo=wanted.speed, hooks=hooks)
+        tempo = Tempo(wanted.speed, paused=wanted.paused)
+        serving = Serving(cell, server, tempo=tempo, hooks=hooks)
+        hindrance = IN_COMPETITION if cell.in_competition else ""
+        control = Control(tempo, reset=Reset(serving.begin_anew, lambda: hindrance), lockstep=wanted.lockstep)
+        panel = CellPanel(cell, {"agent": "served"})
+        onlookers.offer(server, cell, lambda _: panel.panel(), control)
+        to_close.enter_context(page_on(server, wanted.look, f"{cell.name} · Cellwright", say))
         offer_result(serving)
         is_stopped.follow(serving.stop)
         kept = None if wanted.log is None else RunLog(wanted.log, about={"agent": "served"}, report=_warn)

@@ -61,6 +61,7 @@ class GLRenderer:
         samples: int = 2,
         shadows: bool = True,
         lamp: Vector3 = LAMP,
+        about: Vector3 | None = None,
     ) -> NDArray[np.uint8]:
         """A picture (height, width, 3), sRGB.
 
@@ -72,13 +73,15 @@ class GLRenderer:
             samples: 1 leaves edges jagged, 2 has them smoothed afterwards, more have four samples drawn of each
                 pixel, which costs more than all else.
             shadows: whether light is held off by what stands in its way.
-            lamp: where the light comes from [m], from the point that the camera looks at, along the world's axes.
+            lamp: where the light comes from [m], from the point that it is placed by, along the world's axes.
+            about: that point [m]; None takes the one that the camera looks at.
         """
-        x, y, z = camera.target
+        about = camera.target if about is None else about
+        x, y, z = about
         at = (x + lamp[0], y + lamp[1], z + lamp[2])
         self._stage.show(frame)
         if shadows:
-            self._light.cast(at, camera.target)
+            self._light.cast(at, about)
         target = self._colour_target(width, height, samples)
         target.begin()
         seen = of_camera(camera, width / height, _NEAR, _FAR)

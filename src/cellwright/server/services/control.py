@@ -15,7 +15,7 @@ None of it is part of a run's state: a run that was paused is the same run.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -55,16 +55,18 @@ class Control:
     Args:
         tempo: how time passes, as who lets it pass obeys it.
         reset: how to begin anew.
-        bound: why time cannot stand and keeps its speed, as that of a real robot; empty where it can.
+        refused: why other actions are refused, by name: a real robot's time cannot stand.
         lockstep: whether time passes for guests that ask for it, and for nothing else.
     """
 
-    def __init__(self, tempo: Tempo, *, reset: Reset = NO_RESET, bound: str = "", lockstep: bool = False) -> None:
+    def __init__(
+        self, tempo: Tempo, *, reset: Reset = NO_RESET, refused: Mapping[str, str] | None = None, lockstep: bool = False
+    ) -> None:
         self.tempo = tempo
         self.resets = 0
         """How often it was begun anew."""
         self._reset = reset
-        self._bound = bound
+        self._refused = dict(refused or {})
         self._lockstep = lockstep
 
     def offer(self, server: Server) -> None:
@@ -74,8 +76,7 @@ class Control:
     def state(self) -> dict[str, Any]:
         """How time passes now, and what may be done about it: `refused` has a reason for each action that may not."""
         tempo = self.tempo
-        refused = {"reset": self._reset.hindrance()}
-        refused |= dict.fromkeys(("pause", "resume", "step", "speed"), self._bound)
+        refused = {**self._refused, "reset": self._reset.hindrance()}
         return {
             "paused": tempo.is_paused,
             "ticks_left": tempo.ticks_left,
