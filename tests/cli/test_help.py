@@ -19,6 +19,7 @@ COMMANDS = [
     "serve",
     "teleop",
     "check",
+    "plot",
     "trials",
     "robot",
     "operate",

@@ -14,6 +14,7 @@ from cellwright.cli.check import check
 from cellwright.cli.eval.command import evaluate
 from cellwright.cli.exit_status import BAD_INPUT, NOT_DONE
 from cellwright.cli.operate.app import app as operate
+from cellwright.cli.plot.command import plot
 from cellwright.cli.robot.command import robot
 from cellwright.cli.ros1.env import ros1_env
 from cellwright.cli.ros1.workspace import ros1_workspace
@@ -37,6 +38,7 @@ app = typer.Typer(
         cellwright trials            # what else comes along
         cellwright eval lesson       # many runs, each judged, and a report
         cellwright serve lesson      # for programs in other processes
+        cellwright plot run.mcap     # a figure of what was recorded
         cellwright check trial.yaml  # is this file sound?
         cellwright teleop qinglong   # a robot's controller node
         cellwright robot qinglong    # a robot's joints, by index
@@ -54,6 +56,7 @@ app.command()(check)
 app.command("eval")(evaluate)
 app.command()(serve)
 app.command()(teleop)
+app.command()(plot)
 app.command()(trials)
 app.command()(robot)
 app.add_typer(operate)
