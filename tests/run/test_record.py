@@ -14,7 +14,7 @@ from cellwright.description.reading.sources import sources_collected
 from cellwright.face import load_trial
 from cellwright.recording.format import EVENT, PANEL, STATE_HASH
 from cellwright.recording.reader import Recording
-from cellwright.run import RecordOptions, RunOptions, run_cell
+from cellwright.run import Course, Outcome, RecordOptions, RunOptions, conduct, run_cell
 from tests.cells import KITTING
 
 
@@ -76,15 +76,15 @@ def test_what_a_run_began_from_and_read_is_in_it(tmp_path: Path) -> None:
 def test_a_run_that_is_broken_off_is_ended(tmp_path: Path) -> None:
     cell = Cell(KITTING)
 
-    class BreaksOff(BaseException):
+    class BreakOffError(BaseException):
         pass
 
-    def break_off(_cell: Cell) -> None:
-        raise BreaksOff
+    def break_off(_course: Course) -> tuple[Outcome, str]:
+        raise BreakOffError
 
     options = RecordOptions([tmp_path / "a.mcap"])
-    with pytest.raises(BreaksOff):
-        run_cell(cell, None, RunOptions(until=1.0, record=options, at=[(Fraction("0.1"), break_off)]))
+    with pytest.raises(BreakOffError):
+        conduct(cell, break_off, RunOptions(record=options))
     with Recording(tmp_path / "a.mcap") as recording:
         assert recording.is_complete
         assert recording.end == {"outcome": "broken off"}

@@ -43,6 +43,7 @@ def test_what_comes_along_and_what_does_not_are_told_apart(tmp_path: Path) -> No
 
 
 def test_files_keep_their_places_and_are_read_again_from_there(tmp_path: Path) -> None:
+    (tmp_path / "robot").mkdir()
     path = small_robot.write(tmp_path / "robot")
     warnings: list[str] = []
     with sources_collected() as sources:

@@ -17,7 +17,7 @@ from rich.console import Console
 
 from cellwright.agents.agent import Agent
 from cellwright.cell import Cell
-from cellwright.cli import exit_status, recorded
+from cellwright.cli import exit_status, recorded, videos
 from cellwright.cli.run import document, score_table
 from cellwright.cli.run import over as run_over
 from cellwright.cli.run.attended import Attended
@@ -31,6 +31,7 @@ from cellwright.kitting.score.trial_score import Averages, TrialScore, trial_sco
 from cellwright.recording.run_log import RunLog
 from cellwright.rendering.camera import Camera
 from cellwright.run import Outcome, RecordOptions, RunOptions, RunResult, run_cell
+from cellwright.viewer.filming import Filming, Made, VideoWish
 
 
 @dataclass
@@ -50,6 +51,7 @@ class Turn:
         camera: where pictures are taken from.
         snapshots: times [s] and files of pictures.
         picture: write one at the end.
+        video: a video to be written; one of a run that begins anew has a file of its own.
         log: file for what happens.
         record: how it is recorded; None for not at all.
         least: score that is to be reached.
@@ -70,6 +72,7 @@ class Turn:
     camera: Camera
     snapshots: Sequence[tuple[Fraction, Path]]
     picture: bool
+    video: VideoWish | None
     log: Path | None
     record: RecordOptions | None
     least: float | None
@@ -85,10 +88,11 @@ class Turn:
 
     def play(self) -> int:
         """Have the cell worked from start to end, and tell what came of it; the exit status."""
-        self._played += 1
         pictures = Pictures(self.camera, self.snapshots, warn)
         kept = None if self.log is None else RunLog(self.log, about={"agent": self.agent}, report=warn)
-        wanted = replace(self.options, at=pictures.actions(), on_progress=self._progress.update, log=kept)
+        film = self._film()
+        actions = [*videos.actions(film), *pictures.actions()]
+        wanted = replace(self.options, at=actions, on_progress=self._progress.update, log=kept)
         wanted = replace(wanted, record=recorded.of_turn(self.record, self._played))
         with redirect_stdout(sys.stderr) if self.as_json else nullcontext():  # what an agent prints is no JSON
             worker, self.worker = self.worker, None
@@ -96,17 +100,25 @@ class Turn:
                 worker = self.make()
             with self._progress.running(), ended_as_by_ctrl_c():
                 result = self._run(worker, wanted)
+        made = [] if film is None else [film.finish()]
         self.is_interrupted = result.outcome is Outcome.INTERRUPTED
         if self.attended is not None and self.attended.begins_anew:
             self.console.print("the run begins anew")
             return exit_status.NOT_DONE
         pictures.finish(self.cell.simulation.time)
         status = exit_status.of_run(result, has_agent=self.make is not None, min_score=self.least)
-        is_kept = result.is_recorded and (kept is None or kept.lines.is_whole)
-        if pictures.missed or self.cell.checkpoints.missed or not is_kept:
+        is_whole = (kept is None or kept.lines.is_whole) and (film is None or film.is_whole) and result.is_recorded
+        if pictures.missed or self.cell.checkpoints.missed or not is_whole:
             status = status or exit_status.NOT_DONE  # what was asked for is not all there
-        self._tell(result, pictures, status)
+        self._tell(result, pictures, made, status)
         return status
+
+    def _film(self) -> Filming | None:
+        self._played += 1
+        if self.video is None:
+            return None
+        wish = replace(self.video, file=videos.numbered(self.video.file, self._played))
+        return videos.of_cell(self.cell, wish, waits=self.options.speed is None, warn=warn)
 
     def _run(self, worker: Agent | None, wanted: RunOptions) -> RunResult:
         if self.make is not None and self.way is not None:
@@ -123,7 +135,7 @@ class Turn:
             )
         return run_cell(self.cell, worker, wanted) if self.attended is None else self.attended.run(worker, wanted)
 
-    def _tell(self, result: RunResult, pictures: Pictures, status: int) -> None:
+    def _tell(self, result: RunResult, pictures: Pictures, made: list[Made], status: int) -> None:
         cell, console = self.cell, self.console
         final = None if self.spent is None else finals_score(cell.trial, result.score, self.spent)
         if result.error:
@@ -142,8 +154,10 @@ class Turn:
             with bar(console, f"drawing {file}", 1.0) as tell:
                 pictures.take(file, cell, tell)
         if self.as_json:
-            typer.echo(json.dumps(about(), indent=2))
+            typer.echo(json.dumps(about() | {"videos": made}, indent=2))
         else:
+            for each in made:
+                score_table.note(console, "video", videos.sentence(each))
             for written in pictures.written:
                 score_table.note(console, "picture", written)
             for recording in result.recordings:

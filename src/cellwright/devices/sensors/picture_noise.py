@@ -8,7 +8,6 @@ deviation.
 from __future__ import annotations
 
 from functools import cache
-from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +56,8 @@ def blur_depth(
 @cache
 def _quantiles() -> NDArray[np.float32]:
     """Numbers as likely as one another that are distributed normally, with a standard deviation of 1."""
+    from statistics import NormalDist
+
     normal = NormalDist()
     found = np.array([normal.inv_cdf((level + 0.5) / _LEVELS) for level in range(_LEVELS)])
     scaled: NDArray[np.float64] = found / found.std()

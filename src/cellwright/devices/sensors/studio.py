@@ -6,14 +6,13 @@ the frame of the tick in which it was asked for, and on nothing else.
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Callable, Collection
 
 import mujoco
 
 from cellwright.errors import RenderingError
 from cellwright.rendering.painter import Drawn, Painter, View
-from cellwright.rendering.views import VIEWS
-from cellwright.rendering.worker.painter import WorkerPainter
 from cellwright.scene.frame import Frame
 from cellwright.scene.scene import Scene
 from cellwright.scene.taking import SceneTaker
@@ -61,7 +60,10 @@ class Studio:
             if self._taker is None:
                 self._taker = SceneTaker(self.model, hidden=self._hidden)
             if self._painter is None:
-                self._painter = self._hire(self._taker.scene)
+                self._painter = painter = self._hire(self._taker.scene)
+                self._end = weakref.finalize(
+                    self, painter.close
+                )  # also for those who forget a cell and do not close it
             return self._painter.submit(self._this_frame(self._taker), view)
         except RenderingError as error:
             self._give_up(error)
@@ -99,7 +101,7 @@ class Studio:
     def close(self) -> None:
         """Let the painter go."""
         if self._painter is not None:
-            self._painter.close()
+            self._end()
             self._painter = None
 
     def _this_frame(self, taker: SceneTaker) -> Frame:
@@ -120,4 +122,7 @@ class Studio:
 
 def hire_painter(scene: Scene) -> Painter:
     """The painter of a cell: a process that draws, by the light of its pictures."""
+    from cellwright.rendering.views import VIEWS
+    from cellwright.rendering.worker.painter import WorkerPainter
+
     return WorkerPainter(scene, about=VIEWS["overview"].target)

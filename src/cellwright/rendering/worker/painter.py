@@ -10,6 +10,8 @@ from cellwright.rendering.painter import Drawn, View
 from cellwright.rendering.worker.client import Pending, RenderWorker
 from cellwright.scene import Frame, Scene
 
+_TIME_TO_END = 0.5  # [s]
+
 
 class WorkerPainter:
     """Draws one scene; see `Painter`.
@@ -61,6 +63,6 @@ class WorkerPainter:
         self._pictures.pop(number, None)
 
     def close(self) -> None:
-        """Let the process end."""
+        """Let the process end; pictures that nobody has fetched are not drawn any more."""
         self._pictures.clear()
-        self._worker.close()
+        self._worker.close(_TIME_TO_END)
