@@ -15,7 +15,7 @@ from rich.console import Console
 from cellwright import variation
 from cellwright.agents.agent import BUNDLED, Agent, find_agent
 from cellwright.cell import Cell
-from cellwright.cli import options
+from cellwright.cli import options, videos
 from cellwright.cli.arguments import END, OUTPUT, TRIAL, WORK, Development, Log, Seed, Servo, Until, Vary
 from cellwright.cli.run import over as run_over
 from cellwright.cli.run.attended import Attended
@@ -106,6 +106,11 @@ def run(
     view_host: ViewHost = None,
     view_port: ViewPort = None,
     open_page: Open = False,
+    video: videos.File = None,
+    video_camera: videos.View = None,
+    video_speed: videos.Speed = 1.0,
+    video_size: videos.Size = videos.USUAL_SIZE,
+    video_fine: videos.Fine = False,
     checkpoint: Annotated[
         list[str] | None,
         typer.Option(
@@ -194,6 +199,7 @@ def run(
         start=resume,
     )
     log_file = options.log_file(log)
+    filmed = videos.wish(video, video_camera, video_speed, video_size, fine=video_fine)
     place = options.camera(camera)
     snapshots = [options.timed_file("--snapshot", text, ".png") for text in snapshot or ()]
     console = Console(stderr=as_json, highlight=False)
@@ -220,6 +226,7 @@ def run(
         camera=place,
         snapshots=snapshots,
         picture=picture,
+        video=filmed,
         log=log_file,
         least=least,
         spent=spent,

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from cellwright import variation
-from cellwright.cli import options
+from cellwright.cli import options, videos
 from cellwright.cli.arguments import END, OUTPUT, WORK, Development, Files, Log, Seed, Servo, Until, Vary
 from cellwright.cli.serve.trial import EXIT_ON_COMPLETION, ServeOptions, serve_trial
 from cellwright.cli.view.arguments import Open, View, ViewHost, ViewPort, look, refuse_a_camera
@@ -92,6 +92,11 @@ def serve(
     view_host: ViewHost = None,
     view_port: ViewPort = None,
     open_page: Open = False,
+    video: videos.File = None,
+    video_camera: videos.View = None,
+    video_speed: videos.Speed = 1.0,
+    video_size: videos.Size = videos.USUAL_SIZE,
+    video_fine: videos.Fine = False,
     verbose: Annotated[
         bool,
         typer.Option(
@@ -137,6 +142,7 @@ def serve(
         log=options.log_file(log),
         picture=options.picture_file(picture),
         camera=options.camera(camera),
+        video=videos.wish(video, video_camera, video_speed, video_size, fine=video_fine),
         verbose=verbose,
         look=look(view=view, host=view_host, port=view_port, opens=open_page),
     )
