@@ -61,6 +61,8 @@ class Simulation:
         self.watches = Watches()
         self.inbox = Inbox()
         self.devices: dict[str, Device] = {}
+        self.runs = 0
+        """How many runs have begun, for those who look on: at another number time is another. It is no state."""
         self._first_pose = first_pose
         self._before: list[Callable[[], None]] = []
         self._drive: list[Callable[[], None]] = []
@@ -123,6 +125,7 @@ class Simulation:
         Raises:
             SimulationError: the engine cannot reckon with the model.
         """
+        self.runs += 1
         mujoco.mj_resetData(self.model, self.data)
         for name, values in self._pristine.items():
             getattr(self.model, name)[:] = values

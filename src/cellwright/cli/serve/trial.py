@@ -29,6 +29,7 @@ from cellwright.ros1_host import Ros1
 from cellwright.run import Outcome, RunOptions
 from cellwright.server import DEFAULT_PORT, Server
 from cellwright.server.server import LOOPBACK
+from cellwright.server.services import onlookers
 from cellwright.serving import Hooks, Pace, Serving
 
 EXIT_ON_COMPLETION = "ARIAC_EXIT_ON_COMPLETION"
@@ -108,6 +109,7 @@ def serve_trial(
         if ros is not None:
             ros.report = report
         server = Server(cell, host=wanted.host, port=wanted.port, lockstep=wanted.lockstep, report=report)
+        onlookers.offer(server, cell)
         if not server.is_local:
             typer.echo(f"warning: {wanted.host}: anybody who reaches this machine can drive the cell", err=True)
         hooks = Hooks(

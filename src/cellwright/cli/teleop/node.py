@@ -29,6 +29,7 @@ from cellwright.ros1_host.identity import robot
 from cellwright.run import versions
 from cellwright.server import DEFAULT_PORT, Server
 from cellwright.server.server import LOOPBACK
+from cellwright.server.services import onlookers
 from cellwright.server.timekeeper import Timekeeper
 from cellwright.serving import Pace
 from cellwright.simulation.clock import nanoseconds
@@ -131,6 +132,7 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
         server = Server(
             node, host=wanted.host, port=wanted.port, lockstep=wanted.lockstep, report=lambda line: tell(line)
         )
+        onlookers.offer(server, node)
         if not server.is_local:
             _warn(f"{wanted.host}: anybody who reaches this machine can drive the robot")
         in_ros = ros.join(config, server)

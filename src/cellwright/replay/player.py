@@ -1,0 +1,109 @@
+"""What says again what was recorded, each message at its time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from cellwright.bus import Bus, Publisher
+from cellwright.errors import CellwrightError, MessageError
+from cellwright.messages import Message, from_cdr, message_type
+from cellwright.replay.sight import Sight
+from cellwright.replay.source import FRAME, PANEL, Entry, RecordedTopic, Source
+from cellwright.simulation.device import Device
+
+_NOTHING = Entry(1 << 62, "", b"")  # later than any time
+
+
+class Player(Device):
+    """Publishes the messages of a recording as simulation time comes to them.
+
+    A message is read only when somebody listens, or will be given it for being the newest.
+
+    Args:
+        source: what is played.
+        bus: where the recorded topics are advertised and their messages published.
+    """
+
+    def __init__(self, source: Source, bus: Bus) -> None:
+        super().__init__("player")
+        self._source = source
+        self._bus = bus
+        self.sight = Sight(source)
+        self._said: dict[str, _Said] = {}
+        self.unknown: list[str] = []
+        """Topics that cannot be played, and why."""
+        self.unreadable = 0
+        """How many messages could not be read so far."""
+        for topic in source.topics:
+            self._advertise(topic)
+        self._coming: Iterator[Entry] = iter(())
+        self._next = _NOTHING
+
+    def after_step(self) -> None:
+        """Publish what is due."""
+        now = self.simulation.now
+        while self._next.time <= now:
+            self._say(self._next)
+            self._next = next(self._coming, _NOTHING)
+
+    def seek(self, time: int) -> int:
+        """Go to a time [ns], kept within the recording; the time at which playing stands then [ns].
+
+        Listeners are told of latched messages that are others now than before; of the rest only what comes.
+        """
+        simulation = self.simulation
+        wanted = min(max(time, self._source.begin), self._source.end)
+        state = {"tick": simulation.clock.first_tick_at(wanted), "events": simulation.events.get_state(), "devices": {}}
+        simulation.set_state(state)
+        self._take_up(simulation.now)
+        return simulation.now
+
+    def _advertise(self, topic: RecordedTopic) -> None:
+        try:
+            publisher = self._bus.advertise(topic.name, topic.type, latch=topic.latch, rate=topic.rate, node=topic.node)
+        except CellwrightError as error:  # a type of another version, or of a package that is not here
+            self.unknown.append(f"{topic.name} cannot be played: {error}")
+            return
+        self._said[topic.name] = _Said(publisher, message_type(topic.type))
+
+    def _take_up(self, now: int) -> None:
+        """Stand at a time [ns]: latched messages and sight as of then, the rest to come."""
+        for name, said in self._said.items():
+            if said.publisher.latch:
+                self._latch(name, said, now)
+        self.sight.seek(now)
+        self._coming = self._source.entries(None, now + 1)
+        self._next = next(self._coming, _NOTHING)
+
+    def _latch(self, name: str, said: _Said, now: int) -> None:
+        entry = self._source.newest(name, now)
+        if entry is None:
+            said.publisher.newest, said.latched = None, b""
+        elif entry.data != said.latched or said.publisher.newest is None:
+            self._publish(said, entry.data)
+
+    def _say(self, entry: Entry) -> None:
+        if entry.channel in (FRAME, PANEL):
+            self.sight.take(entry)
+            return
+        said = self._said.get(entry.channel)
+        if said is not None and (said.publisher.latch or said.publisher.listeners):
+            self._publish(said, entry.data)
+
+    def _publish(self, said: _Said, data: bytes) -> None:
+        try:
+            message = from_cdr(data, said.message_class)
+        except MessageError:
+            self.unreadable += 1
+            return
+        said.latched = data if said.publisher.latch else b""
+        said.publisher.publish(message)
+
+
+class _Said:
+    """What publishes on a topic, the class of its messages, and the bytes of the newest one that is latched."""
+
+    def __init__(self, publisher: Publisher, message_class: type[Message]) -> None:
+        self.publisher = publisher
+        self.message_class = message_class
+        self.latched = b""

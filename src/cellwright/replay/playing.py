@@ -1,0 +1,92 @@
+"""Playing a recording to guests, and what becomes of time at its end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import Enum
+
+from cellwright.replay.recorded import Recorded
+from cellwright.server import Server
+from cellwright.server.timekeeper import Timekeeper
+from cellwright.simulation.tempo import Tempo
+
+
+class AtEnd(Enum):
+    """What becomes of time when all has been played."""
+
+    STOP = "stop"
+    """Playing is over."""
+    HOLD = "hold"
+    """Time stands. Whoever lets it pass again sees all from the start."""
+    LOOP = "loop"
+    """It begins again."""
+
+
+class Playing:
+    """Lets the time of a recording pass for guests.
+
+    Args:
+        recorded: what is played.
+        server: serves the guests.
+        tempo: how time is to pass.
+        first, last: simulation times [ns] from which and up to which it is played; None: all of it.
+        at_end: what becomes of time then.
+        on_poll: called about ten times a second of wall time.
+    """
+
+    def __init__(
+        self,
+        recorded: Recorded,
+        server: Server,
+        *,
+        tempo: Tempo,
+        first: int | None = None,
+        last: int | None = None,
+        at_end: AtEnd = AtEnd.STOP,
+        on_poll: Callable[[], None] = lambda: None,
+    ) -> None:
+        begin, end = recorded.source.begin, recorded.source.end
+        self.first = begin if first is None else min(max(first, begin), end)
+        """Simulation time [ns] from which it is played."""
+        self.last = end if last is None else min(max(last, self.first), end)
+        """Simulation time [ns] up to which it is played."""
+        self._recorded = recorded
+        self._tempo = tempo
+        self._at_end = at_end
+        self.keeper = Timekeeper(recorded, server, tempo=tempo, on_poll=on_poll)
+        recorded.seek(self.first)
+
+    def stop(self) -> None:
+        """Let it end before the next tick; to be called from anywhere, a signal's handler included."""
+        self.keeper.is_stopped = True
+
+    def seek(self, time: int) -> int:
+        """Go to a time [ns]; the time at which it stands then [ns]."""
+        now = self._recorded.seek(time)
+        self._tempo.begin_anew()
+        return now
+
+    def resume(self) -> None:
+        """Let time pass again: from the start, where it stands at the end."""
+        if self._recorded.simulation.now >= self.last:
+            self._recorded.seek(self.first)
+        self._tempo.resume()
+
+    def run(self) -> None:
+        """Play until it is over, or stopped."""
+        while not self.keeper.is_stopped:
+            self.keeper.run(lambda: self.last)
+            if self.keeper.is_stopped or self._at_end is AtEnd.STOP:
+                return
+            if self._at_end is AtEnd.LOOP and self.last > self.first:
+                self.seek(self.first)
+            else:
+                self._hold()
+
+    def _hold(self) -> None:
+        """Serve guests while time stands at the end."""
+        self._tempo.pause()
+        while not self.keeper.is_stopped and self._recorded.simulation.now >= self.last:
+            self.keeper.tick()
+            if self._recorded.simulation.now > self.last:  # a step past the end leads nowhere
+                self.seek(self.last if self._tempo.is_paused else self.first)

@@ -1,0 +1,62 @@
+"""A recording in the place of a cell or a robot: it is served, bridged and looked at like one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+
+import mujoco
+
+from cellwright.replay.deaf_bus import DeafBus
+from cellwright.replay.player import Player
+from cellwright.replay.source import Source
+from cellwright.simulation.simulation import Simulation
+
+_TIMESTEP = Fraction(1, 500)
+_LEAST, _MOST = Fraction(1, 100_000), Fraction(1, 10)  # [s]
+
+
+class Recorded:
+    """Something recorded whose time passes again. It stands at its begin.
+
+    Args:
+        source: what was recorded.
+        report: takes a line about what is refused, and about what cannot be played.
+    """
+
+    in_competition = True
+    """Nothing can be changed of what has been."""
+
+    def __init__(self, source: Source, *, report: Callable[[str], None] = lambda _line: None) -> None:
+        self.source = source
+        self.name = source.name
+        self.simulation = Simulation(mujoco.MjSpec().compile(), timestep=timestep(source))
+        self.bus = DeafBus(lambda: self.simulation.now, report)
+        self.player = Player(source, self.bus)
+        self.simulation.add(self.player)
+        self.seek(source.begin)
+        for line in self.player.unknown:
+            report(line)
+
+    @property
+    def is_over(self) -> bool:
+        """Whether all has been played."""
+        return self.simulation.now >= self.source.end
+
+    def seek(self, time: int) -> int:
+        """Go to a time [ns], kept within the recording; the time at which it stands then [ns]."""
+        return self.player.seek(time)
+
+    def out_of_sight(self) -> tuple[int, ...]:
+        """Ids of bodies that are not there to be seen: what is played has none of the engine's."""
+        return ()
+
+
+def timestep(source: Source) -> Fraction:
+    """Length of a tick [s] of what was recorded; 1/500 s where the recording does not say it."""
+    told = source.header.get("timestep")
+    try:
+        found = Fraction(*told) if isinstance(told, list) else Fraction(str(told))
+    except (TypeError, ValueError, ZeroDivisionError):
+        return _TIMESTEP
+    return found if _LEAST <= found <= _MOST else _TIMESTEP

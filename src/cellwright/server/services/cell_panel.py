@@ -1,0 +1,181 @@
+"""What a panel shows of a cell: the competition, its orders and trays, the score with its evidence, what stands where.
+
+It is made when somebody asks, and leaves the cell as it is. What a competition keeps secret stays secret: orders that
+have not come up, and which parts are faulty before the referee has said so. What changes all the time is under `clock`,
+so that the rest changes only when something has happened.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from cellwright.cell import Cell
+from cellwright.description.trial import Kit, Order, Trial
+from cellwright.kitting.score.evidence import evidence, kit_evidence
+from cellwright.kitting.score.evidence_json import evidence_to_json, kit_to_json
+from cellwright.kitting.score.matching import score_kit
+from cellwright.kitting.score.reach import TrialReach, reach
+from cellwright.kitting.score.scorer import GameScore
+from cellwright.kitting.tray import TrayContents
+
+IN_COMPETITION = "not in a competition: development mode (-d) allows it"
+"""Why belt, reset and the like are refused."""
+
+
+class CellPanel:
+    """Tells what there is to be known of a cell.
+
+    Args:
+        cell: the cell.
+        about: what the caller knows of the run besides, such as the agent's name.
+    """
+
+    def __init__(self, cell: Cell, about: Mapping[str, Any] | None = None) -> None:
+        self._cell = cell
+        self._about = {"seed": cell.seed, "servo": cell.servo, **(about or {})}
+        self.result: dict[str, Any] | None = None
+        """What came of the run, when it is over."""
+
+    def panel(self) -> dict[str, Any]:
+        """The panel as JSON values; times in s."""
+        cell = self._cell
+        competition, score = cell.competition, cell.competition.score()
+        could = reach(self._known_trial())
+        return {
+            "kind": "cell",
+            "name": cell.name,
+            "about": self._about,
+            "development": not cell.in_competition,
+            "state": str(competition.state),
+            "end_reason": None if competition.referee.end_reason is None else str(competition.referee.end_reason),
+            "time_limit": cell.trial.time_limit if cell.trial.time_limit >= 0 else None,
+            "clock": self._clock(score),
+            "score": self._score(score),
+            "orders": self._orders(),
+            "trays": [self._tray(number, could) for number in cell.trays],
+            "agvs": [
+                {"number": number, "state": agv.state, "kit_type": agv.kit_type} for number, agv in cell.agvs.items()
+            ],
+            "belt": {
+                "power": cell.conveyor.power,
+                "population": None if cell.population is None else cell.population.enabled,
+            },
+            "gripper": self._gripper(),
+            "intention": self._intention(),
+            "refused": {} if not cell.in_competition else {"belt": IN_COMPETITION, "clear": IN_COMPETITION},
+            "result": self.result,
+        }
+
+    # ---------------------------------------------------------------- the competition
+
+    def _clock(self, score: GameScore) -> dict[str, Any]:
+        simulation = self._cell.simulation
+        return {
+            "time": simulation.time,
+            "tick": simulation.clock.tick,
+            "process_time": self._cell.competition.process_time / 1e9,
+            "part_travel_time": score.part_travel_time / 1e9,
+            "orders": {order.order_id: order.time_taken / 1e9 for order in score.orders},
+        }
+
+    def _score(self, score: GameScore) -> dict[str, Any]:
+        """The score with its evidence, without times, and without orders that nobody may know of yet."""
+        found = evidence_to_json(evidence(self._known_trial(), score))
+        for key in ("process_time", "part_travel_time"):
+            del found[key]
+        known = {order.order_id for order in self._known_orders()}
+        found["orders"] = [order for order in found["orders"] if order["order_id"] in known]
+        for order in found["orders"]:
+            del order["time_taken"]
+        if len(found["orders"]) < len(self._cell.trial.orders):
+            found |= {"reachable": None, "best": None, "reachable_reason": ""}  # they would tell of what is to come
+        return found
+
+    @property
+    def _keeps_secrets(self) -> bool:
+        """Whether this is a competition that is not over yet."""
+        return self._cell.in_competition and self._cell.competition.referee.end_reason is None
+
+    def _known_trial(self) -> Trial:
+        """The trial as one may know it: what is out of reach would tell how many parts are faulty."""
+        trial = self._cell.trial
+        return replace(trial, faulty_parts=frozenset()) if self._keeps_secrets else trial
+
+    def _known_orders(self) -> list[Order]:
+        """All orders that may be known: in a competition, until it is over, those that have been announced."""
+        announced = self._cell.competition.announced
+        if self._keeps_secrets:
+            return announced
+        return [*announced, *(order for order in self._cell.trial.orders if order not in announced)]
+
+    def _orders(self) -> list[dict[str, Any]]:
+        competition = self._cell.competition
+        return [
+            {
+                "order_id": order.order_id,
+                "status": self._status(order),
+                "start_time": order.start_time,
+                "kits": [
+                    {
+                        "kit_type": kit.kit_type,
+                        "submitted": competition.referee.scorer.is_submitted(kit.kit_type),
+                        "parts": [each.type for each in kit.objects],
+                    }
+                    for kit in order.kits
+                ],
+            }
+            for order in self._known_orders()
+        ]
+
+    def _status(self, order: Order) -> str:
+        """`to come`, `active`, `interrupted`, `complete`, or `open` when the game was over before it was complete."""
+        referee, name = self._cell.competition.referee, order.order_id
+        if referee.scorer.is_complete(name):
+            return "complete"
+        if order not in self._cell.competition.announced:
+            return "to come"
+        if referee.end_reason is not None or name not in referee.active_orders:
+            return "open"
+        return "active" if referee.active_orders[-1] == name else "interrupted"
+
+    # ---------------------------------------------------------------- on the floor
+
+    def _tray(self, number: int, could: TrialReach) -> dict[str, Any]:
+        """What a tray last reported, and what it would earn as each kit that is asked for, were it sent off now."""
+        contents = self._known(self._cell.competition.tray_objects(self._cell.trays[number]))
+        return {
+            "number": number,
+            "parts": [{"name": each.name, "type": each.type, "faulty": each.is_faulty} for each in contents],
+            "as_kits": [self._as_kit(kit, contents, could) for kit in self._kits_asked_for()],
+        }
+
+    def _known(self, contents: TrayContents) -> TrayContents:
+        """Contents as one may know them: in a competition nobody says beforehand which parts are faulty."""
+        return tuple(replace(each, is_faulty=False) for each in contents) if self._keeps_secrets else contents
+
+    def _as_kit(self, kit: Kit, contents: TrayContents, could: TrialReach) -> dict[str, Any]:
+        return kit_to_json(kit_evidence(score_kit(kit, contents), could.kit(kit.kit_type)))
+
+    def _kits_asked_for(self) -> list[Kit]:
+        referee = self._cell.competition.referee
+        if referee.end_reason is not None:
+            return []
+        return [
+            kit
+            for order in self._cell.competition.announced
+            if order.order_id in referee.active_orders
+            for kit in order.kits
+            if not referee.scorer.is_submitted(kit.kit_type)
+        ]
+
+    def _intention(self) -> dict[str, Any] | None:
+        said = self._cell.intention
+        return {"text": said.text, "node": said.node, "time": said.time / 1e9} if said.text else None
+
+    def _gripper(self) -> dict[str, Any] | None:
+        gripper = self._cell.gripper
+        if gripper is None:
+            return None
+        return {"enabled": gripper.enabled, "attached": gripper.attached, "part": gripper.part}

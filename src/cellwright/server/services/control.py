@@ -1,0 +1,131 @@
+"""How time passes, told and changed by those who look on.
+
+The service `cellwright/control` takes `{"action": …}` and answers with the state as it is then:
+
+| action | and | what it does |
+|---|---|---|
+| `pause`, `resume` | | lets time stand, lets it pass |
+| `step` | `ticks`, 1 when left out | lets so many ticks pass, and time stand then |
+| `speed` | `factor`, a number or `"max"` | simulated seconds a wall second |
+| `reset` | | begins anew, where that is allowed |
+| `state` | | nothing |
+
+None of it is part of a run's state: a run that was paused is the same run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from cellwright.errors import RejectedCommandError, UnknownNameError
+from cellwright.server.server import Server
+from cellwright.simulation.tempo import Tempo
+
+CONTROL = "cellwright/control"
+
+SLOWEST, FASTEST = 0.01, 1000.0
+"""Of the speeds that may be asked for, beside as fast as it goes [simulated s a wall s]."""
+MOST_TICKS = 100_000
+"""So many may be asked for at once."""
+FASTER_THAN_ANY = "max"
+"""Stands for as fast as it goes."""
+
+
+@dataclass(frozen=True)
+class Reset:
+    """A way to begin anew.
+
+    Attributes:
+        act: does so.
+        hindrance: why it may not be done now; empty when it may.
+    """
+
+    act: Callable[[], None]
+    hindrance: Callable[[], str] = lambda: ""
+
+
+NO_RESET = Reset(lambda: None, lambda: "it cannot begin anew here")
+
+
+class Control:
+    """Lets guests say how time passes.
+
+    Args:
+        tempo: how time passes, as who lets it pass obeys it.
+        reset: how to begin anew.
+        bound: why time cannot stand and keeps its speed, as that of a real robot; empty where it can.
+        lockstep: whether time passes for guests that ask for it, and for nothing else.
+    """
+
+    def __init__(self, tempo: Tempo, *, reset: Reset = NO_RESET, bound: str = "", lockstep: bool = False) -> None:
+        self.tempo = tempo
+        self.resets = 0
+        """How often it was begun anew."""
+        self._reset = reset
+        self._bound = bound
+        self._lockstep = lockstep
+
+    def offer(self, server: Server) -> None:
+        """Answer on a server."""
+        server.offer(CONTROL, self.control)
+
+    def state(self) -> dict[str, Any]:
+        """How time passes now, and what may be done about it: `refused` has a reason for each action that may not."""
+        tempo = self.tempo
+        refused = {"reset": self._reset.hindrance()}
+        refused |= dict.fromkeys(("pause", "resume", "step", "speed"), self._bound)
+        return {
+            "paused": tempo.is_paused,
+            "ticks_left": tempo.ticks_left,
+            "speed": FASTER_THAN_ANY if tempo.speed is None else tempo.speed,
+            "lockstep": self._lockstep,
+            "resets": self.resets,
+            "refused": {action: reason for action, reason in refused.items() if reason},
+        }
+
+    def control(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Do what is asked for.
+
+        Raises:
+            RejectedCommandError: it is not allowed here, or makes no sense.
+            UnknownNameError: there is no such action.
+        """
+        acts: dict[str, Callable[[dict[str, Any]], None]] = {
+            "pause": lambda _: self.tempo.pause(),
+            "resume": lambda _: self.tempo.resume(),
+            "step": lambda asked: self.tempo.step(_ticks(asked.get("ticks", 1))),
+            "speed": lambda asked: self.tempo.set_speed(_speed(asked.get("factor"))),
+            "reset": lambda _: self._begin_anew(),
+            "state": lambda _: None,
+        }
+        action = asked.get("action")
+        if not isinstance(action, str) or action not in acts:
+            raise UnknownNameError("action", f"{action!s:.40}", acts)
+        reason = self.state()["refused"].get(action)
+        if reason:
+            raise RejectedCommandError(reason)
+        acts[action](asked)
+        return self.state()
+
+    def _begin_anew(self) -> None:
+        self._reset.act()
+        self.resets += 1
+        self.tempo.begin_anew()
+
+
+def _ticks(value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= MOST_TICKS:
+        raise RejectedCommandError(f"ticks: a whole number from 1 to {MOST_TICKS}, not {value!r:.40}")
+    return value
+
+
+def _speed(value: Any) -> float | None:
+    if value == FASTER_THAN_ANY:
+        return None
+    if isinstance(value, bool) or not isinstance(value, int | float) or not SLOWEST <= value <= FASTEST:
+        raise RejectedCommandError(
+            f'factor: a number from {SLOWEST:g} to {FASTEST:g}, or "{FASTER_THAN_ANY}", not {value!r:.40}'
+        )
+    return float(value)

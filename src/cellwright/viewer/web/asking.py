@@ -1,0 +1,108 @@
+"""Asks what is served how it stands, in a thread of its own, as often as somebody looks on."""
+
+from __future__ import annotations
+
+import threading
+import time
+from base64 import b64decode
+from collections.abc import Callable
+from queue import SimpleQueue
+from typing import Any
+
+from cellwright.errors import CellwrightError, MessageError, UnknownNameError
+from cellwright.scene import Frame, Scene
+from cellwright.scene.encoded import decode_scene
+from cellwright.scene.frame import decode
+from cellwright.viewer.web.link import AwayError, Link
+
+SCENE, FRAME, PANEL = "cellwright/scene", "cellwright/frame", "cellwright/panel"
+
+_FRAMES = 1 / 30  # [s] between two questions, at most as often
+_PANELS = 0.25
+_IDLE = 2.0  # [s] while nobody looks on
+_AWAY = 1.0  # [s] until somebody who is away is looked for again
+_SHARE = 0.5  # of the time at most is spent waiting for answers: who is slow to answer is asked less often
+
+
+class Asking:
+    """The page's questions.
+
+    What comes of them is put into `found`, in order: a Scene when it is another one; a tuple of the moment [s] of the
+    wall clock, a Frame and the whole answer; a dict that the panel shows; an AwayError.
+
+    Args:
+        link: of its own: nobody waits for anybody.
+        wants: what the frame service is to be asked for besides.
+    """
+
+    def __init__(self, link: Link, wants: Callable[[], dict[str, Any]]) -> None:
+        self.found: SimpleQueue[Any] = SimpleQueue()
+        self.is_watched = False
+        """Whether somebody looks on."""
+        self._link = link
+        self._wants = wants
+        self._digest = ""
+        self._has_panel = True
+        self._panel_due = 0.0
+        self._wake = threading.Event()
+        self._is_over = False
+        self._thread = threading.Thread(target=self._run, name="asking", daemon=True)
+
+    def start(self) -> None:
+        """Begin to ask."""
+        self._thread.start()
+
+    def wake(self) -> None:
+        """Ask now."""
+        self._wake.set()
+
+    def close(self) -> None:
+        """Ask no more."""
+        self._is_over = True
+        self._wake.set()
+
+    def _run(self) -> None:
+        while not self._is_over:
+            self._wake.clear()
+            begun = time.perf_counter()
+            try:
+                self._ask()
+                pause = _FRAMES if self.is_watched else _IDLE
+            except AwayError as away:
+                self.found.put(away)
+                self._has_panel, self._panel_due = True, 0.0
+                pause = _AWAY
+            except CellwrightError as error:  # what answers there has nothing to show
+                self._link.close()
+                self.found.put(AwayError(str(error)))
+                pause = _AWAY
+            spent = time.perf_counter() - begun
+            self._wake.wait(max(pause - spent, spent * (1 / _SHARE - 1)))
+        self._link.close()
+
+    def _ask(self) -> None:
+        answer = self._link.ask(FRAME, **self._wants())
+        if answer.get("digest") != self._digest:
+            self._ask_for_scene()
+            answer = self._link.ask(FRAME, **self._wants())
+        self.found.put((time.perf_counter(), _frame(answer), answer))
+        now = time.perf_counter()
+        if self._has_panel and self.is_watched and now >= self._panel_due:
+            self._panel_due = now + _PANELS
+            try:
+                self.found.put(self._link.ask(PANEL))
+            except UnknownNameError:
+                self._has_panel = False
+
+    def _ask_for_scene(self) -> None:
+        answer = self._link.ask(SCENE)
+        scene: Scene = decode_scene(b64decode(answer["scene"]))
+        self._digest = str(answer["digest"])
+        self.found.put(scene)
+
+
+def _frame(answer: dict[str, Any]) -> Frame:
+    try:
+        return decode(b64decode(answer["frame"]))
+    except (KeyError, TypeError, ValueError):
+        raise MessageError("the answer holds no frame") from None

@@ -1,0 +1,183 @@
+"""The page's door: where it listens, and whom it lets in.
+
+viser takes in whoever comes. So its listening socket is bound here, and every request, a websocket's first one too, is
+looked at before viser sees it. On loopback that keeps out pages of others that a browser of this machine has open: they
+cannot name this host (DNS rebinding), and their origin gives them away. With a token nobody comes in without it.
+"""
+
+from __future__ import annotations
+
+import hmac
+import http
+import os
+import socket
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from http.cookies import CookieError, SimpleCookie
+from ipaddress import ip_address
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+import websockets.asyncio.server
+from websockets.datastructures import Headers
+from websockets.http11 import Request, Response
+
+from cellwright.errors import UsageError
+
+MOST_CONNECTIONS = 32
+"""So many browsers may look on at once."""
+LONGEST_MESSAGE = 4 << 20
+"""Bytes of the longest message that is taken of a browser."""
+TOKEN = "token"  # noqa: S105
+"""Name of the token in the page's address."""
+
+_COOKIE = "cellwright_page"
+_TRIES = 20  # ports that are tried, from the one that was wished for
+_OWN_NAMES = frozenset({"localhost", "127.0.0.1", "::1"})
+
+
+class Door:
+    """Listens for browsers.
+
+    Args:
+        host: the address to listen at.
+        port: the port to listen at; where it is in use, one of the next ones is taken, and 0 takes any that is free.
+        token: what has to be in the page's address; empty lets in everybody who can reach it.
+
+    Raises:
+        UsageError: the address cannot be listened at, or is open to the network without a token.
+    """
+
+    def __init__(self, host: str, port: int, *, token: str = "") -> None:
+        self.socket = _listen(host, port)
+        self.host, self.port = str(self.socket.getsockname()[0]), int(self.socket.getsockname()[1])
+        self.token = token
+        self.is_local = ip_address(self.host).is_loopback
+        if not (self.is_local or token):
+            self.socket.close()
+            raise UsageError(f"{host} is open to the network: a page there needs a token")
+        self._count = 0
+
+    @property
+    def url(self) -> str:
+        """The page's address, with the token in it. Where it listens at all addresses, it is that of this machine."""
+        host = {"0.0.0.0": socket.gethostname(), "::": socket.gethostname()}.get(self.host, self.host)  # noqa: S104
+        host = f"[{host}]" if ":" in host else host
+        return f"http://{host}:{self.port}/" + (f"?{TOKEN}={self.token}" if self.token else "")
+
+    def refusal(self, path: str, headers: Headers) -> str:
+        """Why a request is not let in; empty when it is."""
+        if len(headers.get_all("Host")) != 1 or len(headers.get_all("Origin")) > 1:
+            return "a request names one host"
+        host = headers["Host"]
+        if not self.token and _name(host) not in _OWN_NAMES | {self.host}:
+            return f"this page is not at {host:.80}"
+        origin = headers.get("Origin")
+        if origin is not None and urlsplit(origin).netloc.lower() != host.lower():
+            return f"a page of {origin:.80} has no business here"
+        if self.token and not self._has_token(path, headers):
+            return "this page needs the token that is in its address, as it was printed where the cell was started"
+        return ""
+
+    @contextmanager
+    def guards_viser(self) -> Iterator[None]:
+        """While a viser server is made: have it listen here, behind this door.
+
+        Raises:
+            UsageError: this version of viser has gone another way; it must not stand open.
+        """
+        serve, is_used = websockets.asyncio.server.serve, False
+
+        def guarded(handler: Callable[..., Any], *_address: Any, **options: Any) -> Any:
+            nonlocal is_used
+            is_used = True
+            options.update(
+                sock=self.socket,
+                max_size=LONGEST_MESSAGE,
+                process_request=self._looking_at(options.get("process_request")),
+            )
+            return serve(self._counted(handler), **options)
+
+        websockets.asyncio.server.serve = guarded  # type: ignore[assignment,misc]
+        try:
+            yield
+        finally:
+            websockets.asyncio.server.serve = serve  # type: ignore[misc]
+        if not is_used:
+            raise UsageError("the page cannot be guarded with this version of viser")
+
+    # ---------------------------------------------------------------- inside
+
+    def _looking_at(self, answer: Callable[..., Any] | None) -> Callable[..., Any]:
+        def look(connection: Any, request: Request) -> Response | None:
+            reason = self.refusal(request.path, request.headers)
+            if reason:
+                return connection.respond(http.HTTPStatus.FORBIDDEN, reason + "\n")  # type: ignore[no-any-return]
+            is_page = request.headers.get("Upgrade", "").lower() != "websocket"
+            if not is_page and self._count >= MOST_CONNECTIONS:
+                return connection.respond(http.HTTPStatus.SERVICE_UNAVAILABLE, "too many look on already\n")  # type: ignore[no-any-return]
+            response: Response | None = None if answer is None else answer(connection, request)
+            if is_page and response is not None:
+                response.headers["Referrer-Policy"] = "no-referrer"
+                response.headers["X-Frame-Options"] = "SAMEORIGIN"
+                response.headers["Cache-Control"] = "no-store"
+                if self.token:  # the websocket's address has none, but the browser shows it this again
+                    response.headers["Set-Cookie"] = (
+                        f"{_COOKIE}_{self.port}={self.token}; Path=/; HttpOnly; SameSite=Strict"
+                    )
+            return response
+
+        return look
+
+    def _counted(self, handler: Callable[..., Any]) -> Callable[..., Any]:
+        async def counted(connection: Any) -> None:
+            self._count += 1  # in the one thread of the event loop
+            try:
+                await handler(connection)
+            except Exception:  # what a browser sent made no sense, and that is its own affair
+                await connection.close(1008, "that was no message of this page")
+            finally:
+                self._count -= 1
+
+        return counted
+
+    def _has_token(self, path: str, headers: Headers) -> bool:
+        shown = parse_qs(urlsplit(path).query).get(TOKEN, [])
+        for text in headers.get_all("Cookie"):
+            try:
+                cookies = SimpleCookie(text)
+            except CookieError:
+                continue
+            shown += [morsel.value for name, morsel in cookies.items() if name.startswith(_COOKIE)]
+        return any(hmac.compare_digest(each.encode(), self.token.encode()) for each in shown)
+
+
+def _name(host: str) -> str:
+    """The name in a Host header, without its port."""
+    try:
+        return (urlsplit(f"//{host}").hostname or "").lower()
+    except ValueError:
+        return ""
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    if not 0 <= port <= 65535:
+        raise UsageError(f"a port is from 0 to 65535, not {port}")
+    reason = ""
+    for wished in range(port, min(port + (_TRIES if port else 1), 65536)):
+        try:
+            family, kind, protocol, _, address = socket.getaddrinfo(host, wished, type=socket.SOCK_STREAM)[0]
+        except OSError as error:
+            raise UsageError(f"{host}: cannot be listened at: {error.strerror or error}") from None
+        listener = socket.socket(family, kind, protocol)
+        try:
+            if os.name == "posix":  # elsewhere it would let two pages share a port
+                listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            listener.bind(address)
+            listener.listen(MOST_CONNECTIONS)
+        except OSError as error:
+            listener.close()
+            reason = error.strerror or str(error)
+        else:
+            return listener
+    raise UsageError(f"{host}:{port}: cannot be listened at: {reason}")

@@ -1,0 +1,120 @@
+"""Surfaces as a binary glTF file, which is what browsers draw best."""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cellwright.viewer.web.surfaces import Surface, joined
+
+_MAGIC, _VERSION = 0x46546C67, 2
+_JSON, _BIN = 0x4E4F534A, 0x004E4942
+_FLOAT, _UINT = 5126, 5125
+Colour = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Material:
+    """What a surface is like.
+
+    Attributes:
+        roughness: 0 for a mirror, 1 for chalk.
+        metal: 0 for paint and plastics, 1 for bare metal.
+        opacity: below 1 what is behind shines through.
+    """
+
+    roughness: float = 0.55
+    metal: float = 0.0
+    opacity: float = 1.0
+
+
+def glb(pieces: Iterable[tuple[Surface, Colour, Material]]) -> bytes:
+    """A glTF file of surfaces with their colours (sRGB 0..1) and materials; one drawing for each material."""
+    by_material: dict[Material, list[tuple[Surface, Colour]]] = {}
+    for surface, colour, material in pieces:
+        by_material.setdefault(material, []).append((surface, colour))
+    file = _File()
+    primitives = []
+    for number, coloured in enumerate(by_material.values()):
+        whole = joined([surface for surface, _ in coloured])
+        colours = np.concatenate([np.tile(_linear(colour), (len(surface.points), 1)) for surface, colour in coloured])
+        primitives.append(
+            {
+                "attributes": {
+                    "POSITION": file.vectors(whole.points, bounds=True),
+                    "NORMAL": file.vectors(whole.normals),
+                    "COLOR_0": file.vectors(colours),
+                },
+                "indices": file.indices(whole.faces),
+                "material": number,
+            }
+        )
+    document = {
+        "asset": {"version": "2.0", "generator": "Cellwright"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": primitives}],
+        "materials": [_described(material) for material in by_material],
+        "accessors": file.accessors,
+        "bufferViews": file.views,
+        "buffers": [{"byteLength": len(file.data)}],
+    }
+    return _packed(document, bytes(file.data))
+
+
+def _described(material: Material) -> dict[str, Any]:
+    factors = {
+        "baseColorFactor": [1.0, 1.0, 1.0, material.opacity],
+        "metallicFactor": material.metal,
+        "roughnessFactor": material.roughness,
+    }
+    mode = "OPAQUE" if material.opacity >= 1 else "BLEND"
+    return {"pbrMetallicRoughness": factors, "alphaMode": mode, "doubleSided": material.opacity < 1}
+
+
+class _File:
+    """The binary part of a file, as it grows."""
+
+    def __init__(self) -> None:
+        self.data = bytearray()
+        self.views: list[dict[str, int]] = []
+        self.accessors: list[dict[str, Any]] = []
+
+    def vectors(self, values: NDArray[Any], *, bounds: bool = False) -> int:
+        """Adds vectors (n, 3); their number."""
+        found = self._add(values.astype("<f4"), _FLOAT, "VEC3", len(values))
+        if bounds:
+            kept = values.astype(np.float32)
+            self.accessors[found] |= {"min": kept.min(axis=0).tolist(), "max": kept.max(axis=0).tolist()}
+        return found
+
+    def indices(self, faces: NDArray[Any]) -> int:
+        """Adds faces; their number."""
+        return self._add(faces.astype("<u4"), _UINT, "SCALAR", faces.size)
+
+    def _add(self, values: NDArray[Any], kind: int, form: str, count: int) -> int:
+        self.views.append({"buffer": 0, "byteOffset": len(self.data), "byteLength": values.nbytes})
+        self.data += values.tobytes()
+        self.accessors.append({"bufferView": len(self.views) - 1, "componentType": kind, "type": form, "count": count})
+        return len(self.accessors) - 1
+
+
+def _linear(colour: Colour) -> NDArray[np.float64]:
+    values = np.clip(np.array(colour[:3]), 0, 1)
+    linear: NDArray[np.float64] = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+    return linear
+
+
+def _packed(document: dict[str, Any], data: bytes) -> bytes:
+    text = json.dumps(document, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    data += b"\0" * (-len(data) % 4)
+    chunks = struct.pack("<II", len(text), _JSON) + text + struct.pack("<II", len(data), _BIN) + data
+    return struct.pack("<III", _MAGIC, _VERSION, 12 + len(chunks)) + chunks

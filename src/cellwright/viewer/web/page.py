@@ -1,0 +1,186 @@
+"""The page: one viser server, the features on it, and the loop that keeps both up with what is served."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from queue import Empty
+from typing import Any
+
+import viser
+
+from cellwright.errors import CellwrightError
+from cellwright.scene import Scene
+from cellwright.viewer.web.asking import Asking
+from cellwright.viewer.web.feature import Feature
+from cellwright.viewer.web.link import AwayError, Link
+from cellwright.viewer.web.moment import Moment, Moments
+
+ROOT = "/scene"
+"""All that is seen hangs below this node, and goes with it when another scene takes its place."""
+
+_PERIOD = 1 / 60  # [s] between two pictures
+_IDLE = 0.5  # [s] between two looks at whether somebody looks on
+
+
+class Page:
+    """A page on what is served at an address.
+
+    Args:
+        server: viser's; the page fills it.
+        address: where the cell, the robot or the recording is served.
+        features: what it is made of, in the order of their tabs.
+
+    Attributes:
+        server: viser's server: `server.gui` and `server.scene` are what features draw with.
+        link: the way to what is served, for features; it is not the one that frames come by.
+        scene: what is shown; None before the first answer.
+        root: the node below which features put what belongs to the scene.
+    """
+
+    root = ROOT
+
+    def __init__(self, server: viser.ViserServer, address: tuple[str, int], features: Sequence[Feature]) -> None:
+        self.server = server
+        self.link = Link(address)
+        self.scene: Scene | None = None
+        self.features = tuple(features)
+        self._moments = Moments()
+        self._asking = Asking(Link(address, node=f"{self.link.node}_eyes"), self._wants)
+        self._tabs: Any = None
+        self._tab: dict[str, Any] = {}
+        self._away_reason: str | None = None
+        self._notice: Any = None
+        self._is_over = False
+        server.on_client_connect(self._somebody_came)
+        server.on_client_disconnect(self._somebody_left)
+
+    def tab(self, name: str) -> Any:
+        """The tab of this name on the panel, made when it is first asked for; `with page.tab("View"): …` fills it."""
+        if self._tabs is None:
+            self._tabs = self.server.gui.add_tab_group()
+        if name not in self._tab:
+            self._tab[name] = self._tabs.add_tab(name)
+        return self._tab[name]
+
+    def tell(self, title: str, text: str, *, is_bad: bool = False) -> None:
+        """Show a line to everybody who looks on, for a few seconds."""
+        for client in self.server.get_clients().values():
+            client.add_notification(
+                title=title, body=text, auto_close_seconds=8.0 if is_bad else 4.0, color="red" if is_bad else None
+            )
+
+    def run(self) -> None:
+        """Keep up with what is served, until `close`."""
+        self._asking.start()
+        try:
+            while not self._is_over:
+                begun = time.perf_counter()
+                self._take_what_came()
+                if not self._asking.is_watched:
+                    self._wait_for_something(_IDLE)
+                    continue
+                moment = self._moments.at(time.perf_counter())
+                if moment is not None:
+                    self._show(moment)
+                spent = time.perf_counter() - begun
+                self._wait(max(_PERIOD - spent, spent / 2))  # never all of a core
+        finally:
+            self._asking.close()
+            self.link.close()
+
+    def close(self) -> None:
+        """Let `run` end; from anywhere."""
+        self._is_over = True
+
+    # ---------------------------------------------------------------- inside
+
+    def _wants(self) -> dict[str, Any]:
+        wanted: dict[str, Any] = {}
+        if self._asking.is_watched:
+            for feature in self.features:
+                wanted |= feature.wants()
+        return wanted
+
+    def _take_what_came(self) -> None:
+        found = self._asking.found
+        while True:
+            try:
+                self._take(found.get_nowait())
+            except Empty:
+                return
+
+    def _wait_for_something(self, seconds: float) -> None:
+        try:
+            self._take(self._asking.found.get(timeout=seconds))
+        except Empty:
+            return
+
+    def _wait(self, seconds: float) -> None:
+        time.sleep(seconds)
+
+    def _take(self, found: Any) -> None:
+        match found:
+            case Scene():
+                self._begin(found)
+            case AwayError():
+                self._lose(str(found))
+            case dict():
+                for feature in self.features:
+                    feature.panel(found)
+            case (wall, frame, answer):
+                self._find_again()
+                self._moments.take(frame, run=int(answer.get("run", 0)), wall=wall)
+                with self.server.atomic():
+                    for feature in self.features:
+                        feature.told(answer)
+                if not self._asking.is_watched:  # who comes next sees this at once
+                    moment = self._moments.at(time.perf_counter() + 1.0)
+                    if moment is not None:
+                        self._show(moment)
+
+    def _begin(self, scene: Scene) -> None:
+        self._find_again()
+        self.scene = scene
+        self._moments.cut()
+        with self.server.atomic():
+            self.server.scene.remove_by_name(ROOT)
+            self.server.scene.add_frame(ROOT, show_axes=False)
+            for feature in self.features:
+                feature.begin(self, scene)
+
+    def _show(self, moment: Moment) -> None:
+        with self.server.atomic():
+            for feature in self.features:
+                feature.show(moment)
+
+    def _lose(self, reason: str) -> None:
+        if self._away_reason is None:
+            self._moments.cut()
+            self.tell("Gone", f"{reason}. This page looks for it and goes on when it is back.", is_bad=True)
+            self._notice = self.server.gui.add_markdown(
+                f"**Not connected:** {reason}. This page goes on when it is back.", order=-1.0
+            )
+            for feature in self.features:
+                feature.away(reason)
+        self._away_reason = reason
+
+    def _find_again(self) -> None:
+        if self._away_reason is not None:
+            self._away_reason = None
+            self._notice.remove()
+            self.tell("Back", "What was gone is there again.")
+            for feature in self.features:
+                feature.back()
+
+    def _somebody_came(self, _client: viser.ClientHandle) -> None:
+        self._asking.is_watched = True
+        self._asking.wake()
+
+    def _somebody_left(self, _client: viser.ClientHandle) -> None:
+        self._asking.is_watched = bool(self.server.get_clients())
+
+
+def refused(page: Page, what: str, error: CellwrightError) -> None:
+    """Tell those who look on that something was refused."""
+    page.tell(what, str(error), is_bad=True)

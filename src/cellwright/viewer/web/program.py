@@ -1,0 +1,87 @@
+"""The process of a page: `python -m cellwright.viewer.web.program`.
+
+What it is to do comes as a line of JSON on its standard input (a token has no place among a process's arguments, which
+everybody can read): `address` [host, port] of what is served, `host` and `port` to listen at, `token`, `title`. It
+answers with one line of JSON: `url`, or `error`. It ends when its standard input does, and so with its parent.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+import signal
+import sys
+import threading
+from typing import Any, TextIO
+
+import viser
+
+from cellwright.errors import CellwrightError
+from cellwright.viewer.web.bodies import Bodies
+from cellwright.viewer.web.door import Door
+from cellwright.viewer.web.feature import Feature
+from cellwright.viewer.web.page import Page
+from cellwright.viewer.web.stage import Stage
+
+
+def features() -> list[Feature]:
+    """What a page is made of, in the order of their tabs."""
+    return [Stage(), Bodies()]
+
+
+class Server(viser.ViserServer):
+    """viser's server, which lends this page to nobody: its tunnel through a server on the internet is not opened."""
+
+    def request_share_url(self, verbose: bool = True) -> str | None:  # noqa: ARG002, FBT001
+        """Nothing: there is no tunnel."""
+        return None
+
+
+def main() -> int:
+    """Show a page; the exit status."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a Ctrl-C on the terminal is for the parent, whose end is ours
+    said = _own_stdout()
+    logging.getLogger("websockets").setLevel(logging.CRITICAL)  # whatever a browser sends is no concern of a terminal
+    logging.getLogger("asyncio").setLevel(logging.CRITICAL)
+    line = sys.stdin.readline()
+    if not line:
+        return 0
+    asked: dict[str, Any] = json.loads(line)
+    try:
+        door = Door(str(asked["host"]), int(asked["port"]), token=str(asked.get("token", "")))
+        with door.guards_viser():
+            server = Server(door.host, door.port, label=str(asked.get("title", "Cellwright")), verbose=False)
+    except CellwrightError as error:
+        _say(said, {"error": str(error)})
+        return 1
+    host, port = asked["address"]
+    page = Page(server, (str(host), int(port)), features())
+    threading.Thread(target=_end_with_parent, args=(page,), daemon=True).start()
+    _say(said, {"url": door.url})
+    page.run()
+    server.stop()
+    return 0
+
+
+def _own_stdout() -> TextIO:
+    """The standard output, for this program alone: what viser prints there goes nowhere."""
+    mine = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
+    with open(os.devnull, "w", encoding="utf-8") as nowhere:
+        os.dup2(nowhere.fileno(), sys.stdout.fileno())
+    return mine
+
+
+def _say(out: TextIO, what: dict[str, str]) -> None:
+    out.write(json.dumps(what) + "\n")
+    out.flush()
+
+
+def _end_with_parent(page: Page) -> None:
+    while sys.stdin.readline():
+        pass
+    page.close()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

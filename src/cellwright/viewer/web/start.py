@@ -1,0 +1,88 @@
+"""Starts a page, and ends it."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from contextlib import suppress
+
+from cellwright.errors import UsageError
+
+DEFAULT_PORT = 8080
+LOOPBACK = "127.0.0.1"
+
+_TIME_TO_END = 3.0  # [s]
+
+
+class WebPage:
+    """A page on what is served at an address, in a process of its own, which ends with this one.
+
+    Args:
+        address: host and port where the cell, the robot or the recording is served, now or soon.
+        host: the address at which the page listens for browsers.
+        port: the port; where it is in use, one of the next ones is taken. 0: any that is free.
+        token: what has to be in the page's address; needed where `host` is open to the network.
+        title: what stands above the panel.
+
+    Attributes:
+        url: where a browser finds it, with the token in it.
+
+    Raises:
+        UsageError: it cannot be shown; the text says why.
+    """
+
+    def __init__(
+        self,
+        address: tuple[str, int],
+        *,
+        host: str = LOOPBACK,
+        port: int = DEFAULT_PORT,
+        token: str = "",
+        title: str = "Cellwright",
+    ) -> None:
+        self._process = subprocess.Popen(
+            [sys.executable, "-P", "-m", "cellwright.viewer.web.program"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            encoding="utf-8",
+        )
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        asked = {"address": list(address), "host": host, "port": port, "token": token, "title": title}
+        with suppress(OSError):
+            self._process.stdin.write(json.dumps(asked) + "\n")
+            self._process.stdin.flush()
+        line = self._process.stdout.readline()
+        try:
+            answer = json.loads(line)
+        except ValueError:
+            answer = {"error": "its process has ended"}
+        if "url" not in answer:
+            self.close()
+            raise UsageError(f"no page can be shown: {answer['error']}")
+        self.url = str(answer["url"])
+
+    @property
+    def is_open(self) -> bool:
+        """Whether its process still runs."""
+        return self._process.poll() is None
+
+    @property
+    def pid(self) -> int:
+        """Id of its process."""
+        return self._process.pid
+
+    def close(self) -> None:
+        """End it."""
+        process = self._process
+        for stream in (process.stdin, process.stdout):
+            if stream is not None:
+                with suppress(OSError):
+                    stream.close()
+        try:
+            process.wait(_TIME_TO_END)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()

@@ -1,0 +1,144 @@
+"""Who is let in to a page, and who is not."""
+
+import http.client
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+import viser
+import websockets.asyncio.server
+from websockets.datastructures import Headers
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import connect
+from websockets.typing import Origin
+
+from cellwright.errors import UsageError
+from cellwright.viewer.web.door import Door
+from cellwright.viewer.web.program import Server
+
+SECRET = "a1b2c3"
+
+
+@contextmanager
+def door(token: str = "") -> Iterator[Door]:
+    found = Door("127.0.0.1", 0, token=token)
+    try:
+        yield found
+    finally:
+        found.socket.close()
+
+
+@contextmanager
+def page(token: str = "") -> Iterator[Door]:
+    """A door with viser behind it."""
+    with door(token) as found:
+        with found.guards_viser():
+            server = Server(found.host, found.port, verbose=False)
+        yield found
+        server.stop()
+
+
+def said(found: Door, path: str = "/", **headers: str) -> str:
+    return found.refusal(path, Headers({"Host": f"127.0.0.1:{found.port}", **headers}))
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1:{}", "localhost:{}", "LOCALHOST", "[::1]:9"])
+def test_this_machine_is_let_in(host: str) -> None:
+    with door() as found:
+        assert found.refusal("/", Headers({"Host": host.format(found.port)})) == ""
+
+
+@pytest.mark.parametrize("host", ["evil.example", "127.0.0.1.evil.example:80", "", "[", "localhost@evil.example"])
+def test_a_name_that_somebody_else_gave_this_machine_is_not(host: str) -> None:
+    with door() as found:
+        assert found.refusal("/", Headers({"Host": host})) != ""
+
+
+def test_a_page_of_somebody_else_is_not_let_in() -> None:
+    with door() as found:
+        own = f"http://127.0.0.1:{found.port}"
+        assert said(found, Origin=own) == ""
+        for origin in ("https://evil.example", "null", "http://127.0.0.1:1", f"{own}.evil.example", ""):
+            assert "has no business here" in said(found, Origin=origin)
+
+
+def test_a_token_is_asked_for() -> None:
+    with door(SECRET) as found:
+        assert found.url == f"http://127.0.0.1:{found.port}/?token={SECRET}"
+        assert said(found, f"/?token={SECRET}") == ""
+        assert said(found, Cookie=f"other=1; cellwright_page_{found.port}={SECRET}") == ""
+        for path in ("/", "/?token=", "/?token=a1b2c4", f"/?Token={SECRET}", f"/{SECRET}"):
+            assert "needs the token" in said(found, path)
+        for cookie in (f"other={SECRET}", "cellwright_page=", "=;;=", "cellwright_page_1=a1b2c"):
+            assert "needs the token" in said(found, Cookie=cookie)
+
+
+def test_two_hosts_are_none() -> None:
+    with door() as found:
+        headers = Headers([("Host", "localhost"), ("Host", "evil.example")])
+        assert found.refusal("/", headers) == "a request names one host"
+        assert found.refusal("/", Headers()) == "a request names one host"
+
+
+def test_the_network_needs_a_token() -> None:
+    with pytest.raises(UsageError, match="open to the network: a page there needs a token"):
+        Door("0.0.0.0", 0)
+
+
+def test_a_port_in_use_is_left_alone() -> None:
+    with door() as first:
+        second = Door("127.0.0.1", first.port)
+        second.socket.close()
+        assert first.port < second.port <= first.port + 20
+
+
+@pytest.mark.parametrize(("host", "port"), [("127.0.0.1", 70_000), ("no such host.invalid", 0), ("192.0.2.1", 0)])
+def test_no_place_to_listen(host: str, port: int) -> None:
+    with pytest.raises(UsageError):
+        Door(host, port, token=SECRET)
+
+
+def test_viser_stands_behind_the_door() -> None:
+    protocol = websockets.Subprotocol(f"viser-v{viser.__version__}")
+    with page(SECRET) as found:
+        for path, status in (("/", 403), (f"/?token={SECRET}", 200)):
+            line = http.client.HTTPConnection(found.host, found.port, timeout=30)
+            line.request("GET", path)
+            answer = line.getresponse()
+            body = answer.read()
+            assert answer.status == status
+            assert (b"<html" in body.lower()) == (status == 200)
+            cookie = answer.headers.get("Set-Cookie", "")
+            line.close()
+        address = f"ws://127.0.0.1:{found.port}"
+        with pytest.raises(InvalidStatus, match="403"):
+            connect(address, subprotocols=[protocol])
+        shown = {"Cookie": cookie.partition(";")[0]}
+        with pytest.raises(InvalidStatus, match="403"):
+            connect(address, subprotocols=[protocol], additional_headers=shown, origin=Origin("http://evil.example"))
+        with connect(address, subprotocols=[protocol], additional_headers=shown) as browser:
+            assert browser.recv(timeout=30)
+
+
+def test_what_a_browser_sends_ends_nobody_else() -> None:
+    protocol = websockets.Subprotocol(f"viser-v{viser.__version__}")
+    with page() as found:
+        address = f"ws://127.0.0.1:{found.port}"
+        with connect(address, subprotocols=[protocol]) as good:
+            for nonsense in (b"", b"\x80", b"\xff" * 100, "text", b"\x81\xa4type\xa4Nope", b"\x00" * (5 << 20)):
+                with connect(address, subprotocols=[protocol], max_size=None) as bad:
+                    try:
+                        bad.send(nonsense)
+                        for _ in range(100):
+                            bad.recv(timeout=30)
+                    except (ConnectionClosed, TimeoutError):
+                        continue
+            with connect(address) as of_another_version, pytest.raises(ConnectionClosed):
+                of_another_version.recv(timeout=30)
+            assert good.recv(timeout=30)
+
+
+def test_a_viser_that_cannot_be_guarded_is_none() -> None:
+    with door() as found, pytest.raises(UsageError, match="cannot be guarded"), found.guards_viser():
+        pass
+    assert websockets.asyncio.server.serve.__name__ == "serve"
