@@ -37,9 +37,15 @@ class Desk:
     Args:
         robot: that is driven.
         clock: tells the time of the wall [s].
+        wake: set when there may be something to send.
     """
 
-    def __init__(self, robot: SeenRobot, clock: Callable[[], float] = time.perf_counter) -> None:
+    def __init__(
+        self,
+        robot: SeenRobot,
+        clock: Callable[[], float] = time.perf_counter,
+        wake: threading.Event | None = None,
+    ) -> None:
         self.robot = robot
         self.hands = Hands(len(robot.arms))
         self.joints = JointMoves(robot)
@@ -50,8 +56,7 @@ class Desk:
         """How the robot stands, as heard last."""
         self.reach: tuple[Reach, ...] = ()
         """How it stands with each hand."""
-        self.wake = threading.Event()
-        """Set when there may be something to send."""
+        self.wake = wake or threading.Event()
         self.active = float("-inf")
         """When somebody wanted something last [s]."""
         self._clock = clock
@@ -59,7 +64,8 @@ class Desk:
         self._asks: list[Ask] = []
         self._base: MoveBase | None = None
         self._is_stopping = False
-        self._rests = False
+        self.is_at_rest = False
+        """Whether no joint has moved between the two newest looks."""
         self._lock = threading.RLock()
         self._arm_joints = {joint for group in robot.groups if group.kind == "arm" for joint in group.joints}
 
@@ -68,7 +74,7 @@ class Desk:
     def grab(self, arm: int, browser: int, handle: Pose) -> bool:
         """Somebody takes hold of a hand by its handle at world_T_handle; False if that is not to be had."""
         with self._lock:
-            if not self._may_move() or self.standing is None:
+            if not self._may_move() or self.standing is None or not handle.is_finite():
                 return False
             refusal = self.hands.grab(arm, browser, handle, self.standing)
             if refusal:
@@ -80,7 +86,7 @@ class Desk:
     def drag(self, arm: int, browser: int, handle: Pose) -> None:
         """The handle was moved to world_T_handle."""
         with self._lock:
-            if any(abs(value) > _FARTHEST for value in handle.position):
+            if not handle.is_finite() or any(abs(value) > _FARTHEST for value in handle.position):
                 return
             is_first = self.hands.held(arm) is None
             if self.hands.move(arm, browser, handle, self._clock()):
@@ -151,7 +157,6 @@ class Desk:
     def due(self) -> list[Wish]:
         """What is to be sent now, in order."""
         with self._lock:
-            self.wake.clear()
             if self._is_stopping:
                 return [Now.STOP]
             found: list[Wish] = list(self._asks)
@@ -206,7 +211,7 @@ class Desk:
         with self._lock:
             now, before = self._clock(), self.standing
             self.delay.look(standing, now)
-            self._rests = before is not None and _is_at_rest(before, standing)
+            self.is_at_rest = before is not None and _is_at_rest(before, standing)
             has_begun_anew = before is not None and standing.time < before.time
             self.standing = standing
             self.reach = tuple(
@@ -238,7 +243,7 @@ class Desk:
 
     def _begin(self, *, is_first: bool) -> None:
         self.active = self._clock()
-        if is_first and self._rests and self.standing is not None:
+        if is_first and self.is_at_rest and self.standing is not None:
             self.delay.begin(self.standing, self.active)
         self.wake.set()
 

@@ -17,6 +17,7 @@ from cellwright.operators.services import request
 from cellwright.viewer.web.link import AwayError, Link
 from cellwright.viewer.web.operator.desk import Desk, Wish
 from cellwright.viewer.web.operator.messages import message
+from cellwright.viewer.web.operator.node_clock import NodeClock
 from cellwright.viewer.web.operator.robot import SeenRobot, Standing
 
 NODE = "/browser_operator"
@@ -45,7 +46,7 @@ class Worker:
         """Whether somebody looks on."""
         self._link, self._stop_link, self._service_link = (Link(address, node=NODE) for _ in range(3))
         self._on_robot = on_robot
-        self._ahead = 0  # of the node's clock [ns]
+        self._clock = NodeClock()
         self._asked = float("-inf")
         self._service: threading.Thread | None = None
         self._waiting_for = ""
@@ -60,11 +61,13 @@ class Worker:
     def close(self) -> None:
         """End; nothing more is sent."""
         self._is_over = True
-        self._woken().set()
+        self._wake.set()
         if self._thread.is_alive():
             self._thread.join(_AWAY)
-        for link in (self._link, self._stop_link):
-            link.close()
+        self._link.close()
+        self._stop_link.close()
+        if self._service is None or not self._service.is_alive():  # else it ends with its answer
+            self._service_link.close()
 
     def stop(self) -> None:
         """Emergency stop, now; where nobody can be reached it is sent as soon as somebody can."""
@@ -95,13 +98,11 @@ class Worker:
                 if self.desk is not None:
                     self.desk.answered(str(error))
                 pause = _AWAY
-            if pause > 0.0:
-                self._woken().wait(pause)
-                if pause == _AWAY:
-                    self._woken().clear()
+            self._wake.wait(pause)
 
     def _work(self) -> None:
         now = time.perf_counter()
+        self._wake.clear()
         desk = self.desk
         if desk is not None:
             for wish in desk.due():
@@ -115,10 +116,10 @@ class Worker:
         desk = self.desk
         answer = self._link.ask(PANEL, robot=desk.robot.digest if desk is not None else "")
         if desk is None or answer.get("digest") != desk.robot.digest:
-            desk = Desk(SeenRobot.read(answer))
+            desk = Desk(SeenRobot.read(answer), wake=self._wake)
             self._ask_to_be_ready()
         standing = Standing.read(answer)
-        self._ahead = standing.stamp - time.perf_counter_ns()
+        self._clock.hear(standing.stamp, time.perf_counter())
         desk.see(standing)
         if desk is not self.desk:
             self.desk = desk
@@ -134,7 +135,7 @@ class Worker:
             self._call(desk, wish)
             return
         try:
-            self._link.publish(*message(wish, time.perf_counter_ns() + self._ahead))
+            self._link.publish(*message(wish, self._clock.at(time.perf_counter())))
         except AwayError:
             raise
         except CellwrightError as error:
@@ -150,9 +151,6 @@ class Worker:
 
     def _pause(self) -> float:
         return max(0.0, self._asked + self._period() - time.perf_counter())
-
-    def _woken(self) -> threading.Event:
-        return self._wake if self.desk is None else self.desk.wake
 
     def _lose(self) -> None:
         if self.desk is not None:
@@ -178,5 +176,3 @@ class Worker:
             return
         outcome = "done" if answer.success else "refused"
         desk.answered(f"{ask.value}: {outcome}; {answer.message}" if answer.message else f"{ask.value}: {outcome}")
-
-
