@@ -130,6 +130,7 @@ def test_a_refusal_ends_what_was_wanted_and_is_told(desk: Desk, clock: Clock) ->
     desk.drag(0, ME, UP)
     desk.refused("/vr commands here")
     assert (desk.notes.at(clock()), desk.notes.is_bad) == ("refused: /vr commands here", True)
+    assert set(desk.spurned) == {0}
     desk.drag(0, ME, UP)
     clock.now += 0.1
     assert desk.due() == []

@@ -59,6 +59,8 @@ class Desk:
         self.wake = wake or threading.Event()
         self.active = float("-inf")
         """When somebody wanted something last [s]."""
+        self.spurned: dict[int, Pose] = {}
+        """World_T_tip of hands as they were wanted when the node refused something; until something else is wanted."""
         self._clock = clock
         self._watches = [ReachOfHand() for _ in robot.arms]
         self._asks: list[Ask] = []
@@ -196,6 +198,8 @@ class Desk:
     def refused(self, reason: str) -> None:
         """The node refused what it was told: all that was wanted is over."""
         with self._lock:
+            held = {arm: self.hands.held(arm) for arm in range(len(self.robot.arms))}
+            self.spurned = {arm: pose for arm, pose in held.items() if pose is not None}
             self._forget()
             self._tell(f"refused: {reason}", kind="refused", is_bad=True)
 
@@ -243,6 +247,7 @@ class Desk:
 
     def _begin(self, *, is_first: bool) -> None:
         self.active = self._clock()
+        self.spurned.clear()
         if is_first and self.is_at_rest and self.standing is not None:
             self.delay.begin(self.standing, self.active)
         self.wake.set()

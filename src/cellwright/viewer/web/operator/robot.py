@@ -109,6 +109,7 @@ class Standing:
         is_stopped: whether its emergency stop is on.
         is_enabled: whether it is switched on.
         is_homing: whether it is on its way home.
+        is_silent: whether joints are held because nothing has come for them.
         message: what the node has to say.
         commander: who commands it.
         taken, refused, ignored: how many commands were.
@@ -127,6 +128,7 @@ class Standing:
     is_stopped: bool
     is_enabled: bool
     is_homing: bool
+    is_silent: bool
     message: str
     commander: str
     taken: int
@@ -155,6 +157,7 @@ class Standing:
                 is_stopped=bool(panel["stopped"]),
                 is_enabled=bool(panel["enabled"]),
                 is_homing=bool(panel["homing"]),
+                is_silent=bool(panel["silent"]),
                 message=str(panel["message"]),
                 commander=str(panel["commander"]),
                 taken=int(panel["taken"]),
