@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -43,7 +42,7 @@ class Controls:
 
     def __init__(self, gui: Any, desk: Desk, handles: Handles, stop: Callable[[], None]) -> None:
         self._gui, self._desk, self._all_handles = gui, desk, handles
-        self._switched = self._followed = float("-inf")
+        self._switched = self._followed = self._now = float("-inf")
         self._made: list[Any] = []
         self._sliders: list[_Slider] = []
         self._grips: list[Any] = []
@@ -164,7 +163,7 @@ class Controls:
 
     async def _switch(self, event: Any) -> None:
         if event.client_id is not None:
-            self._switched = time.perf_counter()
+            self._switched = self._now
             self._desk.ask(Ask.ENABLE if event.target.value else Ask.DISABLE)
 
     def _keep(self, handle: Any) -> Any:
@@ -175,6 +174,7 @@ class Controls:
 
     def show(self, standing: Standing | None, now: float) -> None:
         """Show how the robot stands at `now` [s]."""
+        self._now = now
         if now - self._followed < _FOLLOWS:
             return
         self._followed = now

@@ -90,9 +90,9 @@ class Desk:
         with self._lock:
             if not handle.is_finite() or any(abs(value) > _FARTHEST for value in handle.position):
                 return
-            is_first = self.hands.held(arm) is None
+            had_strayed = self.hands.has_strayed(arm)
             if self.hands.move(arm, browser, handle, self._clock()):
-                self._begin(is_first=is_first)
+                self._begin(is_first=not had_strayed and self.hands.has_strayed(arm))
 
     def release(self, arm: int, browser: int) -> None:
         """The handle was let go of."""

@@ -60,6 +60,11 @@ class Operator(Feature):
             self._handles.show(None)
             self._controls.show(None, time.perf_counter())
 
+    def close(self) -> None:
+        """Drive no more."""
+        if self._worker is not None:
+            self._worker.close()
+
     def _build(self, desk: Desk) -> None:
         page, worker = self._page, self._worker
         assert page is not None

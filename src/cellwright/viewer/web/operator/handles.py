@@ -17,7 +17,7 @@ BESIDE, SHORT, REFUSED = (36, 120, 210), (235, 120, 20), (205, 30, 30)
 """Colours of a ghost: a pose that the hand is on its way to, that it cannot get to, that was refused."""
 
 _SIZE = 0.2  # [m] of a handle
-_RADIUS = 0.03  # [m] of a ghost
+_RADIUS = 0.045  # [m] of a ghost
 _SLIGHT = 5e-4  # [m; rad] by which a handle may be off before it is put right
 
 

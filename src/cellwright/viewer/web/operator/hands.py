@@ -23,6 +23,8 @@ PERIOD = 0.02
 REPEAT = 2.0
 """A handle that is held and rests is repeated for so long [s]: the way to its pose may take some time."""
 
+_STRAYED = 1e-3  # [m; rad]
+
 
 @dataclass(slots=True)
 class _Hold:
@@ -107,6 +109,13 @@ class Hands:
         """World_T_tip that is wanted of a hand whose handle is held and has been moved; None for others."""
         held = self._holds.get(arm)
         return None if held is None else held.pose
+
+    def has_strayed(self, arm: int) -> bool:
+        """Whether a handle that is held wants its hand elsewhere than where it was taken hold of."""
+        held = self._holds.get(arm)
+        if held is None or held.pose is None:
+            return False
+        return math.dist(held.pose.position, held.tip.position) > _STRAYED or angle(held.pose, held.tip) > _STRAYED
 
     def is_held(self, arm: int) -> bool:
         """Whether somebody has hold of a handle."""
