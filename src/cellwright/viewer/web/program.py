@@ -23,12 +23,14 @@ from cellwright.viewer.web.door import Door
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.operator.feature import Operator
 from cellwright.viewer.web.page import Page
+from cellwright.viewer.web.panels.cell import CellPanels
+from cellwright.viewer.web.panels.time_controls import TimeControls
 from cellwright.viewer.web.stage import Stage
 
 
 def features() -> list[Feature]:
     """What a page is made of, in the order of their tabs."""
-    return [Stage(), Bodies(), Operator()]
+    return [Stage(), CellPanels(), Operator(), TimeControls(), Bodies()]
 
 
 class Server(viser.ViserServer):

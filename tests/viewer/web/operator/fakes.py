@@ -1,4 +1,4 @@
-"""Stand-ins for viser's handles: they keep what they are given, count what is set, and can be used like by a browser."""
+"""Stand-ins for viser's handles: they keep what they are given, count what is set, and are used as by a browser."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class FakeGui:
     """Makes what stands in a panel."""
 
     def __init__(self) -> None:
-        self.made: list[FakeHandle] = []
+        self.made: list[Any] = []
 
     def __getattr__(self, method: str) -> Callable[..., FakeHandle]:
         if not method.startswith("add_"):
@@ -70,14 +70,16 @@ class FakeGui:
 
         def add(name: str, options: Any = None, **values: Any) -> FakeHandle:
             first = {"value": values.pop("initial_value", None), "content": name, "label": name}
-            handle = FakeHandle(method.removeprefix("add_"), name, {"visible": True, "disabled": False, **first, **values})
+            handle = FakeHandle(
+                method.removeprefix("add_"), name, {"visible": True, "disabled": False, **first, **values}
+            )
             handle.__dict__["options"] = options
             self.made.append(handle)
             return handle
 
         return add
 
-    def find(self, kind: str, name: str) -> FakeHandle:
+    def find(self, kind: str, name: str) -> Any:
         """What was made under a name."""
         return next(each for each in self.made if (each.kind, each.name) == (kind, name))
 
@@ -106,8 +108,8 @@ class FakePage:
             gui=FakeGui(),
             scene=FakeScene(),
             get_clients=dict,
-            on_client_connect=lambda callback: None,  # noqa: ARG005
-            on_client_disconnect=lambda callback: None,  # noqa: ARG005
+            on_client_connect=lambda callback: None,
+            on_client_disconnect=lambda callback: None,
         )
 
     def tab(self, name: str) -> Any:

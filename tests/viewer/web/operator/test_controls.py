@@ -115,16 +115,17 @@ def test_stop_home_and_switch(tab: Tab) -> None:
     assert tab.stops == 1
     tab.gui.find("button", "Go home").use(ME)
     assert tab.desk.due() == [Ask.HOME]
-    switch, clear = tab.gui.find("checkbox", "Takes commands"), tab.gui.find("button", "End the emergency stop")
+    switch: Any = tab.gui.find("checkbox", "Takes commands")
+    clear: Any = tab.gui.find("button", "End the emergency stop")
     switch.use(ME, value=False)
     assert tab.desk.due() == [Ask.DISABLE]
     assert not clear.visible
     tab.see(5.0, is_stopped=True, is_enabled=False)
-    assert switch.value is False
+    assert not switch.value
     assert clear.visible
     assert tab.gui.find("button", "Go home").disabled
     tab.see(5.0)
-    assert switch.value is True
+    assert switch.value
     assert tab.desk.due() == [], "what follows is no wish"
     clear.use(ME)
     assert tab.desk.due() == [Ask.CLEAR_STOP]
