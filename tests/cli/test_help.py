@@ -18,6 +18,7 @@ COMMANDS = [
     "eval",
     "serve",
     "teleop",
+    "replay",
     "check",
     "plot",
     "trials",

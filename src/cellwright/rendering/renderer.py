@@ -14,6 +14,9 @@ from cellwright.rendering.raycast import RayCaster
 from cellwright.scene import Frame, Scene
 from cellwright.scene.model import SceneModel
 
+RAYS = "rays"
+"""What a renderer says that draws with no graphics library."""
+
 
 class Renderer(Protocol):
     """Draws one scene, over and over."""
@@ -62,7 +65,7 @@ class CastRenderer:
     """
 
     def __init__(self, scene: Scene) -> None:
-        self.says = "rays"
+        self.says = RAYS
         self._scene = SceneModel(scene)
 
     def colour(

@@ -17,7 +17,7 @@ from rich.console import Console
 
 from cellwright.agents.agent import Agent
 from cellwright.cell import Cell
-from cellwright.cli import exit_status
+from cellwright.cli import exit_status, recorded, videos
 from cellwright.cli.run import document, score_table
 from cellwright.cli.run import over as run_over
 from cellwright.cli.run.attended import Attended
@@ -30,7 +30,8 @@ from cellwright.kitting.score.scorer import GameScore
 from cellwright.kitting.score.trial_score import Averages, TrialScore, trial_score
 from cellwright.recording.run_log import RunLog
 from cellwright.rendering.camera import Camera
-from cellwright.run import Outcome, RunOptions, RunResult, run_cell
+from cellwright.run import Outcome, RecordOptions, RunOptions, RunResult, run_cell
+from cellwright.viewer.filming import Filming, Made, VideoWish
 
 
 @dataclass
@@ -50,7 +51,9 @@ class Turn:
         camera: where pictures are taken from.
         snapshots: times [s] and files of pictures.
         picture: write one at the end.
+        video: a video to be written; one of a run that begins anew has a file of its own.
         log: file for what happens.
+        record: how it is recorded; None for not at all.
         least: score that is to be reached.
         spent: averages of all teams, for the score of the trial as in the finals.
         as_json: print the result as JSON, and nothing else on stdout.
@@ -69,7 +72,9 @@ class Turn:
     camera: Camera
     snapshots: Sequence[tuple[Fraction, Path]]
     picture: bool
+    video: VideoWish | None
     log: Path | None
+    record: RecordOptions | None
     least: float | None
     spent: Averages | None
     as_json: bool
@@ -78,29 +83,42 @@ class Turn:
     """Whether somebody has ended the newest run by Ctrl-C."""
 
     def __post_init__(self) -> None:
+        self._played = 0
         self._progress = RunProgress(self.console, self.cell, until=self.options.until, verbose=self.verbose)
 
     def play(self) -> int:
         """Have the cell worked from start to end, and tell what came of it; the exit status."""
         pictures = Pictures(self.camera, self.snapshots, warn)
         kept = None if self.log is None else RunLog(self.log, about={"agent": self.agent}, report=warn)
-        wanted = replace(self.options, at=pictures.actions(), on_progress=self._progress.update, log=kept)
+        film = self._film()
+        actions = [*videos.actions(film), *pictures.actions()]
+        wanted = replace(self.options, at=actions, on_progress=self._progress.update, log=kept)
+        wanted = replace(wanted, record=recorded.of_turn(self.record, self._played))
         with redirect_stdout(sys.stderr) if self.as_json else nullcontext():  # what an agent prints is no JSON
             worker, self.worker = self.worker, None
             if worker is None and self.make is not None and self.way is None:
                 worker = self.make()
             with self._progress.running(), ended_as_by_ctrl_c():
                 result = self._run(worker, wanted)
+        made = [] if film is None else [film.finish()]
         self.is_interrupted = result.outcome is Outcome.INTERRUPTED
         if self.attended is not None and self.attended.begins_anew:
             self.console.print("the run begins anew")
             return exit_status.NOT_DONE
         pictures.finish(self.cell.simulation.time)
         status = exit_status.of_run(result, has_agent=self.make is not None, min_score=self.least)
-        if pictures.missed or self.cell.checkpoints.missed or not (kept is None or kept.lines.is_whole):
+        is_whole = (kept is None or kept.lines.is_whole) and (film is None or film.is_whole) and result.is_recorded
+        if pictures.missed or self.cell.checkpoints.missed or not is_whole:
             status = status or exit_status.NOT_DONE  # what was asked for is not all there
-        self._tell(result, pictures, status)
+        self._tell(result, pictures, made, status)
         return status
+
+    def _film(self) -> Filming | None:
+        self._played += 1
+        if self.video is None:
+            return None
+        wish = replace(self.video, file=videos.numbered(self.video.file, self._played))
+        return videos.of_cell(self.cell, wish, waits=self.options.speed is None, warn=warn)
 
     def _run(self, worker: Agent | None, wanted: RunOptions) -> RunResult:
         if self.make is not None and self.way is not None:
@@ -117,7 +135,7 @@ class Turn:
             )
         return run_cell(self.cell, worker, wanted) if self.attended is None else self.attended.run(worker, wanted)
 
-    def _tell(self, result: RunResult, pictures: Pictures, status: int) -> None:
+    def _tell(self, result: RunResult, pictures: Pictures, made: list[Made], status: int) -> None:
         cell, console = self.cell, self.console
         final = None if self.spent is None else finals_score(cell.trial, result.score, self.spent)
         if result.error:
@@ -136,10 +154,14 @@ class Turn:
             with bar(console, f"drawing {file}", 1.0) as tell:
                 pictures.take(file, cell, tell)
         if self.as_json:
-            typer.echo(json.dumps(about(), indent=2))
+            typer.echo(json.dumps(about() | {"videos": made}, indent=2))
         else:
+            for each in made:
+                score_table.note(console, "video", videos.sentence(each))
             for written in pictures.written:
                 score_table.note(console, "picture", written)
+            for recording in result.recordings:
+                score_table.note(console, "recording", str(recording))
 
 
 def finals_score(trial: Trial, score: GameScore, spent: Averages) -> TrialScore | None:

@@ -21,13 +21,16 @@ from cellwright.errors import CellwrightError
 from cellwright.viewer.web.bodies import Bodies
 from cellwright.viewer.web.door import Door
 from cellwright.viewer.web.feature import Feature
+from cellwright.viewer.web.operator.feature import Operator
 from cellwright.viewer.web.page import Page
+from cellwright.viewer.web.panels.cell import CellPanels
+from cellwright.viewer.web.panels.time_controls import TimeControls
 from cellwright.viewer.web.stage import Stage
 
 
 def features() -> list[Feature]:
     """What a page is made of, in the order of their tabs."""
-    return [Stage(), Bodies()]
+    return [Stage(), CellPanels(), Operator(), TimeControls(), Bodies()]
 
 
 class Server(viser.ViserServer):
