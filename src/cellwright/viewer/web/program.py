@@ -22,12 +22,13 @@ from cellwright.viewer.web.bodies import Bodies
 from cellwright.viewer.web.door import Door
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.page import Page
+from cellwright.viewer.web.shadows import Shadows
 from cellwright.viewer.web.stage import Stage
 
 
 def features() -> list[Feature]:
     """What a page is made of, in the order of their tabs."""
-    return [Stage(), Bodies()]
+    return [Stage(), Bodies(), Shadows()]
 
 
 class Server(viser.ViserServer):
