@@ -13,6 +13,7 @@ from cellwright.bus import Bus
 from cellwright.competition import Competition
 from cellwright.contracts.gear.binding import bind
 from cellwright.contracts.gear.devices import GearDevices
+from cellwright.contracts.gear.intention import Intention
 from cellwright.contracts.plugin_sensors import make_brought_sensor
 from cellwright.description.trial import Sensor as SensorDescription
 from cellwright.description.trial import ServoProfile, Trial
@@ -112,6 +113,8 @@ class Cell:
         self.sensors = {each.name: make_sensor(each, scene) for each in trial.sensors}
         self.quality = {number: QualityControlSensor(number, scene, trial.faulty_parts) for number in self.trays}
         self.checkpoints = Checkpoints(report)
+        self.intention = Intention()
+        """What the agent says that it is about; no part of the state."""
         for device in self._devices():
             self.simulation.add(device)
         self.in_competition = competition
@@ -139,6 +142,7 @@ class Cell:
 
     def reset(self) -> None:
         """Begin a run: time 0, everything in its first place."""
+        self.intention.forget()
         self.simulation.reset()
 
     def step(self) -> None:
@@ -189,6 +193,7 @@ class Cell:
             agvs=self.agvs,
             sensors=self.sensors,
             quality=self.quality,
+            intention=self.intention,
         )
 
     def _make_demo_tray(self) -> DemoTray | None:

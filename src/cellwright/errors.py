@@ -60,6 +60,10 @@ class DescriptionError(CellwrightError):
         super().__init__("\n".join(map(str, self.problems)))
 
 
+class RecordingError(UsageError):
+    """A recording of a run that cannot be read, or holds something else than it should."""
+
+
 class RejectedCommandError(CellwrightError):
     """A command from outside that was refused as a whole; the cell goes on as if it had not come."""
 

@@ -35,5 +35,6 @@ def test_the_rows_of_one_cell() -> None:
     assert "| `/ariac/agv1/state` | `std_msgs/String` | each step |  | for each AGV |" in text
     assert "| `/ariac/orders` | `osrf_gear/Order` | on event | yes | always |" in text
     assert "## Actions" not in text
-    assert "## Topics to the cell" not in text
+    assert "/ariac/arm/command" not in text
+    assert "| `/cellwright/intention` | `std_msgs/String` | always |" in text
     assert "population" not in text

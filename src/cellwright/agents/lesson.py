@@ -92,7 +92,7 @@ class LessonAgent:
         return self.count == self.parts or self.from_bin
 
     def _fetch_from_bin(self, client: Client, number: int) -> None:
-        log.info("fetching piston rod %d from the bin", number + 1)
+        _intend(client, "fetching piston rod %d from the bin", number + 1)
         self._send(client, changed(PICK, RAIL, WAYPOINTS[PICK][RAIL] + STEP * number))
         client.sleep(1.0)
         client.control_gripper(True)
@@ -109,7 +109,7 @@ class LessonAgent:
 
     def _fetch_from_belt(self, client: Client) -> None:
         if not self.by_belt:
-            log.info("taking up position by the belt")
+            _intend(client, "taking up position by the belt")
             self._send(client, BY_BELT)
             client.sleep(1.5)
             self.by_belt = True
@@ -117,7 +117,7 @@ class LessonAgent:
         if not self.beam_broken:
             return
         self.last_seen = client.time
-        log.info("the beam is broken: lowering")
+        _intend(client, "the beam is broken: lowering")
         client.sleep(0.3)
         client.control_gripper(True)
         self._send(client, changed(ON_BELT, SHOULDER_LIFT, -0.66))
@@ -128,7 +128,7 @@ class LessonAgent:
         client.sleep(1.0)
         if not self._holds(client):
             return
-        log.info("delivering gear %d", self.count + 1)
+        _intend(client, "delivering gear %d", self.count + 1)
         self._send(client, changed(PLACE, SHOULDER_PAN, 1.65 - self.count * STEP))
         client.sleep(1.5)
         client.control_gripper(False)
@@ -141,7 +141,7 @@ class LessonAgent:
         """Whether the cup holds something; if it does not, the arm goes back to wait for the next part."""
         if client.gripper_attached:
             return True
-        log.info("the cup is empty: going back")
+        _intend(client, "the cup is empty: going back")
         self._send(client, BY_BELT)
         client.sleep(0.5)
         return False
@@ -156,3 +156,9 @@ def changed(waypoint: int, joint: int, value: float) -> tuple[float, ...]:
     positions = list(WAYPOINTS[waypoint])
     positions[joint] = value
     return tuple(positions)
+
+
+def _intend(client: Client, text: str, *arguments: Any) -> None:
+    """Say what is done next, in the log and to those who look on."""
+    log.info(text, *arguments)
+    client.intend(text % arguments)

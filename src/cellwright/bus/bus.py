@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
+from cellwright.bus.given import Given, How
 from cellwright.bus.later import Later
 from cellwright.bus.refusals import Refusals
 from cellwright.bus.topics import Callback, Direction, Handler, Publisher, Subscription, Topic
@@ -63,6 +64,8 @@ class Bus:
         self._topics: dict[str, Topic] = {}
         self._services: dict[str, _Service] = {}
         self.refusals = Refusals(now, report)
+        self.on_given: list[Callable[[Given], None]] = []
+        """Called with everything that comes from outside and could be handled, before it is, refused then or not."""
 
     # ---------------------------------------------------------------- for the cell
 
@@ -152,6 +155,8 @@ class Bus:
             taken = _fitting(message, entry.message_class, topic)
         except RejectedCommandError as error:
             raise self._refused(topic, node, error) from None
+        if self.on_given:
+            self.note(Given(How.PUBLISH, topic, taken, node))
         refusal: RejectedCommandError | None = None
         try:
             entry.handler(taken, node)
@@ -174,7 +179,10 @@ class Bus:
         if entry is None:
             raise self._refused(service, node, UnknownNameError("service", service, sorted(self._services)))
         try:
-            response = entry.handler(_fitting(request, entry.type.request, service), node)
+            taken = _fitting(request, entry.type.request, service)
+            if self.on_given:
+                self.note(Given(How.CALL, service, taken, node))
+            response = entry.handler(taken, node)
         except RejectedCommandError as error:
             raise self._refused(service, node, error) from None
         if isinstance(response, Later):
@@ -182,6 +190,11 @@ class Bus:
         if type(response) is not entry.type.response:
             raise UsageError(f"{service} must answer with {type_of(entry.type.response)}, not {said(response)}")
         return response
+
+    def note(self, given: Given) -> None:
+        """Tell those who take notes of what comes from outside; for what comes past the bus, before it is done."""
+        for take_note in self.on_given:
+            take_note(given)
 
     # ---------------------------------------------------------------- who is there
 

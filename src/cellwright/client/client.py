@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -9,7 +10,7 @@ from typing import Any
 
 from cellwright.client.session import Latest, Session
 from cellwright.client.transports.transport import Transport
-from cellwright.errors import UnknownNameError, UsageError
+from cellwright.errors import CellwrightError, UnknownNameError, UsageError
 from cellwright.messages.build import NANOSECONDS, joint_trajectory, trajectory_point
 from cellwright.messages.osrf_gear import (
     AGVControlRequest,
@@ -17,7 +18,7 @@ from cellwright.messages.osrf_gear import (
     Order,
     VacuumGripperControlRequest,
 )
-from cellwright.messages.standard import JointTrajectory
+from cellwright.messages.standard import JointTrajectory, String
 from cellwright.messages.std_srvs import TriggerRequest
 
 ARM_JOINTS = (
@@ -40,6 +41,7 @@ AWAKE = 0.05
 
 _STOPPED = 0.02
 _PREFIX = "/ariac/"
+_INTENTION = "/cellwright/intention"
 _NO_SENSORS = ("competition_state", "current_score", "joint_states", "orders", "trays")
 
 log = logging.getLogger(__name__)
@@ -93,6 +95,14 @@ class Client(Session):
         """Where parts of a type are to be found: `bin7`, `belt`; nowhere for an unknown type."""
         request = GetMaterialLocationsRequest(material_type=material)
         return tuple(unit.unit_id for unit in self.call("/ariac/material_locations", request).storage_units)
+
+    def intend(self, text: str) -> None:
+        """Say in a line what you are about, for people who look on: the panel of the page, recordings.
+
+        It changes nothing in the cell, and a cell that does not listen to it is no error.
+        """
+        with contextlib.suppress(CellwrightError):  # a cell of an earlier version, say
+            self.publish(_INTENTION, String(text))
 
     # ---------------------------------------------------------------- the arm
 

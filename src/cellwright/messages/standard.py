@@ -24,7 +24,9 @@ from rosbags.typesys.stores.ros2_kilted import std_msgs__msg__Bool as Bool
 from rosbags.typesys.stores.ros2_kilted import std_msgs__msg__Float32 as Float32
 from rosbags.typesys.stores.ros2_kilted import std_msgs__msg__Float64 as Float64
 from rosbags.typesys.stores.ros2_kilted import std_msgs__msg__Header as Header
+from rosbags.typesys.stores.ros2_kilted import std_msgs__msg__MultiArrayLayout as MultiArrayLayout
 from rosbags.typesys.stores.ros2_kilted import std_msgs__msg__String as String
+from rosbags.typesys.stores.ros2_kilted import std_msgs__msg__UInt8MultiArray as UInt8MultiArray
 from rosbags.typesys.stores.ros2_kilted import tf2_msgs__msg__TFMessage as TFMessage
 from rosbags.typesys.stores.ros2_kilted import trajectory_msgs__msg__JointTrajectory as JointTrajectory
 from rosbags.typesys.stores.ros2_kilted import trajectory_msgs__msg__JointTrajectoryPoint as JointTrajectoryPoint
@@ -43,6 +45,7 @@ __all__ = [
     "JointTrajectory",
     "JointTrajectoryPoint",
     "LaserScan",
+    "MultiArrayLayout",
     "Point",
     "Pose",
     "PoseArray",
@@ -54,5 +57,6 @@ __all__ = [
     "Time",
     "Transform",
     "TransformStamped",
+    "UInt8MultiArray",
     "Vector3",
 ]

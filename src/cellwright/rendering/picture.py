@@ -73,10 +73,9 @@ def render(
     Raises:
         UsageError: if `width`, `height`, `samples` or `threads` is out of range.
     """
-    limits = {"width": (width, LARGEST_SIDE), "height": (height, LARGEST_SIDE), "samples": (samples, 8)}
-    for name, (value, largest) in limits.items():
-        if not 1 <= value <= largest:
-            raise UsageError(f"the {name} of a picture is between 1 and {largest}, not {value}")
+    check_size(width, height)
+    if not 1 <= samples <= 8:
+        raise UsageError(f"the number of samples of a picture is between 1 and 8, not {samples}")
     if threads is not None and threads < 1:
         raise UsageError(f"a picture takes at least one thread, not {threads}")
     tell = progress or (lambda _: None)
@@ -112,6 +111,17 @@ def render(
             pool.shutdown(cancel_futures=True)
             raise
     return picture
+
+
+def check_size(width: int, height: int) -> None:
+    """Refuse a picture that is empty, or too large.
+
+    Raises:
+        UsageError: it is.
+    """
+    for name, value in (("width", width), ("height", height)):
+        if not 1 <= value <= LARGEST_SIDE:
+            raise UsageError(f"the {name} of a picture is between 1 and {LARGEST_SIDE}, not {value}")
 
 
 def save_picture(

@@ -14,19 +14,19 @@ from cellwright.rendering.lamps import LampGroup
 from cellwright.rendering.raycast import Hits, RayCaster
 from cellwright.rendering.surfaces import Surfaces
 
-_KEY = np.array((1.0, 0.955, 0.88), np.float32) * 1.12
-_SKY = np.array((0.86, 0.93, 1.0), np.float32) * 0.52
-_GROUND = np.array((0.95, 0.92, 0.88), np.float32) * 0.27
-_BURIED = 0.22  # share of the sky's light that reaches the deepest corner, from other walls
+KEY = np.array((1.0, 0.955, 0.88), np.float32) * 1.12
+SKY = np.array((0.86, 0.93, 1.0), np.float32) * 0.52
+GROUND = np.array((0.95, 0.92, 0.88), np.float32) * 0.27
+BURIED = 0.22  # share of the sky's light that reaches the deepest corner, from other walls
 
-_HIGHLIGHT = 0.35  # share of the lamp's light in the middle of a highlight
-_SHARPNESS = (8.0, 128.0)  # exponents of Blinn's highlight at a shininess of 0 and of 1
+HIGHLIGHT = 0.35  # share of the lamp's light in the middle of a highlight
+SHARPNESS = (8.0, 128.0)  # exponents of Blinn's highlight at a shininess of 0 and of 1
 
-_HORIZON = np.array((0.60, 0.66, 0.72), np.float32)
-_ZENITH = np.array((0.20, 0.30, 0.44), np.float32)
-_HAZE_START, _HAZE_END = 9.0, 26.0  # [m]
+HORIZON = np.array((0.60, 0.66, 0.72), np.float32)
+ZENITH = np.array((0.20, 0.30, 0.44), np.float32)
+HAZE_START, HAZE_END = 9.0, 26.0  # [m]
 
-_KNEE = 0.6  # amount of light above which the screen gets less than proportionally brighter
+KNEE = 0.6  # amount of light above which the screen gets less than proportionally brighter
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,15 +84,15 @@ class Shader:
         to_lamp = _unit(self.light.key.centre - self.eye - ray * hits.distance[at][:, None])
         direct = np.maximum(0, _cosine(to_lamp, normal)) * key[at]
         up = 0.5 + 0.5 * normal[:, 2:].astype(np.float32)
-        around = (_SKY * up + _GROUND * (1 - up)) * (_BURIED + (1 - _BURIED) * sky[at])[:, None]
-        lit = albedo[at] * (direct[:, None] * _KEY + around)
+        around = (SKY * up + GROUND * (1 - up)) * (BURIED + (1 - BURIED) * sky[at])[:, None]
+        lit = albedo[at] * (direct[:, None] * KEY + around)
 
-        sharpness = _SHARPNESS[0] + (_SHARPNESS[1] - _SHARPNESS[0]) * self.surfaces.shininess[geom]
+        sharpness = SHARPNESS[0] + (SHARPNESS[1] - SHARPNESS[0]) * self.surfaces.shininess[geom]
         highlight = np.maximum(0, _cosine(_unit(to_lamp - ray), normal)) ** sharpness
-        highlight *= _HIGHLIGHT * self.surfaces.specular[geom] * key[at] * (direct > 0)
-        lit += highlight[:, None] * _KEY
+        highlight *= HIGHLIGHT * self.surfaces.specular[geom] * key[at] * (direct > 0)
+        lit += highlight[:, None] * KEY
 
-        haze = _smooth((hits.distance[at] - _HAZE_START) / (_HAZE_END - _HAZE_START))[:, None]
+        haze = _smooth((hits.distance[at] - HAZE_START) / (HAZE_END - HAZE_START))[:, None]
         result[at] = lit * (1 - haze) + result[at] * haze
         return result
 
@@ -100,7 +100,7 @@ class Shader:
 def background(directions: NDArray[np.float64]) -> NDArray[np.float32]:
     """The light (n, 3) where there is nothing, linear: bright from below up to the horizon, darker above."""
     height = _smooth(directions[:, 2] / 0.7)[:, None]
-    return (_HORIZON * (1 - height) + _ZENITH * height).astype(np.float32)
+    return (HORIZON * (1 - height) + ZENITH * height).astype(np.float32)
 
 
 def to_screen(light: NDArray[np.float32]) -> NDArray[np.uint8]:
@@ -110,9 +110,9 @@ def to_screen(light: NDArray[np.float32]) -> NDArray[np.uint8]:
     line smoothly, so that bright surfaces keep some of their colour and shape.
     """
     x = np.maximum(light, 0)
-    room = np.float32(1 - _KNEE)
-    over = np.maximum(x - _KNEE, 0)
-    shown = np.minimum(x, _KNEE) + room * over / (over + room)
+    room = np.float32(1 - KNEE)
+    over = np.maximum(x - KNEE, 0)
+    shown = np.minimum(x, KNEE) + room * over / (over + room)
     srgb = np.where(shown <= 0.0031308, 12.92 * shown, 1.055 * np.maximum(shown, 0.0031308) ** (1 / 2.4) - 0.055)
     return (srgb * 255 + 0.5).astype(np.uint8)
 

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 _UNSET = (0.5, 0.5, 0.5, 1.0)
 """The engine's default colour of a geom; a geom with a material that has this colour shows the material's."""
 
-_TILE = 1.0  # [m], spacing of the lines on a floor without texture
-_LINE = 0.012  # [m], width of these lines
-_LINE_SHADE = 0.8  # factor on the colour
+TILE = 1.0  # [m], spacing of the lines on a floor without texture
+LINE = 0.012  # [m], width of these lines
+LINE_SHADE = 0.8  # factor on the colour
 
-_PLASTIC_SPECULAR = 0.3
-_PLASTIC_SHININESS = 0.4
+PLASTIC_SPECULAR = 0.3
+PLASTIC_SHININESS = 0.4
 
 
 def geom_colours(model: mujoco.MjModel) -> NDArray[np.float64]:
@@ -62,9 +62,9 @@ class Surfaces:
         has_material = material >= 0
         self.opacity = colours[:, 3].astype(np.float32)
         """(ngeom,) 0..1."""
-        self.specular = np.full(model.ngeom, _PLASTIC_SPECULAR, np.float32)
+        self.specular = np.full(model.ngeom, PLASTIC_SPECULAR, np.float32)
         """(ngeom,) how strong highlights are, 0..1."""
-        self.shininess = np.full(model.ngeom, _PLASTIC_SHININESS, np.float32)
+        self.shininess = np.full(model.ngeom, PLASTIC_SHININESS, np.float32)
         """(ngeom,) how small highlights are, 0..1."""
         self.specular[has_material] = model.mat_specular[material[has_material]]
         self.shininess[has_material] = model.mat_shininess[material[has_material]]
@@ -97,11 +97,11 @@ class Surfaces:
 def _lines(local: NDArray[np.float64], footprint: NDArray[np.float64]) -> NDArray[np.float32]:
     """The factor (n,) that the joints between floor tiles put on the floor's colour at `local` (n, 2) [m]."""
     # The share of a pixel that a line covers: the overlap of two intervals, along either axis.
-    offset = np.abs(local - np.round(local / _TILE) * _TILE)
+    offset = np.abs(local - np.round(local / TILE) * TILE)
     pixel = np.maximum(footprint, 1e-6)[:, None]
-    covered = np.clip((_LINE + pixel) / 2 - offset, 0, np.minimum(_LINE, pixel)) / pixel
+    covered = np.clip((LINE + pixel) / 2 - offset, 0, np.minimum(LINE, pixel)) / pixel
     share = 1 - (1 - covered[:, 0]) * (1 - covered[:, 1])
-    return (1 - (1 - _LINE_SHADE) * share).astype(np.float32)
+    return (1 - (1 - LINE_SHADE) * share).astype(np.float32)
 
 
 def _decal(model: mujoco.MjModel, geom: int) -> _Decal | None:

@@ -11,7 +11,7 @@ from functools import partial
 from typing import Any, TypeAlias
 
 from cellwright import errors
-from cellwright.bus import Direction, Later, absolute
+from cellwright.bus import Direction, Given, How, Later, absolute
 from cellwright.bus.served import Served
 from cellwright.errors import CellwrightError, MessageError, ServiceFailedError, UnknownNameError, UsageError
 from cellwright.link.frames import PROTOCOL, QUIET, Frame, FrameError, Kind, read_advance, time_frame
@@ -63,6 +63,8 @@ class Requests:
         """Wishes that time pass, in the order in which they came."""
         self.extras: dict[str, Extra] = {}
         """Services of the server itself, by name. They are not on the bus, and no bridge offers them."""
+        self.acting: set[str] = set()
+        """Those of them that act on what is served: they are noted as commands are."""
         welcome(cell, lockstep=lockstep)  # works out all checksums now, while nobody waits
 
     def carry_out(self, guest: Guest, frame: Frame) -> None:
@@ -167,7 +169,10 @@ class Requests:
     def _call(self, guest: Guest, frame: Frame) -> None:
         extra = self.extras.get(frame.name)
         if extra is not None:
-            answer = json.dumps(extra(frame.json())).encode()
+            asked = frame.json()
+            if frame.name in self.acting:
+                self._cell.bus.note(Given(How.EXTRA, frame.name, asked, frame.node or guest.node))
+            answer = json.dumps(extra(asked)).encode()
         else:
             self._cell.simulation.settle_inbox()
             service: ServiceType | None = self._services.get(frame.name)

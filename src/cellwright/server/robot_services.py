@@ -38,10 +38,10 @@ class RobotServices:
         """Answer on a server, and let whoever asks there move the robot past its topics."""
         self.offer_state(server)
         server.offer(services.DESCRIBE, self.describe)
-        server.offer(services.MOVE, self.move)
-        server.offer(services.PLACE, self.place)
-        server.offer(services.MOVE_TIP, self.move_tip)
-        server.offer(services.PLACE_BASE, self.place_base)
+        server.offer(services.MOVE, self.move, acts=True)
+        server.offer(services.PLACE, self.place, acts=True)
+        server.offer(services.MOVE_TIP, self.move_tip, acts=True)
+        server.offer(services.PLACE_BASE, self.place_base, acts=True)
 
     def offer_state(self, server: Server) -> None:
         """Tell on a server how the robot is, and no more."""

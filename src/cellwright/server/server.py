@@ -108,9 +108,17 @@ class Server:
         else:
             asked.guest.say(refusal(asked.number, refused))
 
-    def offer(self, service: str, handler: Extra) -> None:
-        """Offer a service of the server itself: JSON in and out. It is not on the bus."""
+    def offer(self, service: str, handler: Extra, *, acts: bool = False) -> None:
+        """Offer a service of the server itself: JSON in and out. It is not on the bus.
+
+        Args:
+            service: its name.
+            handler: answers.
+            acts: whether it changes what is served; then those who take notes of commands hear of it as well.
+        """
         self._requests.extras[service] = handler
+        if acts:
+            self._requests.acting.add(service)
 
     def wait(self, seconds: float, *, until_asked: bool = True) -> None:
         """Serve guests for so long [s] of wall time. With 0 each still has its turn.

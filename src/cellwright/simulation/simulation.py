@@ -61,6 +61,8 @@ class Simulation:
         self.watches = Watches()
         self.inbox = Inbox()
         self.devices: dict[str, Device] = {}
+        self.on_reset: list[Callable[[], None]] = []
+        """Called when time is about to begin anew, with all still as it was."""
         self.runs = 0
         """How many runs have begun, for those who look on: at another number time is another. It is no state."""
         self._first_pose = first_pose
@@ -125,6 +127,8 @@ class Simulation:
         Raises:
             SimulationError: the engine cannot reckon with the model.
         """
+        for tell in self.on_reset:
+            tell()
         self.runs += 1
         mujoco.mj_resetData(self.model, self.data)
         for name, values in self._pristine.items():

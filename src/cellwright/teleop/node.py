@@ -85,7 +85,10 @@ class RobotNode:
             notices = Notices(lambda: self.simulation.now, report)
             self.told = told
             """The time that messages carry [ns]."""
-            gate = Gate(safety, lambda: self.simulation.now, told)
+            self.arrived = told()
+            """When the newest command came, as the stamps of messages count [ns]."""
+            self.bus.on_given.append(lambda _given: setattr(self, "arrived", told()))
+            gate = Gate(safety, lambda: self.simulation.now, lambda: self.arrived)
             self.commander = Commander(self.driver, config.robot, safety, gate, notices)
             self.homing = Homing(config, self.commander)
             self.base = Base(config)

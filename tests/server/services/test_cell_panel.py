@@ -10,8 +10,9 @@ import pytest
 
 from cellwright.cell import Cell
 from cellwright.messages.osrf_gear import AGVControlRequest
+from cellwright.messages.standard import String
 from cellwright.server.services.cell_panel import CellPanel
-from tests.cells import KITTING, WHOLE, call, order, run, start
+from tests.cells import KITTING, WHOLE, call, order, publish, run, start
 
 FAULTY = replace(KITTING, faulty_parts=frozenset({"gear_part_2"}))
 
@@ -150,3 +151,11 @@ def test_what_stands_where_is_told_too() -> None:
     assert told["gripper"] == {"enabled": False, "attached": False, "part": None}
     assert told["refused"]["belt"].startswith("not in a competition")
     assert panel(Cell(WHOLE, competition=False))["refused"] == {}
+
+
+def test_what_the_agent_is_about_is_told_with_its_time() -> None:
+    cell = Cell(KITTING)
+    assert panel(cell)["intention"] is None
+    run(cell, 0.5)
+    publish(cell, "/cellwright/intention", String("fetching a gear"), node="/robot")
+    assert panel(cell)["intention"] == {"text": "fetching a gear", "node": "/robot", "time": 0.5}

@@ -79,10 +79,16 @@ class Strategy:
     def _say(self, text: str, *arguments: Any) -> None:
         log.info("%.1f s: " + text, self._client.time, *arguments)
 
+    def _intend(self, text: str, *arguments: Any) -> None:
+        """Say what is done next, to those who look on too."""
+        self._say(text, *arguments)
+        self._client.intend(text % arguments)
+
     # ---------------------------------------------------------------- kits
 
     def await_order(self) -> State | None:
         """Wait until there is a kit to build; the end comes when the competition is over."""
+        self._client.intend("waiting for an order")
         self._client.wait_until(lambda: bool(self._orders.open_kits()) or self._is_over())
         return self.choose_kit if self._orders.open_kits() else None
 
@@ -96,7 +102,7 @@ class Strategy:
         kit.station = next(station for number, station in STATIONS.items() if agvs.is_ready(number))
         agvs.rest()
         self._last_progress = self._client.time
-        self._say("building %s on AGV %d", kit.kit_type, kit.station.number)
+        self._intend("building %s on AGV %d", kit.kit_type, kit.station.number)
         return partial(self.choose_part, kit)
 
     def submit(self, kit: Kit) -> State | None:
@@ -107,7 +113,7 @@ class Strategy:
         self._client.sleep(1.0)
         self._client.wait_until(lambda: agvs.is_ready(number), 30.0)
         types = ", ".join(part_type for part_type, _ in kit.lying) or "nothing"
-        self._say("sending AGV %d with %s: %s", number, kit.kit_type, types)
+        self._intend("sending AGV %d with %s: %s", number, kit.kit_type, types)
         kit.sendings += 1
         kit.is_sent = self._client.control_agv(number, kit.kit_type) or kit.sendings >= SENDINGS
         if not kit.is_sent:
@@ -151,7 +157,7 @@ class Strategy:
         """Nothing is in reach: wait where the belt brings something, if it does, until it does."""
         types = {task.type for task in kit.open_tasks}
         if any("belt" in self._client.material_locations(each) for each in types):
-            self._say("waiting by the belt for %s", ", ".join(sorted(types)))
+            self._intend("waiting by the belt for %s", ", ".join(sorted(types)))
             hover = Pose.from_rpy((1.21, WAITING_Y, 1.0), (0.0, 0.0, 0.0))
             self._arm.travel(hover, WAITING_Y - 0.3)
             until = self._client.time + 15.0
@@ -164,7 +170,7 @@ class Strategy:
     def fetch(self, kit: Kit, task: Task, part: Sighting) -> State | None:
         """Take a part out of its bin, or from where it was lost on the tray."""
         x, y, _ = part.world_T_part.position
-        self._say("fetching a %s at (%.3f, %.3f)", task.type, x, y)
+        self._intend("fetching a %s at (%.3f, %.3f)", task.type, x, y)
         rail = bin_rail(y) if bin_at(x, y) is not None else kit.station.rail
         attempt = self._supply.failures(part.world_T_part)
         held = self._picker.from_rest(task.type, part.world_T_part, rail, attempt=attempt)
@@ -177,7 +183,7 @@ class Strategy:
     def fetch_from_belt(self, kit: Kit, task: Task, meeting: Meeting) -> State | None:
         """Take a part off the belt."""
         part, y = meeting.part, meeting.y
-        self._say("taking a %s off the belt at y %.2f, at %.1f s", task.type, y, part.time_at(y))
+        self._intend("taking a %s off the belt at y %.2f, at %.1f s", task.type, y, part.time_at(y))
         held = self._picker.from_belt(part, y)
         self._view.belt.forget(part)
         if held is None:
@@ -202,7 +208,7 @@ class Strategy:
             self._placer.throw_away(held)
             return partial(self.choose_part, kit)
         x, y, _ = place.tray_T_part.position
-        self._say("putting the %s at (%.3f, %.3f) of the tray, %s", task.type, x, y, place.distance_text)
+        self._intend("putting the %s at (%.3f, %.3f) of the tray, %s", task.type, x, y, place.distance_text)
         if not self._placer.put_down(held, pose_on_tray(station, task.type, place.tray_T_part), station.rail):
             self._say("it was lost on the way")
             self._client.control_gripper(False)
@@ -233,7 +239,7 @@ class Strategy:
 
     def reject(self, kit: Kit, task: Task, place: Place) -> State | None:
         """Take a faulty part off the tray again."""
-        self._say("the %s is faulty", task.type)
+        self._intend("the %s is faulty: throwing it away", task.type)
         task.tray_T_part = None
         lying = pose_on_tray(kit.station, task.type, place.tray_T_part, drop=0.0)
         if not self._throw_away(kit, task.type, lying, ATTEMPTS):
@@ -247,7 +253,7 @@ class Strategy:
         found = strays(self._view, kit)
         if not found or kit.cleanings >= CLEANINGS:
             return partial(self.submit, kit)
-        self._say("there is a %s too many on the tray", found[0].type)
+        self._intend("there is a %s too many on the tray: taking it off", found[0].type)
         self._throw_away(kit, found[0].type, found[0].world_T_part, 1, kit.cleanings)
         kit.cleanings += 1
         return partial(self.clean, kit)

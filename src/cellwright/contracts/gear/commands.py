@@ -6,6 +6,7 @@ from typing import Any, cast, get_args
 
 from cellwright.bus import Bus, Refusals
 from cellwright.contracts.gear.devices import GearDevices
+from cellwright.contracts.gear.intention import TOPIC as INTENTION
 from cellwright.devices.agv import Agv
 from cellwright.devices.arm import Arm
 from cellwright.devices.gripper.vacuum_gripper import VacuumGripper
@@ -33,6 +34,7 @@ from cellwright.messages.osrf_gear import (
     VacuumGripperControlResponse,
 )
 from cellwright.messages.standard import JointTrajectory as JointTrajectoryMessage
+from cellwright.messages.standard import String
 from cellwright.messages.std_srvs import TriggerRequest, TriggerResponse
 
 SIMULATOR = "/gazebo"
@@ -79,6 +81,7 @@ class Commands:
             bus.listen(
                 "/ariac/arm/command", "trajectory_msgs/JointTrajectory", _arm_handler(devices.arm), node=SIMULATOR
             )
+        bus.listen(INTENTION, "std_msgs/String", self._intention, node=SIMULATOR)
         for name, (type_name, handler) in services.items():
             bus.serve(f"/ariac/{name}", type_name, handler, node=SIMULATOR)
 
@@ -98,6 +101,9 @@ class Commands:
     def _material_locations(self, request: GetMaterialLocationsRequest, _node: str) -> GetMaterialLocationsResponse:
         units = self._locations.locations(request.material_type)
         return GetMaterialLocationsResponse([StorageUnit(unit) for unit in units])
+
+    def _intention(self, message: String, node: str) -> None:
+        self._devices.intention.say(message.data, node, self._devices.simulation.now)
 
     # ---------------------------------------------------------------- cheats
 

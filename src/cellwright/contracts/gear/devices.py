@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cellwright.competition import Competition
+from cellwright.contracts.gear.intention import Intention
 from cellwright.description.trial import Trial
 from cellwright.devices.agv import Agv
 from cellwright.devices.arm import Arm
@@ -34,3 +35,4 @@ class GearDevices:
     agvs: Mapping[int, Agv]
     sensors: Mapping[str, Sensor[Any]]
     quality: Mapping[int, QualityControlSensor]
+    intention: Intention

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from cellwright.contracts.gear.intention import TOPIC as INTENTION
 from cellwright.contracts.table import Competition, Kind, Pace, Row, Where, says, takes
 from cellwright.description.trial import SensorType, Trial
 from cellwright.errors import UsageError
@@ -62,6 +63,8 @@ TRIAL = (
     takes(SERVICE, "/ariac/submit_tray", "osrf_gear/SubmitTray", ALWAYS,
           "Has a tray scored where it stands. There is no answer unless the state is `go`.",
           competition=REFUSES, source=MANAGER),
+    takes(TOPIC, INTENTION, "std_msgs/String", ALWAYS,
+          "What the agent is about, in a line for people who look on; it changes nothing."),
 )
 
 ARM = (

@@ -63,6 +63,7 @@ class CellPanel:
                 "population": None if cell.population is None else cell.population.enabled,
             },
             "gripper": self._gripper(),
+            "intention": self._intention(),
             "refused": {} if not cell.in_competition else {"belt": IN_COMPETITION, "clear": IN_COMPETITION},
             "result": self.result,
         }
@@ -168,6 +169,10 @@ class CellPanel:
             for kit in order.kits
             if not referee.scorer.is_submitted(kit.kit_type)
         ]
+
+    def _intention(self) -> dict[str, Any] | None:
+        said = self._cell.intention
+        return {"text": said.text, "node": said.node, "time": said.time / 1e9} if said.text else None
 
     def _gripper(self) -> dict[str, Any] | None:
         gripper = self._cell.gripper

@@ -1,0 +1,5 @@
+"""A process that draws, so that neither time nor a driver's faults are lost to the process in which a cell runs."""
+
+from cellwright.rendering.worker.client import Pending, RenderingError, RenderWorker
+
+__all__ = ["Pending", "RenderWorker", "RenderingError"]

@@ -1,0 +1,35 @@
+"""A little scene: a red ball on a body of its own, above a grey floor."""
+
+import os
+
+import numpy as np
+import pytest
+
+from cellwright.pose import Pose
+from cellwright.rendering.worker import RenderWorker
+from cellwright.scene import Form, Frame, Layer, Scene, Shape
+
+AT_HOME = Pose((0, 0, 0), (1, 0, 0, 0))
+BALL = Scene(
+    "ball",
+    ("world", "ball"),
+    (
+        Shape(0, Form.PLANE, (0, 0, 1), AT_HOME, (0.7, 0.7, 0.7, 1), Layer.BOTH),
+        Shape(1, Form.SPHERE, (0.5, 0, 0), AT_HOME, (0.9, 0.1, 0.1, 1), Layer.BOTH),
+        Shape(1, Form.BOX, (2, 2, 2), AT_HOME, (0.1, 0.9, 0.1, 1), Layer.TOUCH),
+    ),
+    (),
+)
+
+
+def ball_at(x: float, y: float, z: float, *, shown: bool = True, time: int = 0) -> Frame:
+    poses = np.zeros((2, 7), np.float32)
+    poses[:, 3] = 1
+    poses[1, :3] = x, y, z
+    return Frame(time, poses, np.array([True, shown]))
+
+
+def skip_without_opengl(worker: RenderWorker) -> None:
+    """Where there is no OpenGL what it draws cannot be tested; in CI it has to be there."""
+    if worker.ready.result(60) == "rays" and not os.environ.get("CI"):
+        pytest.skip("there is no OpenGL here; scripts/install-display installs one")

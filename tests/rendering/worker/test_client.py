@@ -1,0 +1,116 @@
+import math
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from cellwright.rendering.camera import Camera
+from cellwright.rendering.renderer import CastRenderer
+from cellwright.rendering.worker import RenderingError, RenderWorker
+from cellwright.rendering.worker.client import WAY
+from tests.rendering.scenes_of_shapes import BALL, ball_at, skip_without_opengl
+
+CAMERA = Camera((0, -4, 2), (0, 0, 1), fov=math.radians(40))
+PATIENCE = 60.0  # [s]
+
+
+@pytest.fixture(scope="module")
+def worker() -> Iterator[RenderWorker]:
+    with RenderWorker(BALL) as worker:
+        skip_without_opengl(worker)
+        yield worker
+
+
+def is_red(picture: np.ndarray) -> np.ndarray:
+    return np.asarray(picture[:, :, 0] > picture[:, :, 1] + 40.0)
+
+
+def test_it_draws_much_what_rays_draw(worker: RenderWorker) -> None:
+    assert "OpenGL" in worker.ready.result(PATIENCE)
+    frame = ball_at(0.3, 0, 1)
+    drawn = worker.colour(frame, CAMERA, 160, 120, samples=4).result(PATIENCE).astype(float)
+    cast = CastRenderer(BALL).colour(frame, CAMERA, 160, 120)
+    assert drawn.shape == (120, 160, 3)
+    assert (is_red(drawn) ^ is_red(cast)).mean() < 0.01  # a rim of pixels
+    assert np.abs(drawn - cast).mean() < 8  # of 255: light, floor, tiles, haze and sky
+
+
+def test_depths_are_those_that_rays_measure(worker: RenderWorker) -> None:
+    frame = ball_at(0.3, 0, 1)
+    drawn = worker.depth(frame, CAMERA, 64, 48).result(PATIENCE)
+    cast = CastRenderer(BALL).depth(frame, CAMERA, 64, 48)
+    assert drawn.dtype == np.float32
+    both = np.isfinite(drawn) & np.isfinite(cast) & (cast < 40)
+    assert np.isinf(drawn[0]).all()
+    assert both.mean() > 0.5
+    apart = np.abs(drawn[both] - cast[both])
+    assert np.quantile(apart, 0.97) < 0.004  # [m]: a ball of triangles is a little thinner
+    assert drawn[24, 37] == pytest.approx(cast[24, 37], abs=0.01)
+
+
+def test_what_is_hidden_is_not_drawn_and_what_moves_is_drawn_where_it_is(worker: RenderWorker) -> None:
+    gone = worker.colour(ball_at(0, 0, 1, shown=False), CAMERA, 160, 120).result(PATIENCE)
+    left, right = (worker.colour(ball_at(x, 0, 1), CAMERA, 160, 120).result(PATIENCE) for x in (-0.5, 0.5))
+    assert not is_red(gone).any()
+    assert np.nonzero(is_red(left))[1].mean() < 70 < 90 < np.nonzero(is_red(right))[1].mean()
+
+
+def test_shadows_can_be_left_out(worker: RenderWorker) -> None:
+    above = Camera((0.01, 0, 8), (0, 0, 0), fov=math.radians(50))
+    with_them, without = (
+        worker.colour(ball_at(0, 0, 1), above, 120, 90, shadows=shadows).result(PATIENCE).astype(float)
+        for shadows in (True, False)
+    )
+    assert (without.mean(axis=2) - with_them.mean(axis=2) > 25).sum() > 30
+
+
+def test_the_same_frame_gives_the_same_picture(worker: RenderWorker) -> None:
+    pictures = [worker.colour(ball_at(0, 0, 1), CAMERA, 160, 120) for _ in range(3)]
+    assert len({pending.result(PATIENCE).tobytes() for pending in pictures}) == 1
+
+
+def test_what_cannot_be_drawn_is_told_and_the_rest_is_drawn(worker: RenderWorker) -> None:
+    bad, good = worker.colour(ball_at(0, 0, 1), CAMERA, -3, 120), worker.depth(ball_at(0, 0, 1), CAMERA, 8, 6)
+    with pytest.raises(RenderingError, match="-3"):
+        bad.result(PATIENCE)
+    assert good.result(PATIENCE).shape == (6, 8)
+
+
+def test_one_that_is_killed_fails_what_waits_and_what_comes() -> None:
+    with RenderWorker(BALL, most=2) as worker:
+        worker.ready.result(PATIENCE)
+        os.kill(worker._process.pid, signal.SIGSTOP)
+        waiting = [worker.depth(ball_at(0, 0, 1), CAMERA, 8, 6) for _ in range(2)]
+        assert not worker.has_room
+        assert not worker.wait_for_room(0.01)
+        with pytest.raises(RenderingError, match=r"within 0\.01 s"):
+            waiting[0].result(0.01)
+        os.kill(worker._process.pid, signal.SIGKILL)
+        for pending in waiting:
+            with pytest.raises(RenderingError, match="has ended"):
+                pending.result(PATIENCE)
+        assert worker.error
+        with pytest.raises(RenderingError, match="has ended"):
+            worker.depth(ball_at(0, 0, 1), CAMERA, 8, 6).result(PATIENCE)
+
+
+@pytest.mark.parametrize("way", ["rays", "osmesa"])
+def test_without_a_graphics_library_rays_take_over(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(WAY, way)
+    with RenderWorker(BALL) as worker:
+        said = worker.ready.result(PATIENCE)
+        assert said == "rays" or (way == "osmesa" and "OpenGL" in said)
+        picture = worker.colour(ball_at(0, 0, 1), CAMERA, 40, 30, samples=1).result(PATIENCE)
+        assert is_red(picture).any()
+
+
+def test_whoever_asks_loads_no_graphics() -> None:
+    program = (
+        "import sys\nfrom cellwright.rendering.worker import RenderWorker\n"
+        "assert not {'OpenGL', 'av', 'matplotlib'} & {*sys.modules}\n"
+    )
+    subprocess.run([sys.executable, "-c", program], check=True, timeout=PATIENCE)
