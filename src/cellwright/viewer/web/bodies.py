@@ -17,6 +17,7 @@ from cellwright.viewer.web.layers import LOOKS, TOUCHED
 from cellwright.viewer.web.moment import Moment
 from cellwright.viewer.web.page import Page
 from cellwright.viewer.web.surfaces import surface
+from cellwright.viewer.web.views import TAB
 
 _FEW = 4
 """So many bodies that look alike, or more, are drawn as one."""
@@ -32,11 +33,20 @@ class Bodies(Feature):
         self._looks: BodyNodes | None = None
         self._touched: BodyNodes | None = None
         self._newest: Frame | None = None
+        self._box: Any = None
 
     def begin(self, page: Page, scene: Scene) -> None:
         """Put the bodies of a scene on the page."""
         self._page, self._newest = page, None
         self._looks, self._touched = BodyNodes(page, scene, "bodies", LOOKS), None
+        if self._box is None:
+            with page.tab(TAB):
+                self._box = page.server.gui.add_checkbox(
+                    "Collision shapes", initial_value=False, hint="What the engine takes the bodies for"
+                )
+            self._box.on_update(lambda _event: self.show_touched(self._box.value))
+        if self._box.value:
+            self.show_touched(True)
 
     def show(self, moment: Moment) -> None:
         """Put them where they are."""

@@ -44,7 +44,7 @@ class Shadows(Feature):
         length = math.hypot(*LAMP)
         root = f"{page.root}/shadows"
         nodes = page.server.scene
-        nodes.add_frame(root, show_axes=False, position=tuple(-_MARGIN * part / length for part in LAMP))
+        nodes.add_frame(root, show_axes=False, position=-_MARGIN / length * np.array(LAMP))
         shapes: dict[int, list[Shape]] = defaultdict(list)
         for shape in scene.shapes:
             if shape.layer in LOOKS and shape.form is not Form.PLANE and shape.colour[3] >= 1:

@@ -1,12 +1,14 @@
-"""Light, sky and ground of the page, and from where one looks at first."""
+"""Light, sky and ground of the page."""
 
 from __future__ import annotations
 
-from cellwright.rendering.views import VIEWS
+from typing import Any
+
 from cellwright.scene import Scene
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.page import Page
 from cellwright.viewer.web.shadows import LAMP
+from cellwright.viewer.web.views import TAB
 
 HAZE = (203, 212, 221)
 """Colour in which the ground ends and the sky begins."""
@@ -23,20 +25,18 @@ class Stage(Feature):
         self._is_set = False
 
     def begin(self, page: Page, scene: Scene) -> None:  # noqa: ARG002
-        """Light, sky, camera."""
+        """Light, sky, ground."""
         server = page.server
         server.gui.configure_theme(show_logo=False, show_share_button=False, brand_color=_BRAND)
-        camera = server.initial_camera
-        view = VIEWS["overview"]
-        camera.position, camera.look_at, camera.up, camera.fov = view.eye, view.target, view.up, view.fov
-        camera.near, camera.far = 0.02, 120.0
         if self._is_set:
             return
         self._is_set = True
         nodes = server.scene
         nodes.configure_default_lights(enabled=False)
         nodes.configure_environment_map("warehouse", environment_intensity=0.12)
-        nodes.add_light_directional("/light/key", color=(255, 246, 232), intensity=2.7, cast_shadow=True, position=LAMP)
+        key = nodes.add_light_directional(
+            "/light/key", color=(255, 246, 232), intensity=2.7, cast_shadow=True, position=LAMP
+        )
         nodes.add_light_hemisphere(
             "/light/sky", sky_color=(225, 236, 255), ground_color=(190, 180, 168), intensity=1.25
         )
@@ -57,3 +57,9 @@ class Stage(Feature):
             shadow_opacity=0.0,
             position=(0.0, 0.0, 0.002),
         )
+        with page.tab(TAB):
+            box = server.gui.add_checkbox("Shadows", initial_value=True, hint="They cost a slow computer most")
+
+        @box.on_update
+        def _(_event: Any) -> None:
+            key.cast_shadow = box.value
