@@ -15,6 +15,7 @@ from cellwright.contracts.gear.binding import bind
 from cellwright.contracts.gear.devices import GearDevices
 from cellwright.contracts.gear.intention import Intention
 from cellwright.contracts.plugin_sensors import make_brought_sensor
+from cellwright.description.trial import Camera as CameraDescription
 from cellwright.description.trial import Sensor as SensorDescription
 from cellwright.description.trial import ServoProfile, Trial
 from cellwright.devices.agv import Agv
@@ -29,10 +30,12 @@ from cellwright.devices.population import Population
 from cellwright.devices.sensors.break_beam import BreakBeam
 from cellwright.devices.sensors.laser_profiler import LaserProfiler
 from cellwright.devices.sensors.logical_camera import TRAY_TYPE, LogicalCamera
+from cellwright.devices.sensors.picture_camera import PictureCamera
 from cellwright.devices.sensors.proximity import ProximitySensor
 from cellwright.devices.sensors.quality_control import QualityControlSensor
 from cellwright.devices.sensors.scene import Scene, SceneModel, collision_geoms
 from cellwright.devices.sensors.sensor import Sensor
+from cellwright.devices.sensors.studio import Studio, hire_painter
 from cellwright.kitting.effects import CompetitionState, Effect, StateChanged
 from cellwright.plugin_devices import make_brought_device
 from cellwright.simulation.checkpoints import Checkpoints
@@ -110,7 +113,9 @@ class Cell:
         )
         self.demo_tray = self._make_demo_tray()
         scene = self._make_scene()
-        self.sensors = {each.name: make_sensor(each, scene) for each in trial.sensors}
+        self.studio = Studio(self.simulation, hire_painter, hidden=self.out_of_sight, report=report)
+        """Where the pictures of cameras are drawn."""
+        self.sensors = {each.name: self._make_sensor(each, scene, report) for each in trial.sensors}
         self.quality = {number: QualityControlSensor(number, scene, trial.faulty_parts) for number in self.trays}
         self.checkpoints = Checkpoints(report)
         self.intention = Intention()
@@ -195,6 +200,11 @@ class Cell:
             quality=self.quality,
             intention=self.intention,
         )
+
+    def _make_sensor(self, description: SensorDescription, scene: Scene, report: Callable[[str], None]) -> Sensor[Any]:
+        if isinstance(description, CameraDescription):
+            return PictureCamera(description, self.studio, report=report)
+        return make_sensor(description, scene)
 
     def _make_demo_tray(self) -> DemoTray | None:
         pool = [part for part in self.world.parts if part.name.startswith("populate_kit_tray_1|")]

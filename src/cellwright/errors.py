@@ -76,6 +76,10 @@ class SimulationError(CellwrightError):
     """The engine could not go on; nothing that it says from then on is worth anything."""
 
 
+class RenderingError(CellwrightError):
+    """No picture can be drawn; the text says why."""
+
+
 class RunEndedError(BaseException):
     """The run is over: no more time will pass for a client.
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from cellwright.agents.agent import Agent
 from cellwright.cell import Cell
-from cellwright.errors import SimulationError, UsageError
-from cellwright.run import Course, Outcome, RunOptions, RunResult, conduct, how_it_ended
+from cellwright.errors import RunEndedError, SimulationError, UsageError
+from cellwright.run import Course, Outcome, RunOptions, RunResult, conduct, how_it_ended, work_in_process
 from cellwright.server import Server
 from cellwright.server.timekeeper import Timekeeper
 from cellwright.simulation.tempo import Tempo
@@ -37,6 +38,32 @@ class Pace:
 
     factor: float
     worst_lateness: float
+
+
+class Attendance:
+    """Guests who look on while a cell is worked in this process.
+
+    Args:
+        cell: the cell.
+        server: serves them between two ticks, and while time stands.
+        tempo: how time is to pass.
+    """
+
+    def __init__(self, cell: Cell, server: Server, tempo: Tempo) -> None:
+        self._keeper = Timekeeper(cell, server, tempo=tempo)
+
+    def stop(self) -> None:
+        """Let the run end before the next tick."""
+        self._keeper.is_stopped = True
+
+    def work(self, agent: Agent | None, course: Course) -> tuple[Outcome, str]:
+        """Let an agent work, as `work_in_process` does; without one, let time pass."""
+        course.transport.step = self._step
+        return work_in_process(agent, course)
+
+    def _step(self) -> None:
+        if not self._keeper.tick():
+            raise RunEndedError("somebody who looks on has ended the run")
 
 
 @dataclass
@@ -71,6 +98,16 @@ class Serving:
         self._stopped = True
         if self._time is not None:
             self._time.is_stopped = True
+
+    def begin_anew(self) -> None:
+        """Begin the run anew, at time 0; guests stay.
+
+        Raises:
+            UsageError: it has not begun.
+        """
+        if self._course is None:
+            raise UsageError("the run has not begun")
+        self._course.begin_anew()
 
     def result_by_now(self) -> RunResult:
         """What has come of the run so far.

@@ -35,9 +35,9 @@ def refused(ran: object) -> str:
             "--servo: unknown servo profile 'orignal'; did you mean original (known: original, precise)",
         ),
         (
-            "--view",
+            "--camera",
             "bin",
-            "--view: unknown view 'bin'; did you mean bins (known: overview, bins, agv1, agv2, belt)",
+            "--camera: unknown view 'bin'; did you mean bins (known: overview, bins, agv1, agv2, belt)",
         ),
         ("--snapshot", "1:cell.jpg", "--snapshot 1:cell.jpg: give a time in seconds and a file, such as 12.5:cell.png"),
         ("--snapshot", "cell.png", "--snapshot cell.png: give a time in seconds and a file, such as 12.5:cell.png"),

@@ -17,4 +17,4 @@ def test_examples_load_without_a_warning(example: str) -> None:
 
 
 def test_there_are_examples() -> None:
-    assert len(EXAMPLES) == 3
+    assert len(EXAMPLES) == 4

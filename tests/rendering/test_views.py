@@ -1,14 +1,17 @@
 """The named views, looked through in the cell itself."""
 
+import math
+
 import mujoco
 import numpy as np
 import pytest
 
 from cellwright.description.trial import Trial
-from cellwright.errors import UnknownNameError
+from cellwright.errors import UnknownNameError, UsageError
+from cellwright.rendering.camera import Camera
 from cellwright.rendering.edges import pixel_points
 from cellwright.rendering.raycast import RayCaster
-from cellwright.rendering.views import VIEWS, view
+from cellwright.rendering.views import VIEWS, camera_of, view
 from cellwright.world.build import build_world
 
 WIDTH, HEIGHT = 64, 36
@@ -59,3 +62,23 @@ def test_nothing_stands_before_it(name: str, cell: tuple[mujoco.MjModel, RayCast
 def test_an_unknown_view_is_refused_with_the_known_ones() -> None:
     with pytest.raises(UnknownNameError, match=r"did you mean overview.*agv1"):
         view("overveiw")
+
+
+def test_a_camera_is_a_name_or_numbers() -> None:
+    assert camera_of("bins") is VIEWS["bins"]
+    assert camera_of("-4,-3,3.5:0,0,0.6") == Camera((-4, -3, 3.5), (0, 0, 0.6), fov=math.radians(45))
+    assert camera_of("1,2,3:0,0,0:60").fov == pytest.approx(math.radians(60))
+    with pytest.raises(UnknownNameError, match="did you mean bins"):
+        camera_of("bin")
+
+
+@pytest.mark.parametrize("text", [":", "1,2,3:", "1,2:3,4,5", "1,2,x:0,0,0", "1,2,3:0,0,0:1:2", "1,2,3:0,0,0:x"])
+def test_what_makes_no_camera_is_refused(text: str) -> None:
+    with pytest.raises(UsageError, match="give where it stands"):
+        camera_of(text)
+
+
+@pytest.mark.parametrize("text", ["1,2,3:1,2,3", "nan,0,0:1,1,1", "1,2,3:0,0,0:180", "0,0,1:0,0,0"])
+def test_numbers_that_no_camera_has_are_refused(text: str) -> None:
+    with pytest.raises(UsageError):
+        camera_of(text)

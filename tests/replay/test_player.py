@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from cellwright.bus import Direction
 from cellwright.errors import RejectedCommandError
 from cellwright.messages.standard import String
+from cellwright.recording.format import RecordedTopic
+from cellwright.recording.reader import RecordedMessage
 from cellwright.replay.recorded import Recorded
-from cellwright.replay.source import Entry, RecordedTopic
 from tests.replay.memory import SECOND, TOPICS, Memory, recording, said
 
 ORDERS, COMMAND = "/ariac/orders", "/ariac/arm/command"
@@ -72,8 +73,8 @@ def test_topics_are_those_of_the_recording_and_all_of_them_speak() -> None:
 
     infos = {info.name: info for info in recorded.bus.topics()}
 
-    assert set(infos) == {topic.name for topic in TOPICS}
-    assert infos[COMMAND].publishers == ("/agent",)
+    assert set(infos) == {name for name, topic in TOPICS.items() if not topic.is_own}
+    assert infos[COMMAND].publishers == ("/gazebo",)
     assert {info.direction for info in infos.values()} == {Direction.OUT}
     assert infos[ORDERS].latch
     assert infos[ORDERS].rate == "on event"
@@ -94,8 +95,8 @@ def test_commands_and_calls_are_refused_and_counted() -> None:
 
 def test_a_topic_of_an_unknown_type_is_told_of_and_the_rest_is_played() -> None:
     memory = a_recording()
-    memory.topics = (*TOPICS, RecordedTopic("/odd", "elsewhere_msgs/Odd"))
-    memory.list.insert(3, Entry(0, "/odd", b"\x00\x01\x00\x00"))
+    memory.topics["/odd"] = RecordedTopic("/odd", "elsewhere_msgs/Odd")
+    memory.list.insert(3, RecordedMessage("/odd", 0, b"\x00\x01\x00\x00"))
     lines: list[str] = []
 
     recorded = Recorded(memory, report=lines.append)
@@ -107,7 +108,7 @@ def test_a_topic_of_an_unknown_type_is_told_of_and_the_rest_is_played() -> None:
 
 def test_a_message_that_cannot_be_read_is_counted_and_left_out() -> None:
     memory = a_recording()
-    memory.list.append(Entry(4 * SECOND, ORDERS, b"\x00\x01\x00\x00\xff\xff\xff\x7fno"))
+    memory.list.append(RecordedMessage(ORDERS, 4 * SECOND, b"\x00\x01\x00\x00\xff\xff\xff\x7fno"))
     recorded = Recorded(memory)
     came: list[Any] = []
     recorded.bus.subscribe(ORDERS, came.append)

@@ -1,8 +1,9 @@
 from __future__ import annotations
 
-from cellwright.replay.sight import Sight
-from cellwright.replay.source import FRAME, PANEL, Entry
-from tests.replay.memory import SECOND, Memory, frame_at, recording
+from cellwright.recording.format import FRAME, PANEL
+from cellwright.replay.sight import Sight, frame_bytes
+from cellwright.scene.frame import is_whole
+from tests.replay.memory import SECOND, Memory, frame_at, recording, said, seen
 
 
 def test_a_frame_is_that_of_the_moment() -> None:
@@ -27,7 +28,9 @@ def test_without_frames_there_is_none() -> None:
 
 def test_a_whole_frame_is_looked_for_far_back() -> None:
     memory = recording(60)
-    memory.list = [e for e in memory.list if e.channel != FRAME or e.time == 0 or len(e.data) < 80]
+    memory.list = [
+        each for each in memory.list if each.topic != FRAME or each.time == 0 or not is_whole(frame_bytes(each.data))
+    ]
     sight = Sight(memory)
 
     sight.seek(60 * SECOND)
@@ -39,9 +42,10 @@ def test_a_whole_frame_is_looked_for_far_back() -> None:
 
 def test_a_damaged_frame_costs_what_follows_until_the_next_whole_one() -> None:
     memory = recording(2)
-    memory.list = [
-        e._replace(data=b"\x01nonsense") if e.channel == FRAME and e.time == SECOND // 2 else e for e in memory.list
-    ]
+    damaged = seen(SECOND // 2, b"\x01nonsense")
+    index = next(n for n, each in enumerate(memory.list) if each.topic == FRAME and each.time > SECOND // 2)
+    memory.list.insert(index, damaged)
+    memory.list.append(memory.list[-1]._replace(topic=FRAME, data=b"no message at all"))
     sight = Sight(memory)
 
     sight.seek(2 * SECOND)
@@ -52,8 +56,8 @@ def test_a_damaged_frame_costs_what_follows_until_the_next_whole_one() -> None:
 
 
 def test_a_panel_that_is_no_object_shows_nothing() -> None:
-    sight = Sight(Memory([Entry(0, PANEL, b"[1]"), Entry(1, PANEL, b"{")]))
+    sight = Sight(Memory([said(0, PANEL, "[1]"), said(1, PANEL, "{"), said(2, PANEL, "")._replace(data=b"?")]))
 
-    for time in (0, 1):
+    for time in (0, 1, 2):
         sight.seek(time)
         assert sight.panel() == {}

@@ -14,6 +14,8 @@ from cellwright.cli.check import check
 from cellwright.cli.eval.command import evaluate
 from cellwright.cli.exit_status import BAD_INPUT, NOT_DONE
 from cellwright.cli.operate.app import app as operate
+from cellwright.cli.plot.command import plot
+from cellwright.cli.replay.command import replay
 from cellwright.cli.robot.command import robot
 from cellwright.cli.ros1.env import ros1_env
 from cellwright.cli.ros1.workspace import ros1_workspace
@@ -37,10 +39,12 @@ app = typer.Typer(
         cellwright trials            # what else comes along
         cellwright eval lesson       # many runs, each judged, and a report
         cellwright serve lesson      # for programs in other processes
+        cellwright plot run.mcap     # a figure of what was recorded
         cellwright check trial.yaml  # is this file sound?
         cellwright teleop qinglong   # a robot's controller node
         cellwright robot qinglong    # a robot's joints, by index
         cellwright operate --help    # drive a robot's controller node
+        cellwright replay run.mcap   # what was recorded, looked at and played
         cellwright bench             # what it all costs on this machine""",
     epilog="Exit status: 0 done; 1 not done; 2 bad input, and nothing was started.",
     no_args_is_help=True,
@@ -54,6 +58,8 @@ app.command()(check)
 app.command("eval")(evaluate)
 app.command()(serve)
 app.command()(teleop)
+app.command()(replay)
+app.command()(plot)
 app.command()(trials)
 app.command()(robot)
 app.add_typer(operate)

@@ -234,7 +234,7 @@ def camera(name: str) -> Camera:
     try:
         return view(name)
     except UnknownNameError as error:
-        refuse(f"--view: {error.sentence()}")
+        refuse(f"--camera: {error.sentence()}")
 
 
 def topics(names: Sequence[str], cell: Cell) -> None:

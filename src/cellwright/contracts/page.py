@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterable, Sequence
 
 from cellwright.bus import Direction
-from cellwright.contracts.gear.rows import GEAR
+from cellwright.contracts.gear.rows import GEAR, PICTURES
 from cellwright.contracts.table import Competition, Kind, Row
 from cellwright.messages import md5
 from cellwright.messages.names import short_name
@@ -26,6 +26,13 @@ latches are those of the 2017 competition. Made from the table in `src/cellwrigh
 - In competition mode some names act otherwise, as their last column says. Listening never changes what the cell does,
   not even to a topic that is silent then.
 - The original simulator's own services under `/gazebo` are no part of the contract.
+"""
+
+CAMERAS = """\
+## Cameras that take pictures
+
+They were not there in 2017, and are only where a file asks for them: [Cameras](cameras.md). None is latched; each
+comes at its camera's own rate, and only while somebody listens.
 """
 
 
@@ -62,7 +69,8 @@ def contract_page() -> str:
         "Standard types come from ROS itself; these are defined in `src/cellwright/messages/definitions`. "
         "The checksum is ROS 1's.\n"
     )
-    return "\n".join((INTRODUCTION, markdown(GEAR), types, types_table()))
+    cameras = f"{CAMERAS}\n{_table(PICTURES, rated=False)}"
+    return "\n".join((INTRODUCTION, markdown(GEAR), cameras, types, types_table()))
 
 
 def _table(rows: Sequence[Row], *, rated: bool) -> str:

@@ -11,6 +11,7 @@ from cellwright.contracts.gear.devices import GearDevices
 from cellwright.contracts.sampling import Streamed
 from cellwright.contracts.table import Row
 from cellwright.description.sensors import SENSOR_TYPES
+from cellwright.description.trial import Camera
 from cellwright.description.trial import Sensor as SensorDescription
 from cellwright.devices.sensors.scene import Scene
 from cellwright.devices.sensors.sensor import Sensor
@@ -65,7 +66,7 @@ def bind_brought_sensors(bus: Bus, devices: GearDevices) -> None:
         UsageError: it would publish where something else does, in another type.
     """
     for description in devices.trial.sensors:
-        if description.type not in SENSOR_TYPES:
+        if description.type not in SENSOR_TYPES and not isinstance(description, Camera):
             plugin = plugins.load_as("sensors", description.type, SensorPlugin)
             _stream(bus, description.type, plugin, devices.sensors[description.name])
 

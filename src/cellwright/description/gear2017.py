@@ -13,6 +13,7 @@ from pathlib import Path
 
 from cellwright.description import evaluated, keys
 from cellwright.description.belt import read_belt
+from cellwright.description.cameras import read_cameras
 from cellwright.description.faults import check_faulty, read_drops, read_faulty
 from cellwright.description.figures import BeltFigure, DropFigure, Figures, ModelFigure, OrderFigure
 from cellwright.description.layout import PART_TYPES, REFERENCE_FRAMES, TRAY_FRAMES
@@ -30,7 +31,7 @@ from cellwright.description.reading.tree import Leaf, Node, Table, described
 from cellwright.description.reading.yaml_source import parse
 from cellwright.description.sensors import read_arm, read_sensors
 from cellwright.description.settings import SettingFigures, read_settings
-from cellwright.description.trial import Trial
+from cellwright.description.trial import Sensor, Trial
 from cellwright.description.trial_of import trial_of
 from cellwright.errors import DescriptionError, UsageError
 
@@ -109,7 +110,8 @@ def _read(root: Table, name: str, reader: Reader) -> tuple[Trial, Figures]:
     node = root.get("arm")
     has_arm = read_arm(node, reader) if node else False
     node = root.get("sensors")
-    sensors = read_sensors(node, reader) if node else ()
+    sensors: tuple[Sensor, ...] = read_sensors(node, reader) if node else ()
+    sensors += read_cameras(root.get(OWN), sensors, reader, has_arm=has_arm)
     node = root.get(OWN)
     own = read_settings(node, reader) if node else SettingFigures()
     if reader.problems.errors:

@@ -9,17 +9,23 @@ from cellwright.description.layout import BIN_PART_HEIGHT, BIN_WIDTH
 from cellwright.description.reading.keys import REQUIRED, Key, Keys
 from cellwright.description.trial import (
     ArmSettings,
+    Camera,
+    CameraType,
     CellSettings,
     JointGains,
     JointTolerance,
     Options,
+    PictureNoise,
     SensorType,
     ServoProfile,
     Trial,
+    WhenLate,
 )
+from cellwright.pose import Pose
 
 _TRIAL, _CELL, _ARM, _TOLERANCE, _OPTIONS = Trial(""), CellSettings(), ArmSettings(), JointTolerance(), Options()
 _GAINS = JointGains(p=0.0, d=0.0)
+_CAMERA, _NOISE = Camera("", "", Pose()), PictureNoise()
 _POSE = "`{xyz: [x, y, z], rpy: [roll, pitch, yaw]}`, m and rad; either may be left out and is zero then"
 
 DEFAULT_ALIASES: Mapping[str, str] = {"belt_model_type1": "part1", "belt_model_type2": "part2"}
@@ -148,6 +154,7 @@ OWN = Keys(
     Key("arm", "`{…}`", "how the arm is controlled, see below", "see below"),
     Key("parts", "`{part type: {…}}`", "part types of your own: [Models of your own](own-models.md)"),
     Key("furniture", "list", "furniture of your own: [Models of your own](own-models.md)"),
+    Key("sensors", "`{name: {type, pose, …}}`", "cameras that take pictures, see below"),
     Key("devices", "`{name: {type, …}}`", "devices that other packages bring along: [Plugins](plugins.md)"),
 )
 """The section `cellwright`."""
@@ -201,3 +208,45 @@ TOLERANCE = Keys(
     Key("trajectory", "rad or m; 0: not checked", "how far it may stray on its way", _TOLERANCE.trajectory),
     Key("goal", "rad or m; 0: not checked", "how far from its goal it may end", _TOLERANCE.goal),
 )
+
+CAMERA = Keys(
+    Key(
+        "type",
+        ", ".join(f"`{each}`" for each in get_args(CameraType)),
+        "whether it takes colour pictures, measures depth, or both",
+        REQUIRED,
+    ),
+    Key("pose", _POSE, "where it is fixed; it looks along +x, and z is up", REQUIRED),
+    Key(
+        "frame", "`world`, or a link of the arm", "what it is fixed to, and the pose is given in", f"`{_CAMERA.frame}`"
+    ),
+    Key("width", "pixels", "width of its pictures", _CAMERA.width),
+    Key("height", "pixels", "height of its pictures", _CAMERA.height),
+    Key("fov", "rad", "how far it sees to the left and right together", f"{_CAMERA.fov:g}"),
+    Key("rate", "Hz", "pictures a second of simulation time", _CAMERA.rate),
+    Key("near", "m", "depths below this are not measured", _CAMERA.near),
+    Key("far", "m", "depths above this are not measured", _CAMERA.far),
+    Key("shadows", _SWITCH, "things throw shadows in its colour pictures, which take longer to draw", _CAMERA.shadows),
+    Key("noise", "`{colour, depth, depth_growth}`", "noise of its pictures; 0 for none at all", "see below"),
+    Key(
+        "latency",
+        "seconds",
+        "from the moment that a picture shows to its delivery",
+        "the time between two pictures",
+    ),
+    Key(
+        "when_late",
+        ", ".join(f"`{each}`" for each in get_args(WhenLate)),
+        "what happens when a picture is due and not drawn yet: time waits for it; or it comes later, and others are "
+        "left out for it; `auto` waits, but where time goes by the wall clock",
+        f"`{_CAMERA.when_late}`",
+    ),
+)
+"""A camera under `sensors` in the section `cellwright`."""
+
+NOISE = Keys(
+    Key("colour", "share of full brightness", "standard deviation of each colour of each pixel", _NOISE.colour),
+    Key("depth", "m", "standard deviation of each depth", _NOISE.depth),
+    Key("depth_growth", "1/m", "what comes to that with the square of the depth", _NOISE.depth_growth),
+)
+"""The noise of a camera."""

@@ -116,3 +116,16 @@ RAIL_LIMIT = 2.1
 
 TURN_LIMIT = 6.283185307179586
 """How far each of the arm's other joints turns to either side [rad]."""
+
+ARM_FRAMES = (
+    "linear_arm_actuator",
+    "base_link",
+    "shoulder_link",
+    "upper_arm_link",
+    "forearm_link",
+    "wrist_1_link",
+    "wrist_2_link",
+    "wrist_3_link",
+    "vacuum_gripper_link",
+)
+"""The links of the arm that something can be fixed to, from the rail to the tool."""

@@ -12,6 +12,15 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from cellwright.description import keys
+from cellwright.description.cameras import (
+    FASTEST,
+    LARGEST,
+    LONGEST_LATENCY,
+    MOST_CAMERAS,
+    MOST_DEPTHS,
+    SLOWEST,
+    WIDEST,
+)
 from cellwright.description.models import MAX_PARTS
 from cellwright.description.orders import MOST_KITS
 from cellwright.description.own_models.files import MAX_ASSET_BYTES
@@ -45,6 +54,8 @@ def tables() -> Mapping[str, str]:
         "extras": keys.PART.table(),
         "own": keys.OWN.table(),
         "own-arm": keys.OWN_ARM.table("arm."),
+        "own-sensors": keys.CAMERA.table(),
+        "own-noise": keys.NOISE.table("noise."),
         "gains": keys.GAINS.table("arm.gains.<joint>."),
         "constraints": keys.CONSTRAINTS.table("arm.constraints."),
         "tolerances": keys.TOLERANCE.table("arm.constraints.<joint>."),
@@ -86,7 +97,9 @@ def _trial_bounds() -> str:
             "nesting": f"{MAX_DEPTH} levels",
             "parts in a cell, those that the belt will bring included; parts of one order": f"{MAX_PARTS}",
             "kits that all orders ask for, each part in one counted as well": f"{MOST_KITS:,}".replace(",", " "),
-            "sensors": f"{MOST_SENSORS}",
+            "sensors; cameras that take pictures": f"{MOST_SENSORS}; {MOST_CAMERAS}",
+            "a camera's pictures": f"{LARGEST[0]} × {LARGEST[1]} pixels, {MOST_DEPTHS / 1e6:g} million where depth is "
+            f"measured; {SLOWEST:g} to {FASTEST:g} Hz; {WIDEST:g} rad wide; {LONGEST_LATENCY:g} s late",
             "part types of your own; pieces of furniture": f"{MOST_TYPES}; {MOST_FURNITURE}",
             "shapes of one model; its meshes, each and those of a trial together": f"{MOST_SHAPES}; "
             f"{MAX_ASSET_BYTES >> 20} and {MAX_MESH_BYTES >> 20} MiB",

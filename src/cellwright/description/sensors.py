@@ -10,7 +10,7 @@ from cellwright.description.keys import SENSOR
 from cellwright.description.other_years import year_of_sensor
 from cellwright.description.reading.reader import Reader
 from cellwright.description.reading.tree import Entry, Node, shortened
-from cellwright.description.trial import Sensor, SensorType
+from cellwright.description.trial import CameraType, Sensor, SensorType
 from cellwright.errors import did_you_mean
 from cellwright.extensions import entry_points as plugins
 
@@ -19,6 +19,7 @@ MOST_SENSORS = 500
 
 ARM_TYPES = ("ur10",)
 SENSOR_TYPES: tuple[str, ...] = get_args(SensorType)
+CAMERA_TYPES: tuple[str, ...] = get_args(CameraType)
 CAMERA_PREFIX = "logical_camera"
 
 TAKEN_NAMES = frozenset(
@@ -95,6 +96,8 @@ def _sensor(entry: Entry, brought: Sequence[str], reader: Reader) -> Sensor | No
         origin = f" of the {year} format" if year else ""
         known = (*SENSOR_TYPES, *brought)
         suggestion = did_you_mean(sensor_type, known) or f" (known: {', '.join(known)})"
+        if sensor_type in CAMERA_TYPES:
+            suggestion = "; cameras that take pictures stand under cellwright: sensors:"
         shown = shortened(sensor_type)
         reader.problems.warn(type_node, f"unknown sensor type {shown!r}{origin}, the sensor is left out{suggestion}")
         return None

@@ -15,6 +15,11 @@ from cellwright.pose import Pose, Vector3
 
 SensorType: TypeAlias = Literal["break_beam", "proximity_sensor", "logical_camera", "laser_profiler"]
 """The sensor types of the 2017 competition; other packages may bring more."""
+CameraType: TypeAlias = Literal["rgb_camera", "depth_camera", "rgbd_camera"]
+"""The types of cameras that take pictures, which the competitions of later years had."""
+WhenLate: TypeAlias = Literal["wait", "drop", "auto"]
+"""What happens when a picture is due and not drawn yet: time waits for it; or it comes later, and others are left out
+for it. `auto` waits, but where time goes by the wall clock."""
 ServoProfile: TypeAlias = Literal["original", "precise"]
 
 NO_TIME_LIMIT = -1.0
@@ -27,6 +32,60 @@ class Sensor:
     name: str
     type: str
     pose: Pose
+
+
+@dataclass(frozen=True, slots=True)
+class PictureNoise:
+    """Noise of a camera's pictures, as standard deviations.
+
+    Attributes:
+        colour: of each colour of each pixel, as a share of full brightness.
+        depth: of each depth [m].
+        depth_growth: what comes to that with the square of the depth [1/m].
+    """
+
+    colour: float = 0.007
+    depth: float = 0.001
+    depth_growth: float = 0.001
+
+
+@dataclass(frozen=True, slots=True)
+class Camera(Sensor):
+    """A camera that takes pictures; `type` is a `CameraType`. It looks along the +x axis of its pose, z is up.
+
+    Attributes:
+        frame: what it is fixed to, and `pose` is given in: `world`, or a link of the arm.
+        width, height: size of its pictures [pixels].
+        fov: how far it sees to the left and right together [rad].
+        rate: pictures a second of simulation time [Hz].
+        near, far: nearest and farthest depth that it measures [m].
+        shadows: whether things throw shadows in its colour pictures, which take longer to draw then.
+        noise: of its pictures.
+        latency: from the moment that a picture shows to its delivery [s]; None for the time between two pictures.
+        when_late: what happens when a picture is due and not drawn yet.
+    """
+
+    frame: str = "world"
+    width: int = 640
+    height: int = 480
+    fov: float = 1.047
+    rate: float = 10.0
+    near: float = 0.1
+    far: float = 10.0
+    shadows: bool = True
+    noise: PictureNoise = field(default_factory=PictureNoise)
+    latency: float | None = None
+    when_late: WhenLate = "auto"
+
+    @property
+    def has_colour(self) -> bool:
+        """Whether it takes colour pictures."""
+        return self.type != "depth_camera"
+
+    @property
+    def has_depth(self) -> bool:
+        """Whether it measures depth."""
+        return self.type != "rgb_camera"
 
 
 @dataclass(frozen=True, slots=True)

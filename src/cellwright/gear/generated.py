@@ -16,7 +16,7 @@ import yaml
 from cellwright.contracts.gear.urdf import robot_description
 from cellwright.description.gear2017 import Loaded
 from cellwright.description.resolved import resolved
-from cellwright.description.trial import Sensor
+from cellwright.description.trial import Camera, Sensor
 from cellwright.errors import UsageError
 from cellwright.whole_file import write_whole
 
@@ -56,7 +56,7 @@ def resolved_text(loaded: Loaded) -> str:
     facts: dict[str, Any] = {
         "name": trial.name,
         "arm": trial.has_arm,
-        "sensors": {sensor.name: _sensor(sensor) for sensor in trial.sensors},
+        "sensors": {sensor.name: _sensor(sensor) for sensor in trial.sensors if not isinstance(sensor, Camera)},
         **resolved(loaded.figures),
     }
     return yaml.safe_dump(facts, sort_keys=False, allow_unicode=True, default_flow_style=None, width=120)

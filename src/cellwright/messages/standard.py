@@ -9,6 +9,7 @@ from rosbags.typesys.stores.ros2_kilted import actionlib_msgs__msg__GoalStatusAr
 from rosbags.typesys.stores.ros2_kilted import builtin_interfaces__msg__Duration as Duration
 from rosbags.typesys.stores.ros2_kilted import builtin_interfaces__msg__Time as Time
 from rosbags.typesys.stores.ros2_kilted import geometry_msgs__msg__Point as Point
+from rosbags.typesys.stores.ros2_kilted import geometry_msgs__msg__Point32 as Point32
 from rosbags.typesys.stores.ros2_kilted import geometry_msgs__msg__Pose as Pose
 from rosbags.typesys.stores.ros2_kilted import geometry_msgs__msg__PoseArray as PoseArray
 from rosbags.typesys.stores.ros2_kilted import geometry_msgs__msg__PoseStamped as PoseStamped
@@ -17,9 +18,16 @@ from rosbags.typesys.stores.ros2_kilted import geometry_msgs__msg__Transform as 
 from rosbags.typesys.stores.ros2_kilted import geometry_msgs__msg__TransformStamped as TransformStamped
 from rosbags.typesys.stores.ros2_kilted import geometry_msgs__msg__Vector3 as Vector3
 from rosbags.typesys.stores.ros2_kilted import rosgraph_msgs__msg__Clock as Clock
+from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__CameraInfo as CameraInfo
+from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__ChannelFloat32 as ChannelFloat32
+from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__Image as Image
 from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__JointState as JointState
 from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__LaserScan as LaserScan
+from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__PointCloud as PointCloud
+from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__PointCloud2 as PointCloud2
+from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__PointField as PointField
 from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__Range as Range
+from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__RegionOfInterest as RegionOfInterest
 from rosbags.typesys.stores.ros2_kilted import std_msgs__msg__Bool as Bool
 from rosbags.typesys.stores.ros2_kilted import std_msgs__msg__Float32 as Float32
 from rosbags.typesys.stores.ros2_kilted import std_msgs__msg__Float64 as Float64
@@ -33,6 +41,8 @@ from rosbags.typesys.stores.ros2_kilted import trajectory_msgs__msg__JointTrajec
 
 __all__ = [
     "Bool",
+    "CameraInfo",
+    "ChannelFloat32",
     "Clock",
     "Duration",
     "Float32",
@@ -41,17 +51,23 @@ __all__ = [
     "GoalStatus",
     "GoalStatusArray",
     "Header",
+    "Image",
     "JointState",
     "JointTrajectory",
     "JointTrajectoryPoint",
     "LaserScan",
     "MultiArrayLayout",
     "Point",
+    "Point32",
+    "PointCloud",
+    "PointCloud2",
+    "PointField",
     "Pose",
     "PoseArray",
     "PoseStamped",
     "Quaternion",
     "Range",
+    "RegionOfInterest",
     "String",
     "TFMessage",
     "Time",

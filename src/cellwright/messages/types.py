@@ -23,11 +23,12 @@ LONGEST_SEQUENCE = 1 << 24
 
 HEADER = "std_msgs/msg/Header"
 RANGE = "sensor_msgs/msg/Range"
+CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
 
 OTHERWISE_IN_ROS1 = frozenset(
     f"{package}/msg/{name}"
     for package, names in {
-        "sensor_msgs": ("BatteryState", "CameraInfo", "NavSatStatus"),
+        "sensor_msgs": ("BatteryState", "NavSatStatus"),
         "shape_msgs": ("SolidPrimitive",),
         "stereo_msgs": ("DisparityImage",),
         "visualization_msgs": ("ImageMarker", "Marker"),
@@ -108,8 +109,9 @@ def ros2_store() -> Typestore:
 def ros1_store() -> Typestore:
     """A store that writes and reads the same classes in their ROS 1 form.
 
-    Two types have another form there. A header begins with a sequence number, which the classes here do not have:
+    Three types have another form there. A header begins with a sequence number, which the classes here do not have:
     zero is written, and what comes is passed over. A range has no variance: it is left out, and zero when it comes.
+    The matrices of a camera have names in capitals, and the same bytes.
     """
     ros2 = ros2_store()
     store = Typestore(max_sequence_length=LONGEST_SEQUENCE)
@@ -129,6 +131,11 @@ def ros1_store() -> Typestore:
     )
     constants, fields = ros2.fielddefs[HEADER]
     store.fielddefs[HEADER] = (constants, [("seq", (Nodetype.BASE, ("uint32", 0))), *fields])
+
+    store.cache[CAMERA_INFO] = store.get_msgdef(CAMERA_INFO)  # as it is read and written, by the names of the class
+    constants, fields = ros2.fielddefs[CAMERA_INFO]
+    capitals = [(name.upper() if len(name) == 1 else name, kind) for name, kind in fields]
+    store.fielddefs[CAMERA_INFO] = (constants, capitals)
     return store
 
 

@@ -4,6 +4,7 @@ Lines of JSON (see `json_lines`), each with its `kind`, and its simulation `time
 
 - `run`: trial, seed, versions and so on, the most that can be had, and whatever else the caller knows;
 - `state`, `conveyor`, `population`, `order`, `kit`, `order complete`, `trial over`: what the referee did;
+- `reset`: the run has begun anew under way, at the time that is told; what follows counts from 0 again;
 - `result`: how it ended, the score with all its evidence, the state hash. A log without it is of a run that was killed.
 """
 
@@ -80,6 +81,10 @@ class RunLog:
         """Write what the referee did at the time `now` [ns]."""
         kind, values = _values(effect, self._reach)
         self.lines.write({"kind": kind, "time": seconds(now), **values})
+
+    def reset(self, now: int) -> None:
+        """Write that the run has begun anew, at the time `now` [ns]."""
+        self.lines.write({"kind": "reset", "time": seconds(now)})
 
     def end(self, outcome: str, evidence: Evidence, now: int, more: Mapping[str, Any]) -> None:
         """Write the last line, and close the file.

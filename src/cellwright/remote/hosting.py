@@ -16,7 +16,9 @@ from cellwright.remote.working import Parting, Worked
 from cellwright.ros1_host import Ros1
 from cellwright.run import Course, Outcome, RunOptions, RunResult, conduct, how_it_ended, wait_for_kits
 from cellwright.server import Server
+from cellwright.server.services import onlookers
 from cellwright.serving import Hooks, Serving
+from cellwright.simulation.tempo import Tempo
 
 NODE = "/agent"
 
@@ -37,6 +39,8 @@ class Host:
         level: what the agent logs from this level on is passed on.
         say: takes each line that the agent prints; called from another thread.
         ros: has the cell known in ROS 1, where the agent comes to it that way; prepared, and closed by who made it.
+        server: serves the cell; it is left open for those who look on. None: one that is there for the run alone.
+        tempo: how time is to pass; None: as the run's options say.
     """
 
     cell: Cell
@@ -45,6 +49,8 @@ class Host:
     level: int = logging.WARNING
     say: Callable[[str], None] = print
     ros: Ros1 | None = None
+    server: Server | None = None
+    tempo: Tempo | None = None
 
     def __post_init__(self) -> None:
         self._serving: Serving | None = None
@@ -72,7 +78,7 @@ class Host:
         return conduct(self.cell, partial(self._work, options), options)
 
     def _work(self, options: RunOptions, course: Course) -> tuple[Outcome, str]:
-        server = Server(self.cell, port=0, lockstep=self.lockstep)
+        server = self.server or Server(self.cell, port=0, lockstep=self.lockstep)
         child: AgentProcess | None = None
 
         def begin() -> None:
@@ -90,13 +96,17 @@ class Host:
                 serving.stop()
 
         hooks = Hooks(on_ready=begin, on_poll=look_after)
-        serving = self._serving = Serving(self.cell, server, tempo=options.speed, hooks=hooks, patience=_PATIENCE)
+        tempo = self.tempo or options.speed
+        serving = self._serving = Serving(self.cell, server, tempo=tempo, hooks=hooks, patience=_PATIENCE)
         try:
             if self._is_interrupted:
                 serving.stop()
             outcome, error = serving.work(course)
         finally:
-            server.close("the run is over")
+            if self.server is None:
+                server.close("the run is over")
+            else:
+                server.dismiss("the run is over", keep=onlookers.is_onlooker)
             if child is not None:
                 child.end()
         if self._is_interrupted or child is None:

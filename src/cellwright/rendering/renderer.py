@@ -7,11 +7,15 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from cellwright.pose import Vector3
 from cellwright.rendering.camera import Camera
-from cellwright.rendering.picture import render
+from cellwright.rendering.picture import LAMP, render
 from cellwright.rendering.raycast import RayCaster
 from cellwright.scene import Frame, Scene
 from cellwright.scene.model import SceneModel
+
+RAYS = "rays"
+"""What a renderer says that draws with no graphics library."""
 
 
 class Renderer(Protocol):
@@ -21,7 +25,15 @@ class Renderer(Protocol):
     """What it draws with, for those who want to know."""
 
     def colour(
-        self, frame: Frame, camera: Camera, width: int, height: int, *, samples: int, shadows: bool
+        self,
+        frame: Frame,
+        camera: Camera,
+        width: int,
+        height: int,
+        *,
+        samples: int,
+        shadows: bool,
+        about: Vector3 | None = None,
     ) -> NDArray[np.uint8]:
         """A picture (height, width, 3), sRGB.
 
@@ -32,6 +44,8 @@ class Renderer(Protocol):
             height: in pixels.
             samples: along each side of a pixel at edges, so that they are smooth; 1 leaves them jagged.
             shadows: whether light is held off by what stands in its way, for those who can do without.
+            about: the point [m] that the lamp is placed by, so that cameras that move, or are several, are in one
+                light; None takes the one that the camera looks at.
         """
         ...
 
@@ -51,16 +65,25 @@ class CastRenderer:
     """
 
     def __init__(self, scene: Scene) -> None:
-        self.says = "rays"
+        self.says = RAYS
         self._scene = SceneModel(scene)
 
     def colour(
-        self, frame: Frame, camera: Camera, width: int, height: int, *, samples: int = 2, shadows: bool = True
+        self,
+        frame: Frame,
+        camera: Camera,
+        width: int,
+        height: int,
+        *,
+        samples: int = 2,
+        shadows: bool = True,
+        about: Vector3 | None = None,
     ) -> NDArray[np.uint8]:
         """See `Renderer`; shadows are always there."""
         del shadows
         self._scene.show(frame)
-        return render(self._scene.model, self._scene.data, camera, width, height, samples=samples)
+        ax, ay, az = np.subtract(LAMP, np.subtract(camera.target, camera.target if about is None else about)).tolist()
+        return render(self._scene.model, self._scene.data, camera, width, height, samples=samples, lamp=(ax, ay, az))
 
     def depth(self, frame: Frame, camera: Camera, width: int, height: int) -> NDArray[np.float32]:
         """See `Renderer`."""

@@ -6,8 +6,10 @@ import math
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from cellwright.errors import UnknownNameError
+from cellwright.errors import UnknownNameError, UsageError
 from cellwright.rendering.camera import Camera
+
+_USUAL = 45.0  # [degrees]
 
 VIEWS: Mapping[str, Camera] = MappingProxyType(
     {
@@ -31,3 +33,24 @@ def view(name: str) -> Camera:
         return VIEWS[name]
     except KeyError:
         raise UnknownNameError("view", name, VIEWS) from None
+
+
+def camera_of(text: str) -> Camera:
+    """The camera of a name, or of numbers: `x,y,z:x,y,z` for where it stands and what it looks at [m].
+
+    A third part is its vertical opening angle [degrees], as in `-4,-3,3:0,0,0.6:40`.
+
+    Raises:
+        UnknownNameError: there is none of that name.
+        UsageError: the numbers make no camera.
+    """
+    if ":" not in text:
+        return view(text)
+    eye, target, *angle = text.split(":")
+    try:
+        x, y, z = (float(number) for number in eye.split(","))
+        at_x, at_y, at_z = (float(number) for number in target.split(","))
+        (fov,) = [float(each) for each in angle] or [_USUAL]
+    except ValueError:
+        raise UsageError(f"{text}: give where it stands and what it looks at, such as -4,-3,3:0,0,0.6") from None
+    return Camera((x, y, z), (at_x, at_y, at_z), fov=math.radians(fov))

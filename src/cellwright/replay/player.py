@@ -7,11 +7,13 @@ from collections.abc import Iterator
 from cellwright.bus import Bus, Publisher
 from cellwright.errors import CellwrightError, MessageError
 from cellwright.messages import Message, from_cdr, message_type
+from cellwright.recording.format import FRAME, PANEL, RecordedTopic
+from cellwright.recording.reader import RecordedMessage
 from cellwright.replay.sight import Sight
-from cellwright.replay.source import FRAME, PANEL, Entry, RecordedTopic, Source
+from cellwright.replay.source import Source
 from cellwright.simulation.device import Device
 
-_NOTHING = Entry(1 << 62, "", b"")  # later than any time
+_NOTHING = RecordedMessage("", 1 << 62, b"")  # later than any time
 
 
 class Player(Device):
@@ -34,9 +36,10 @@ class Player(Device):
         """Topics that cannot be played, and why."""
         self.unreadable = 0
         """How many messages could not be read so far."""
-        for topic in source.topics:
-            self._advertise(topic)
-        self._coming: Iterator[Entry] = iter(())
+        for topic in source.topics.values():
+            if not topic.is_own:
+                self._advertise(topic)
+        self._coming: Iterator[RecordedMessage] = iter(())
         self._next = _NOTHING
 
     def after_step(self) -> None:
@@ -52,7 +55,7 @@ class Player(Device):
         Listeners are told of latched messages that are others now than before; of the rest only what comes.
         """
         simulation = self.simulation
-        wanted = min(max(time, self._source.begin), self._source.end)
+        wanted = min(max(time, self._source.begin), self._source.end_time)
         state = {"tick": simulation.clock.first_tick_at(wanted), "events": simulation.events.get_state(), "devices": {}}
         simulation.set_state(state)
         self._take_up(simulation.now)
@@ -72,23 +75,22 @@ class Player(Device):
             if said.publisher.latch:
                 self._latch(name, said, now)
         self.sight.seek(now)
-        self._coming = self._source.entries(None, now + 1)
+        self._coming = self._source.messages([*self._said, FRAME, PANEL], start=now + 1)
         self._next = next(self._coming, _NOTHING)
 
     def _latch(self, name: str, said: _Said, now: int) -> None:
-        entry = self._source.newest(name, now)
-        if entry is None:
+        found = self._source.newest(name, now)
+        if found is None:
             said.publisher.newest, said.latched = None, b""
-        elif entry.data != said.latched or said.publisher.newest is None:
-            self._publish(said, entry.data)
+        elif found.data != said.latched or said.publisher.newest is None:
+            self._publish(said, found.data)
 
-    def _say(self, entry: Entry) -> None:
-        if entry.channel in (FRAME, PANEL):
-            self.sight.take(entry)
-            return
-        said = self._said.get(entry.channel)
-        if said is not None and (said.publisher.latch or said.publisher.listeners):
-            self._publish(said, entry.data)
+    def _say(self, message: RecordedMessage) -> None:
+        said = self._said.get(message.topic)
+        if said is None:
+            self.sight.take(message)
+        elif said.publisher.latch or said.publisher.listeners:
+            self._publish(said, message.data)
 
     def _publish(self, said: _Said, data: bytes) -> None:
         try:

@@ -45,13 +45,15 @@ class Playing:
         at_end: AtEnd = AtEnd.STOP,
         on_poll: Callable[[], None] = lambda: None,
     ) -> None:
-        begin, end = recorded.source.begin, recorded.source.end
+        begin, end = recorded.source.begin, recorded.source.end_time
         self.first = begin if first is None else min(max(first, begin), end)
         """Simulation time [ns] from which it is played."""
         self.last = end if last is None else min(max(last, self.first), end)
         """Simulation time [ns] up to which it is played."""
-        self._recorded = recorded
-        self._tempo = tempo
+        self.recorded = recorded
+        """What is played."""
+        self.tempo = tempo
+        """How its time passes."""
         self._at_end = at_end
         self.keeper = Timekeeper(recorded, server, tempo=tempo, on_poll=on_poll)
         recorded.seek(self.first)
@@ -62,15 +64,19 @@ class Playing:
 
     def seek(self, time: int) -> int:
         """Go to a time [ns]; the time at which it stands then [ns]."""
-        now = self._recorded.seek(time)
-        self._tempo.begin_anew()
+        now = self.recorded.seek(time)
+        self.tempo.begin_anew()
         return now
+
+    def begin_anew(self) -> None:
+        """Go to where it begins."""
+        self.seek(self.first)
 
     def resume(self) -> None:
         """Let time pass again: from the start, where it stands at the end."""
-        if self._recorded.simulation.now >= self.last:
-            self._recorded.seek(self.first)
-        self._tempo.resume()
+        if self.recorded.simulation.now >= self.last:
+            self.recorded.seek(self.first)
+        self.tempo.resume()
 
     def run(self) -> None:
         """Play until it is over, or stopped."""
@@ -79,14 +85,14 @@ class Playing:
             if self.keeper.is_stopped or self._at_end is AtEnd.STOP:
                 return
             if self._at_end is AtEnd.LOOP and self.last > self.first:
-                self.seek(self.first)
+                self.begin_anew()
             else:
                 self._hold()
 
     def _hold(self) -> None:
         """Serve guests while time stands at the end."""
-        self._tempo.pause()
-        while not self.keeper.is_stopped and self._recorded.simulation.now >= self.last:
+        self.tempo.pause()
+        while not self.keeper.is_stopped and self.recorded.simulation.now >= self.last:
             self.keeper.tick()
-            if self._recorded.simulation.now > self.last:  # a step past the end leads nowhere
-                self.seek(self.last if self._tempo.is_paused else self.first)
+            if self.recorded.simulation.now > self.last:  # a step past the end leads nowhere
+                self.seek(self.last if self.tempo.is_paused else self.first)

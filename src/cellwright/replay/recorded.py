@@ -29,11 +29,13 @@ class Recorded:
 
     def __init__(self, source: Source, *, report: Callable[[str], None] = lambda _line: None) -> None:
         self.source = source
-        self.name = source.name
+        self.name = source.header.name
         self.simulation = Simulation(mujoco.MjSpec().compile(), timestep=timestep(source))
         self.bus = DeafBus(lambda: self.simulation.now, report)
         self.player = Player(source, self.bus)
         self.simulation.add(self.player)
+        self.cuts = 0
+        """How often its time has been set: what comes then does not follow from what was before."""
         self.seek(source.begin)
         for line in self.player.unknown:
             report(line)
@@ -41,10 +43,11 @@ class Recorded:
     @property
     def is_over(self) -> bool:
         """Whether all has been played."""
-        return self.simulation.now >= self.source.end
+        return self.simulation.now >= self.source.end_time
 
     def seek(self, time: int) -> int:
         """Go to a time [ns], kept within the recording; the time at which it stands then [ns]."""
+        self.cuts += 1
         return self.player.seek(time)
 
     def out_of_sight(self) -> tuple[int, ...]:
@@ -54,7 +57,7 @@ class Recorded:
 
 def timestep(source: Source) -> Fraction:
     """Length of a tick [s] of what was recorded; 1/500 s where the recording does not say it."""
-    told = source.header.get("timestep")
+    told = source.header.facts.get("timestep")
     try:
         found = Fraction(*told) if isinstance(told, list) else Fraction(str(told))
     except (TypeError, ValueError, ZeroDivisionError):

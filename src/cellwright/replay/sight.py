@@ -6,7 +6,11 @@ import json
 from typing import Any
 
 from cellwright.errors import MessageError
-from cellwright.replay.source import FRAME, PANEL, Entry, Source
+from cellwright.messages import from_cdr, message_type
+from cellwright.messages.standard import String
+from cellwright.recording.format import BYTES, FRAME, PANEL
+from cellwright.recording.reader import RecordedMessage
+from cellwright.replay.source import Source
 from cellwright.scene.frame import Frame, decode, is_whole
 from cellwright.simulation.clock import NANOSECONDS
 
@@ -28,14 +32,16 @@ class Sight:
         self._frame: Frame | None = None
         self._panel = b""
 
-    def take(self, entry: Entry) -> None:
+    def take(self, message: RecordedMessage) -> None:
         """Take the next frame, or what the panel shows from now on."""
-        if entry.channel == PANEL:
-            self._panel = entry.data
-        elif is_whole(entry.data):
-            self._waiting = [entry.data]
+        if message.topic == PANEL:
+            self._panel = message.data
+            return
+        frame = frame_bytes(message.data)
+        if is_whole(frame):
+            self._waiting = [frame]
         else:
-            self._waiting.append(entry.data)
+            self._waiting.append(frame)
 
     def seek(self, time: int) -> None:
         """Show what was to be seen at `time` [ns]."""
@@ -43,16 +49,12 @@ class Sight:
         back = _BACK
         while True:
             start = max(self._source.begin, time - back)
-            frames = []
-            for entry in self._source.entries((FRAME,), start):
-                if entry.time > time:
-                    break
-                frames.append(entry)
-            if start <= self._source.begin or any(is_whole(entry.data) for entry in frames):
+            frames = list(self._source.messages((FRAME,), start=start, until=time + 1))
+            if start <= self._source.begin or any(is_whole(frame_bytes(each.data)) for each in frames):
                 break
             back *= 4
-        for entry in frames:
-            self.take(entry)
+        for each in frames:
+            self.take(each)
         panel = self._source.newest(PANEL, time)
         self._panel = b"" if panel is None else panel.data
 
@@ -69,7 +71,15 @@ class Sight:
     def panel(self) -> dict[str, Any]:
         """What the panel shows; empty as long as that is not known."""
         try:
-            found = json.loads(self._panel) if self._panel else {}
-        except (ValueError, RecursionError):
+            found = json.loads(from_cdr(self._panel, String).data) if self._panel else {}
+        except (MessageError, ValueError, RecursionError):
             found = {}
         return found if isinstance(found, dict) else {}
+
+
+def frame_bytes(data: bytes) -> bytes:
+    """The bytes of a frame in the message that carries it; none where it is no such message."""
+    try:
+        return bytes(from_cdr(data, message_type(BYTES)).data)  # type: ignore[attr-defined]
+    except MessageError:
+        return b""

@@ -4,7 +4,7 @@ from cellwright.run.course import DRIVE, Course, how_it_ended, wait_for_kits
 from cellwright.run.options import RunOptions
 from cellwright.run.result import Outcome, RunResult, versions
 from cellwright.run.run import GRACE, conduct, run_cell
-from cellwright.run.working import let_work, told
+from cellwright.run.working import let_work, told, work_in_process
 
 __all__ = [
     "DRIVE",
@@ -20,4 +20,5 @@ __all__ = [
     "told",
     "versions",
     "wait_for_kits",
+    "work_in_process",
 ]

@@ -27,9 +27,20 @@ class Course:
     def __init__(self, cell: Cell, transport: InProcess, heard: Mapping[str, int]) -> None:
         self.cell = cell
         self.transport = transport
+        self.on_reset: list[Callable[[int], None]] = []
+        """Those who are told, with the time [ns] at which it was, that the run has begun anew under way."""
         self._heard = heard
+        self._end = transport.deadline, transport.reason
         self._tick = cell.simulation.clock.tick
         self._wall = time.perf_counter()
+
+    def begin_anew(self) -> None:
+        """Begin the run anew, at time 0, for those who work the cell from elsewhere."""
+        stood, self._tick = self.cell.simulation.now, 0
+        self.cell.reset()
+        self.transport.deadline, self.transport.reason = self._end
+        for listener in self.on_reset:
+            listener(stood)
 
     def result(self, outcome: Outcome, error: str = "") -> RunResult:
         """What has come of it by now."""

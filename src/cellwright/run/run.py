@@ -74,11 +74,11 @@ def _conduct(cell: Cell, work: Work, options: RunOptions, leaving: ExitStack) ->
     _plan(cell, options, leaving)
     cell.competition.on_effect.append(watch_for_the_end)
     leaving.callback(cell.competition.on_effect.remove, watch_for_the_end)
+    course = Course(cell, transport, heard)
     if options.log is not None:
-        _keep_log(cell, options.log, leaving)
+        _keep_log(course, options.log, leaving)
     if cell.competition.state == "done" and options.ends_when_done:  # it was so in the checkpoint
         _end_soon(transport)
-    course = Course(cell, transport, heard)
     outcome, error = work(course)
     cell.bus.refusals.flush()
     result = course.result(outcome, error)
@@ -89,7 +89,9 @@ def _conduct(cell: Cell, work: Work, options: RunOptions, leaving: ExitStack) ->
     return result
 
 
-def _keep_log(cell: Cell, log: RunLog, leaving: ExitStack) -> None:
+def _keep_log(course: Course, log: RunLog, leaving: ExitStack) -> None:
+    cell = course.cell
+
     def keep(effect: Effect) -> None:
         log.effect(effect, cell.simulation.now)
 
@@ -98,6 +100,7 @@ def _keep_log(cell: Cell, log: RunLog, leaving: ExitStack) -> None:
     log.begin(cell.trial, about | {"versions": versions()})
     cell.competition.on_effect.append(keep)
     leaving.callback(cell.competition.on_effect.remove, keep)
+    course.on_reset.append(log.reset)
 
 
 def _end_soon(transport: InProcess) -> None:

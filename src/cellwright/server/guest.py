@@ -13,7 +13,10 @@ BEHIND = 1 << 20
 """With so many bytes waiting for a guest nothing more is read from it, and in lockstep no time passes."""
 
 FULL = 4 << 20
-"""With so many its messages are dropped; earlier where there are many guests."""
+"""With so many that were offered to it and not taken its messages are dropped; earlier where there are many guests."""
+
+AT_ONCE = 32 << 20
+"""With so many that were not offered to it yet as well: pictures of several cameras may be told in one tick."""
 
 MOST_WAITING = 256 << 20
 """So many bytes may wait for all guests together."""
@@ -64,6 +67,7 @@ class Guest:
         self._decoder = Decoder(LONGEST_HELLO)
         self._frames: Iterator[Frame] | None = None
         self._out = bytearray()
+        self._left = 0  # bytes of them that it did not take when they were offered
 
     @property
     def name(self) -> str:
@@ -134,7 +138,7 @@ class Guest:
         Raises:
             FrameError: it is too long to be sent at all.
         """
-        if len(self._out) >= self.full:
+        if self._left >= self.full or len(self._out) - self._left >= AT_ONCE:
             self.dropped += 1
             return
         self.say(Frame(Kind.MESSAGE, number, payload=message))
@@ -151,6 +155,7 @@ class Guest:
                 self.is_gone = True
                 return
             del self._out[:sent]
+            self._left = len(self._out)
             if sent:
                 self.stuck_since = None
             elif self.stuck_since is None:

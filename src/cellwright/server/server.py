@@ -34,6 +34,7 @@ _MOST_DESCRIPTORS = 1024  # those beyond are none that `select` could look at
 MOST_BEGUN = 64 << 20
 """So many bytes may be kept of what all guests together have begun to say and not ended; who has most is cut off."""
 
+_TIME_TO_TAKE = 0.5  # [s]: those that read are told that it is over; nobody is waited for longer
 _LONG = 0.02  # [s]: what takes longer to carry out is heavy, and time does not pass meanwhile
 _REST = 3  # times as long as it took nothing else that is heavy is carried out
 _FRAMES_A_TURN = 16
@@ -149,13 +150,24 @@ class Server:
         """Whether some guest has to read first before more can be told it, if nothing is to be lost."""
         return any(guest.is_behind and not guest.is_gone for guest in self._guests)
 
+    def dismiss(self, reason: str, *, keep: Callable[[str], bool]) -> None:
+        """Tell guests that it is over and why, and hear no more of them, but for those whose names are kept."""
+        for guest in self._guests:
+            if guest.node and not keep(guest.node) and not guest.is_gone:
+                guest.say(Frame(Kind.ENDED, payload=reason.encode()))
+                guest.stop_hearing()
+        deadline = time.monotonic() + _TIME_TO_TAKE
+        while any(guest.is_leaving and not guest.is_gone for guest in self._guests) and time.monotonic() < deadline:
+            self.wait(_TIME_TO_TAKE / 10, until_asked=False)
+        self._forget_those_gone()
+
     def close(self, reason: str) -> None:
         """Tell every guest that it is over and why, and let go of them."""
         self._listener.close()
         for guest in self._guests:
             if guest.node and not guest.is_gone:
                 guest.say(Frame(Kind.ENDED, payload=reason.encode()))
-        deadline = time.monotonic() + 0.5  # those that read are told; nobody is waited for longer
+        deadline = time.monotonic() + _TIME_TO_TAKE
         while time.monotonic() < deadline:
             self._flush()
             behind = [guest.connection for guest in self._guests if guest.has_waiting and not guest.is_gone]

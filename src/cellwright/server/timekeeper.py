@@ -73,6 +73,7 @@ class Timekeeper:
             return
         clock = self._simulation.clock
         while not self.is_stopped and clock.now < deadline():
+            self._simulation.is_paced = self.tempo.speed is not None
             self.tick()
 
     def tick(self) -> bool:

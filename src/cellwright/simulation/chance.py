@@ -40,3 +40,10 @@ class SampleNoise:
         self._counter[3] = sample & _MASK
         self._bits.state = self._state
         return self._generator.standard_normal(size)
+
+    def bytes(self, sample: int, size: int, stream: int) -> NDArray[np.uint8]:
+        """`size` random bytes that belong to sample number `sample`; each `stream`, from 1 on, has its own."""
+        self._counter[2:] = stream, sample & _MASK
+        self._bits.state = self._state
+        self._counter[2] = 0
+        return np.frombuffer(self._generator.bytes(size), np.uint8)

@@ -61,6 +61,8 @@ class Simulation:
         self.watches = Watches()
         self.inbox = Inbox()
         self.devices: dict[str, Device] = {}
+        self.is_paced = False
+        """Whether time goes by the wall clock, and waits for nobody; who lets it pass says so."""
         self.on_reset: list[Callable[[], None]] = []
         """Called when time is about to begin anew, with all still as it was."""
         self.runs = 0

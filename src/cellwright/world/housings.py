@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from cellwright.description.trial import Sensor
+from cellwright.description.trial import Camera, Sensor
 from cellwright.pose import Pose
 from cellwright.world import colours
 from cellwright.world.shapes import Colour, Role, Shape, add_shape, at, box, cylinder
@@ -38,8 +38,17 @@ _HOUSINGS: dict[str, tuple[Shape, ...]] = {
 }
 
 
+_CAMERA = (
+    box(0.024, 0.09, 0.026, at(x=-0.014), colours.SENSOR),
+    _lens(0.009, -0.007, colours.SENSOR_LENS),
+)  # all of it behind the eye, which is where the pose is
+
+
 def add_housing(spec: Any, sensor: Sensor) -> None:
-    """The housing of a sensor at its pose."""
-    body = spec.worldbody.add_body(name=f"{sensor.name} housing", pos=sensor.pose.position, quat=sensor.pose.quaternion)
-    for shape in _HOUSINGS.get(sensor.type, _OTHER):
+    """The housing of a sensor at its pose; that of a camera moves with what it is fixed to."""
+    frame = sensor.frame if isinstance(sensor, Camera) else "world"
+    body = spec.body(frame).add_body(
+        name=f"{sensor.name} housing", pos=sensor.pose.position, quat=sensor.pose.quaternion
+    )
+    for shape in _CAMERA if isinstance(sensor, Camera) else _HOUSINGS.get(sensor.type, _OTHER):
         add_shape(body, shape, Role.SEEN)

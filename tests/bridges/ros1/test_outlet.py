@@ -16,14 +16,14 @@ from cellwright.bridges.ros1.outlet import Outlet
 class Line:
     """An outlet and its other end, with buffers so small that it is soon full."""
 
-    def __init__(self, limit: int | None = None) -> None:
+    def __init__(self, limit: int | None = None, most: int | None = None) -> None:
         self.loop = Loop()
         self.here, self.there = socket.socketpair()
         for end, option in ((self.here, socket.SO_SNDBUF), (self.there, socket.SO_RCVBUF)):
             end.setsockopt(socket.SOL_SOCKET, option, 2048)
             end.setblocking(False)
         self.dropped = 0
-        self.outlet = Outlet(self.loop, self.here, lambda: None, limit=limit, on_drop=self._count)
+        self.outlet = Outlet(self.loop, self.here, lambda: None, limit=limit, most=most, on_drop=self._count)
         self.got = b""
 
     def _count(self) -> None:
@@ -107,3 +107,26 @@ def test_the_other_end_may_be_gone(line: Line) -> None:
     for _ in range(3):
         line.outlet.send(b"hello")
     assert line.outlet.is_empty
+
+
+@given(st.lists(st.integers(1, 60_000), min_size=1, max_size=12))
+def test_so_many_bytes_wait_and_the_newest_are_among_them(sizes: list[int]) -> None:
+    line = Line(most=100_000)
+    pieces = [bytes([number]) * size for number, size in enumerate(sizes)]
+    for piece in pieces:
+        line.outlet.send(piece)
+        assert sum(map(len, line.outlet._waiting)) <= 100_000
+    out = line.drain()
+    assert out.endswith(pieces[-1])
+    assert len(set(out)) + line.dropped == len(pieces)
+    line.close()
+
+
+def test_one_piece_may_wait_however_large_it_is() -> None:
+    line = Line(most=1000)
+    pieces = [bytes([number]) * 50_000 for number in range(4)]
+    for piece in pieces:
+        line.outlet.send(piece)
+    assert line.drain() == pieces[0] + pieces[3]
+    assert line.dropped == 2
+    line.close()

@@ -106,7 +106,7 @@ def test_listening_changes_nothing(cellwright: CommandLine, agents: str) -> None
         return str(json.loads(ran.out)["state_hash"])
 
     plain = state_hash()
-    assert plain == state_hash("--listen", "all", "--speed", "1000", "--snapshot", "0.1:a.png", "--view", "agv2")
+    assert plain == state_hash("--listen", "all", "--speed", "1000", "--snapshot", "0.1:a.png", "--camera", "agv2")
     assert plain != state_hash("--servo", "precise")
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.cli.run.command import finals_score
+from cellwright.cli.run.turn import finals_score
 from cellwright.description.trial import Sensor, Trial
 from cellwright.kitting.score.kit_score import Fit, KitScore, PartFinding, Verdict
 from cellwright.kitting.score.scorer import GameScore, OrderScore

@@ -27,7 +27,7 @@ from tests.test_serving import COMMAND, ended, serving
         (["lesson", "--log", "run.txt"], "give a file such as run.jsonl"),
         (["lesson", "--picture", "cell.jpg"], "--picture cell.jpg: give a file such as cell.png"),
         (["lesson", "--picture", "no/cell.png"], "--picture no/cell.png: there is no folder no"),
-        (["lesson", "--view", "nowhere"], "--view: unknown view 'nowhere'"),
+        (["lesson", "--camera", "nowhere"], "--camera: unknown view 'nowhere'"),
     ],
 )
 def test_bad_input_is_one_line(arguments: list[str], reason: str, cellwright: CommandLine) -> None:
@@ -54,7 +54,7 @@ def test_a_picture_is_taken_at_the_end(cellwright: CommandLine, tmp_path: Path) 
     options = ["--port", "0", "--speed", "max", "--until", "0.1", "--json"]
     seen = {}
     for view in ("overview", "agv1"):
-        ran = cellwright("serve", "lesson", *options, "--picture", f"{view}.png", "--view", view)
+        ran = cellwright("serve", "lesson", *options, "--picture", f"{view}.png", "--camera", view)
         assert (ran.status, json.loads(ran.out)["pictures"]) == (0, [f"{view}.png"])
         seen[view] = (tmp_path / f"{view}.png").read_bytes()
         assert seen[view].startswith(b"\x89PNG")

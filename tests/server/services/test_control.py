@@ -82,7 +82,7 @@ def test_it_begins_anew_and_counts_that() -> None:
 
 @pytest.mark.parametrize("action", ["pause", "resume", "step", "speed"])
 def test_the_time_of_a_real_robot_cannot_be_changed(action: str) -> None:
-    desk = control(bound="a real robot keeps real time")
+    desk = control(refused={action: "a real robot keeps real time"})
     with pytest.raises(RejectedCommandError, match="real robot"):
         desk.control({"action": action, "factor": 2})
     assert desk.state()["refused"][action] == "a real robot keeps real time"

@@ -13,7 +13,9 @@ from cellwright.link.frames import Kind
 from cellwright.scene.encoded import decode_scene
 from cellwright.scene.frame import decode
 from cellwright.server.services import onlookers
+from cellwright.server.services.control import Control
 from cellwright.server.services.scene import FRAME, SCENE, SceneServices
+from cellwright.simulation.tempo import Tempo
 from tests.cells import KITTING, WHOLE
 from tests.server.talk import served
 
@@ -21,7 +23,7 @@ from tests.server.talk import served
 def test_a_guest_is_told_the_scene_and_where_it_is() -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:
-        onlookers.offer(hall.server, cell)
+        onlookers.offer(hall.server, cell, lambda _: {}, Control(Tempo()))
         guest = hall.guest()
         told = guest.ask(Said(Kind.CALL, 5, SCENE, payload=b"{}")).json()
         data = b64decode(told["scene"])

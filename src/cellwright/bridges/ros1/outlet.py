@@ -19,7 +19,8 @@ class Outlet:
         loop: waits until the other side takes more.
         connection: a socket that does not block.
         on_read: what the loop calls when there is something to read.
-        limit: so many pieces may wait; the oldest one makes room for a new one. None for no limit.
+        limit: so many pieces may wait; the oldest ones make room for a new one. None for no limit.
+        most: so many bytes may wait, in the same way; one piece always may.
         on_drop: called for each piece that is dropped.
     """
 
@@ -30,12 +31,15 @@ class Outlet:
         on_read: Callback,
         *,
         limit: int | None = None,
+        most: int | None = None,
         on_drop: Callable[[], None] = lambda: None,
     ) -> None:
         self._loop = loop
         self._connection = connection
         self._on_read = on_read
         self._limit = limit
+        self._most = most
+        self._bytes = 0  # of pieces that wait
         self._on_drop = on_drop
         self._lock = threading.Lock()
         self._rest = b""
@@ -60,11 +64,13 @@ class Outlet:
                 if self._rest:
                     self._loop.call(self._watch)
                 return
-            dropped = self._limit is not None and len(self._waiting) >= self._limit
-            if dropped:
-                self._waiting.popleft()
+            dropped = 0
+            while self._waiting and self._is_full(len(data)):
+                self._bytes -= len(self._waiting.popleft())
+                dropped += 1
             self._waiting.append(data)
-        if dropped:
+            self._bytes += len(data)
+        for _ in range(dropped):
             self._on_drop()
 
     def close_when_empty(self) -> None:
@@ -82,9 +88,15 @@ class Outlet:
                 return
             self.is_closed = True
             self._waiting.clear()
+            self._bytes = 0
             self._rest = b""
         self._loop.forget(self._connection)
         self._connection.close()
+
+    def _is_full(self, more: int) -> bool:
+        """Whether so many bytes in one piece more are too much."""
+        is_crowded = self._limit is not None and len(self._waiting) >= self._limit
+        return is_crowded or (self._most is not None and self._bytes + more > self._most)
 
     def _sent(self, data: bytes) -> bytes:
         """Send what is taken at once; the rest."""
@@ -103,6 +115,7 @@ class Outlet:
                 if self._rest or not self._waiting:
                     break
                 self._rest = self._waiting.popleft()
+                self._bytes -= len(self._rest)
             empty = self.is_empty
         if empty and not self.is_closed:
             self._loop.watch(self._connection, self._on_read)

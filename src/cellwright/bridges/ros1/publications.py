@@ -28,6 +28,8 @@ from cellwright.bridges.ros1.tcpros import Header
 
 QUEUE = 1000
 """So many messages wait for a subscriber that does not read; then the oldest is dropped."""
+MOST_BYTES = 64 << 20
+"""So many bytes of them at most: pictures are large."""
 LONG_QUEUE = 1_000_000
 """The same in lockstep, where nothing must be lost."""
 
@@ -185,7 +187,14 @@ class Peer:
         self.messages = 0
         self.bytes = 0
         self.description = _description(connection)
-        self.outlet = Outlet(loop, connection, self._read, limit=queue, on_drop=lambda: publication.dropped(self))
+        self.outlet = Outlet(
+            loop,
+            connection,
+            self._read,
+            limit=queue,
+            most=MOST_BYTES if queue == QUEUE else None,
+            on_drop=lambda: publication.dropped(self),
+        )
 
     def _read(self) -> None:
         if received(self._connection, _PIECE) == b"":  # a subscriber has nothing to say but that it leaves

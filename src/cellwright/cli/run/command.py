@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext, redirect_stdout
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -17,22 +15,17 @@ from rich.console import Console
 from cellwright import variation
 from cellwright.agents.agent import BUNDLED, Agent, find_agent
 from cellwright.cell import Cell
-from cellwright.cli import exit_status, options
+from cellwright.cli import options, videos
 from cellwright.cli.arguments import END, OUTPUT, TRIAL, WORK, Development, Log, Seed, Servo, Until, Vary
-from cellwright.cli.run import document, score_table
 from cellwright.cli.run import over as run_over
-from cellwright.cli.run.pictures import Pictures
-from cellwright.cli.run.progress import RunProgress, bar
-from cellwright.cli.signals import ended_as_by_ctrl_c
+from cellwright.cli.run.attended import Attended
+from cellwright.cli.run.turn import Turn, warn
+from cellwright.cli.view.arguments import LOOK, Open, View, ViewHost, ViewPort, look, refuse_a_camera
 from cellwright.description.catalogue import bundled_sensors
 from cellwright.description.trial import Trial
-from cellwright.errors import UsageError
-from cellwright.kitting.score.scorer import GameScore
-from cellwright.kitting.score.trial_score import Averages, TrialScore, trial_score
-from cellwright.recording.run_log import RunLog
-from cellwright.run import Outcome, RunOptions, run_cell
+from cellwright.run import RunOptions
 
-_LOOK, _SAVE = "Looking on", "Checkpoints"
+_SAVE = "Checkpoints"
 _OF_THE_AGENT = ("connect", "agent", "min_score", "as_json", "verbose", "picture")
 _PROCESSES = "Agent and cell in two processes"
 
@@ -56,7 +49,7 @@ def run(
         typer.Option(
             metavar="FACTOR",
             help="Simulated seconds a second: `1` is real time, `max` as fast as it goes. `max` when left out, but "
-            "`1` with --over and no --lockstep.",
+            "`1` with --view, and with --over and no --lockstep.",
             rich_help_panel=WORK,
         ),
     ] = None,
@@ -94,21 +87,30 @@ def run(
     snapshot: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="T:FILE.png", help="Take a picture at a simulation time [s]; repeatable.", rich_help_panel=_LOOK
+            metavar="T:FILE.png", help="Take a picture at a simulation time [s]; repeatable.", rich_help_panel=LOOK
         ),
     ] = None,
     picture: Annotated[
         bool,
-        typer.Option("--picture/--no-picture", metavar="", help="Write TRIAL.png at the end.", rich_help_panel=_LOOK),
+        typer.Option("--picture/--no-picture", metavar="", help="Write TRIAL.png at the end.", rich_help_panel=LOOK),
     ] = True,
-    view: Annotated[
+    camera: Annotated[
         str,
         typer.Option(
-            metavar="VIEW",
+            metavar="NAME",
             help="Where pictures are taken from: overview, bins, belt, agv1, agv2.",
-            rich_help_panel=_LOOK,
+            rich_help_panel=LOOK,
         ),
     ] = "overview",
+    view: View = False,
+    view_host: ViewHost = None,
+    view_port: ViewPort = None,
+    open_page: Open = False,
+    video: videos.File = None,
+    video_camera: videos.View = None,
+    video_speed: videos.Speed = 1.0,
+    video_size: videos.Size = videos.USUAL_SIZE,
+    video_fine: videos.Fine = False,
     checkpoint: Annotated[
         list[str] | None,
         typer.Option(
@@ -124,7 +126,7 @@ def run(
     listen: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="TOPIC", help="Count a topic's messages, `all` for every topic; repeatable.", rich_help_panel=_LOOK
+            metavar="TOPIC", help="Count a topic's messages, `all` for every topic; repeatable.", rich_help_panel=LOOK
         ),
     ] = None,
     as_json: Annotated[
@@ -156,6 +158,9 @@ def run(
         # the lesson's cell, worked by the agent that comes along
         cellwright run lesson
 
+        # the same on a page in your browser: pause it, slow it down, see where each point comes from
+        cellwright run lesson --view
+
         # worked by the lesson's own script
         cellwright run lesson --agent lesson
 
@@ -172,7 +177,7 @@ def run(
         cellwright run lesson --over ros1 --lockstep
 
         # nobody at work: the cell itself, seen by the belt after ten seconds
-        cellwright run lesson --agent none --until 10 --view belt
+        cellwright run lesson --agent none --until 10 --camera belt
 
     Exit status: 0 done; 1 not done (time limit, agent gave up or crashed, stopped, below --min-score); 2 bad input,
     and nothing was started.
@@ -183,72 +188,60 @@ def run(
         run_over.connected(agent, connect, as_json=as_json, min_score=least)
     if not files:
         options.refuse("give a trial, such as lesson; cellwright trials lists those that come along")
+    refuse_a_camera(files, view=view)
+    page = look(view=view, host=view_host, port=view_port, opens=open_page)
     way = run_over.way(over, lockstep=lockstep)
     wanted = RunOptions(
-        speed=options.speed(speed or ("max" if way is None or lockstep else "1")),
+        speed=options.speed(speed or ("max" if page is None and (way is None or lockstep) else "1")),
         until=options.until(until),
         listen=listen or (),
         checkpoints=[options.timed_file("--checkpoint", text, ".npz") for text in checkpoint or ()],
         start=resume,
     )
     log_file = options.log_file(log)
-    pictures = Pictures(
-        options.camera(view), [options.timed_file("--snapshot", text, ".png") for text in snapshot or ()], _warn
-    )
+    filmed = videos.wish(video, video_camera, video_speed, video_size, fine=video_fine)
+    place = options.camera(camera)
+    snapshots = [options.timed_file("--snapshot", text, ".png") for text in snapshot or ()]
     console = Console(stderr=as_json, highlight=False)
-    with redirect_stdout(sys.stderr) if as_json else nullcontext():  # what an agent prints is no JSON
+    with redirect_stdout(sys.stderr) if as_json else nullcontext():  # what a file brings along prints no JSON
         cell = _build(_trial(files, seed, is_varied=vary), seed, servo, console, competition=not development)
         options.topics(wanted.listen, cell)
         spent = options.averages(averages, cell.trial)
         maker = _maker(agent, wanted)
         worker = maker() if maker is not None and way is None else None
-        if maker and not cell.trial.has_arm:
-            _miss_arm(cell.trial.name, agent)
-        varied = ", varied" if vary else ""
-        console.print(
-            f"trial {cell.trial.name}{varied}, agent {agent}, seed {cell.seed}, servo {cell.servo}", markup=False
-        )
-        progress = RunProgress(console, cell, until=wanted.until, verbose=verbose)
-        kept = None if log_file is None else RunLog(log_file, about={"agent": agent}, report=_warn)
-        wanted = replace(wanted, at=pictures.actions(), on_progress=progress.update, log=kept)
-        with progress.running(), ended_as_by_ctrl_c():
-            if maker is None or way is None:
-                result = run_cell(cell, worker, wanted)
-            else:
-                report = partial(progress.line, style="yellow")
-                result = run_over.hosted(
-                    cell, agent, wanted, way=way, lockstep=lockstep, verbose=verbose, report=report
-                )
-    pictures.finish(cell.simulation.time)
-    final = None if spent is None else finals_score(cell.trial, result.score, spent)
-    if result.error:
-        sys.stderr.write(result.error)
-    status = exit_status.of_run(result, has_agent=maker is not None, min_score=least)
-    if pictures.missed or cell.checkpoints.missed or not (kept is None or kept.lines.is_whole):
-        status = status or exit_status.NOT_DONE  # what was asked for is not all there
-    if not as_json:
-        score_table.show(console, result, final)
-        if least is not None and result.score.total < least:
-            score_table.note(console, "not enough", f"{least:g} points were asked for")
-    if picture and result.outcome is not Outcome.INTERRUPTED:
-        file = Path(f"{cell.trial.name}.png")
-        with bar(console, f"drawing {file}", 1.0) as tell:
-            pictures.take(file, cell, tell)
-    if as_json:
-        typer.echo(json.dumps(document.of_run(cell, agent, result, status, pictures.written, final), indent=2))
-    else:
-        for written in pictures.written:
-            score_table.note(console, "picture", written)
+    if maker and not cell.trial.has_arm:
+        _miss_arm(cell.trial.name, agent)
+    varied = ", varied" if vary else ""
+    console.print(f"trial {cell.trial.name}{varied}, agent {agent}, seed {cell.seed}, servo {cell.servo}", markup=False)
+    turn = Turn(
+        cell=cell,
+        agent=agent,
+        make=maker,
+        worker=worker,
+        options=wanted,
+        console=console,
+        way=way,
+        lockstep=lockstep,
+        verbose=verbose,
+        camera=place,
+        snapshots=snapshots,
+        picture=picture,
+        video=filmed,
+        log=log_file,
+        least=least,
+        spent=spent,
+        as_json=as_json,
+    )
+    if page is None:
+        raise typer.Exit(turn.play())
+    say = partial(console.print, markup=False, soft_wrap=True)
+    with Attended(
+        cell, page, speed=wanted.speed, lockstep=lockstep, apart=way is not None, about={"agent": agent}, say=say
+    ) as turn.attended:
+        status = turn.play()
+        while not turn.is_interrupted and turn.attended.stays():
+            status = turn.play()
     raise typer.Exit(status)
-
-
-def finals_score(trial: Trial, score: GameScore, spent: Averages) -> TrialScore | None:
-    """The score of the trial; without one, such as after points in no time, the run still has its result."""
-    try:
-        return trial_score(trial.sensors, score.orders, spent)
-    except UsageError as error:
-        _warn(f"the trial has no score: {error}")
-        return None
 
 
 def _refuse_what_is_settled(context: typer.Context) -> None:
@@ -289,8 +282,4 @@ def _miss_arm(trial: str, agent: str) -> None:
     remedy = f"give a file with one as well, such as: cellwright run {trial} {bundled_sensors()[0]}"
     if agent in BUNDLED:
         options.refuse(f"{trial}: the trial has no arm for the agent {agent} to work with; {remedy}")
-    _warn(f"{trial}: the trial has no arm; {remedy}")
-
-
-def _warn(line: str) -> None:
-    typer.echo(f"warning: {line}", err=True)
+    warn(f"{trial}: the trial has no arm; {remedy}")

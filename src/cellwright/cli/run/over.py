@@ -16,6 +16,7 @@ from cellwright.agents.agent import find_agent
 from cellwright.cell import Cell
 from cellwright.cli import options
 from cellwright.cli.exit_status import DONE, NOT_DONE
+from cellwright.cli.run.attended import Attended
 from cellwright.cli.serve.result import RESULT
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.client.client import Client
@@ -44,7 +45,15 @@ def way(over: str | None, *, lockstep: bool) -> str | None:
 
 
 def hosted(
-    cell: Cell, agent: str, wanted: RunOptions, *, way: str, lockstep: bool, verbose: bool, report: Report
+    cell: Cell,
+    agent: str,
+    wanted: RunOptions,
+    *,
+    way: str,
+    lockstep: bool,
+    verbose: bool,
+    report: Report,
+    attended: Attended | None = None,
 ) -> RunResult:
     """Run a cell whose agent works in a process of its own.
 
@@ -56,8 +65,11 @@ def hosted(
         lockstep: whether time passes only while the agent waits.
         verbose: whether to tell what the agent logs at level INFO.
         report: takes a line about what goes wrong in ROS.
+        attended: who looks on; None for nobody.
     """
     host = Host(cell, agent, lockstep=lockstep, level=logging.INFO if verbose else logging.WARNING, say=_say)
+    if attended is not None:
+        host.server, host.tempo = attended.server, attended.tempo
     with stopped_by_signals(host.interrupt), ExitStack() as to_close:
         if way == "ros1":
             host.ros = to_close.enter_context(Ros1(report, lambda: host.is_interrupted))

@@ -10,9 +10,10 @@ from typing import Annotated
 import typer
 
 from cellwright import variation
-from cellwright.cli import options
+from cellwright.cli import options, videos
 from cellwright.cli.arguments import END, OUTPUT, WORK, Development, Files, Log, Seed, Servo, Until, Vary
 from cellwright.cli.serve.trial import EXIT_ON_COMPLETION, ServeOptions, serve_trial
+from cellwright.cli.view.arguments import Open, View, ViewHost, ViewPort, look, refuse_a_camera
 from cellwright.description.trial import Trial
 from cellwright.server import DEFAULT_PORT
 from cellwright.server.server import LOOPBACK
@@ -79,14 +80,23 @@ def serve(
             rich_help_panel=OUTPUT,
         ),
     ] = None,
-    view: Annotated[
+    camera: Annotated[
         str,
         typer.Option(
-            metavar="VIEW",
+            metavar="NAME",
             help="Where it is taken from: overview, bins, belt, agv1, agv2.",
             rich_help_panel=OUTPUT,
         ),
     ] = "overview",
+    view: View = False,
+    view_host: ViewHost = None,
+    view_port: ViewPort = None,
+    open_page: Open = False,
+    video: videos.File = None,
+    video_camera: videos.View = None,
+    video_speed: videos.Speed = 1.0,
+    video_size: videos.Size = videos.USUAL_SIZE,
+    video_fine: videos.Fine = False,
     verbose: Annotated[
         bool,
         typer.Option(
@@ -101,6 +111,9 @@ def serve(
         # the lesson's cell, in real time
         cellwright serve lesson
 
+        # the same, and a page to look at it
+        cellwright serve lesson --view
+
         # time passes only when a program asks for it: the same result on any host
         cellwright serve lesson --lockstep
 
@@ -113,6 +126,7 @@ def serve(
     Exit status: 0 stopped, by whatever was asked for; 1 the simulation became unstable, or the picture could not be
     written; 2 bad input, and nothing was started.
     """
+    refuse_a_camera(files, view=view)
     wanted = ServeOptions(
         speed=options.speed(("max" if lockstep else "1") if speed is None else speed),
         lockstep=lockstep,
@@ -127,8 +141,10 @@ def serve(
         as_json=as_json,
         log=options.log_file(log),
         picture=options.picture_file(picture),
-        camera=options.camera(view),
+        camera=options.camera(camera),
+        video=videos.wish(video, video_camera, video_speed, video_size, fine=video_fine),
         verbose=verbose,
+        look=look(view=view, host=view_host, port=view_port, opens=open_page),
     )
     raise typer.Exit(serve_trial(partial(_trial, files, seed, is_varied=vary), wanted))
 

@@ -13,13 +13,15 @@ import typer
 from rich.console import Console
 
 from cellwright.cell import Cell
-from cellwright.cli import options
+from cellwright.cli import options, videos
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.run import document, score_table
 from cellwright.cli.run.pictures import Pictures
 from cellwright.cli.run.progress import RunProgress, bar
 from cellwright.cli.serve.result import offer_result
 from cellwright.cli.signals import Stop, stopped_by_signals
+from cellwright.cli.view.arguments import Look
+from cellwright.cli.view.page import page_on
 from cellwright.contracts.gear.parameters import parameters
 from cellwright.description.trial import Trial
 from cellwright.recording.run_log import RunLog
@@ -30,7 +32,11 @@ from cellwright.run import Outcome, RunOptions
 from cellwright.server import DEFAULT_PORT, Server
 from cellwright.server.server import LOOPBACK
 from cellwright.server.services import onlookers
+from cellwright.server.services.cell_panel import IN_COMPETITION, CellPanel
+from cellwright.server.services.control import Control, Reset
 from cellwright.serving import Hooks, Pace, Serving
+from cellwright.simulation.tempo import Tempo
+from cellwright.viewer.filming import VideoWish
 
 EXIT_ON_COMPLETION = "ARIAC_EXIT_ON_COMPLETION"
 """Environment variable of the original: with any value the simulator ends when the competition does."""
@@ -55,7 +61,10 @@ class ServeOptions:
         log: file for what happens.
         picture: file for a picture of the cell at the end; none when it is stopped before the competition is done.
         camera: where that is taken from.
+        video: a video to be written; it is not waited for where time keeps to the wall clock.
         verbose: say also how time kept to the wall clock.
+        look: a page on it; None for none.
+        paused: let time stand until somebody on the page lets it pass.
     """
 
     speed: float | None = 1.0
@@ -72,7 +81,10 @@ class ServeOptions:
     log: Path | None = None
     picture: Path | None = None
     camera: Camera = VIEWS["overview"]
+    video: VideoWish | None = None
     verbose: bool = False
+    look: Look | None = None
+    paused: bool = False
 
 
 def serve_trial(
@@ -104,25 +116,36 @@ def serve_trial(
             report=warn,
         )
         on_cell(cell)
+        say = partial(console.print, markup=False, soft_wrap=True)
         progress = RunProgress(console, cell, until=wanted.until)
         report = partial(progress.line, style="yellow")
         if ros is not None:
             ros.report = report
         server = Server(cell, host=wanted.host, port=wanted.port, lockstep=wanted.lockstep, report=report)
-        onlookers.offer(server, cell)
         if not server.is_local:
             typer.echo(f"warning: {wanted.host}: anybody who reaches this machine can drive the cell", err=True)
         hooks = Hooks(
             on_ready=lambda: _begin(console, cell, server, wanted.speed, ros),
             on_poll=_nothing if ros is None else ros.poll,
         )
-        serving = Serving(cell, server, tempo=wanted.speed, hooks=hooks)
+        tempo = Tempo(wanted.speed, paused=wanted.paused)
+        serving = Serving(cell, server, tempo=tempo, hooks=hooks)
+        hindrance = IN_COMPETITION if cell.in_competition else ""
+        control = Control(tempo, reset=Reset(serving.begin_anew, lambda: hindrance), lockstep=wanted.lockstep)
+        panel = CellPanel(cell)
+        onlookers.offer(server, cell, lambda _: panel.panel(), control)
+        to_close.enter_context(page_on(server, wanted.look, f"{cell.name} · Cellwright", say))
         offer_result(serving)
         is_stopped.follow(serving.stop)
         kept = None if wanted.log is None else RunLog(wanted.log, about={"agent": "served"}, report=_warn)
+        waits = wanted.lockstep or wanted.speed is None
+        film = None if wanted.video is None else videos.of_cell(cell, wanted.video, waits=waits, warn=_warn)
         with progress.running():
-            run = RunOptions(until=wanted.until, ends_when_done=wanted.ends_when_done, log=kept)
+            run = RunOptions(
+                until=wanted.until, ends_when_done=wanted.ends_when_done, log=kept, at=videos.actions(film)
+            )
             result = serving.run(run)
+    made = [] if film is None else [film.finish()]
     status = NOT_DONE if result.outcome is Outcome.UNSTABLE else DONE
     if result.error:
         typer.echo(result.error, err=True, nl=False)
@@ -136,12 +159,15 @@ def serve_trial(
     if wanted.picture is not None and (result.outcome is Outcome.DONE or not is_stopped.has_come):
         with bar(console, f"drawing {wanted.picture}", 1.0) as tell:
             pictures.take(wanted.picture, cell, tell)
-    if pictures.missed or not (kept is None or kept.lines.is_whole):
+    is_whole = (kept is None or kept.lines.is_whole) and (film is None or film.is_whole)
+    if pictures.missed or not is_whole:
         status = NOT_DONE
     if wanted.as_json:
         about = document.of_run(cell, "served", result, status, pictures.written) | {"pace": document.of_pace(pace)}
-        typer.echo(json.dumps(about, indent=2))
+        typer.echo(json.dumps(about | {"videos": made}, indent=2))
     else:
+        for each in made:
+            score_table.note(console, "video", videos.sentence(each))
         for written in pictures.written:
             score_table.note(console, "picture", written)
     return status

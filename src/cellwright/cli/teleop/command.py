@@ -44,6 +44,7 @@ from cellwright.cli.teleop.driver import run_check
 from cellwright.cli.teleop.motion_check import run_motion_check
 from cellwright.cli.teleop.node import TeleopOptions, run_node
 from cellwright.cli.teleop.sight import Sight
+from cellwright.cli.view.arguments import Open, View, ViewHost, ViewPort, look
 from cellwright.contracts.io_teleop.rows import NODE
 from cellwright.description.robot.robots import load_robot
 from cellwright.devices.joint_servos import Motion
@@ -83,6 +84,10 @@ def teleop(
     snapshot: Snapshot = None,
     ros1: InRos1 = False,
     node: NodeName = NODE,
+    view: View = False,
+    view_host: ViewHost = None,
+    view_port: ViewPort = None,
+    open_page: Open = False,
     as_json: AsJson = False,
     verbose: Verbose = False,
 ) -> None:
@@ -92,6 +97,9 @@ def teleop(
 
         # the QingLong humanoid, in real time
         cellwright teleop qinglong
+
+        # the same, on a page that shows and drives it
+        cellwright teleop qinglong --view
 
         # a robot of your own
         cellwright teleop my_robot/vr_configs.yml
@@ -159,6 +167,7 @@ def teleop(
         node=node,
         as_json=as_json,
         verbose=verbose,
+        look=look(view=view, host=view_host, port=view_port, opens=open_page),
     )
     run = run_motion_check if check else run_node
     raise typer.Exit(run(partial(load_robot, robot), wanted))

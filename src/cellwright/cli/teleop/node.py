@@ -21,23 +21,31 @@ from cellwright.cli.signals import Stop, stopped_by_signals
 from cellwright.cli.teleop.progress import NodeProgress
 from cellwright.cli.teleop.ros1 import RosSide
 from cellwright.cli.teleop.sight import Sight
+from cellwright.cli.view.arguments import Look
+from cellwright.cli.view.page import page_on
 from cellwright.contracts.io_teleop import rows as io_teleop
 from cellwright.description.robot.config import RobotConfig
 from cellwright.devices.joint_servos import Motion
 from cellwright.errors import SimulationError, UsageError
+from cellwright.messages.std_srvs import TriggerRequest
 from cellwright.ros1_host.identity import robot
 from cellwright.run import versions
 from cellwright.server import DEFAULT_PORT, Server
 from cellwright.server.server import LOOPBACK
 from cellwright.server.services import onlookers
+from cellwright.server.services.control import Control, Reset
+from cellwright.server.services.robot_panel import RobotPanel
 from cellwright.server.timekeeper import Timekeeper
 from cellwright.serving import Pace
 from cellwright.simulation.clock import nanoseconds
 from cellwright.simulation.events import NEVER
+from cellwright.simulation.tempo import Tempo
 from cellwright.teleop.drivers.driver import Driver
 from cellwright.teleop.node import RobotNode
 from cellwright.teleop.safety.settings import SafetySettings
 from cellwright.world.robot import TIMESTEP
+
+_RESET = "/io_teleop_reset_robot"
 
 Load = Callable[[Callable[[str], None]], RobotConfig]
 """Gives the robot; takes what is told of warnings."""
@@ -67,6 +75,8 @@ class TeleopOptions:
         sight: what somebody wants to see.
         as_json: print the summary as JSON, and nothing else on stdout.
         verbose: say also how time kept to the wall clock.
+        look: a page on it; None for none.
+        paused: let time stand until somebody on the page lets it pass.
     """
 
     motion: Motion = Motion.SERVO
@@ -85,6 +95,8 @@ class TeleopOptions:
     sight: Sight = field(default_factory=Sight)
     as_json: bool = False
     verbose: bool = False
+    look: Look | None = None
+    paused: bool = False
 
 
 @dataclass
@@ -132,7 +144,6 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
         server = Server(
             node, host=wanted.host, port=wanted.port, lockstep=wanted.lockstep, report=lambda line: tell(line)
         )
-        onlookers.offer(server, node)
         if not server.is_local:
             _warn(f"{wanted.host}: anybody who reaches this machine can drive the robot")
         in_ros = ros.join(config, server)
@@ -142,7 +153,11 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
             progress.update()
             ros.poll()
 
-        keeper = Timekeeper(node, server, tempo=wanted.speed, on_poll=poll)
+        tempo = Tempo(wanted.speed, paused=wanted.paused)
+        onlookers.offer(server, node, RobotPanel(node).tell, _control(node, tempo, wanted))
+        say = partial(console.print, markup=False, soft_wrap=True)
+        to_close.enter_context(page_on(server, wanted.look, f"{node.name} · Cellwright", say))
+        keeper = Timekeeper(node, server, tempo=tempo, on_poll=poll)
         progress = NodeProgress(
             console,
             node,
@@ -172,6 +187,20 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
     if wanted.as_json:
         typer.echo(json.dumps(_document(node, wanted, ran, status), indent=2))
     return status
+
+
+def _control(node: RobotNode, tempo: Tempo, wanted: TeleopOptions) -> Control:
+    """What may be done about the time of a robot: that of a real one passes as it does."""
+    refused: dict[str, str] = {}
+    if wanted.driver is not None:
+        refused = dict.fromkeys(("pause", "resume", "step", "speed"), "a real robot keeps real time")
+    elif not wanted.sim_time:
+        refused = {"speed": "messages carry the wall clock's time: --sim-time lets it go at another speed"}
+
+    def go_home() -> None:
+        node.bus.call(_RESET, TriggerRequest(), node="/page")
+
+    return Control(tempo, reset=Reset(go_home), refused=refused, lockstep=wanted.lockstep)
 
 
 def _run(node: RobotNode, server: Server, keeper: Timekeeper, wanted: TeleopOptions) -> _Ran:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from cellwright.bus import Bus
 from cellwright.contracts.gear.action import TrajectoryAction
+from cellwright.contracts.gear.cameras import bind_cameras
 from cellwright.contracts.gear.commands import Commands
 from cellwright.contracts.gear.devices import GearDevices
 from cellwright.contracts.gear.publications import Publications
@@ -30,4 +31,5 @@ def bind(bus: Bus, devices: GearDevices, *, competition: bool) -> None:
         bound.append(TrajectoryAction(bus, table, devices.simulation, devices.arm))
     for each in bound:
         devices.simulation.add(each)
+    bind_cameras(bus, devices)
     bind_brought_sensors(bus, devices)

@@ -8,10 +8,11 @@ from itertools import pairwise
 import numpy as np
 
 from cellwright.contracts.gear.devices import GearDevices
-from cellwright.description.trial import Trial
+from cellwright.description.trial import Camera, Trial
 from cellwright.devices.sensors.logical_camera import Frame
 from cellwright.devices.sensors.scene import body_poses
 from cellwright.pose import Pose
+from cellwright.rendering.pinhole import OPTICAL
 from cellwright.simulation.simulation import Simulation
 from cellwright.world.frames import AGV_HOMES, BELT_FRAME, BIN_CENTRES, load_point
 
@@ -49,9 +50,14 @@ def static_frames(trial: Trial) -> list[Frame]:
     frames.append(Frame("world", "belt_frame", BELT_FRAME))
     # The original left out sensors by their names, not by their type: a camera's frame came from the camera itself.
     frames += [
-        Frame("world", f"{sensor.name}_frame", sensor.pose)
+        Frame(sensor.frame if isinstance(sensor, Camera) else "world", f"{sensor.name}_frame", sensor.pose)
         for sensor in trial.sensors
         if not sensor.name.startswith("logical_camera")
+    ]
+    frames += [
+        Frame(f"{camera.name}_frame", f"{camera.name}_optical_frame", OPTICAL)
+        for camera in trial.sensors
+        if isinstance(camera, Camera)
     ]
     return frames
 

@@ -7,10 +7,12 @@ cheating in the competition and are marked so: seeing what lies on the trays, an
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from fractions import Fraction
 
 from cellwright.contracts.gear.intention import TOPIC as INTENTION
 from cellwright.contracts.table import Competition, Kind, Pace, Row, Where, says, takes
-from cellwright.description.trial import SensorType, Trial
+from cellwright.description.trial import Camera, CameraType, SensorType, Trial
 from cellwright.errors import UsageError
 
 AGVS = ("1", "2")
@@ -134,6 +136,25 @@ SENSORS = (
 )
 # fmt: on
 
+# fmt: off
+PICTURES = (
+    says("/ariac/{sensor}/image_raw", "sensor_msgs/Image", 10, Where.COLOUR_CAMERA,
+         "A colour picture, `rgb8`."),
+    says("/ariac/{sensor}/camera_info", "sensor_msgs/CameraInfo", 10, Where.COLOUR_CAMERA,
+         "The matrix of the colour pictures, which have no distortion."),
+    says("/ariac/{sensor}/depth/image_raw", "sensor_msgs/Image", 10, Where.DEPTH_CAMERA,
+         "Depth along the line of sight in m, `32FC1`; NaN where nothing was measured."),
+    says("/ariac/{sensor}/depth/camera_info", "sensor_msgs/CameraInfo", 10, Where.DEPTH_CAMERA,
+         "The matrix of the depth pictures, which is that of the colour pictures too."),
+    says("/ariac/{sensor}/depth/points", "sensor_msgs/PointCloud2", 10, Where.DEPTH_CAMERA,
+         "A point for each pixel in the optical frame, with its colour if the camera has one; NaN where nothing was "
+         "measured."),
+    says("/ariac/{sensor}", "sensor_msgs/PointCloud", 10, Where.CLOUD_CAMERA,
+         "The points that were measured, in the camera's frame."),
+)
+# fmt: on
+"""Topics of cameras, which were not there in 2017; the rate is that of the camera."""
+
 GEAR: tuple[Row, ...] = (*TIME_AND_FRAMES, *TRIAL, *ARM, *TRAYS, *BELT, *SENSORS)
 """The whole contract, as templates."""
 
@@ -142,6 +163,13 @@ SENSOR_PLACES: dict[Where, SensorType] = {
     Where.PROXIMITY_SENSOR: "proximity_sensor",
     Where.LASER_PROFILER: "laser_profiler",
     Where.LOGICAL_CAMERA: "logical_camera",
+}
+
+
+CAMERA_PLACES: dict[Where, tuple[CameraType, ...]] = {
+    Where.COLOUR_CAMERA: ("rgb_camera", "rgbd_camera"),
+    Where.DEPTH_CAMERA: ("depth_camera", "rgbd_camera"),
+    Where.CLOUD_CAMERA: ("depth_camera",),
 }
 
 
@@ -160,8 +188,17 @@ def rows(trial: Trial, *, competition: bool) -> tuple[Row, ...]:
         if competition and row.competition is ABSENT:
             continue
         found += [row.of(subject) for subject in _subjects(row.where, trial)]
+    for camera in trial.sensors:
+        if isinstance(camera, Camera):
+            found += camera_rows(camera)
     _refuse_clashes(found)
     return tuple(found)
+
+
+def camera_rows(camera: Camera) -> list[Row]:
+    """The rows of one camera, at its rate."""
+    rate = Fraction(repr(camera.rate))
+    return [replace(row.of(camera.name), rate=rate) for row in PICTURES if camera.type in CAMERA_PLACES[row.where]]
 
 
 def _subjects(where: Where, trial: Trial) -> Sequence[str | None]:

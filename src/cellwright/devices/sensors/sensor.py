@@ -118,7 +118,7 @@ class Sensor(Device, ABC, Generic[R]):
     def enabled(self, enabled: bool) -> None:
         self._enabled = enabled
         if not enabled:
-            self._under_way.clear()
+            self._lose_under_way()
 
     # ---------------------------------------------------------------- measuring
 
@@ -175,7 +175,7 @@ class Sensor(Device, ABC, Generic[R]):
         for watch in self._watches:
             watch.cancel()
         self._watches.clear()
-        self._under_way.clear()
+        self._lose_under_way()
 
     def _sample(self, index: int) -> None:
         if not self._enabled:
@@ -191,6 +191,10 @@ class Sensor(Device, ABC, Generic[R]):
         latest = self.simulation.now - self._latency_ns
         while self._under_way and self._under_way[0].time_ns <= latest:
             self._deliver(self._under_way.popleft())
+
+    def _lose_under_way(self) -> None:
+        """Forget what was measured and not delivered yet."""
+        self._under_way.clear()
 
     def _deliver(self, reading: R) -> None:
         for listener in tuple(self._listeners):
@@ -228,6 +232,6 @@ class Sensor(Device, ABC, Generic[R]):
 
     def _forget_time(self) -> None:
         """Time has jumped: drop what was measured in the other time, and give all that follows to all."""
-        self._under_way.clear()
+        self._lose_under_way()
         for listener in self._listeners:
             listener.since = -1

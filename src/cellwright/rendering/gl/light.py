@@ -12,8 +12,8 @@ from cellwright.rendering.camera import Camera
 from cellwright.rendering.gl.matrices import Matrix, of_camera, of_sun
 from cellwright.rendering.gl.program import Program
 from cellwright.rendering.gl.shaders import CORNER, NOTHING, SKY_MAPS
-from cellwright.rendering.gl.stage import Stage
-from cellwright.rendering.gl.targets import ShadowMaps
+from cellwright.rendering.gl.shadow_maps import ShadowMaps
+from cellwright.rendering.gl.stage import Part, Stage
 
 _REACH = 6.5
 """How far [m] from the middle of a picture things throw shadows."""
@@ -66,10 +66,10 @@ class Light:
             seen = Camera(lamp, centre, up, fov=2 * math.asin(reach / distance))
             self._lamp_matrix = of_camera(seen, 1.0, max(0.1, distance - 1.2 * reach), distance + 1.2 * reach)
             self._sky_matrices = [of_sun(direction, centre, reach) for direction in sky_directions()]
-            self._lamp_map.draw_still(lambda _: self._draw(self._lamp_matrix, is_still=True))
-            self._sky_maps.draw_still(lambda number: self._draw(self._sky_matrices[number], is_still=True))
-        self._lamp_map.draw_moving(lambda _: self._draw(self._lamp_matrix, is_still=False))
-        self._sky_maps.draw_moving(lambda number: self._draw(self._sky_matrices[number], is_still=False))
+            self._lamp_map.draw_still(lambda _: self._draw(self._lamp_matrix, self._stage.still))
+            self._sky_maps.draw_still(lambda number: self._draw(self._sky_matrices[number], self._stage.still))
+        self._lamp_map.draw_moving(lambda _: self._draw(self._lamp_matrix, self._stage.moving))
+        self._sky_maps.draw_moving(lambda number: self._draw(self._sky_matrices[number], self._stage.large))
         GL.glDisable(GL.GL_POLYGON_OFFSET_FILL)
 
     def shine(self, program: Program) -> None:
@@ -84,9 +84,9 @@ class Light:
             sky_offset=1.5 * 2 * _REACH / _SKY_SIDE,
         )
 
-    def _draw(self, matrix: Matrix, *, is_still: bool) -> None:
+    def _draw(self, matrix: Matrix, part: Part) -> None:
         self._program.use(clip_T_world=matrix, bodies=0)
-        (self._stage.still if is_still else self._stage.moving).draw()
+        part.draw()
 
 
 def bind_units(program: Program) -> None:

@@ -17,11 +17,12 @@ from cellwright.rendering.gl.light import Light, bind_units
 from cellwright.rendering.gl.matrices import Matrix, of_camera
 from cellwright.rendering.gl.program import Program
 from cellwright.rendering.gl.stage import PICTURE_LAYERS, Stage
-from cellwright.rendering.gl.targets import ColourTarget, DepthTarget
+from cellwright.rendering.gl.targets import ColourTarget, DepthTarget, SmoothedTarget
 from cellwright.rendering.picture import LAMP
 from cellwright.scene import Frame, Layer, Scene
 
 _NEAR, _FAR = 0.02, 200.0  # [m]
+_MOST_TARGETS = 8  # sizes of pictures that memory is kept for
 
 
 class GLRenderer:
@@ -47,7 +48,7 @@ class GLRenderer:
         self._depth = Program(shaders.CORNER, shaders.DEPTH)
         self._first = Program(shaders.CORNER, shaders.NOTHING)
         self._light = Light(self._stage)
-        self._colours: dict[tuple[int, int, int], ColourTarget] = {}
+        self._colours: dict[tuple[int, int, int], ColourTarget | SmoothedTarget] = {}
         self._depths: dict[tuple[int, int], DepthTarget] = {}
 
     def colour(
@@ -57,9 +58,10 @@ class GLRenderer:
         width: int,
         height: int,
         *,
-        samples: int = 4,
+        samples: int = 2,
         shadows: bool = True,
         lamp: Vector3 = LAMP,
+        about: Vector3 | None = None,
     ) -> NDArray[np.uint8]:
         """A picture (height, width, 3), sRGB.
 
@@ -68,19 +70,20 @@ class GLRenderer:
             camera: where it is seen from.
             width: in pixels.
             height: in pixels.
-            samples: of each pixel, along what edges are smooth; 1 leaves them jagged.
+            samples: 1 leaves edges jagged, 2 has them smoothed afterwards, more have four samples drawn of each
+                pixel, which costs more than all else.
             shadows: whether light is held off by what stands in its way.
-            lamp: where the light comes from [m], from the point that the camera looks at, along the world's axes.
+            lamp: where the light comes from [m], from the point that it is placed by, along the world's axes.
+            about: that point [m]; None takes the one that the camera looks at.
         """
-        x, y, z = camera.target
+        about = camera.target if about is None else about
+        x, y, z = about
         at = (x + lamp[0], y + lamp[1], z + lamp[2])
         self._stage.show(frame)
         if shadows:
-            self._light.cast(at, camera.target)
-        size = (width, height, samples)
-        if size not in self._colours:
-            self._colours[size] = ColourTarget(*size)
-        self._colours[size].begin()
+            self._light.cast(at, about)
+        target = self._colour_target(width, height, samples)
+        target.begin()
         seen = of_camera(camera, width / height, _NEAR, _FAR)
         GL.glEnable(GL.GL_DEPTH_TEST)
         # first how far everything is, so that the costly colours are found for what is seen alone
@@ -105,7 +108,17 @@ class GLRenderer:
             GL.glDepthMask(True)
             GL.glDisable(GL.GL_BLEND)
         GL.glDepthFunc(GL.GL_LESS)
-        return self._colours[size].read()
+        return target.read()
+
+    def _colour_target(self, width: int, height: int, samples: int) -> ColourTarget | SmoothedTarget:
+        size = (width, height, min(samples, 3))
+        if size not in self._colours:
+            if len(self._colours) >= _MOST_TARGETS:
+                self._colours.pop(next(iter(self._colours))).free()
+            self._colours[size] = (
+                SmoothedTarget(width, height) if samples == 2 else ColourTarget(width, height, 4 if samples > 2 else 1)
+            )
+        return self._colours[size]
 
     def depth(self, frame: Frame, camera: Camera, width: int, height: int) -> NDArray[np.float32]:
         """How far [m] what is seen at each pixel is (height, width), along the line of sight of the camera.
@@ -115,6 +128,8 @@ class GLRenderer:
         self._stage.show(frame)
         size = (width, height)
         if size not in self._depths:
+            if len(self._depths) >= _MOST_TARGETS:
+                self._depths.pop(next(iter(self._depths))).free()
             self._depths[size] = DepthTarget(*size)
         self._depths[size].begin()
         GL.glEnable(GL.GL_DEPTH_TEST)

@@ -75,6 +75,41 @@ void main() {
 }
 """.lstrip()
 
+SMOOTHING = """
+#version 330 core
+uniform sampler2D drawn;
+out vec4 pixel;
+
+const vec3 BRIGHTNESS = vec3(0.299, 0.587, 0.114);
+const float LONGEST = 8.0;  // pixels along an edge that are looked at
+
+vec3 colour(vec2 at) { return textureLod(drawn, at, 0.0).rgb; }
+
+void main() {
+    vec2 size = 1.0 / vec2(textureSize(drawn, 0));
+    vec2 here = gl_FragCoord.xy * size;
+    vec3 middle = colour(here);
+    float centre = dot(middle, BRIGHTNESS);
+    // corners of a square about the pixel, clockwise from the upper left
+    vec4 corners = vec4(dot(colour(here + vec2(-0.5, -0.5) * size), BRIGHTNESS),
+                        dot(colour(here + vec2(0.5, -0.5) * size), BRIGHTNESS),
+                        dot(colour(here + vec2(0.5, 0.5) * size), BRIGHTNESS),
+                        dot(colour(here + vec2(-0.5, 0.5) * size), BRIGHTNESS));
+    float low = min(centre, min(min(corners.x, corners.y), min(corners.z, corners.w)));
+    float high = max(centre, max(max(corners.x, corners.y), max(corners.z, corners.w)));
+    pixel = vec4(middle, 1.0);
+    if (high - low < max(0.04, 0.1 * high)) return;  // no edge
+    // an edge runs square to the way in which it gets brighter
+    vec2 along = vec2(corners.z + corners.w - corners.x - corners.y, corners.x + corners.w - corners.y - corners.z);
+    float least = min(abs(along.x), abs(along.y)) + 0.02;
+    along = clamp(along / least, -LONGEST, LONGEST) * size;
+    vec3 near = 0.5 * (colour(here - along / 6.0) + colour(here + along / 6.0));
+    vec3 far = 0.5 * near + 0.25 * (colour(here - along / 2.0) + colour(here + along / 2.0));
+    float found = dot(far, BRIGHTNESS);
+    pixel.rgb = found < low || found > high ? near : far;  // too far along: something else is met
+}
+""".lstrip()
+
 _HEAD = "#version 330 core\n"
 
 _BEHIND = """

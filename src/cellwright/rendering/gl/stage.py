@@ -21,6 +21,10 @@ _CORNER = np.dtype(
 )
 
 
+_KINDS = 5
+_LARGE = 0.08  # [m]
+
+
 @dataclass(frozen=True, slots=True)
 class Part:
     """Some of the triangles: so many indices from the first."""
@@ -45,27 +49,32 @@ class Stage:
         planes: floors; they throw no shadow.
         still: what else stands still.
         moving: what does not.
+        large: of what moves, what holds off much of the sky.
         glass: what lets light through; drawn last.
         opaque: the first three.
     """
 
     def __init__(self, scene: Scene, layers: Collection[Layer] = PICTURE_LAYERS) -> None:
         self.scene = scene
-        drawn = sorted((shape for shape in scene.shapes if shape.layer in layers), key=_order)
-        corners, indices, counts, total = [], [], [0, 0, 0, 0], 0
+        drawn = sorted(
+            (shape for shape in scene.shapes if shape.layer in layers), key=lambda shape: _order(shape, scene)
+        )
+        corners, indices, counts, total = [], [], [0] * _KINDS, 0
         for shape in drawn:
             surface = triangles(shape, scene)
+            kind = _order(shape, scene)
             of_shape = np.zeros(len(surface.points), _CORNER)
             of_shape["point"], of_shape["normal"] = surface.points, surface.normals
             of_shape["colour"] = (*linear(np.array(shape.colour[:3])), shape.colour[3])
             of_shape["body"], of_shape["is_plane"] = shape.body, shape.form is Form.PLANE
             corners.append(of_shape)
             indices.append(surface.faces.reshape(-1) + total)
-            counts[_order(shape)] += surface.faces.size
+            counts[kind] += surface.faces.size
             total += len(of_shape)
         firsts = [0, *np.cumsum(counts).tolist()]
-        self.planes, self.still, self.moving, self.glass = (Part(*each) for each in zip(firsts, counts, strict=False))
-        self.opaque = Part(0, firsts[3])
+        self.planes, self.still, self.large, small, self.glass = map(Part, firsts, counts)
+        self.moving = Part(self.large.first, self.large.count + small.count)
+        self.opaque = Part(0, self.glass.first)
 
         self._array = GL.glGenVertexArrays(1)
         self._corners, self._indices, self._bodies = (int(each) for each in GL.glGenBuffers(3))
@@ -78,12 +87,12 @@ class Stage:
             (np.concatenate(indices) if indices else np.zeros(0)).astype("<u4"),
         )
         for place, name in enumerate(_CORNER.names or ()):
-            kind, offset = _CORNER[name], GL.ctypes.c_void_p(_offset(name))
+            field, offset = _CORNER[name], GL.ctypes.c_void_p(_offset(name))
             GL.glEnableVertexAttribArray(place)
-            if kind.base == np.dtype("<u4"):
+            if field.base == np.dtype("<u4"):
                 GL.glVertexAttribIPointer(place, 1, GL.GL_UNSIGNED_INT, _CORNER.itemsize, offset)
             else:
-                GL.glVertexAttribPointer(place, kind.shape[0], GL.GL_FLOAT, False, _CORNER.itemsize, offset)
+                GL.glVertexAttribPointer(place, field.shape[0], GL.GL_FLOAT, False, _CORNER.itemsize, offset)
 
     def show(self, frame: Frame) -> None:
         """Put the bodies where a frame says, and have them drawn from now on."""
@@ -98,12 +107,20 @@ class Stage:
         GL.glBindVertexArray(self._array)
 
 
-def _order(shape: Shape) -> int:
+def _order(shape: Shape, scene: Scene) -> int:
     if shape.colour[3] < 1.0:
-        return 3
+        return 4
     if shape.body:
-        return 2
+        return 2 if _extent(shape, scene) > _LARGE else 3
     return 0 if shape.form is Form.PLANE else 1
+
+
+def _extent(shape: Shape, scene: Scene) -> float:
+    """How far a shape reaches at most [m], from its middle."""
+    if shape.mesh is not None:
+        vertices = scene.meshes[shape.mesh].vertices
+        return float(np.abs(vertices).max()) if len(vertices) else 0.0
+    return max(shape.size)
 
 
 def _offset(name: str) -> int:

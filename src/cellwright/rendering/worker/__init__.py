@@ -1,5 +1,6 @@
 """A process that draws, so that neither time nor a driver's faults are lost to the process in which a cell runs."""
 
-from cellwright.rendering.worker.client import Pending, RenderingError, RenderWorker
+from cellwright.errors import RenderingError
+from cellwright.rendering.worker.client import Pending, RenderWorker
 
 __all__ = ["Pending", "RenderWorker", "RenderingError"]

@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import cellwright
-from cellwright.errors import CellwrightError, showable
+from cellwright.errors import RenderingError, showable
+from cellwright.pose import Vector3
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.worker import wire
 from cellwright.scene import Frame, Scene
@@ -30,10 +31,6 @@ _PROGRAM = "import sys; sys.path.append(sys.argv[1]); from cellwright.rendering.
 _TIME_TO_END = 20.0  # [s], for what was asked for last
 
 T = TypeVar("T")
-
-
-class RenderingError(CellwrightError):
-    """Something could not be drawn; the text says why."""
 
 
 class Pending(Generic[T]):
@@ -119,11 +116,20 @@ class RenderWorker:
             return self._changed.wait_for(lambda: self.has_room, timeout)
 
     def colour(
-        self, frame: Frame, camera: Camera, width: int, height: int, *, samples: int = 2, shadows: bool = True
+        self,
+        frame: Frame,
+        camera: Camera,
+        width: int,
+        height: int,
+        *,
+        samples: int = 2,
+        shadows: bool = True,
+        about: Vector3 | None = None,
     ) -> Pending[NDArray[np.uint8]]:
         """Ask for a picture (height, width, 3), sRGB; see `Renderer.colour`."""
-        about = {"what": "colour", "width": width, "height": height, "samples": samples, "shadows": shadows}
-        return self.ask({**about, "camera": wire.of_camera(camera)}, frame.encode())
+        size = {"what": "colour", "width": width, "height": height}
+        quality = {"samples": samples, "shadows": shadows, "about": about}
+        return self.ask({**size, **quality, "camera": wire.of_camera(camera)}, frame.encode())
 
     def depth(self, frame: Frame, camera: Camera, width: int, height: int) -> Pending[NDArray[np.float32]]:
         """Ask for how far [m] everything is (height, width); see `Renderer.depth`."""

@@ -11,25 +11,17 @@ import os
 import sys
 import threading
 from collections.abc import Callable
-from contextlib import suppress
 from queue import SimpleQueue
 from typing import Any, BinaryIO
 
-import numpy as np
-from numpy.typing import NDArray
-
-from cellwright.errors import CellwrightError, in_a_line
 from cellwright.rendering.gl import context as gl
-from cellwright.rendering.picture import check_size
-from cellwright.rendering.renderer import CastRenderer, Renderer
+from cellwright.rendering.renderer import RAYS, CastRenderer, Renderer
 from cellwright.rendering.worker import wire
 from cellwright.rendering.worker.client import WAY
+from cellwright.rendering.worker.drawing import Drawing
 from cellwright.scene import Scene
-from cellwright.scene.encoded import decode_scene
-from cellwright.scene.frame import decode
 
-RAYS = "rays"
-_TIME_TO_END = 15.0  # [s] after nobody asks any more
+_TIME_TO_END = 60.0  # [s] after nobody asks any more
 
 
 def main() -> None:
@@ -54,8 +46,7 @@ def main() -> None:
     os.dup2(2, 1)  # what a driver prints is no answer
     asked: SimpleQueue[Any] = SimpleQueue()
     threading.Thread(target=_read, args=(sys.stdin.buffer, asked), daemon=True).start()
-    with suppress(BrokenPipeError):  # nobody is there to be told
-        _Drawing(make, answers).work(asked)
+    Drawing(make, answers).work(asked)
     sys.stderr.flush()
     os._exit(0)  # drivers tidy up in an order of their own, and not always to the end
 
@@ -82,50 +73,3 @@ def _read(pipe: BinaryIO, asked: SimpleQueue[Any]) -> None:
     timer = threading.Timer(_TIME_TO_END, os._exit, [1])
     timer.daemon = True
     timer.start()
-
-
-class _Drawing:
-    """Does what is asked.
-
-    Args:
-        make: makes what draws a scene.
-        answers: where answers go.
-    """
-
-    def __init__(self, make: Callable[[Scene], Renderer], answers: BinaryIO) -> None:
-        self._make, self._answers = make, answers
-        self._renderer: Renderer | None = None
-
-    def work(self, asked: SimpleQueue[Any]) -> None:
-        """Do what is asked until nobody asks any more."""
-        while (said := asked.get()) is not None:
-            head, payload = said
-            try:
-                done = self._do(head, payload)
-            except CellwrightError as error:
-                self._answer(head, {"error": str(error)})
-            except Exception as error:  # drivers and what stands before them have errors of their own
-                self._answer(head, {"error": in_a_line(error)})
-            else:
-                if isinstance(done, np.ndarray):
-                    self._answer(head, {"shape": done.shape, "kind": done.dtype.str}, np.ascontiguousarray(done))
-                else:
-                    self._answer(head, {"value": done})
-
-    def _do(self, head: dict[str, Any], payload: bytes) -> Any:
-        if head["what"] == "scene":
-            self._renderer = self._make(decode_scene(payload))
-            return self._renderer.says
-        renderer = self._renderer
-        if renderer is None:
-            raise CellwrightError("there is no scene to draw")
-        check_size(head["width"], head["height"])
-        frame, camera = decode(payload), wire.to_camera(head["camera"])
-        if head["what"] == "depth":
-            return renderer.depth(frame, camera, head["width"], head["height"])
-        quality = {name: head[name] for name in ("samples", "shadows")}
-        return renderer.colour(frame, camera, head["width"], head["height"], **quality)
-
-    def _answer(self, head: dict[str, Any], about: dict[str, Any], payload: NDArray[Any] | None = None) -> None:
-        data = b"" if payload is None else payload.data.cast("B")
-        wire.write(self._answers, {"number": head["number"], **about}, data)

@@ -10,14 +10,16 @@ The service `cellwright/control` takes `{"action": …}` and answers with the st
 | `reset` | | begins anew, where that is allowed |
 | `state` | | nothing |
 
+What is played, and not simulated, may know more: a recording goes to a `time` [s] when `seek` is asked for.
+
 None of it is part of a run's state: a run that was paused is the same run.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 from cellwright.errors import RejectedCommandError, UnknownNameError
 from cellwright.server.server import Server
@@ -31,6 +33,9 @@ MOST_TICKS = 100_000
 """So many may be asked for at once."""
 FASTER_THAN_ANY = "max"
 """Stands for as fast as it goes."""
+
+Act: TypeAlias = Callable[[dict[str, Any]], object]
+"""Does what an action asks for; refuses with a CellwrightError."""
 
 
 @dataclass(frozen=True)
@@ -55,17 +60,27 @@ class Control:
     Args:
         tempo: how time passes, as who lets it pass obeys it.
         reset: how to begin anew.
-        bound: why time cannot stand and keeps its speed, as that of a real robot; empty where it can.
+        refused: why other actions are refused, by name: a real robot's time cannot stand.
         lockstep: whether time passes for guests that ask for it, and for nothing else.
+        acts: what can be done besides, or is done otherwise here, by the name of the action; takes what was asked.
     """
 
-    def __init__(self, tempo: Tempo, *, reset: Reset = NO_RESET, bound: str = "", lockstep: bool = False) -> None:
+    def __init__(
+        self,
+        tempo: Tempo,
+        *,
+        reset: Reset = NO_RESET,
+        refused: Mapping[str, str] | None = None,
+        lockstep: bool = False,
+        acts: Mapping[str, Act] | None = None,
+    ) -> None:
         self.tempo = tempo
         self.resets = 0
         """How often it was begun anew."""
         self._reset = reset
-        self._bound = bound
+        self._refused = dict(refused or {})
         self._lockstep = lockstep
+        self._acts = dict(acts or {})
 
     def offer(self, server: Server) -> None:
         """Answer on a server."""
@@ -74,8 +89,7 @@ class Control:
     def state(self) -> dict[str, Any]:
         """How time passes now, and what may be done about it: `refused` has a reason for each action that may not."""
         tempo = self.tempo
-        refused = {"reset": self._reset.hindrance()}
-        refused |= dict.fromkeys(("pause", "resume", "step", "speed"), self._bound)
+        refused = {**self._refused, "reset": self._reset.hindrance()}
         return {
             "paused": tempo.is_paused,
             "ticks_left": tempo.ticks_left,
@@ -92,13 +106,14 @@ class Control:
             RejectedCommandError: it is not allowed here, or makes no sense.
             UnknownNameError: there is no such action.
         """
-        acts: dict[str, Callable[[dict[str, Any]], None]] = {
+        acts: dict[str, Act] = {
             "pause": lambda _: self.tempo.pause(),
             "resume": lambda _: self.tempo.resume(),
             "step": lambda asked: self.tempo.step(_ticks(asked.get("ticks", 1))),
             "speed": lambda asked: self.tempo.set_speed(_speed(asked.get("factor"))),
             "reset": lambda _: self._begin_anew(),
             "state": lambda _: None,
+            **self._acts,
         }
         action = asked.get("action")
         if not isinstance(action, str) or action not in acts:

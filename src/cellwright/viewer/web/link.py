@@ -12,6 +12,7 @@ from cellwright.client.transports.connection import Connection
 from cellwright.errors import CellwrightError, RunEndedError, UnknownNameError
 from cellwright.link.frames import Frame, FrameError, Kind
 from cellwright.messages import from_cdr, service_type, to_cdr, type_of
+from cellwright.server.services.onlookers import PAGE
 
 _REQUEST = "_Request"
 _PATIENCE = 10.0  # [s] to wait for a greeting
@@ -33,7 +34,7 @@ class Link:
 
     def __init__(self, address: tuple[str, int], *, node: str = "") -> None:
         self.address = address
-        self.node = node or f"/page_{os.getpid()}"
+        self.node = node or f"{PAGE}{os.getpid()}"
         self.welcome: dict[str, Any] = {}
         """What the other end said of itself when it was reached last: `trial`, `topics`, `services`, `lockstep` …"""
         self._connection: Connection | None = None

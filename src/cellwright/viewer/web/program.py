@@ -24,6 +24,8 @@ from cellwright.viewer.web.door import Door
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.names import Names
 from cellwright.viewer.web.page import Page
+from cellwright.viewer.web.panels.cell import CellPanels
+from cellwright.viewer.web.panels.time_controls import TimeControls
 from cellwright.viewer.web.shadows import Shadows
 from cellwright.viewer.web.stage import Stage
 from cellwright.viewer.web.tools import ToolPaths
@@ -33,7 +35,9 @@ from cellwright.viewer.web.views import Views
 
 def features() -> list[Feature]:
     """What a page is made of, in the order of their tabs."""
-    return [Views(), Beams(), Contacts(), ToolPaths(), Names(), Bodies(), Shadows(), Stage()]
+    told = [CellPanels(), TimeControls()]
+    seen = [Views(), Beams(), Contacts(), ToolPaths(), Names(), Bodies(), Shadows(), Stage()]
+    return [*told, *seen]
 
 
 class Server(viser.ViserServer):

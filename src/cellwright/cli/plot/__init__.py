@@ -1,0 +1,1 @@
+"""`cellwright plot`."""

@@ -1,0 +1,90 @@
+"""`cellwright plot`: a figure of a recording."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cellwright.cli import options
+from cellwright.cli.exit_status import DONE, NOT_DONE
+from cellwright.errors import UnknownNameError
+
+
+def plot(
+    recording: Annotated[str, typer.Argument(metavar="RECORDING", help="What `--record` wrote, such as run.mcap.")],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            metavar="FILE",
+            help="The figure: a .png, .svg or .pdf; the name of the recording and -plot.png when left out.",
+        ),
+    ] = None,
+    what: Annotated[
+        str | None,
+        typer.Option(
+            "--what",
+            metavar="NAMES",
+            help="Parts of it, with commas: score, trays, joints, tool, commands; all when left out.",
+        ),
+    ] = None,
+) -> None:
+    """Draw what was recorded, over simulation time, on one page.
+
+    Of a cell: the score with what happened, what lay on the trays and what the referee said of it, the arm's joints and
+    their targets, the tool's height and path, and when commands came. Of a robot: its joints by group and their
+    targets, the tips of its arms, what its safety said, and who commanded it when.
+
+        cellwright run lesson --record run.mcap
+        cellwright plot run.mcap
+        cellwright plot run.mcap --what score,trays --out score.pdf
+
+    A recording that was cut short is drawn as far as it goes.
+
+    Exit status: 0 done; 1 the figure could not be written; 2 bad input.
+    """
+    wanted = _wanted(what)
+    path = _file(recording, out)
+    from cellwright.plots.figure import draw, write  # it takes a moment to load, which the other commands are spared
+    from cellwright.plots.reading.story import story
+    from cellwright.recording.reader import Recording
+
+    with Recording(recording) as opened:
+        told = story(opened)
+    if told.warning:
+        typer.echo(f"warning: {told.warning}", err=True)
+    figure = draw(told, wanted)
+    try:
+        write(figure, path)
+    except OSError as error:
+        typer.echo(f"{path}: cannot be written: {error.strerror or error}", err=True)
+        raise typer.Exit(NOT_DONE) from None
+    typer.echo(f"figure      {path}")
+    raise typer.Exit(DONE)
+
+
+def _wanted(what: str | None) -> tuple[str, ...]:
+    """Names of what is to be drawn."""
+    from cellwright.plots.what import WHAT
+
+    if what is None:
+        return WHAT
+    names = tuple(name.strip() for name in what.split(","))
+    for name in names:
+        if name not in WHAT:
+            options.refuse(f"--what: {UnknownNameError('part of a figure', name, WHAT).sentence()}")
+    return names
+
+
+def _file(recording: str, out: Path | None) -> Path:
+    """The figure's file; beside nothing that is there under another name: in the folder in which one works."""
+    from cellwright.plots.what import SUFFIXES
+
+    path = Path(f"{Path(recording).stem}-plot.png") if out is None else out
+    if path.suffix.lower() not in SUFFIXES:
+        options.refuse(f"--out {path}: give a file whose name ends in {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}")
+    found = options.output_file("--out", path, path.suffix.lower())
+    assert found is not None
+    return found

@@ -1,0 +1,121 @@
+"""`cellwright replay`: a recording, looked at or played."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from cellwright.cli import options
+from cellwright.cli.arguments import OUTPUT
+from cellwright.cli.exit_status import DONE
+from cellwright.cli.replay import summary
+from cellwright.cli.replay.play import PlayOptions, play
+from cellwright.recording.reader import Recording
+from cellwright.replay.playing import AtEnd
+from cellwright.server import DEFAULT_PORT
+from cellwright.server.server import LOOPBACK
+
+_PLAY, _REACH = "Play it", "Where it is reached"
+
+
+def replay(
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE.mcap", help="What --record wrote, whole or cut short.", show_default=False)
+    ],
+    serve: Annotated[
+        bool, typer.Option("--serve", metavar="", help="Play it to programs on a socket.", rich_help_panel=_PLAY)
+    ] = False,
+    ros1: Annotated[
+        bool,
+        typer.Option(
+            "--ros1",
+            metavar="",
+            help="Play it to programs of ROS 1, in simulation time, at the master that ROS_MASTER_URI names.",
+            rich_help_panel=_PLAY,
+        ),
+    ] = False,
+    speed: Annotated[
+        str,
+        typer.Option(
+            metavar="FACTOR",
+            help="Simulated seconds a second: `1` is real time, `max` as fast as it goes.",
+            rich_help_panel=_PLAY,
+        ),
+    ] = "1",
+    start: Annotated[
+        float | None,
+        typer.Option(metavar="T", help="Play from this simulation time [s] on.", rich_help_panel=_PLAY),
+    ] = None,
+    until: Annotated[
+        float | None, typer.Option(metavar="T", help="Play up to this simulation time [s].", rich_help_panel=_PLAY)
+    ] = None,
+    loop: Annotated[
+        bool, typer.Option("--loop", metavar="", help="Begin again at the end.", rich_help_panel=_PLAY)
+    ] = False,
+    hold: Annotated[
+        bool,
+        typer.Option("--hold", metavar="", help="Let time stand at the end, until Ctrl-C.", rich_help_panel=_PLAY),
+    ] = False,
+    host: Annotated[str, typer.Option(metavar="HOST", help="Address to listen at.", rich_help_panel=_REACH)] = LOOPBACK,
+    port: Annotated[
+        int, typer.Option(metavar="N", help="Port to listen at; 0 takes a free one.", rich_help_panel=_REACH)
+    ] = DEFAULT_PORT,
+    as_json: Annotated[
+        bool,
+        typer.Option(
+            "--json", metavar="", help="Print the summary as JSON, and nothing else on stdout.", rich_help_panel=OUTPUT
+        ),
+    ] = False,
+) -> None:
+    """Look into a recording, or play it to programs.
+
+    A file that was cut short, as by a killed process, is taken as far as it goes.
+
+        # what is in it
+        cellwright replay run.mcap
+
+        # onto ROS 1, twice as fast, from the 20th second on
+        cellwright replay run.mcap --ros1 --speed 2 --start 20
+
+        # for programs on a socket, again and again
+        cellwright replay run.mcap --serve --loop
+
+    Exit status: 0 done; 2 the file cannot be used.
+    """
+    console = Console(stderr=as_json, highlight=False)
+    is_played = serve or ros1
+    if loop and hold:
+        options.refuse("--loop and --hold: give one of them")
+    for option, is_given in (("--loop", loop), ("--hold", hold), ("--start", start is not None)):
+        if is_given and not is_played:
+            options.refuse(f"{option}: say to whom it is to be played: add --serve or --ros1")
+    wanted = PlayOptions(
+        speed=options.speed(speed),
+        start=_time("--start", start),
+        until=_time("--until", until),
+        at_end=AtEnd.LOOP if loop else AtEnd.HOLD if hold else AtEnd.STOP,
+        host=host,
+        port=port,
+        ros1=ros1,
+    )
+    with Recording(file) as recording:
+        if not recording.is_complete:
+            typer.echo(f"warning: {file}: was cut short; it goes on to {recording.end_time / 1e9:.3f} s", err=True)
+        if is_played:
+            play(recording, wanted, console)
+        told = summary.document(recording)
+    if as_json:
+        typer.echo(json.dumps(told, indent=2))
+    elif not is_played:
+        summary.show(console, told)
+    raise typer.Exit(DONE)
+
+
+def _time(option: str, value: float | None) -> float | None:
+    if value is not None and not 0.0 <= value <= options.LATEST:
+        options.refuse(f"{option} {value:g}: give a time from 0 s to {options.LATEST:g} s")
+    return value

@@ -1,0 +1,113 @@
+"""A run that people look on at: a server beside it, a page, and time that they pause, slow down or begin anew.
+
+The agent works in this process as ever, or in one of its own. Guests are served between two ticks, also while time
+stands; when the run is over its page stays for as long as somebody wants to look.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from functools import partial
+from typing import Any, Self
+
+from cellwright.agents.agent import Agent
+from cellwright.cell import Cell
+from cellwright.cli.signals import ended_as_by_ctrl_c
+from cellwright.cli.view.arguments import Look
+from cellwright.cli.view.page import open_page
+from cellwright.errors import UsageError
+from cellwright.run import RunOptions, RunResult, conduct
+from cellwright.server import Server
+from cellwright.server.services import onlookers
+from cellwright.server.services.cell_panel import IN_COMPETITION, CellPanel
+from cellwright.server.services.control import Control, Reset
+from cellwright.serving import Attendance
+from cellwright.simulation.tempo import Tempo
+
+APART = "the agent is in a process of its own: end the run, and start it again"
+"""Why a run over a socket or ROS does not begin anew at a click."""
+
+_NAP = 0.1  # [s]
+
+
+class Attended:
+    """A cell with a page on it, for one run or for several, one after another.
+
+    Args:
+        cell: the cell.
+        look: what page.
+        speed: simulated seconds a wall second at first; None: as fast as it goes.
+        lockstep: whether time passes only while the agent, in a process of its own, waits.
+        apart: whether the agent is in a process of its own.
+        about: what is to be told of the run, such as the agent's name.
+        say: takes a line for people.
+
+    Raises:
+        UsageError: there can be no page.
+    """
+
+    def __init__(
+        self,
+        cell: Cell,
+        look: Look,
+        *,
+        speed: float | None,
+        lockstep: bool,
+        apart: bool,
+        about: Mapping[str, Any],
+        say: Callable[[str], None],
+    ) -> None:
+        self.cell = cell
+        self.tempo = Tempo(speed)
+        self.server = Server(cell, port=0, lockstep=lockstep, report=say)
+        self.begins_anew = False
+        """Whether somebody wants the run to begin anew."""
+        self._say = say
+        self._panel = CellPanel(cell, about)
+        hindrance = IN_COMPETITION if cell.in_competition else APART if apart else ""
+        control = Control(self.tempo, reset=Reset(self._begin_anew, lambda: hindrance), lockstep=lockstep)
+        onlookers.offer(self.server, cell, lambda _: self._panel.panel(), control)
+        self._attendance: Attendance | None = None
+        try:
+            self._page = open_page(self.server.address, look, f"{cell.name} · Cellwright", say)
+        except UsageError:
+            self.server.close("there is no page")
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.server.close("the run is over")
+        self._page.close()
+
+    def run(self, agent: Agent | None, options: RunOptions) -> RunResult:
+        """Run the cell from the start, with an agent in this process, until it is over or is to begin anew."""
+        self.begins_anew, self._panel.result = False, None
+        self._attendance = Attendance(self.cell, self.server, self.tempo)
+        try:
+            return conduct(self.cell, partial(self._attendance.work, agent), options)
+        finally:
+            self._attendance = None
+
+    def tell(self, document: dict[str, Any]) -> None:
+        """Show what came of the run."""
+        self._panel.result = {key: document[key] for key in ("outcome", "error", "simulated", "wall", "state_hash")}
+
+    def stays(self) -> bool:
+        """Keep the page until Ctrl-C, where somebody sits at a terminal; whether the run is to begin anew instead."""
+        if self.begins_anew or sys.stdin is None or not sys.stdin.isatty():
+            return self.begins_anew
+        self._say("the page stays open; Ctrl-C ends")
+        with suppress(KeyboardInterrupt), ended_as_by_ctrl_c():
+            while self._page.is_open and not self.begins_anew:
+                self.server.wait(_NAP, until_asked=False)
+            return self.begins_anew
+        return False
+
+    def _begin_anew(self) -> None:
+        self.begins_anew = True
+        if self._attendance is not None:
+            self._attendance.stop()

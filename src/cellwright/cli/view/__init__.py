@@ -1,0 +1,1 @@
+"""`cellwright view`, and the page that `--view` opens."""

@@ -1,0 +1,57 @@
+"""A page that is open while something is served."""
+
+from __future__ import annotations
+
+import webbrowser
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from ipaddress import ip_address
+
+from cellwright.cli.view.arguments import Look, desktop
+from cellwright.errors import UsageError
+from cellwright.server.server import LOOPBACK, Server
+from cellwright.viewer.web.start import WebPage
+
+
+@contextmanager
+def page_on(server: Server, look: Look | None, title: str, say: Callable[[str], None]) -> Iterator[WebPage | None]:
+    """Have a page open on what a server serves, if one is wanted.
+
+    Args:
+        server: what serves; it is closed when there can be no page.
+        look: what page.
+        title: what stands above it.
+        say: takes a line with the page's address.
+
+    Raises:
+        UsageError: there can be no page; the text says why.
+    """
+    if look is None:
+        yield None
+        return
+    host, port = server.address
+    address = (LOOPBACK if ip_address(host).is_unspecified else host, port)
+    try:
+        page = open_page(address, look, title, say)
+    except UsageError as error:
+        server.close(str(error))
+        raise
+    try:
+        yield page
+    finally:
+        page.close()
+
+
+def open_page(address: tuple[str, int], look: Look, title: str, say: Callable[[str], None]) -> WebPage:
+    """Open a page on what is served at an address.
+
+    Raises:
+        UsageError: there can be none.
+    """
+    page = WebPage(address, host=look.host, port=look.port, token=look.token, title=title)
+    say(f"page: {page.url}")
+    if look.token:
+        say("it is open to the network: whoever has this address can look on, and do what the page lets one do")
+    if look.opens and not (desktop() and webbrowser.open(page.url)):
+        say("there is no desktop here to open a browser on: open that address yourself")
+    return page

@@ -1,0 +1,49 @@
+"""Where a body of the scene was, from the frames of it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cellwright.errors import MessageError
+from cellwright.messages import from_cdr
+from cellwright.messages.standard import UInt8MultiArray
+from cellwright.plots.reading.reader import SECOND
+from cellwright.plots.tracks import ToolTrack
+from cellwright.recording.format import FRAME
+from cellwright.recording.reader import RecordedMessage
+from cellwright.scene.encoded import decode_scene
+from cellwright.scene.frame import Frame, decode
+
+
+class BodyPath:
+    """Reads the path of one body.
+
+    Args:
+        scene: the scene, encoded.
+        body: name of the body.
+    """
+
+    topics = (FRAME,)
+
+    def __init__(self, scene: bytes | None, body: str) -> None:
+        try:
+            bodies = () if scene is None else decode_scene(scene).bodies
+        except MessageError:
+            bodies = ()
+        self._body = bodies.index(body) if body in bodies else -1
+        self._frame: Frame | None = None
+        self._rows: list[tuple[float, float, float, float]] = []
+
+    def take(self, message: RecordedMessage) -> None:
+        """Take the next frame."""
+        if self._body < 0:
+            return
+        self._frame = decode(bytes(from_cdr(message.data, UInt8MultiArray).data), self._frame)
+        if self._body < len(self._frame.poses):
+            x, y, z = self._frame.poses[self._body, :3].tolist()
+            self._rows.append((message.time / SECOND, x, y, z))
+
+    def track(self, name: str) -> ToolTrack:
+        """The path, under a name."""
+        rows = np.array(self._rows).reshape(-1, 4)
+        return ToolTrack(name, "world", rows[:, 0], rows[:, 1:])

@@ -1,0 +1,152 @@
+"""A video of a scene, drawn and written by a process of its own."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from fractions import Fraction
+from pathlib import Path
+
+from cellwright.errors import UsageError
+from cellwright.rendering.camera import Camera
+from cellwright.rendering.picture import LARGEST_SIDE
+from cellwright.rendering.worker import Pending, RenderingError, RenderWorker, wire
+from cellwright.scene import Frame, Scene
+
+WIDTH, HEIGHT = 1280, 720
+"""Of a video, in pixels, unless told otherwise."""
+RATE = Fraction(25)
+"""Pictures a second, as it is played."""
+
+_SMALLEST_SIDE = 16
+_WAITING = 6  # frames that may wait to be drawn
+_LONGEST_CAPTION = 300  # characters
+
+
+class Video:
+    """A video under way.
+
+    Frames are drawn in a process of its own while whoever gives them goes on; the file can be played however either
+    process ends. The same frames give the same pictures on the same machine.
+
+    Args:
+        file: of the video, MP4; overwritten.
+        scene: what is seen.
+        width: in pixels; even.
+        height: in pixels; even.
+        rate: pictures a second, as it is played.
+        fine: edges of four samples a pixel, which takes three times as long.
+
+    Raises:
+        UsageError: the size is none that a video can have.
+        RenderingError: the file cannot be written.
+    """
+
+    def __init__(
+        self,
+        file: Path,
+        scene: Scene,
+        width: int = WIDTH,
+        height: int = HEIGHT,
+        *,
+        rate: Fraction = RATE,
+        fine: bool = False,
+    ) -> None:
+        check_video_size(width, height)
+        self.file = file
+        self.taken = 0
+        """Frames that were taken."""
+        self.dropped = 0
+        """Frames that were not drawn, for others waited still; the one before is shown longer instead."""
+        self.error = ""
+        """Why it has come to an end by itself; empty while all is well."""
+        self._rate = rate
+        self._worker = RenderWorker(scene, most=_WAITING)
+        self._repeats = 0
+        self._waiting: deque[Pending[None]] = deque()
+        about = {"width": width, "height": height, "samples": 4 if fine else 2, "shadows": True, "about": None}
+        opened = self._worker.ask(
+            {"what": "film", "file": str(file.absolute()), "rate": [rate.numerator, rate.denominator], **about}
+        )
+        try:
+            opened.result()
+            self.draws_with = self._worker.ready.result()
+            """What it is drawn with, in words; `rays` where there is no OpenGL, and then it takes seconds a picture."""
+        except RenderingError:
+            self._worker.close()
+            raise
+
+    @property
+    def length(self) -> float:
+        """How long it is so far [s], as it is played."""
+        return float((self.taken + self.dropped) / self._rate)
+
+    def take(self, frame: Frame, camera: Camera, caption: str = "", *, waits: bool = True) -> bool:
+        """Add a frame to the video; whether it was. One that has come to an end takes no more.
+
+        Args:
+            frame: where the bodies are.
+            camera: where they are seen from.
+            caption: a line of text in a corner.
+            waits: for room, where many frames wait to be drawn; else the frame is dropped, and counted.
+        """
+        self._look_back()
+        if self.error:
+            return False
+        if waits:
+            self._worker.wait_for_room()
+        elif self.taken and not self._worker.has_room:
+            self.dropped += 1
+            self._repeats += 1
+            return False
+        head = {"what": "take", "camera": wire.of_camera(camera), "caption": caption[:_LONGEST_CAPTION]}
+        self._waiting.append(self._worker.ask({**head, "repeats": self._repeats}, frame.encode()))
+        self.taken += 1
+        self._repeats = 0
+        return True
+
+    def close(self) -> None:
+        """Draw what is left, and finish the file.
+
+        Raises:
+            RenderingError: something could not be drawn, or the file could not be written.
+        """
+        try:
+            self._worker.ask({"what": "finish", "repeats": self._repeats}).result()
+            self._look_back()
+        finally:
+            self._worker.close()
+        if self.error:
+            raise RenderingError(self.error)
+
+    def _look_back(self) -> None:
+        """See what has come of the frames that were given."""
+        while self._waiting and self._waiting[0].is_done and not self.error:
+            try:
+                self._waiting.popleft().result()
+            except RenderingError as error:
+                self.error = str(error)
+
+
+def check_video_size(width: int, height: int) -> None:
+    """Refuse a size that no video can have.
+
+    Raises:
+        UsageError: it is none.
+    """
+    for name, value in (("width", width), ("height", height)):
+        if not _SMALLEST_SIDE <= value <= LARGEST_SIDE or value % 2:
+            raise UsageError(
+                f"the {name} of a video is an even number from {_SMALLEST_SIDE} to {LARGEST_SIDE}, not {value}"
+            )
+
+
+def period_of(speed: float, rate: Fraction = RATE) -> Fraction:
+    """Simulation time [s] from a frame to the next, for a video that shows `speed` simulated seconds a second.
+
+    Raises:
+        UsageError: a speed that is none.
+    """
+    if not (math.isfinite(speed) and speed > 0):
+        raise UsageError(f"the speed of a video is a number above 0, not {speed:g}")
+    return Fraction(str(speed)) / rate

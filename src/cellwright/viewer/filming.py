@@ -1,0 +1,124 @@
+"""A video of whatever is served or runs: frames at exact simulation times, and nothing that a run would notice."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+from cellwright.bus.served import Served
+from cellwright.errors import CellwrightError
+from cellwright.rendering.camera import Camera
+from cellwright.rendering.renderer import RAYS
+from cellwright.rendering.video import HEIGHT, RATE, WIDTH, Video, period_of
+from cellwright.scene.taking import SceneTaker
+from cellwright.simulation.watches import Watch
+
+Made: TypeAlias = dict[str, float | str]
+"""What is told of a video: `file`, `length` [s], `frames`, and `dropped`, those of them that were not drawn."""
+
+
+@dataclass(frozen=True)
+class VideoWish:
+    """What a video is to be.
+
+    Attributes:
+        file: of the video, MP4.
+        camera: where it is taken from; None for where a robot is seen whole.
+        speed: simulated seconds a second of the video.
+        width: in pixels.
+        height: in pixels.
+        fine: edges of four samples a pixel.
+    """
+
+    file: Path
+    camera: Camera | None = None
+    speed: float = 1.0
+    width: int = WIDTH
+    height: int = HEIGHT
+    fine: bool = False
+
+
+class Filming:
+    """Takes a video of something whose time passes.
+
+    Args:
+        served: what is seen.
+        wish: what the video is to be.
+        camera: where it is taken from, asked for each frame.
+        caption: a line to be written in its corner, asked for each frame.
+        waits: hold time until a frame can be drawn; else frames are dropped where drawing is slower than time.
+        warn: takes a line about what goes wrong, once.
+
+    Raises:
+        UsageError: the size is none that a video can have.
+        RenderingError: the file cannot be written.
+    """
+
+    def __init__(
+        self,
+        served: Served,
+        wish: VideoWish,
+        *,
+        camera: Callable[[], Camera],
+        caption: Callable[[], str],
+        waits: bool,
+        warn: Callable[[str], None],
+    ) -> None:
+        self._served, self._camera, self._caption, self._waits, self._warn = served, camera, caption, waits, warn
+        self._taker = SceneTaker(served.simulation.model, name=served.name, hidden=served.out_of_sight)
+        self._period = period_of(wish.speed, RATE)
+        self._video = Video(wish.file, self._taker.scene, wish.width, wish.height, fine=wish.fine)
+        self._watch: Watch | None = None
+        self.is_whole = True
+        """Whether all that was to be seen is in it so far."""
+        if self._video.draws_with == RAYS:
+            warn(f"{wish.file}: there is no OpenGL here, so each picture of the video takes seconds; see docs/video.md")
+
+    def start(self) -> None:
+        """Take the first frame now, and others as time passes."""
+        if self._watch is None:
+            self._take(0)
+            self._watch = self._served.simulation.watch("video", self._period, self._take)
+
+    def finish(self) -> Made:
+        """Take no more, and have the file finished; what there is to be told of it."""
+        if self._watch is not None:
+            self._watch.cancel()
+        video = self._video
+        try:
+            video.close()
+        except CellwrightError as error:
+            self._fail(str(error))
+        if video.dropped:
+            self._warn(
+                f"{video.file}: {video.dropped} of {video.taken + video.dropped} frames were left out, for drawing "
+                "them took longer than time did"
+            )
+        return {
+            "file": str(video.file),
+            "length": video.length,
+            "frames": video.taken + video.dropped,
+            "dropped": video.dropped,
+        }
+
+    def _take(self, _sample: int) -> None:
+        simulation = self._served.simulation
+        simulation.refresh()
+        frame = self._taker.frame(simulation.data, simulation.now)
+        self._video.take(frame, self._camera(), self._caption(), waits=self._waits)
+        if self._video.error:
+            self._fail(self._video.error)
+            if self._watch is not None:
+                self._watch.cancel()
+
+    def _fail(self, reason: str) -> None:
+        if self.is_whole:
+            self.is_whole = False
+            self._warn(f"{self._video.file}: the video is not whole: {reason}")
+
+
+def still(camera: Camera) -> Callable[[], Camera]:
+    """A camera that stands where it stands."""
+    return lambda: camera

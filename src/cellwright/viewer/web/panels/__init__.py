@@ -1,0 +1,1 @@
+"""What stands beside the scene: how time passes, and of a cell its orders, trays and score."""

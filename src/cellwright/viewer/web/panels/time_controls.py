@@ -1,0 +1,170 @@
+"""How time passes, at the top of the panel: the clock, and what one may do about it."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+from cellwright.errors import CellwrightError
+from cellwright.scene import Scene
+from cellwright.server.services.control import CONTROL
+from cellwright.viewer.web.feature import Feature
+from cellwright.viewer.web.page import Page, refused
+from cellwright.viewer.web.panels import html
+from cellwright.viewer.web.panels.html import AMBER, BLUE, GREEN
+from cellwright.viewer.web.panels.pace import SeenPace
+from cellwright.viewer.web.panels.shown import Shown
+
+PAUSE, GO_ON, TICK = "Pause", "Go on", "Tick"
+SPANS = {"1 s": 1.0}
+"""Stretches of time [s] that are let pass at a click."""
+SPEEDS = ("0.1", "0.5", "1", "2", "10", "max")
+BEGIN_ANEW, REALLY = "Begin anew", "Click again to begin anew"
+
+_ORDER = -10.0  # above everything but the head of a cell
+_SURE = 4.0  # [s] within which one is to click again
+_SETTLED = 1.5  # [s] after one has moved the slider before it follows time again
+
+
+class TimeControls(Feature):
+    """The clock, pause, single steps, speed, beginning anew; for recordings also where in time one is."""
+
+    def __init__(self) -> None:
+        self._page: Page | None = None
+        self._pace = SeenPace()
+        self._asked_at = -_SURE
+        self._slid_at = -_SETTLED
+        self._slider: Any = None
+        self._timestep = 1 / 500
+
+    def begin(self, page: Page, scene: Scene) -> None:  # noqa: ARG002
+        """Put it up, once."""
+        told = page.link.welcome.get("timestep")
+        if isinstance(told, list) and len(told) == 2:
+            self._timestep = told[0] / told[1]
+        if self._page is not None:
+            return
+        self._page, gui = page, page.server.gui
+        self._clock = Shown(gui, _ORDER)
+        self._steps = gui.add_button_group(
+            "time", (PAUSE, GO_ON, TICK, *SPANS), order=_ORDER + 1, hint="Let time stand, pass, or pass for so long"
+        )
+        self._speeds = gui.add_button_group(
+            "speed", SPEEDS, order=_ORDER + 2, hint="Simulated seconds a second; max: as fast as it goes"
+        )
+        self._anew = gui.add_button(BEGIN_ANEW, order=_ORDER + 3, color="gray", visible=False)
+        self._steps.on_click(lambda event: self._step(str(event.target.value)))
+        self._speeds.on_click(lambda event: self._set_speed(str(event.target.value)))
+        self._anew.on_click(lambda _: self._begin_anew())
+
+    def panel(self, panel: dict[str, Any]) -> None:
+        """Show how time passes."""
+        control = panel.get("control")
+        if self._page is None or control is None:
+            return
+        now = seconds_of(panel)
+        self._pace.take(time.perf_counter(), now)
+        self._clock.show(clock(now, control, self._pace.factor))
+        reasons = control["refused"]
+        _enable(self._steps, reasons.get("pause", ""))
+        _enable(self._speeds, reasons.get("speed", ""))
+        self._show_reset(panel, str(reasons.get("reset", "")))
+        self._show_timeline(panel, now)
+
+    # ---------------------------------------------------------------- what is shown
+
+    def _show_reset(self, panel: dict[str, Any], reason: str) -> None:
+        button = self._anew
+        is_sure = time.perf_counter() - self._asked_at < _SURE
+        _set(button, "label", REALLY if is_sure else BEGIN_ANEW)
+        _set(button, "color", "red" if is_sure else "gray")
+        _set(button, "visible", panel.get("kind") != "robot")  # whose own controls send it home
+        _set(button, "disabled", bool(reason))
+        _set(button, "hint", reason or "Back to the start: what has happened is gone")
+
+    def _show_timeline(self, panel: dict[str, Any], now: float) -> None:
+        begin, end = panel.get("begin"), panel.get("end")
+        if begin is None or end is None or self._page is None:
+            return
+        if self._slider is None:
+            self._slider = self._page.server.gui.add_slider(
+                "at [s]", min=begin, max=max(end, begin + 0.1), step=0.1, initial_value=begin, order=_ORDER + 0.5
+            )
+            self._slider.on_update(self._seek)
+        if time.perf_counter() - self._slid_at > _SETTLED:
+            self._slider.value = round(min(max(now, begin), end), 1)
+
+    # ---------------------------------------------------------------- what one does
+
+    def _step(self, word: str) -> None:
+        if word == PAUSE:
+            self._ask(action="pause")
+        elif word == GO_ON:
+            self._ask(action="resume")
+        else:
+            self._ask(action="step", ticks=1 if word == TICK else max(1, round(SPANS[word] / self._timestep)))
+
+    def _set_speed(self, word: str) -> None:
+        self._ask(action="speed", factor="max" if word == "max" else float(word))
+
+    def _begin_anew(self) -> None:
+        now = time.perf_counter()
+        if now - self._asked_at < _SURE:
+            self._asked_at = -_SURE
+            self._ask(action="reset")
+        else:
+            self._asked_at = now
+            _set(self._anew, "label", REALLY)
+
+    def _seek(self, event: Any) -> None:
+        if event.client is not None:  # not when it follows time
+            self._slid_at = time.perf_counter()
+            self._ask(action="seek", time=float(event.target.value))
+
+    def _ask(self, **asked: Any) -> None:
+        assert self._page is not None
+        try:
+            self._page.link.ask(CONTROL, **asked)
+        except CellwrightError as error:
+            refused(self._page, f"{asked['action']}: refused", error)
+
+
+def seconds_of(panel: dict[str, Any]) -> float:
+    """The simulation time [s] that a panel tells."""
+    if "clock" in panel:
+        return float(panel["clock"]["time"])
+    told = panel.get("time", 0)
+    return told / 1e9 if panel.get("kind") == "robot" else float(told)
+
+
+def clock(now: float, control: dict[str, Any], pace: float | None) -> str:
+    """The clock as HTML.
+
+    Args:
+        now: simulation time [s].
+        control: how time passes, as it is told.
+        pace: how fast it was seen to pass; None where that is not known.
+    """
+    if control["paused"]:
+        label = html.chip("a step" if control["ticks_left"] else "paused", AMBER)
+    elif control["lockstep"]:
+        label = html.chip("lockstep", BLUE)
+    else:
+        label = html.chip("running", GREEN)
+    asked = "as fast as it goes" if control["speed"] == "max" else f"asked {control['speed']:g} ×"
+    seen = "" if pace is None or control["paused"] else f"{pace:.1f} × real time, "
+    return html.block(
+        html.row(html.big(f"{now:.2f}", "s"), label, "align-items:center"), html.figures(f"{seen}{asked}")
+    )
+
+
+def _enable(group: Any, reason: str) -> None:
+    _set(group, "disabled", bool(reason))
+    if reason:
+        _set(group, "hint", reason)
+
+
+def _set(handle: Any, name: str, value: Any) -> None:
+    """Set what is another than before, so that nothing is sent for nothing."""
+    if getattr(handle, name) != value:
+        setattr(handle, name, value)

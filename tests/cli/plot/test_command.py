@@ -1,0 +1,75 @@
+"""`cellwright plot`: a figure of a recording, or one line that says why not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cellwright.cell import Cell
+from cellwright.recording.header import RecordingHeader
+from cellwright.recording.recorder import Recorder
+from tests.cells import WHOLE, run, start
+from tests.cli.conftest import CommandLine
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A cell that is started, and nothing more."""
+    path = tmp_path_factory.mktemp("recordings") / "run.mcap"
+    cell = Cell(WHOLE)
+    recorder = Recorder(cell, path, RecordingHeader("cell", "whole", {"seed": 3}))
+    start(cell)
+    run(cell, 0.5)
+    recorder.end({})
+    return path
+
+
+def test_a_figure_in_the_folder_in_which_one_works(
+    recording: Path, cellwright: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    ran = cellwright("plot", str(recording))
+    assert (ran.status, ran.out, ran.err) == (0, "figure      run-plot.png\n", "")
+    assert (tmp_path / "run-plot.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_parts_of_it_under_another_name(recording: Path, cellwright: CommandLine, tmp_path: Path) -> None:
+    out = tmp_path / "score.SVG"
+    assert cellwright("plot", str(recording), "--what", "score, commands", "--out", str(out)).status == 0
+    text = out.read_text()
+    assert "points" in text
+    assert "Tool" not in text
+
+
+def test_one_that_was_cut_is_drawn_and_told(recording: Path, cellwright: CommandLine, tmp_path: Path) -> None:
+    cut, out = tmp_path / "cut.mcap", tmp_path / "cut.png"
+    data = recording.read_bytes()
+    cut.write_bytes(data[:-2000])
+    ran = cellwright("plot", str(cut), "--out", str(out))
+    assert (ran.status, ran.err) == (0, f"warning: {cut}: was cut short; drawn as far as it goes\n")
+    assert out.exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("nowhere.mcap",), "nowhere.mcap: cannot be read: No such file"),
+        (("{text}",), "it is no MCAP file"),
+        (("{run}", "--what", "scores"), "--what: unknown part of a figure 'scores'; did you mean score"),
+        (("{run}", "--out", "a.jpg"), "--out a.jpg: give a file whose name ends in .png, .svg or .pdf"),
+        (("{run}", "--out", "no/where/a.png"), "there is no folder"),
+        (("{run}", "--what", "trays"), "holds nothing of trays that could be drawn"),
+    ],
+)
+def test_bad_input_is_one_line(
+    arguments: tuple[str, ...], said: str, recording: Path, cellwright: CommandLine, tmp_path: Path
+) -> None:
+    text = tmp_path / "text.mcap"
+    text.write_text("orders: {}")
+    ran = cellwright("plot", *(each.format(run=recording, text=text) for each in arguments))
+    assert (ran.status, ran.out) == (2, "")
+    assert said in ran.err
+    assert ran.err.startswith("error: ")
+    assert ran.err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == [text]

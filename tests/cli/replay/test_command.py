@@ -1,0 +1,114 @@
+"""`cellwright replay`: what it tells of a recording, what it plays, and what it refuses."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import cellwright as package
+from cellwright.messages import to_cdr
+from cellwright.recording.reader import Recording
+from tests.cli.conftest import CommandLine
+from tests.replay.made import record, short_work
+
+LENGTH = 3.0  # [s] of the recording, about
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return record(tmp_path_factory.mktemp("cli_replay") / "run.mcap", short_work)
+
+
+def test_a_table_of_what_is_in_it(cellwright: CommandLine, path: Path) -> None:
+    ran = cellwright("replay", str(path))
+
+    assert (ran.status, ran.err) == (0, "")
+    assert ran.out.startswith(f"cell lesson, recorded in {path}\n")
+    assert re.search(
+        r"^/ariac/joint_states +out +1\d\d +(50|49\.\d|50\.\d) +sensor_msgs/JointState *$", ran.out, re.MULTILINE
+    )
+    assert re.search(r"^/ariac/arm/command +in +1 +trajectory_msgs/JointTrajectory *$", ran.out, re.MULTILINE)
+    assert "/cellwright/frame" not in ran.out
+    assert re.search(r"^ended +as it should: done$", ran.out, re.MULTILINE)
+    assert re.search(r"^versions +cellwright ", ran.out, re.MULTILINE)
+    assert re.search(r"^verify +1 state hash", ran.out, re.MULTILINE)
+
+
+def test_the_same_as_json(cellwright: CommandLine, path: Path) -> None:
+    ran = cellwright("replay", str(path), "--json")
+
+    told = json.loads(ran.out)
+    assert (ran.status, ran.err) == (0, "")
+    assert (told["kind"], told["name"], told["complete"]) == ("cell", "lesson", True)
+    assert told["duration"] == pytest.approx(LENGTH, abs=0.2)
+    assert told["header"]["versions"]["mujoco"]
+    assert told["commands"] >= 3
+    assert told["state_hashes"] == 1
+    topics = {topic["name"]: topic for topic in told["topics"]}
+    assert topics["/ariac/joint_states"]["measured"] == pytest.approx(50, abs=1)
+    assert topics["/ariac/orders"]["latch"]
+    assert topics["/cellwright/command"]["own"]
+
+
+def test_a_file_that_was_cut_is_told_of(cellwright: CommandLine, path: Path, tmp_path: Path) -> None:
+    data = path.read_bytes()
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(data[: 2 * len(data) // 3])
+
+    ran = cellwright("replay", str(cut))
+
+    assert ran.status == 0
+    assert re.fullmatch(rf"warning: {re.escape(str(cut))}: was cut short; it goes on to \d+\.\d{{3}} s\n", ran.err)
+    assert re.search(r"^ended +cut short", ran.out, re.MULTILINE)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (["no.mcap"], "no.mcap: cannot be read: No such file or directory"),
+        (["."], ".: cannot be read"),
+        (["text.mcap"], "text.mcap: it is no MCAP file"),
+        (["PATH", "--serve", "--speed", "0"], "--speed 0: give a factor above 0"),
+        (["PATH", "--serve", "--port", "70000"], "a port is from 0 to 65535"),
+        (["PATH", "--serve", "--start", "-1"], "--start -1: give a time from 0 s"),
+        (["PATH", "--loop"], "--loop: say to whom it is to be played"),
+        (["PATH", "--serve", "--loop", "--hold"], "--loop and --hold: give one of them"),
+    ],
+)
+def test_bad_input_is_one_line(
+    arguments: list[str], reason: str, cellwright: CommandLine, path: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "text.mcap").write_text("kind: trial\n" * 100)
+
+    ran = cellwright("replay", *(str(path) if each == "PATH" else each for each in arguments))
+
+    assert (ran.status, ran.out) == (2, "")
+    assert reason in ran.err
+    assert ran.err.count("\n") == 1
+
+
+def test_a_program_on_the_socket_hears_what_was_recorded(path: Path) -> None:
+    command = [sys.executable, "-m", "cellwright", "replay", str(path), "--serve", "--hold", "--port", "0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as player:
+        try:
+            assert player.stdout is not None
+            address = player.stdout.readline().split()[3].rstrip(",")
+            client = package.Client.connect(address, node="/me")
+            client.wait_until(lambda: client.time > LENGTH / 2)
+            newest, orders = client.joint_states.message, [order.order_id for order in client.orders]
+            with pytest.raises(package.errors.CellwrightError, match="this is a recording"):
+                client.control_gripper(True)
+            client.close()
+        finally:
+            player.terminate()
+
+    assert player.returncode == 0
+    assert orders == ["order_0"]
+    with Recording(path) as recording:
+        recorded = [recording.decode(each) for each in recording.messages(["/ariac/joint_states"])]
+    assert to_cdr(newest) in [to_cdr(each) for each in recorded]

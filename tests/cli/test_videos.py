@@ -1,0 +1,62 @@
+"""`--video` and what goes with it, on the commands in which time passes."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import CommandLine
+from tests.rendering.worker.test_film import read
+
+SMALL = ("--video-size", "64x48")
+
+
+@pytest.mark.parametrize("command", ["run", "serve"])
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [
+        (["--video", "a.avi"], "--video a.avi: give a file whose name ends in .mp4"),
+        (["--video", "no/a.mp4"], "there is no folder no"),
+        (["--video", "a.mp4", "--video-camera", "nowhere"], "--video-camera: unknown view 'nowhere'"),
+        (["--video", "a.mp4", "--video-camera", "1,2:3"], "--video-camera 1,2:3: give where it stands"),
+        (["--video", "a.mp4", "--video-camera", "1,2,3:1,2,3"], "cannot look at the point where it stands"),
+        (["--video", "a.mp4", "--video-speed", "0"], "--video-speed: the speed of a video is a number above 0"),
+        (["--video", "a.mp4", "--video-size", "64"], "--video-size 64: give width and height"),
+        (["--video", "a.mp4", "--video-size", "65x48"], "the width of a video is an even number from 16 to 4096"),
+        (["--video-speed", "2"], "go with --video FILE.mp4"),
+    ],
+)
+def test_bad_input_is_one_line(command: str, options: list[str], reason: str, cellwright: CommandLine) -> None:
+    ran = cellwright(command, "lesson", *options)
+    assert (ran.status, ran.out) == (2, "")
+    assert reason in ran.err
+    assert ran.err.count("\n") == 1
+
+
+def test_a_run_has_a_video(cellwright: CommandLine, tmp_path: Path) -> None:
+    options = ("run", "lesson", "--agent", "lesson", "--until", "0.4", "--no-picture")
+    ran = cellwright(*options, "--json", "--video", "a.mp4", *SMALL, "--video-camera", "-4,-3,3:0,0,0.6:40")
+    result = json.loads(ran.out)
+    assert result["videos"] == [{"file": "a.mp4", "length": 0.44, "frames": 11, "dropped": 0}]
+    assert len(read(tmp_path / "a.mp4")) == 11
+    assert result["state_hash"] == json.loads(cellwright(*options, "--json").out)["state_hash"]
+    ran = cellwright(*options, "--video", "b.mp4", *SMALL, "--video-speed", "8")
+    assert ran.out.splitlines()[-1] == "video       b.mp4, 0.1 s"
+
+
+def test_what_is_served_has_a_video(cellwright: CommandLine, tmp_path: Path) -> None:
+    ran = cellwright(
+        "serve", "lesson", "--port", "0", "--speed", "max", "--until", "0.2", "--video", "a.mp4", *SMALL, "--json"
+    )
+    assert (ran.status, json.loads(ran.out)["videos"][0]["frames"]) == (0, 6)
+    assert len(read(tmp_path / "a.mp4")) == 6
+
+
+def test_a_full_disk_costs_the_video_and_not_the_run(cellwright: CommandLine, tmp_path: Path) -> None:
+    if not Path("/dev/full").exists():
+        pytest.skip("Linux has a disk that is always full")
+    (tmp_path / "a.mp4").symlink_to("/dev/full")
+    ran = cellwright("run", "lesson", "--agent", "none", "--until", "0.2", "--no-picture", "--video", "a.mp4", *SMALL)
+    assert ran.status == 1
+    assert ran.err.count("No space left on device") == 1
+    assert "simulated   0.2 s" in ran.out

@@ -1,0 +1,93 @@
+"""A page holds what was asked for, and is written whole, in three formats."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from cellwright.errors import UsageError
+from cellwright.plots.figure import draw, write
+from cellwright.plots.tracks import JointTrack, Story
+from cellwright.plots.what import SUFFIXES, WHAT
+from tests.plots.stories import cell, robot
+
+
+def titles(figure: Figure) -> list[str]:
+    return [axes.get_title(loc="left") for axes in figure.axes]
+
+
+def words(figure: Figure) -> str:
+    texts = [text.get_text() for axes in figure.axes for text in axes.texts]
+    return "\n".join([*(text.get_text() for text in figure.texts), *texts])
+
+
+def test_all_of_a_cell_over_time_and_the_path_below() -> None:
+    figure = draw(cell())
+    assert titles(figure) == [
+        "Score",
+        "On the trays",
+        "arm",
+        "arm: rail",
+        "Tool height",
+        "States and commands",
+        "Tool from above",
+    ]
+    said = words(figure)
+    for word in ("lesson", "kitter, seed 0: 8 of 12 points", "order_0_kit_0: 8 of 12", "piston rod 9", "wrist 3"):
+        assert word in said
+
+
+def test_all_of_a_robot() -> None:
+    figure = draw(robot())
+    assert titles(figure) == ["right arm", "Heights of the tools", "States and commands", "Tools from above"]
+    assert "emergency stop" in words(figure)
+
+
+@pytest.mark.parametrize("name", WHAT)
+def test_each_part_alone(name: str) -> None:
+    figure = draw(cell(), [name])
+    assert figure.axes
+    over_time = [axes for axes in figure.axes if axes.get_title(loc="left") != "Tool from above"]
+    assert {axes.get_xlim() for axes in over_time} == {(0.0, 60.0)}
+    assert over_time[-1].get_xlabel() == "simulation time [s]"
+
+
+def test_units_stand_on_the_axes() -> None:
+    labels = {axes.get_ylabel() for axes in draw(cell()).axes}
+    assert {"points", "position [rad]", "position [m]", "z [m]", "x [m]"} <= labels
+
+
+def test_what_is_not_there_is_not_drawn() -> None:
+    empty = Story("lesson", "", 0.0, 0.0)
+    with pytest.raises(UsageError, match="lesson: holds nothing of score, tool that could be drawn"):
+        draw(empty, ["score", "tool"])
+    assert titles(draw(replace(cell(), tools=(), commands=(), states={}, tray_parts=()))) == [
+        "Score",
+        "arm",
+        "arm: rail",
+    ]
+
+
+def test_a_moment_is_enough() -> None:
+    once = np.zeros(1)
+    moment = Story("r", "", 0.0, 0.0, joints={"arm": [JointTrack("a", "rad", once, once)]})
+    assert titles(draw(moment)) == ["arm"]
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_a_file_is_what_its_name_says_and_the_same_each_time(suffix: str, tmp_path: Path) -> None:
+    begins = {".png": b"\x89PNG", ".svg": b"<?xml", ".pdf": b"%PDF"}
+    written = []
+    for name in ("one", "two"):
+        path = tmp_path / f"{name}{suffix}"
+        write(draw(cell(), ["score", "trays"]), path)
+        written.append(path.read_bytes())
+    assert written[0].startswith(begins[suffix])
+    assert written[0] == written[1]
+
+
+def test_a_full_folder_is_an_error_and_leaves_nothing(tmp_path: Path) -> None:
+    with pytest.raises(OSError, match="No such file"):
+        write(draw(cell(), ["score"]), tmp_path / "nowhere" / "a.png")

@@ -1,0 +1,140 @@
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cellwright.errors import UsageError
+from cellwright.rendering.camera import Camera
+from cellwright.rendering.video import Video, check_video_size, period_of
+from cellwright.rendering.worker import RenderingError
+from tests.rendering.scenes_of_shapes import BALL, ball_at
+from tests.rendering.worker.test_film import read
+
+CAMERA = Camera((0, -4, 2), (0, 0, 1), fov=math.radians(40))
+SIZE = (64, 48)
+
+
+def left_of_red(pictures: list[np.ndarray]) -> list[float]:
+    return [float(np.nonzero(picture[:, :, 0] > picture[:, :, 1] + 40.0)[1].mean()) for picture in pictures]
+
+
+def test_a_video_shows_frame_by_frame_what_was_given(tmp_path: Path) -> None:
+    films = []
+    for name in ("a.mp4", "b.mp4"):
+        video = Video(tmp_path / name, BALL, *SIZE)
+        for number in range(20):
+            assert video.take(ball_at(number / 20 - 0.5, 0, 1), CAMERA, "ball")
+        video.close()
+        assert (video.length, video.dropped, video.error) == (0.8, 0, "")
+        films.append(read(tmp_path / name))
+    assert len(films[0]) == 20
+    places = left_of_red(films[0])
+    assert places == sorted(places)
+    assert places[-1] - places[0] > 10
+    assert np.array_equal(films[0], films[1])  # the same frames, the same pictures
+
+
+def test_where_nobody_may_wait_a_picture_is_shown_longer(tmp_path: Path) -> None:
+    video = Video(tmp_path / "a.mp4", BALL, *SIZE)
+    os.kill(video._worker._process.pid, signal.SIGSTOP)
+    took = [video.take(ball_at(number / 40 - 0.5, 0, 1), CAMERA, waits=False) for number in range(20)]
+    os.kill(video._worker._process.pid, signal.SIGCONT)
+    assert video._worker.wait_for_room(60)
+    video.take(ball_at(0.5, 0, 1), CAMERA, waits=False)
+    video.close()
+    assert took.count(True) + 1 == video.taken < 20
+    assert video.taken + video.dropped == 21
+    pictures = read(tmp_path / "a.mp4")
+    assert len(pictures) == 21  # time is as it was
+    places = left_of_red(pictures)
+    assert places[10] == pytest.approx(places[19], abs=0.6)
+    assert places[20] > places[19] + 3
+
+
+def test_a_full_disk_ends_the_video_and_nothing_else(tmp_path: Path) -> None:
+    if not Path("/dev/full").exists():
+        pytest.skip("Linux has a disk that is always full")
+    (tmp_path / "a.mp4").symlink_to("/dev/full")
+    video = Video(tmp_path / "a.mp4", BALL, *SIZE)
+    for number in range(300):
+        if not video.take(ball_at(math.sin(number), 0, 1), CAMERA):
+            break
+    with pytest.raises(RenderingError, match="No space left on device"):
+        video.close()
+    assert not video.take(ball_at(0, 0, 1), CAMERA)
+
+
+def test_a_video_whose_process_is_killed_can_be_played(tmp_path: Path) -> None:
+    video = Video(tmp_path / "a.mp4", BALL, *SIZE)
+    for _ in range(90):
+        video.take(ball_at(0, 0, 1), CAMERA)
+    os.kill(video._worker._process.pid, signal.SIGKILL)
+    with pytest.raises(RenderingError, match="has ended"):
+        video.close()
+    assert 30 <= len(read(tmp_path / "a.mp4")) <= 90
+
+
+_GIVES_FRAMES = """
+import os, signal, sys
+from pathlib import Path
+from tests.rendering.scenes_of_shapes import BALL, ball_at
+from tests.rendering.test_video import CAMERA, SIZE
+from cellwright.rendering.video import Video
+
+video = Video(Path(sys.argv[1]), BALL, *SIZE)
+for _ in range(30):
+    video.take(ball_at(0, 0, 1), CAMERA)
+print(video._worker._process.pid, flush=True)
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_whoever_gives_frames_may_be_killed(tmp_path: Path) -> None:
+    file = tmp_path / "a.mp4"
+    ran = subprocess.run(
+        [sys.executable, "-c", _GIVES_FRAMES, str(file)],
+        cwd=Path(__file__).parents[2],
+        stdout=subprocess.PIPE,
+        timeout=120,
+        check=False,
+    )
+    assert ran.returncode == -signal.SIGKILL
+    end = time.monotonic() + 60
+    while _is_there(int(ran.stdout)) and time.monotonic() < end:
+        time.sleep(0.02)
+    assert not _is_there(int(ran.stdout))  # what draws has ended by itself
+    assert len(read(file)) == 30
+    assert file.read_bytes().index(b"moov") < file.read_bytes().index(b"mdat")  # and has finished the file
+
+
+def _is_there(pid: int) -> bool:
+    try:
+        return "Z" not in Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2][:3]
+    except OSError:
+        return False
+
+
+def test_a_video_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(RenderingError, match="No such file or directory"):
+        Video(tmp_path / "no" / "a.mp4", BALL, *SIZE)
+
+
+@pytest.mark.parametrize("size", [(0, 48), (15, 48), (65, 48), (64, 47), (64, 8192)])
+def test_sizes_that_no_video_has_are_refused(size: tuple[int, int]) -> None:
+    with pytest.raises(UsageError, match="of a video is an even number from 16 to 4096"):
+        check_video_size(*size)
+
+
+def test_frames_are_apart_as_the_speed_says() -> None:
+    assert period_of(1.0) == Fraction(1, 25)
+    assert period_of(2.5) == Fraction(1, 10)
+    for speed in (0.0, -1.0, math.nan, math.inf):
+        with pytest.raises(UsageError, match="above 0"):
+            period_of(speed)

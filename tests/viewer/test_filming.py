@@ -1,0 +1,78 @@
+import os
+import signal
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cellwright.agents.agent import find_agent
+from cellwright.cell import Cell
+from cellwright.description.catalogue import find_trial
+from cellwright.description.gear2017 import load_trial
+from cellwright.rendering.views import VIEWS
+from cellwright.run import RunOptions, run_cell
+from cellwright.viewer.filming import Filming, VideoWish, still
+from tests.rendering.worker.test_film import read
+
+TRIAL = load_trial([find_trial("lesson")]).trial
+
+
+class Filmed:
+    """The lesson's script at work for a while, with a video of it."""
+
+    def __init__(
+        self, file: Path | None, *, speed: float = 1.0, until: float = 0.8, killed_at: int | None = None
+    ) -> None:
+        self.cell = Cell(TRIAL)
+        self.times: list[float] = []
+        self.warnings: list[str] = []
+        self.told: dict[str, float | str] = {}
+        self._killed_at = killed_at
+        at = []
+        if file is not None:
+            wish = VideoWish(file, speed=speed, width=64, height=48)
+            self.film = Filming(
+                self.cell,
+                wish,
+                camera=still(VIEWS["overview"]),
+                caption=self._caption,
+                waits=True,
+                warn=self.warnings.append,
+            )
+            at = [(Fraction(0), lambda _cell: self.film.start())]
+        self.hash = run_cell(self.cell, find_agent("lesson")(), RunOptions(until=until, at=at)).state_hash
+        if file is not None:
+            self.told = self.film.finish()
+
+    def _caption(self) -> str:
+        self.times.append(self.cell.simulation.time)
+        if len(self.times) == self._killed_at:
+            os.kill(self.film._video._worker._process.pid, signal.SIGKILL)
+        return f"{self.times[-1]:.1f} s"
+
+
+def test_frames_are_taken_at_their_times_and_the_run_stays_as_it_is(tmp_path: Path) -> None:
+    filmed, plain = Filmed(tmp_path / "a.mp4"), Filmed(None)
+    assert filmed.hash == plain.hash
+    assert filmed.warnings == []
+    assert filmed.times == pytest.approx([n / 25 for n in range(21)], abs=1e-9)
+    assert filmed.told == {"file": str(tmp_path / "a.mp4"), "length": 0.84, "frames": 21, "dropped": 0}
+    pictures = read(tmp_path / "a.mp4")
+    assert len(pictures) == 21
+    assert np.abs(pictures[0].astype(int) - pictures[20]).max() > 40  # the arm moves, and so does the clock
+
+
+def test_a_time_lapse_takes_fewer(tmp_path: Path) -> None:
+    filmed = Filmed(tmp_path / "a.mp4", speed=10.0)
+    assert filmed.times == pytest.approx([0.0, 0.4, 0.8], abs=1e-9)
+    assert len(read(tmp_path / "a.mp4")) == 3
+
+
+def test_a_video_that_comes_to_an_end_is_told_once_and_the_run_goes_on(tmp_path: Path) -> None:
+    filmed = Filmed(tmp_path / "a.mp4", killed_at=3)
+    assert filmed.hash == Filmed(None).hash
+    (warning,) = filmed.warnings
+    assert "a.mp4: the video is not whole: the process that draws has ended" in warning
+    assert not filmed.film.is_whole
+    assert len(filmed.times) < 21  # nothing is drawn for nobody
