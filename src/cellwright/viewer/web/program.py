@@ -23,6 +23,7 @@ from cellwright.viewer.web.bodies import Bodies
 from cellwright.viewer.web.door import Door
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.names import Names
+from cellwright.viewer.web.operator.feature import Operator
 from cellwright.viewer.web.page import Page
 from cellwright.viewer.web.panels.cell import CellPanels
 from cellwright.viewer.web.panels.time_controls import TimeControls
@@ -35,7 +36,7 @@ from cellwright.viewer.web.views import Views
 
 def features() -> list[Feature]:
     """What a page is made of, in the order of their tabs."""
-    told = [CellPanels(), TimeControls()]
+    told = [CellPanels(), Operator(), TimeControls()]
     seen = [Views(), Beams(), Contacts(), ToolPaths(), Names(), Bodies(), Shadows(), Stage()]
     return [*told, *seen]
 
