@@ -13,6 +13,7 @@ from cellwright.server.services.panel import PANEL
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.page import Page, refused
 from cellwright.viewer.web.panels import cell_html, html
+from cellwright.viewer.web.panels.allowed import allow
 from cellwright.viewer.web.panels.shown import Shown
 
 ORDERS, SCORE, CELL = "Orders", "Score", "Cell"
@@ -96,9 +97,8 @@ class CellPanels(Feature):
         reason = "this is a recording: nothing can be changed any more" if is_recorded else ""
         reason = reason or told["refused"].get("belt", "")
         self._why_not.show(html.block(html.dim(f"Belt, AGVs and trays: {reason}.")) if reason else "")
-        for handle in self._doing:
-            if handle.disabled != bool(reason):
-                handle.disabled = bool(reason)
+        for control in self._doing:
+            allow(control, reason)
 
     # ---------------------------------------------------------------- what one does
 

@@ -11,6 +11,7 @@ from cellwright.server.services.control import CONTROL
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.page import Page, refused
 from cellwright.viewer.web.panels import html
+from cellwright.viewer.web.panels.allowed import allow
 from cellwright.viewer.web.panels.html import AMBER, BLUE, GREEN
 from cellwright.viewer.web.panels.pace import SeenPace
 from cellwright.viewer.web.panels.shown import Shown
@@ -66,8 +67,8 @@ class TimeControls(Feature):
         self._pace.take(time.perf_counter(), now)
         self._clock.show(clock(now, control, self._pace.factor))
         reasons = control["refused"]
-        _enable(self._steps, reasons.get("pause", ""))
-        _enable(self._speeds, reasons.get("speed", ""))
+        allow(self._steps, reasons.get("pause", ""))
+        allow(self._speeds, reasons.get("speed", ""))
         self._show_reset(panel, str(reasons.get("reset", "")))
         self._show_timeline(panel, now)
 
@@ -156,12 +157,6 @@ def clock(now: float, control: dict[str, Any], pace: float | None) -> str:
     return html.block(
         html.row(html.big(f"{now:.2f}", "s"), label, "align-items:center"), html.figures(f"{seen}{asked}")
     )
-
-
-def _enable(group: Any, reason: str) -> None:
-    _set(group, "disabled", bool(reason))
-    if reason:
-        _set(group, "hint", reason)
 
 
 def _set(handle: Any, name: str, value: Any) -> None:
