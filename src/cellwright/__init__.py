@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from cellwright.face import load_trial as load_trial
     from cellwright.face import run_trial as run_trial
     from cellwright.pose import Pose as Pose
+    from cellwright.replay.opened import OpenedRecording as OpenedRecording
+    from cellwright.replay.opened import open_recording as open_recording
     from cellwright.run import Outcome as Outcome
     from cellwright.run import RunOptions as RunOptions
     from cellwright.run import RunResult as RunResult
@@ -45,6 +47,7 @@ _HOMES = {
     "DescriptionWarning": "face",
     "Device": "simulation.device",
     "Driver": "teleop.drivers.driver",
+    "OpenedRecording": "replay.opened",
     "Outcome": "run",
     "Pose": "pose",
     "Reading": "devices.sensors.sensor",
@@ -57,6 +60,7 @@ _HOMES = {
     "Trial": "description.trial",
     "load_robot": "face",
     "load_trial": "face",
+    "open_recording": "replay.opened",
     "run_cell": "run",
     "run_trial": "face",
 }

@@ -14,6 +14,9 @@ from tests.evaluation.programs import PROGRAMS, TRIAL
 
 RUN = ("run", "lesson", "--agent", "none", "--until", "0.2")
 
+PLAIN = ("--log", "--record")
+"""Options that take a file and no time before it."""
+
 full = pytest.mark.skipif(not Path("/dev/full").exists(), reason="no disk that is always full")
 
 
@@ -28,6 +31,7 @@ def on_a_full_disk(name: str) -> str:
     ("option", "name", "said"),
     [
         ("--log", "a.jsonl", "warning: a.jsonl: can be written no more: No space left on device"),
+        ("--record", "a.mcap", "warning: a.mcap: can be written no more: No space left on device"),
         ("--snapshot", "a.png", "warning: cannot write the picture a.png: No space left on device"),
         ("--checkpoint", "a.npz", "checkpoint a.npz: cannot be written: No space left on device"),
     ],
@@ -38,7 +42,7 @@ def test_a_file_that_finds_no_room(
     drawn = np.zeros((2, 2, 3), np.uint8)  # drawing takes seconds
     monkeypatch.setattr("cellwright.rendering.picture.render", lambda *_given, **_more: drawn)
     file = on_a_full_disk(name)
-    ran = cellwright(*RUN, "--no-picture", "--json", option, file if option == "--log" else f"0.1:{file}")
+    ran = cellwright(*RUN, "--no-picture", "--json", option, file if option in PLAIN else f"0.1:{file}")
     assert ran.status == 1
     assert ran.err.count(said) == 1
     document = json.loads(ran.out)  # the result is whole
@@ -46,12 +50,15 @@ def test_a_file_that_finds_no_room(
     assert document["simulated"] == pytest.approx(0.2)
 
 
-@pytest.mark.parametrize(("option", "file"), [("--log", "x.jsonl"), ("--snapshot", "x.png"), ("--checkpoint", "x.npz")])
+@pytest.mark.parametrize(
+    ("option", "file"),
+    [("--log", "x.jsonl"), ("--record", "x.bag"), ("--snapshot", "x.png"), ("--checkpoint", "x.npz")],
+)
 @pytest.mark.parametrize("folder", ["none", "a" * 300, "file"])
 def test_a_place_where_nothing_can_be_is_refused(folder: str, option: str, file: str, cellwright: CommandLine) -> None:
     Path("file").write_text("")
     place = f"{folder}/{file}"
-    ran = cellwright(*RUN, "--no-picture", option, place if option == "--log" else f"0.1:{place}")
+    ran = cellwright(*RUN, "--no-picture", option, place if option in PLAIN else f"0.1:{place}")
     assert (ran.status, ran.out) == (2, "")
     assert ran.err.startswith(f"error: {option} ")
     assert len(ran.err.splitlines()) == 1

@@ -58,6 +58,16 @@ Until = Annotated[
     float | None, typer.Option(metavar="T", help="Stop at this simulation time [s].", rich_help_panel=END)
 ]
 
+Record = Annotated[
+    list[Path] | None,
+    typer.Option(
+        metavar="FILE.mcap",
+        help="Record everything to this file, to be replayed and looked at; FILE.bag for the tools of ROS 1; "
+        "repeatable.",
+        rich_help_panel=OUTPUT,
+    ),
+]
+
 Log = Annotated[
     Path | None,
     typer.Option(

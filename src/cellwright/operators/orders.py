@@ -31,6 +31,13 @@ class MoveGrippers:
     closed: tuple[float, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class MoveBase:
+    """The base is to move: two or three numbers, as its mode has them (see `cellwright.teleop.base.Mode`)."""
+
+    numbers: tuple[float, ...]
+
+
 class Ask(Enum):
     """A service that is to be called."""
 

@@ -75,13 +75,16 @@ class Recorder:
         stamp: Callable[[], int] | None = None,
         report: Callable[[str], None] = lambda _line: None,
     ) -> None:
+        self.on_begin: Callable[[], None] = lambda: None
+        """Called when a file has been begun after a reset, for the events that are to stand first in it."""
         self._served, self._simulation = served, served.simulation
         self._path, self._header = path, header
         self._attachments = dict(attachments or {})
         self._panel, self._report = panel, report
         self._taker = SceneTaker(self._simulation.model, name=served.name, hidden=served.out_of_sight)
         self._runs = 0
-        self._is_over = False
+        self.is_over = False
+        """Whether it has come to its end."""
         self._unwritable: set[str] = set()
         self.paths: list[Path] = []
         """The files, one a run."""
@@ -108,9 +111,9 @@ class Recorder:
 
     def end(self, result: Mapping[str, Any]) -> None:
         """Keep what came of the run, and end the file. Again is no error."""
-        if self._is_over:
+        if self.is_over:
             return
-        self._is_over = True
+        self.is_over = True
         for leave in self._leave:
             leave()
         self._finish(result)
@@ -141,6 +144,8 @@ class Recorder:
         except CellwrightError as error:
             self.is_whole = False
             self._report(str(error))
+        else:
+            self.on_begin()
 
     def _finish(self, result: Mapping[str, Any]) -> None:
         self._keep_frame(0)

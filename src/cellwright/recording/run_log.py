@@ -37,7 +37,55 @@ FORMAT = 1
 """Number of the format, in the first line."""
 
 
-class RunLog:
+class RunEvents:
+    """Tells what happens in one run, as the values of the lines of its log.
+
+    Args:
+        write: takes each.
+        about: what the caller knows of the run besides, such as the agent's name, for the first one.
+    """
+
+    def __init__(self, write: Callable[[Mapping[str, Any]], None], about: Mapping[str, Any] | None = None) -> None:
+        self._write = write
+        self._about = dict(about or {})
+        self._reach = TrialReach(())
+
+    def begin(self, trial: Trial, more: Mapping[str, Any]) -> None:
+        """Tell what it is.
+
+        Args:
+            trial: what is run.
+            more: seed, versions and the like.
+        """
+        self._reach = reach(trial)
+        facts = {
+            "best": self._reach.maximum,
+            "reachable": self._reach.total,
+            "reachable_reason": self._reach.sentence(),
+            "system_cost": system_cost(trial.sensors),
+            "circumstances": asdict(trial.circumstances),
+        }
+        self._write({"kind": "run", "format": FORMAT, "trial": trial.name, **more, **self._about, **facts})
+
+    def effect(self, effect: Effect, now: int) -> None:
+        """Tell what the referee did at the time `now` [ns]."""
+        kind, values = _values(effect, self._reach)
+        self._write({"kind": kind, "time": seconds(now), **values})
+
+    def end(self, outcome: str, evidence: Evidence, now: int, more: Mapping[str, Any]) -> None:
+        """Tell what came of it.
+
+        Args:
+            outcome: how the run ended, in a word.
+            evidence: its score with all evidence.
+            now: the time [ns].
+            more: state hash, wall time and the like.
+        """
+        score = evidence_to_json(evidence)
+        self._write({"kind": "result", "time": seconds(now), "outcome": outcome, **more, "score": score})
+
+
+class RunLog(RunEvents):
     """Writes the log of one run.
 
     Args:
@@ -57,46 +105,15 @@ class RunLog:
         report: Callable[[str], None] = lambda _line: None,
     ) -> None:
         self.lines = JsonLines(path, report=report)
-        self._about = dict(about or {})
-        self._reach = TrialReach(())
-
-    def begin(self, trial: Trial, more: Mapping[str, Any]) -> None:
-        """Write the first line.
-
-        Args:
-            trial: what is run.
-            more: seed, versions and the like.
-        """
-        self._reach = reach(trial)
-        facts = {
-            "best": self._reach.maximum,
-            "reachable": self._reach.total,
-            "reachable_reason": self._reach.sentence(),
-            "system_cost": system_cost(trial.sensors),
-            "circumstances": asdict(trial.circumstances),
-        }
-        self.lines.write({"kind": "run", "format": FORMAT, "trial": trial.name, **more, **self._about, **facts})
-
-    def effect(self, effect: Effect, now: int) -> None:
-        """Write what the referee did at the time `now` [ns]."""
-        kind, values = _values(effect, self._reach)
-        self.lines.write({"kind": kind, "time": seconds(now), **values})
+        super().__init__(self.lines.write, about)
 
     def reset(self, now: int) -> None:
         """Write that the run has begun anew, at the time `now` [ns]."""
         self.lines.write({"kind": "reset", "time": seconds(now)})
 
     def end(self, outcome: str, evidence: Evidence, now: int, more: Mapping[str, Any]) -> None:
-        """Write the last line, and close the file.
-
-        Args:
-            outcome: how the run ended, in a word.
-            evidence: its score with all evidence.
-            now: the time [ns].
-            more: state hash, wall time and the like.
-        """
-        score = evidence_to_json(evidence)
-        self.lines.write({"kind": "result", "time": seconds(now), "outcome": outcome, **more, "score": score})
+        """Write the last line, and close the file; see `RunEvents.end`."""
+        super().end(outcome, evidence, now, more)
         self.lines.close()
 
 

@@ -2,6 +2,7 @@
 
 from cellwright.run.course import DRIVE, Course, how_it_ended, wait_for_kits
 from cellwright.run.options import RunOptions
+from cellwright.run.record import RecordOptions
 from cellwright.run.result import Outcome, RunResult, versions
 from cellwright.run.run import GRACE, conduct, run_cell
 from cellwright.run.working import let_work, told, work_in_process
@@ -11,6 +12,7 @@ __all__ = [
     "GRACE",
     "Course",
     "Outcome",
+    "RecordOptions",
     "RunOptions",
     "RunResult",
     "conduct",

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from cellwright.cell import Cell
 from cellwright.recording.run_log import RunLog
+from cellwright.run.record import RecordOptions
 
 
 @dataclass(frozen=True)
@@ -24,6 +25,7 @@ class RunOptions:
         on_progress: called ten times a simulated second.
         checkpoints: files to save the simulation to, at given simulation times [s]; the times are part of the run.
         log: takes what happens, to keep it on disk as it grows.
+        record: how the run is recorded, if it is.
         start: a checkpoint to begin from, instead of time 0. The agent begins anew all the same.
     """
 
@@ -36,3 +38,4 @@ class RunOptions:
     checkpoints: Sequence[tuple[Fraction, Path]] = ()
     start: Path | None = None
     log: RunLog | None = None
+    record: RecordOptions | None = None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import platform
 from dataclasses import dataclass, field
 from enum import StrEnum
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -40,6 +41,10 @@ class RunResult:
     steps: int
     error: str = ""
     heard: dict[str, int] = field(default_factory=dict)
+    recordings: list[Path] = field(default_factory=list)
+    """The recordings that were written."""
+    is_recorded: bool = True
+    """Whether everything that was to be recorded is in them."""
 
     @property
     def real_time_factor(self) -> float:

@@ -17,6 +17,7 @@ from cellwright.kitting.effects import Effect
 from cellwright.recording.run_log import RunLog
 from cellwright.run.course import Course, Work
 from cellwright.run.options import RunOptions
+from cellwright.run.record import record_while
 from cellwright.run.result import RunResult, versions
 from cellwright.run.working import work_in_process
 from cellwright.simulation.clock import nanoseconds
@@ -79,6 +80,7 @@ def _conduct(cell: Cell, work: Work, options: RunOptions, leaving: ExitStack) ->
         _keep_log(course, options.log, leaving)
     if cell.competition.state == "done" and options.ends_when_done:  # it was so in the checkpoint
         _end_soon(transport)
+    recording = None if options.record is None else record_while(cell, options.record, options, leaving)
     outcome, error = work(course)
     cell.bus.refusals.flush()
     result = course.result(outcome, error)
@@ -86,6 +88,9 @@ def _conduct(cell: Cell, work: Work, options: RunOptions, leaving: ExitStack) ->
         more = {"competition_state": result.competition_state, "state_hash": result.state_hash, "error": result.error}
         counts = {"simulated": result.simulated, "wall": result.wall, "steps": result.steps}
         options.log.end(outcome.name.lower(), result.evidence, cell.simulation.now, more | counts)
+    if recording is not None:
+        recording.end(result)
+        result.recordings, result.is_recorded = recording.files, recording.is_whole
     return result
 
 

@@ -4,17 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Protocol
 
 from cellwright.assembled import services
 from cellwright.description.robot.config import Posture
 from cellwright.description.robot.model import Joint
 from cellwright.errors import RejectedCommandError
 from cellwright.pose import Pose
-from cellwright.server.server import Server
+from cellwright.server.requests import Extra
 from cellwright.teleop.joint_targets import MOST
 from cellwright.teleop.node import RobotNode
 from cellwright.world.robot import body_of
+
+
+class Offers(Protocol):
+    """Takes services: a server, or whoever wants to call them itself."""
+
+    def offer(self, service: str, handler: Extra, *, acts: bool = False) -> None:
+        """Take one; see `Server.offer`."""
+        ...
 
 
 class RobotServices:
@@ -34,7 +42,7 @@ class RobotServices:
         movable = [joint.name for joint in self._robot.movable]
         self._places = [movable.index(name) for name in node.servos.joints]
 
-    def offer(self, server: Server) -> None:
+    def offer(self, server: Offers) -> None:
         """Answer on a server, and let whoever asks there move the robot past its topics."""
         self.offer_state(server)
         server.offer(services.DESCRIBE, self.describe)
@@ -43,7 +51,7 @@ class RobotServices:
         server.offer(services.MOVE_TIP, self.move_tip, acts=True)
         server.offer(services.PLACE_BASE, self.place_base, acts=True)
 
-    def offer_state(self, server: Server) -> None:
+    def offer_state(self, server: Offers) -> None:
         """Tell on a server how the robot is, and no more."""
         server.offer(services.STATE, self.state)
 

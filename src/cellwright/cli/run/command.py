@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext, redirect_stdout
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -15,8 +16,8 @@ from rich.console import Console
 from cellwright import variation
 from cellwright.agents.agent import BUNDLED, Agent, find_agent
 from cellwright.cell import Cell
-from cellwright.cli import options, videos
-from cellwright.cli.arguments import END, OUTPUT, TRIAL, WORK, Development, Log, Seed, Servo, Until, Vary
+from cellwright.cli import options, recorded, videos
+from cellwright.cli.arguments import END, OUTPUT, TRIAL, WORK, Development, Log, Record, Seed, Servo, Until, Vary
 from cellwright.cli.run import over as run_over
 from cellwright.cli.run.attended import Attended
 from cellwright.cli.run.turn import Turn, warn
@@ -139,6 +140,7 @@ def run(
         ),
     ] = False,
     log: Log = None,
+    record: Record = None,
     averages: Annotated[
         str | None,
         typer.Option(
@@ -199,12 +201,16 @@ def run(
         start=resume,
     )
     log_file = options.log_file(log)
+    kept = recorded.wanted(record, agent=agent)
     filmed = videos.wish(video, video_camera, video_speed, video_size, fine=video_fine)
     place = options.camera(camera)
     snapshots = [options.timed_file("--snapshot", text, ".png") for text in snapshot or ()]
     console = Console(stderr=as_json, highlight=False)
     with redirect_stdout(sys.stderr) if as_json else nullcontext():  # what a file brings along prints no JSON
-        cell = _build(_trial(files, seed, is_varied=vary), seed, servo, console, competition=not development)
+        trial, kept = recorded.with_sources(
+            kept, partial(_trial, files, seed, is_varied=vary), lambda _: options.paths(files)
+        )
+        cell = _build(trial, seed, servo, console, competition=not development)
         options.topics(wanted.listen, cell)
         spent = options.averages(averages, cell.trial)
         maker = _maker(agent, wanted)
@@ -228,6 +234,7 @@ def run(
         picture=picture,
         video=filmed,
         log=log_file,
+        record=kept if kept is None else replace(kept, is_varied=vary),
         least=least,
         spent=spent,
         as_json=as_json,

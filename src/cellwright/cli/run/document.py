@@ -48,6 +48,7 @@ def of_run(
         "heard": result.heard,
         "refused": dict(cell.bus.refusals.counts),
         "pictures": list(pictures),
+        "recordings": [str(path) for path in result.recordings],
         "versions": versions(),
     }
 

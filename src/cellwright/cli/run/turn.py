@@ -17,7 +17,7 @@ from rich.console import Console
 
 from cellwright.agents.agent import Agent
 from cellwright.cell import Cell
-from cellwright.cli import exit_status, videos
+from cellwright.cli import exit_status, recorded, videos
 from cellwright.cli.run import document, score_table
 from cellwright.cli.run import over as run_over
 from cellwright.cli.run.attended import Attended
@@ -30,7 +30,7 @@ from cellwright.kitting.score.scorer import GameScore
 from cellwright.kitting.score.trial_score import Averages, TrialScore, trial_score
 from cellwright.recording.run_log import RunLog
 from cellwright.rendering.camera import Camera
-from cellwright.run import Outcome, RunOptions, RunResult, run_cell
+from cellwright.run import Outcome, RecordOptions, RunOptions, RunResult, run_cell
 from cellwright.viewer.filming import Filming, Made, VideoWish
 
 
@@ -53,6 +53,7 @@ class Turn:
         picture: write one at the end.
         video: a video to be written; one of a run that begins anew has a file of its own.
         log: file for what happens.
+        record: how it is recorded; None for not at all.
         least: score that is to be reached.
         spent: averages of all teams, for the score of the trial as in the finals.
         as_json: print the result as JSON, and nothing else on stdout.
@@ -73,6 +74,7 @@ class Turn:
     picture: bool
     video: VideoWish | None
     log: Path | None
+    record: RecordOptions | None
     least: float | None
     spent: Averages | None
     as_json: bool
@@ -91,6 +93,7 @@ class Turn:
         film = self._film()
         actions = [*videos.actions(film), *pictures.actions()]
         wanted = replace(self.options, at=actions, on_progress=self._progress.update, log=kept)
+        wanted = replace(wanted, record=recorded.of_turn(self.record, self._played))
         with redirect_stdout(sys.stderr) if self.as_json else nullcontext():  # what an agent prints is no JSON
             worker, self.worker = self.worker, None
             if worker is None and self.make is not None and self.way is None:
@@ -104,7 +107,7 @@ class Turn:
             return exit_status.NOT_DONE
         pictures.finish(self.cell.simulation.time)
         status = exit_status.of_run(result, has_agent=self.make is not None, min_score=self.least)
-        is_whole = (kept is None or kept.lines.is_whole) and (film is None or film.is_whole)
+        is_whole = (kept is None or kept.lines.is_whole) and (film is None or film.is_whole) and result.is_recorded
         if pictures.missed or self.cell.checkpoints.missed or not is_whole:
             status = status or exit_status.NOT_DONE  # what was asked for is not all there
         self._tell(result, pictures, made, status)
@@ -157,6 +160,8 @@ class Turn:
                 score_table.note(console, "video", videos.sentence(each))
             for written in pictures.written:
                 score_table.note(console, "picture", written)
+            for recording in result.recordings:
+                score_table.note(console, "recording", str(recording))
 
 
 def finals_score(trial: Trial, score: GameScore, spent: Averages) -> TrialScore | None:

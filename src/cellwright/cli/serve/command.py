@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -10,8 +11,8 @@ from typing import Annotated
 import typer
 
 from cellwright import variation
-from cellwright.cli import options, videos
-from cellwright.cli.arguments import END, OUTPUT, WORK, Development, Files, Log, Seed, Servo, Until, Vary
+from cellwright.cli import options, recorded, videos
+from cellwright.cli.arguments import END, OUTPUT, WORK, Development, Files, Log, Record, Seed, Servo, Until, Vary
 from cellwright.cli.serve.trial import EXIT_ON_COMPLETION, ServeOptions, serve_trial
 from cellwright.cli.view.arguments import Open, View, ViewHost, ViewPort, look, refuse_a_camera
 from cellwright.description.trial import Trial
@@ -72,6 +73,7 @@ def serve(
         ),
     ] = False,
     log: Log = None,
+    record: Record = None,
     picture: Annotated[
         Path | None,
         typer.Option(
@@ -127,7 +129,10 @@ def serve(
     written; 2 bad input, and nothing was started.
     """
     refuse_a_camera(files, view=view)
+    kept = recorded.wanted(record, agent="served")
     wanted = ServeOptions(
+        files=files,
+        record=None if kept is None else replace(kept, is_varied=vary),
         speed=options.speed(("max" if lockstep else "1") if speed is None else speed),
         lockstep=lockstep,
         servo=servo,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
@@ -13,7 +13,7 @@ import typer
 from rich.console import Console
 
 from cellwright.cell import Cell
-from cellwright.cli import options, videos
+from cellwright.cli import options, recorded, videos
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.run import document, score_table
 from cellwright.cli.run.pictures import Pictures
@@ -28,7 +28,7 @@ from cellwright.recording.run_log import RunLog
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.views import VIEWS
 from cellwright.ros1_host import Ros1
-from cellwright.run import Outcome, RunOptions
+from cellwright.run import Outcome, RecordOptions, RunOptions
 from cellwright.server import DEFAULT_PORT, Server
 from cellwright.server.server import LOOPBACK
 from cellwright.server.services import onlookers
@@ -59,6 +59,8 @@ class ServeOptions:
         ros1: be the simulator of ROS 1 programs too.
         as_json: print the result as JSON, and nothing else on stdout.
         log: file for what happens.
+        files: those that the trial is read from, as they were named.
+        record: how it is recorded; None for not at all.
         picture: file for a picture of the cell at the end; none when it is stopped before the competition is done.
         camera: where that is taken from.
         video: a video to be written; it is not waited for where time keeps to the wall clock.
@@ -79,6 +81,8 @@ class ServeOptions:
     ros1: bool = False
     as_json: bool = False
     log: Path | None = None
+    files: Sequence[str] = ()
+    record: RecordOptions | None = None
     picture: Path | None = None
     camera: Camera = VIEWS["overview"]
     video: VideoWish | None = None
@@ -103,7 +107,7 @@ def serve_trial(
     console = Console(stderr=wanted.as_json, highlight=False)
     is_stopped = Stop()
     with stopped_by_signals(is_stopped.stop), ExitStack() as to_close:
-        trial = load()
+        trial, record = recorded.with_sources(wanted.record, load, lambda _: options.paths(wanted.files))
         warn = partial(console.print, markup=False, soft_wrap=True, style="yellow")
         ros = to_close.enter_context(Ros1(warn, lambda: is_stopped.has_come)) if wanted.ros1 else None
         if ros is not None:
@@ -142,7 +146,11 @@ def serve_trial(
         film = None if wanted.video is None else videos.of_cell(cell, wanted.video, waits=waits, warn=_warn)
         with progress.running():
             run = RunOptions(
-                until=wanted.until, ends_when_done=wanted.ends_when_done, log=kept, at=videos.actions(film)
+                until=wanted.until,
+                ends_when_done=wanted.ends_when_done,
+                log=kept,
+                record=record,
+                at=videos.actions(film),
             )
             result = serving.run(run)
     made = [] if film is None else [film.finish()]
@@ -159,7 +167,7 @@ def serve_trial(
     if wanted.picture is not None and (result.outcome is Outcome.DONE or not is_stopped.has_come):
         with bar(console, f"drawing {wanted.picture}", 1.0) as tell:
             pictures.take(wanted.picture, cell, tell)
-    is_whole = (kept is None or kept.lines.is_whole) and (film is None or film.is_whole)
+    is_whole = (kept is None or kept.lines.is_whole) and (film is None or film.is_whole) and result.is_recorded
     if pictures.missed or not is_whole:
         status = NOT_DONE
     if wanted.as_json:
@@ -170,6 +178,8 @@ def serve_trial(
             score_table.note(console, "video", videos.sentence(each))
         for written in pictures.written:
             score_table.note(console, "picture", written)
+        for recording in result.recordings:
+            score_table.note(console, "recording", str(recording))
     return status
 
 

@@ -6,8 +6,8 @@ from functools import partial
 
 import typer
 
-from cellwright.cli import options
-from cellwright.cli.arguments import Until
+from cellwright.cli import options, recorded
+from cellwright.cli.arguments import Record, Until
 from cellwright.cli.teleop.arguments import (
     AsJson,
     Check,
@@ -88,6 +88,7 @@ def teleop(
     view_host: ViewHost = None,
     view_port: ViewPort = None,
     open_page: Open = False,
+    record: Record = None,
     as_json: AsJson = False,
     verbose: Verbose = False,
 ) -> None:
@@ -167,6 +168,7 @@ def teleop(
         node=node,
         as_json=as_json,
         verbose=verbose,
+        record=recorded.wanted(record),
         look=look(view=view, host=view_host, port=view_port, opens=open_page),
     )
     run = run_motion_check if check else run_node

@@ -60,6 +60,7 @@ def _refuse_what_runs(wanted: TeleopOptions) -> None:
         "--speed": wanted.speed != 1.0,
         "--driver": wanted.driver is not None,
         "--ros1": wanted.ros1,
+        "--record": wanted.record is not None,
         "--gui, --init-debug and --snapshot": wanted.sight != Sight(),
         "the options of safety": wanted.safety != SafetySettings(),
     }

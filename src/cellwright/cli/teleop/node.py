@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field
 from fractions import Fraction
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import typer
 from rich.console import Console
 
+from cellwright.cli import recorded
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.run import score_table
 from cellwright.cli.serve.trial import pace_text, ready
@@ -29,7 +31,8 @@ from cellwright.devices.joint_servos import Motion
 from cellwright.errors import SimulationError, UsageError
 from cellwright.messages.std_srvs import TriggerRequest
 from cellwright.ros1_host.identity import robot
-from cellwright.run import versions
+from cellwright.run import RecordOptions, versions
+from cellwright.run.record_robot import RobotRecording, RobotSettings
 from cellwright.server import DEFAULT_PORT, Server
 from cellwright.server.server import LOOPBACK
 from cellwright.server.services import onlookers
@@ -77,6 +80,7 @@ class TeleopOptions:
         verbose: say also how time kept to the wall clock.
         look: a page on it; None for none.
         paused: let time stand until somebody on the page lets it pass.
+        record: how it is recorded; None for not at all.
     """
 
     motion: Motion = Motion.SERVO
@@ -97,6 +101,7 @@ class TeleopOptions:
     verbose: bool = False
     look: Look | None = None
     paused: bool = False
+    record: RecordOptions | None = None
 
 
 @dataclass
@@ -107,6 +112,8 @@ class _Ran:
     error: str = ""
     wall: float = 0.0
     pace: Pace | None = field(default=None)
+    recordings: Sequence[Path] = ()
+    is_recorded: bool = True
 
 
 def run_node(load: Load, wanted: TeleopOptions) -> int:
@@ -124,7 +131,7 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
     tell: Callable[[str], None] = _warn
     identity = robot(wanted.node, sim_time=wanted.sim_time)
     with stopped_by_signals(is_stopped.stop), ExitStack() as to_close:
-        config = load(_warn)
+        config, record = recorded.with_sources(wanted.record, lambda: load(_warn), lambda found: [found.path])
         ros = RosSide.made(identity, lambda line: tell(line), lambda: is_stopped.has_come, wanted=wanted.ros1)
         to_close.enter_context(ros.running)
         ros.prepare()
@@ -153,6 +160,9 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
             progress.update()
             ros.poll()
 
+        recording = None if record is None else RobotRecording(node, record, _settings(identity.node, wanted))
+        if recording is not None:
+            to_close.callback(recording.end)
         tempo = Tempo(wanted.speed, paused=wanted.paused)
         onlookers.offer(server, node, RobotPanel(node).tell, _control(node, tempo, wanted))
         say = partial(console.print, markup=False, soft_wrap=True)
@@ -172,6 +182,9 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
                     ready(node.name, server, wanted.speed) + in_ros + _off(node), markup=False, soft_wrap=True
                 )
             ran = _run(node, server, keeper, wanted)
+        if recording is not None:
+            recording.end({"outcome": ran.outcome, "error": ran.error, "wall": ran.wall})
+            ran.recordings, ran.is_recorded = recording.files, recording.is_whole
     if not wanted.as_json:
         _show(console, node, wanted, ran)
     try:
@@ -181,12 +194,26 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
     else:
         if wanted.sight.snapshot is not None and not wanted.as_json:
             score_table.note(console, "picture", str(wanted.sight.snapshot))
-    status = NOT_DONE if ran.error else DONE
+    for written in () if wanted.as_json else ran.recordings:
+        score_table.note(console, "recording", str(written))
+    status = NOT_DONE if ran.error or not ran.is_recorded else DONE
     if ran.error:
         typer.echo(f"error: {ran.error}", err=True)
     if wanted.as_json:
         typer.echo(json.dumps(_document(node, wanted, ran, status), indent=2))
     return status
+
+
+def _settings(node: str, wanted: TeleopOptions) -> RobotSettings:
+    return RobotSettings(
+        motion=wanted.motion,
+        timestep=wanted.timestep,
+        self_collision=wanted.self_collision,
+        safety=wanted.safety,
+        node=node,
+        sim_time=wanted.sim_time,
+        driver=wanted.driver is not None,
+    )
 
 
 def _control(node: RobotNode, tempo: Tempo, wanted: TeleopOptions) -> Control:
@@ -260,6 +287,7 @@ def _document(node: RobotNode, wanted: TeleopOptions, ran: _Ran, status: int) ->
         "refused": dict(node.bus.refusals.counts),
         "unknown_names": list(node.commander.notices.unknown),
         "pace": None if ran.pace is None else asdict(ran.pace),
+        "recordings": [str(path) for path in ran.recordings],
         "versions": versions(),
     }
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cellwright.description.reading.contents import read_at_most
+from cellwright.description.reading.sources import note_source
 from cellwright.errors import CellwrightError
 
 MAX_MODEL_BYTES = 1 << 20
@@ -72,6 +73,7 @@ def beside(path: Path, reference: str, folder: Path) -> Path:
         raise ModelFileError(f"{path}: {reference} lies outside of the model's folder {folder}")
     if not found.is_file():
         raise ModelFileError(f"{path}: there is no file {reference}")
+    note_source(found)  # the engine reads it itself
     return found
 
 

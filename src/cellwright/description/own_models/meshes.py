@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from cellwright.description.own_models.files import MAX_ASSET_BYTES, ModelFileError
 from cellwright.description.reading.contents import read_at_most
+from cellwright.description.reading.sources import note_source
 
 Triangles: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int64]]
 """Vertices, shape (n, 3), in the file's units, and triangles as numbers of vertices, shape (m, 3)."""
@@ -40,6 +41,7 @@ def read_mesh(path: Path) -> Triangles:
         about = path.stat()
         if not stat.S_ISREG(about.st_mode):
             raise ModelFileError(f"{path}: no plain file")
+        note_source(path)  # it may have been read before
     except FileNotFoundError:
         raise ModelFileError(f"{path}: there is no such file") from None
     except (OSError, ValueError) as error:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from cellwright.description.reading.sources import note_source
+
 
 def read_at_most(path: Path, most: int) -> bytes | None:
     """The bytes of a file; None where there are more than `most` of them.
@@ -14,4 +16,7 @@ def read_at_most(path: Path, most: int) -> bytes | None:
     """
     with path.open("rb") as stream:
         content = stream.read(most + 1)
-    return content if len(content) <= most else None
+    if len(content) > most:
+        return None
+    note_source(path, content)
+    return content

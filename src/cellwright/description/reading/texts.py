@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cellwright.description.reading.problems import Place, Problem
+from cellwright.description.reading.sources import note_source
 from cellwright.errors import DescriptionError
 
 MAX_BYTES = 512 * 1024
@@ -79,6 +80,7 @@ def read_texts(paths: Sequence[Path]) -> JoinedText:
             )
             break
         left -= len(data)
+        note_source(path, data)
         decoded = _decoded(data, Place(file, str(path), 1), alone=len(paths) == 1)
         if isinstance(decoded, Problem):
             problems.append(decoded)

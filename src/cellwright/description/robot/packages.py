@@ -7,6 +7,8 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+from cellwright.description.reading.sources import note_source
+
 _MOST_READ = 10_000  # of a package's manifest, whose name stands near its beginning [bytes]
 _NAME = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
 
@@ -41,5 +43,6 @@ def _declared_name(folder: Path) -> str | None:
             text = stream.read(_MOST_READ).decode("utf-8", "replace")
     except (OSError, ValueError):
         return None
+    note_source(folder / "package.xml")
     found = _NAME.search(text)
     return found[1] if found else None

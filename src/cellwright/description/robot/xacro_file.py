@@ -14,6 +14,7 @@ from pathlib import Path
 
 import cellwright
 from cellwright.description.reading.problems import Place, Problem
+from cellwright.description.reading.sources import note_source
 from cellwright.errors import DescriptionError
 
 LONGEST = 30.0
@@ -57,6 +58,8 @@ def expand(path: Path, text: str) -> str:
     except ValueError:  # it was ended by the system, or by a library that does not take a lack of memory well
         raise _refusal(path, 0, f"xacro: its process ended before it was expanded (status {done.returncode})") from None
     if "text" in said:
+        for each in said["files"]:
+            note_source(Path(each))
         return str(said["text"])
     raise _refusal(Path(said["path"]), int(said["line"]), str(said["message"]))
 

@@ -54,12 +54,13 @@ def main() -> None:
     answer, path = sys.stdout, Path(sys.argv[1])
     text = sys.stdin.buffer.read().decode("utf-8", "replace")
     try:
-        _tell(answer, text=_expanded(path, text))
+        expanded = _expanded(path, text)
+        _tell(answer, text=expanded, files=[str(each) for each in xacro.all_includes])
     except _RefusedError as error:
         _tell(answer, path=str(error.path), line=error.line, message=str(error))
 
 
-def _tell(answer: TextIO, **said: str | int) -> None:
+def _tell(answer: TextIO, **said: str | int | list[str]) -> None:
     answer.write(json.dumps(said))
     answer.flush()
 

@@ -9,7 +9,7 @@
 | `positions`, `targets` | of each joint [rad; m]: measured, null where nobody knows, and what it is given |
 | `tips`, `references` | of each arm: world_T_tip, and world_T_reference, in whose frame its poses are commanded |
 | `aims` | of each arm: world_T_tip that it is being brought to, or null |
-| `grippers` | how far each is closed, 0 to 1 |
+| `grippers`, `gripper_targets` | how far each is closed, 0 to 1, and is to be |
 | `base` | world_T_base |
 | `enabled`, `stopped`, `homing`, `silent` | whether commands are taken, and what stands against it |
 | `held`, `message` | why the robot was held last; what there is to say of it |
@@ -41,7 +41,8 @@ from cellwright.world.robot import body_of
 
 KIND = "robot"
 
-_DIGITS = 5  # behind the point: 0.01 mm
+_DIGITS = 5  # behind the point, of joints: 0.01 mm
+_FINE = 9  # of poses: who sends one back that was told must not move the hand
 _MOST_REFUSALS = 8
 
 
@@ -82,6 +83,7 @@ class RobotPanel:
                 for reference, aim in zip(references, node.ee_poses.targets, strict=True)
             ],
             "grippers": [round(gripper.status(positions), 3) for gripper in self._grippers],
+            "gripper_targets": [round(gripper.status(node.commander.applied), 3) for gripper in self._grippers],
             "base": _seven(node.base.pose),
             "enabled": status.enabled,
             "stopped": status.emergency_stop,
@@ -164,5 +166,5 @@ def _numbers(values: Array) -> list[float | None]:
     return [value if math.isfinite(value) else None for value in (np.round(values, _DIGITS) + 0.0).tolist()]
 
 
-def _seven(pose: Pose) -> list[float | None]:
-    return _numbers(np.array([*pose.position, *pose.quaternion]))
+def _seven(pose: Pose) -> list[float]:
+    return [round(value, _FINE) + 0.0 for value in (*pose.position, *pose.quaternion)]

@@ -2,8 +2,10 @@
 
 | service | asked | answer |
 |---|---|---|
-| `cellwright/scene` | nothing | `scene`: base64 of `encode_scene`; `digest`: SHA-256 of those bytes, in hex |
-| `cellwright/frame` | | `time` [ns], `tick`, `run`, `digest`; `frame`: base64 of `Frame.encode`, whole |
+| `cellwright/scene` | | `scene`: base64 of `encode_scene`; `digest`: their SHA-256; `about`: see `sights.about` |
+| `cellwright/frame` | see below | `time` [ns], `tick`, `run`, `digest`; `frame`: base64 of `Frame.encode`, whole |
+| | `sensors`: true | `sensors`: see `sights.sensors` |
+| | `contacts`: true | `contacts`: see `sights.contacts` |
 
 Nobody is told anything who does not ask, and an answer leaves the state as it is.
 """
@@ -20,6 +22,7 @@ from cellwright.bus.served import Served
 from cellwright.scene.encoded import encode_scene
 from cellwright.scene.taking import SceneTaker
 from cellwright.server.server import Server
+from cellwright.server.services import sights
 
 SCENE = "cellwright/scene"
 FRAME = "cellwright/frame"
@@ -51,14 +54,20 @@ class SceneServices:
 
     def scene(self, _asked: dict[str, Any]) -> dict[str, Any]:
         """What there is to be seen."""
-        return {"scene": self._taken.text, "digest": self._taken.digest}
+        taken = self._taken
+        return {"scene": taken.text, "digest": taken.digest, "about": sights.about(self._served, taken.taker)}
 
-    def frame(self, _asked: dict[str, Any]) -> dict[str, Any]:
+    def frame(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Where it is now."""
         simulation = self._served.simulation
         simulation.refresh()
         frame = self._taken.taker.frame(simulation.data, simulation.now)
-        return {
+        extras: dict[str, Any] = {}
+        if asked.get("contacts") is True:
+            extras["contacts"] = sights.contacts(self._served)
+        if asked.get("sensors") is True:
+            extras["sensors"] = sights.sensors(self._served)
+        return extras | {
             "time": simulation.now,
             "tick": simulation.clock.tick,
             "run": simulation.runs,

@@ -10,7 +10,7 @@ from queue import SimpleQueue
 from typing import Any
 
 from cellwright.errors import CellwrightError, MessageError, UnknownNameError
-from cellwright.scene import Frame, Scene
+from cellwright.scene import Frame
 from cellwright.scene.encoded import decode_scene
 from cellwright.scene.frame import decode
 from cellwright.viewer.web.link import AwayError, Link
@@ -27,7 +27,8 @@ _SHARE = 0.5  # of the time at most is spent waiting for answers: who is slow to
 class Asking:
     """The page's questions.
 
-    What comes of them is put into `found`, in order: a Scene when it is another one; a tuple of the moment [s] of the
+    What comes of them is put into `found`, in order: a tuple of a Scene and what is said about it when it is
+    another one; a tuple of the moment [s] of the
     wall clock, a Frame and the whole answer; a dict that the panel shows; an AwayError.
 
     Args:
@@ -96,9 +97,13 @@ class Asking:
 
     def _ask_for_scene(self) -> None:
         answer = self._link.ask(SCENE)
-        scene: Scene = decode_scene(b64decode(answer["scene"]))
-        self._digest = str(answer["digest"])
-        self.found.put(scene)
+        try:
+            scene = decode_scene(b64decode(answer["scene"]))
+            self._digest = str(answer["digest"])
+        except (KeyError, TypeError, ValueError):
+            raise MessageError("the answer holds no scene") from None
+        said = answer.get("about")
+        self.found.put((scene, said if isinstance(said, dict) else {}))
 
 
 def _frame(answer: dict[str, Any]) -> Frame:

@@ -10,18 +10,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.scene import Frame, Layer, Scene, Shape
+from cellwright.scene import Form, Frame, Layer, Scene, Shape
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.glb import Colour, Material, glb
+from cellwright.viewer.web.layers import LOOKS, TOUCHED
 from cellwright.viewer.web.moment import Moment
 from cellwright.viewer.web.page import Page
 from cellwright.viewer.web.surfaces import surface
-
-LOOKS = frozenset({Layer.BOTH, Layer.LOOKS})
-TOUCHED = frozenset({Layer.BOTH, Layer.TOUCH})
+from cellwright.viewer.web.views import TAB
 
 _FEW = 4
 """So many bodies that look alike, or more, are drawn as one."""
+_FLOOR = Material(1.0)
 _TOUCHED_COLOURS: tuple[Colour, ...] = ((0.16, 0.47, 0.71, 0.62), (0.85, 0.45, 0.13, 0.62), (0.35, 0.6, 0.35, 0.62))
 
 
@@ -33,11 +33,20 @@ class Bodies(Feature):
         self._looks: BodyNodes | None = None
         self._touched: BodyNodes | None = None
         self._newest: Frame | None = None
+        self._box: Any = None
 
     def begin(self, page: Page, scene: Scene) -> None:
         """Put the bodies of a scene on the page."""
         self._page, self._newest = page, None
         self._looks, self._touched = BodyNodes(page, scene, "bodies", LOOKS), None
+        if self._box is None:
+            with page.tab(TAB):
+                self._box = page.server.gui.add_checkbox(
+                    "Collision shapes", initial_value=False, hint="What the engine takes the bodies for"
+                )
+            self._box.on_update(lambda _event: self.show_touched(self._box.value))
+        if self._box.value:
+            self.show_touched(True)
 
     def show(self, moment: Moment) -> None:
         """Put them where they are."""
@@ -103,7 +112,7 @@ class BodyNodes:
             if len(bodies) < _FEW:
                 for body in bodies:
                     path = f"{page.root}/{name}/{_node(scene.bodies[body])}"
-                    single = self._scene.add_glb(path, data, cast_shadow=not is_touched)
+                    single = self._scene.add_glb(path, data, cast_shadow=False)
                     self._singles.append(_Single(body, single))
             else:
                 handle = self._scene.add_batched_glb(
@@ -113,7 +122,7 @@ class BodyNodes:
                     batched_positions=np.zeros((len(bodies), 3)),
                     batched_scales=np.zeros((len(bodies), 3)),
                     lod="off",
-                    cast_shadow=not is_touched,
+                    cast_shadow=False,
                 )
                 self._alike.append(_Alike(np.array(bodies), handle))
 
@@ -153,7 +162,10 @@ def _pieces(shapes: Sequence[Shape], scene: Scene, *, is_touched: bool) -> list[
             for number, shape in enumerate(shapes)
             for colour in [_TOUCHED_COLOURS[number % len(_TOUCHED_COLOURS)]]
         ]
-    return [(surface(shape, scene), shape.colour, material(shape.colour)) for shape in shapes]
+    return [
+        (surface(shape, scene), shape.colour, _FLOOR if shape.form is Form.PLANE else material(shape.colour))
+        for shape in shapes
+    ]
 
 
 def material(colour: Colour) -> Material:
@@ -164,8 +176,8 @@ def material(colour: Colour) -> Material:
     if opacity < 1:
         return Material(0.15, 0.0, round(opacity, 2))
     if tint < 0.06 and 0.4 < brightness < 0.85:
-        return Material(0.42, 0.35)
-    return Material(0.85 if brightness < 0.2 else 0.5)
+        return Material(0.45, 0.2)
+    return Material(0.85 if brightness < 0.2 else 0.7)
 
 
 def _node(name: str) -> str:

@@ -26,12 +26,17 @@ class Material:
     Attributes:
         roughness: 0 for a mirror, 1 for chalk.
         metal: 0 for paint and plastics, 1 for bare metal.
-        opacity: below 1 what is behind shines through.
+        opacity: below 1 what is behind shines through; at 0 it is not drawn at all, and throws a shadow.
     """
 
     roughness: float = 0.55
     metal: float = 0.0
     opacity: float = 1.0
+
+    @property
+    def is_unseen(self) -> bool:
+        """Whether nothing is drawn, though it throws its shadow."""
+        return self.opacity <= 0
 
 
 def glb(pieces: Iterable[tuple[Surface, Colour, Material]]) -> bytes:
@@ -75,6 +80,8 @@ def _described(material: Material) -> dict[str, Any]:
         "metallicFactor": material.metal,
         "roughnessFactor": material.roughness,
     }
+    if material.is_unseen:
+        return {"pbrMetallicRoughness": factors, "alphaMode": "MASK", "alphaCutoff": 0.5}
     mode = "OPAQUE" if material.opacity >= 1 else "BLEND"
     return {"pbrMetallicRoughness": factors, "alphaMode": mode, "doubleSided": material.opacity < 1}
 

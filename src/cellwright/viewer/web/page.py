@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from queue import Empty
 from typing import Any
 
@@ -18,6 +19,8 @@ from cellwright.viewer.web.moment import Moment, Moments
 
 ROOT = "/scene"
 """All that is seen hangs below this node, and goes with it when another scene takes its place."""
+
+log = logging.getLogger(__name__)
 
 _PERIOD = 1 / 60  # [s] between two pictures
 _IDLE = 0.5  # [s] between two looks at whether somebody looks on
@@ -35,6 +38,7 @@ class Page:
         server: viser's server: `server.gui` and `server.scene` are what features draw with.
         link: the way to what is served, for features; it is not the one that frames come by.
         scene: what is shown; None before the first answer.
+        about: what else was said of it: `kind`, `sensors`, `tools`; empty where nothing was.
         root: the node below which features put what belongs to the scene.
     """
 
@@ -44,6 +48,7 @@ class Page:
         self.server = server
         self.link = Link(address)
         self.scene: Scene | None = None
+        self.about: dict[str, Any] = {}
         self.features = tuple(features)
         self._moments = Moments()
         self._asking = Asking(Link(address, node=f"{self.link.node}_eyes"), self._wants)
@@ -121,38 +126,34 @@ class Page:
 
     def _take(self, found: Any) -> None:
         match found:
-            case Scene():
-                self._begin(found)
+            case (Scene(), about):
+                self._begin(found[0], about)
             case AwayError():
                 self._lose(str(found))
             case dict():
-                for feature in self.features:
-                    feature.panel(found)
+                self._each(lambda feature: feature.panel(found))
             case (wall, frame, answer):
                 self._find_again()
                 self._moments.take(frame, run=int(answer.get("run", 0)), wall=wall)
                 with self.server.atomic():
-                    for feature in self.features:
-                        feature.told(answer)
+                    self._each(lambda feature: feature.told(answer))
                 if not self._asking.is_watched:  # who comes next sees this at once
                     moment = self._moments.at(time.perf_counter() + 1.0)
                     if moment is not None:
                         self._show(moment)
 
-    def _begin(self, scene: Scene) -> None:
+    def _begin(self, scene: Scene, about: dict[str, Any]) -> None:
         self._find_again()
-        self.scene = scene
+        self.scene, self.about = scene, about
         self._moments.cut()
         with self.server.atomic():
             self.server.scene.remove_by_name(ROOT)
             self.server.scene.add_frame(ROOT, show_axes=False)
-            for feature in self.features:
-                feature.begin(self, scene)
+            self._each(lambda feature: feature.begin(self, scene))
 
     def _show(self, moment: Moment) -> None:
         with self.server.atomic():
-            for feature in self.features:
-                feature.show(moment)
+            self._each(lambda feature: feature.show(moment))
 
     def _lose(self, reason: str) -> None:
         if self._away_reason is None:
@@ -161,8 +162,7 @@ class Page:
             self._notice = self.server.gui.add_markdown(
                 f"**Not connected:** {reason}. This page goes on when it is back.", order=-1.0
             )
-            for feature in self.features:
-                feature.away(reason)
+            self._each(lambda feature: feature.away(reason))
         self._away_reason = reason
 
     def _find_again(self) -> None:
@@ -170,8 +170,16 @@ class Page:
             self._away_reason = None
             self._notice.remove()
             self.tell("Back", "What was gone is there again.")
-            for feature in self.features:
-                feature.back()
+            self._each(lambda feature: feature.back())
+
+    def _each(self, do: Callable[[Feature], None]) -> None:
+        """Have each feature do something. One with a defect is left out from then on, and takes no other along."""
+        for feature in self.features:
+            try:
+                do(feature)
+            except Exception:
+                log.exception("%s is left out of the page", type(feature).__name__)
+                self.features = tuple(each for each in self.features if each is not feature)
 
     def _somebody_came(self, _client: viser.ClientHandle) -> None:
         self._asking.is_watched = True

@@ -18,18 +18,27 @@ from typing import Any, TextIO
 import viser
 
 from cellwright.errors import CellwrightError
+from cellwright.viewer.web.beams import Beams
 from cellwright.viewer.web.bodies import Bodies
 from cellwright.viewer.web.door import Door
 from cellwright.viewer.web.feature import Feature
+from cellwright.viewer.web.names import Names
+from cellwright.viewer.web.operator.feature import Operator
 from cellwright.viewer.web.page import Page
 from cellwright.viewer.web.panels.cell import CellPanels
 from cellwright.viewer.web.panels.time_controls import TimeControls
+from cellwright.viewer.web.shadows import Shadows
 from cellwright.viewer.web.stage import Stage
+from cellwright.viewer.web.tools import ToolPaths
+from cellwright.viewer.web.touching import Contacts
+from cellwright.viewer.web.views import Views
 
 
 def features() -> list[Feature]:
     """What a page is made of, in the order of their tabs."""
-    return [Stage(), CellPanels(), TimeControls(), Bodies()]
+    told = [CellPanels(), Operator(), TimeControls()]
+    seen = [Views(), Beams(), Contacts(), ToolPaths(), Names(), Bodies(), Shadows(), Stage()]
+    return [*told, *seen]
 
 
 class Server(viser.ViserServer):

@@ -1,21 +1,65 @@
-"""Light, sky and ground of the page, and from where one looks at first."""
+"""Light, sky and ground of the page."""
 
 from __future__ import annotations
 
-from cellwright.rendering.views import VIEWS
+from typing import Any
+
 from cellwright.scene import Scene
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.page import Page
+from cellwright.viewer.web.shadows import LAMP
+from cellwright.viewer.web.views import TAB
+
+HAZE = (203, 212, 221)
+"""Colour in which the ground ends and the sky begins."""
+
+_BRAND = (28, 100, 160)
+_FADE_FROM, _FADE_TO = 11.0, 34.0  # [m] from the eye
+_SKY = 60.0  # [m]: radius of what is drawn behind everything; at such a distance it is all haze
 
 
 class Stage(Feature):
     """Sets the stage once."""
 
+    def __init__(self) -> None:
+        self._is_set = False
+
     def begin(self, page: Page, scene: Scene) -> None:  # noqa: ARG002
-        """Light, sky, camera."""
+        """Light, sky, ground."""
         server = page.server
-        server.gui.configure_theme(show_logo=False, show_share_button=False, brand_color=(36, 96, 140))
-        camera = server.initial_camera
-        view = VIEWS["overview"]
-        camera.position, camera.look_at, camera.up, camera.fov = view.eye, view.target, view.up, view.fov
-        camera.near, camera.far = 0.02, 120.0
+        server.gui.configure_theme(show_logo=False, show_share_button=False, brand_color=_BRAND)
+        if self._is_set:
+            return
+        self._is_set = True
+        nodes = server.scene
+        nodes.configure_default_lights(enabled=False)
+        nodes.configure_environment_map("warehouse", environment_intensity=0.12)
+        key = nodes.add_light_directional(
+            "/light/key", color=(255, 246, 232), intensity=2.7, cast_shadow=True, position=LAMP
+        )
+        nodes.add_light_hemisphere(
+            "/light/sky", sky_color=(225, 236, 255), ground_color=(190, 180, 168), intensity=1.25
+        )
+        nodes.configure_fog(_FADE_FROM, _FADE_TO, color=HAZE)
+        nodes.add_icosphere(
+            "/sky", _SKY, color=HAZE, subdivisions=2, side="back", cast_shadow=False, receive_shadow=False
+        )
+        nodes.add_grid(
+            "/ground",
+            infinite_grid=True,
+            cell_size=1.0,
+            section_size=1.0,
+            cell_color=(188, 191, 194),
+            section_color=(188, 191, 194),
+            cell_thickness=0.6,
+            section_thickness=0.6,
+            fade_distance=26.0,
+            shadow_opacity=0.0,
+            position=(0.0, 0.0, 0.002),
+        )
+        with page.tab(TAB):
+            box = server.gui.add_checkbox("Shadows", initial_value=True, hint="They cost a slow computer most")
+
+        @box.on_update
+        def _(_event: Any) -> None:
+            key.cast_shadow = box.value

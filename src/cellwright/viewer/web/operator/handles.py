@@ -1,0 +1,141 @@
+"""Handles at the hands of a robot, and ghosts of where they are to be, in viser's scene."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cellwright.pose import IDENTITY_QUATERNION, Pose
+from cellwright.viewer.web.operator.desk import Desk
+from cellwright.viewer.web.operator.reach import NEAR, STRAIGHT, Reach, angle
+from cellwright.viewer.web.operator.robot import Standing, pose_of
+
+BESIDE, SHORT, REFUSED = (36, 120, 210), (235, 120, 20), (205, 30, 30)
+"""Colours of a ghost: a pose that the hand is on its way to, that it cannot get to, that was refused."""
+
+_SIZE = 0.2  # [m] of a handle
+_RADIUS = 0.045  # [m] of a ghost
+_SLIGHT = 5e-4  # [m; rad] by which a handle may be off before it is put right
+
+
+@dataclass(slots=True)
+class _Hand:
+    """What belongs to one hand."""
+
+    handle: Any
+    ghost: Any
+    axes: Any
+    way: Any
+    words: Any
+
+
+class Handles:
+    """A handle and a ghost for each hand.
+
+    Args:
+        scene: viser's.
+        root: the node that they hang below.
+        desk: where it is told what somebody does with them.
+    """
+
+    def __init__(self, scene: Any, root: str, desk: Desk) -> None:
+        self.is_shown = True
+        """Whether there are to be handles."""
+        self.along_hand = False
+        """Whether they move along the hand's own axes instead of the world's."""
+        self._desk = desk
+        self._hands = [self._made(scene, f"{root}/operator/{arm}", arm) for arm in range(len(desk.robot.arms))]
+
+    def _made(self, scene: Any, name: str, arm: int) -> _Hand:
+        handle = scene.add_transform_controls(
+            f"{name}/handle", scale=_SIZE, line_width=3.0, depth_test=False, opacity=0.9, visible=False
+        )
+        desk = self._desk
+
+        async def act(event: Any) -> None:  # in the event loop, so that nothing overtakes anything
+            try:
+                world_T_handle = pose_of((*event.target.position, *event.target.wxyz))
+            except ValueError:
+                return  # a browser may send what it likes
+            browser = int(event.client_id)
+            if event.phase == "start":
+                desk.grab(arm, browser, world_T_handle)
+            elif event.phase == "update":
+                desk.drag(arm, browser, world_T_handle)
+            else:
+                desk.release(arm, browser)
+
+        handle.on_update(act)
+        ghost = scene.add_icosphere(
+            f"{name}/ghost", radius=_RADIUS, color=BESIDE, opacity=0.55, visible=False, cast_shadow=False
+        )
+        axes = scene.add_frame(f"{name}/axes", axes_length=0.1, axes_radius=0.004, visible=False)
+        way = scene.add_line_segments(
+            f"{name}/way", points=np.zeros((1, 2, 3), np.float32), colors=BESIDE, line_width=3.0, visible=False
+        )
+        words = scene.add_label(f"{name}/words", "", visible=False)
+        return _Hand(handle, ghost, axes, way, words)
+
+    def show(self, standing: Standing | None) -> None:
+        """Show how the robot stands; without that, nothing."""
+        for arm, hand in enumerate(self._hands):
+            if standing is None:
+                _set_visible(hand.handle, is_visible=False)
+                self._show_ghost(hand, None, None)
+                continue
+            self._show_handle(arm, hand, standing)
+            self._show_ghost(hand, self._ghost(arm, standing), standing.tips[arm])
+
+    def _show_handle(self, arm: int, hand: _Hand, standing: Standing) -> None:
+        is_of_use = self.is_shown and not standing.why_not and not self._desk.robot.is_real
+        _set_visible(hand.handle, is_visible=is_of_use)
+        if self._desk.hands.is_held(arm):
+            return
+        tip = standing.tips[arm]
+        _put(hand.handle, tip if self.along_hand else Pose(tip.position, IDENTITY_QUATERNION))
+
+    def _ghost(self, arm: int, standing: Standing) -> tuple[Pose, tuple[int, int, int], str] | None:
+        """Where a hand is to be, its colour and what there is to say; None where there is nothing to show."""
+        spurned = self._desk.spurned.get(arm)
+        if spurned is not None:
+            return spurned, REFUSED, "refused"
+        aim, tip = self._desk.hands.held(arm) or standing.aims[arm], standing.tips[arm]
+        if aim is None or (math.dist(aim.position, tip.position) < NEAR and angle(aim, tip) < STRAIGHT):
+            return None
+        if self._desk.reach[arm] is Reach.SHORT:
+            return aim, SHORT, "out of reach"
+        return aim, BESIDE, ""
+
+    def _show_ghost(self, hand: _Hand, found: tuple[Pose, tuple[int, int, int], str] | None, tip: Pose | None) -> None:
+        is_visible = found is not None and tip is not None
+        for each in (hand.ghost, hand.axes, hand.way):
+            _set_visible(each, is_visible=is_visible)
+        _set_visible(hand.words, is_visible=found is not None and bool(found[2]))
+        if found is None or tip is None:
+            return
+        aim, colour, words = found
+        for each in (hand.ghost, hand.axes):
+            _put(each, aim)
+        if tuple(hand.ghost.color) != colour:
+            hand.ghost.color = colour
+            hand.way.colors = np.array(colour, np.uint8)
+        hand.way.points = np.array([[tip.position, aim.position]], np.float32)
+        if words:
+            hand.words.text = words
+            _put(hand.words, Pose((aim.position[0], aim.position[1], aim.position[2] + 2 * _RADIUS)))
+
+
+def _put(handle: Any, pose: Pose) -> None:
+    """Put something somewhere, unless it is there: what does not change is not sent."""
+    if np.abs(np.subtract(handle.position, pose.position)).max() > _SLIGHT:
+        handle.position = pose.position
+    if 1.0 - abs(float(np.dot(handle.wxyz, pose.quaternion))) > _SLIGHT**2:
+        handle.wxyz = pose.quaternion
+
+
+def _set_visible(handle: Any, *, is_visible: bool) -> None:
+    if handle.visible != is_visible:
+        handle.visible = is_visible

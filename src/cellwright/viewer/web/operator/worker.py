@@ -1,0 +1,178 @@
+"""The worker: asks a robot how it stands, and sends it what is wanted at the desk, as the guest `/browser_operator`.
+
+An emergency stop goes a way of its own, in the thread of whoever presses it: no question that is under way holds it up.
+Services that take their time (going home) are called in a thread too, one at a time.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+from cellwright.errors import CellwrightError
+from cellwright.operators.orders import Ask, Now
+from cellwright.operators.services import request
+from cellwright.viewer.web.link import AwayError, Link
+from cellwright.viewer.web.operator.desk import Desk, Wish
+from cellwright.viewer.web.operator.messages import message
+from cellwright.viewer.web.operator.node_clock import NodeClock
+from cellwright.viewer.web.operator.robot import SeenRobot, Standing
+
+NODE = "/browser_operator"
+"""Its name as a guest, which the node and a recording know it by."""
+PANEL = "cellwright/panel"
+
+_DRIVING, _WATCHING, _IDLE = 0.02, 0.05, 1.0  # [s] between two questions
+_AFTERWARDS = 2.0  # [s] after the last wish it is asked as often as while driving
+_AWAY = 1.0  # [s] until somebody who is away is looked for again
+
+
+class Worker:
+    """Works at the desk.
+
+    Args:
+        address: host and port at which the robot's node is served.
+        on_robot: called, in the worker's thread, when another robot is there than before, with a desk for it.
+
+    Attributes:
+        desk: the desk of the robot that is there; None before the first answer.
+    """
+
+    def __init__(self, address: tuple[str, int], on_robot: Callable[[Desk], None] = lambda _desk: None) -> None:
+        self.desk: Desk | None = None
+        self.is_watched = True
+        """Whether somebody looks on."""
+        self._link, self._stop_link, self._service_link = (Link(address, node=NODE) for _ in range(3))
+        self._on_robot = on_robot
+        self._clock = NodeClock()
+        self._asked = float("-inf")
+        self._service: threading.Thread | None = None
+        self._waiting_for = ""
+        self._is_over = False
+        self._wake = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="operator", daemon=True)
+
+    def start(self) -> None:
+        """Begin."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """End; nothing more is sent."""
+        self._is_over = True
+        self._wake.set()
+        if self._thread.is_alive():
+            self._thread.join(_AWAY)
+        self._link.close()
+        self._stop_link.close()
+        if self._service is None or not self._service.is_alive():  # else it ends with its answer
+            self._service_link.close()
+
+    def stop(self) -> None:
+        """Emergency stop, now; where nobody can be reached it is sent as soon as somebody can."""
+        desk = self.desk
+        if desk is None:
+            return
+        desk.stop()
+        try:
+            self._stop_link.publish(*message(Now.STOP, 0))
+        except CellwrightError as error:
+            desk.answered(f"the emergency stop has not got through yet: {error}")
+        else:
+            desk.sent(Now.STOP)
+
+    # ---------------------------------------------------------------- its thread
+
+    def _run(self) -> None:
+        while not self._is_over:
+            try:
+                self._work()
+                pause = self._pause()
+            except AwayError:
+                self._lose()
+                pause = _AWAY
+            except CellwrightError as error:  # no robot is there, or one that tells of itself in another way
+                self._lose()
+                self._link.close()
+                if self.desk is not None:
+                    self.desk.answered(str(error))
+                pause = _AWAY
+            self._wake.wait(pause)
+
+    def _work(self) -> None:
+        now = time.perf_counter()
+        self._wake.clear()
+        desk = self.desk
+        if desk is not None:
+            for wish in desk.due():
+                self._send(desk, wish)
+        if now - self._asked >= self._period() or desk is None:
+            self._asked = now
+            self._look()
+
+    def _look(self) -> None:
+        """Ask how the robot stands."""
+        desk = self.desk
+        answer = self._link.ask(PANEL, robot=desk.robot.digest if desk is not None else "")
+        if desk is None or answer.get("digest") != desk.robot.digest:
+            desk = Desk(SeenRobot.read(answer), wake=self._wake)
+            self._ask_to_be_ready()
+        standing = Standing.read(answer)
+        self._clock.hear(standing.stamp, time.perf_counter())
+        desk.see(standing)
+        if desk is not self.desk:
+            self.desk = desk
+            self._on_robot(desk)
+
+    def _ask_to_be_ready(self) -> None:
+        """Have the way of the emergency stop open before it is needed."""
+        if not self._stop_link.is_there:
+            self._stop_link.connect()
+
+    def _send(self, desk: Desk, wish: Wish) -> None:
+        if isinstance(wish, Ask):
+            self._call(desk, wish)
+            return
+        try:
+            self._link.publish(*message(wish, self._clock.at(time.perf_counter())))
+        except AwayError:
+            raise
+        except CellwrightError as error:
+            desk.refused(str(error))
+        else:
+            desk.sent(wish)
+
+    def _period(self) -> float:
+        desk = self.desk
+        if desk is not None and time.perf_counter() - desk.active < _AFTERWARDS:
+            return _DRIVING
+        return _WATCHING if self.is_watched else _IDLE
+
+    def _pause(self) -> float:
+        return max(0.0, self._asked + self._period() - time.perf_counter())
+
+    def _lose(self) -> None:
+        if self.desk is not None:
+            self.desk.lose()
+        self._stop_link.close()
+
+    # ---------------------------------------------------------------- services
+
+    def _call(self, desk: Desk, ask: Ask) -> None:
+        if self._service is not None and self._service.is_alive():
+            desk.answered(f"still waiting for: {self._waiting_for}")
+            return
+        self._waiting_for = ask.value
+        self._service = threading.Thread(target=self._called, args=(desk, ask), daemon=True)
+        self._service.start()
+
+    def _called(self, desk: Desk, ask: Ask) -> None:
+        desk.answered(f"{ask.value} …")
+        try:
+            answer: Any = self._service_link.call(*request(ask))
+        except CellwrightError as error:
+            desk.answered(f"{ask.value}: {error}")
+            return
+        outcome = "done" if answer.success else "refused"
+        desk.answered(f"{ask.value}: {outcome}; {answer.message}" if answer.message else f"{ask.value}: {outcome}")

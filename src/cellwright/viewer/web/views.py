@@ -1,0 +1,152 @@
+"""From where one looks: at first, and at a click."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from cellwright.errors import UsageError
+from cellwright.rendering.camera import Camera
+from cellwright.rendering.views import VIEWS
+from cellwright.scene import Form, Frame, Scene
+from cellwright.viewer.web.feature import Feature
+from cellwright.viewer.web.layers import LOOKS
+from cellwright.viewer.web.moment import Moment
+from cellwright.viewer.web.page import Page
+from cellwright.viewer.web.surfaces import surface
+
+TAB = "View"
+"""Name of the tab for all that changes what is seen, and nothing else."""
+
+_FOV = math.radians(35)
+_ROOM = 1.25  # times what is looked at, for room around it
+_SIDES = {"front": (-28, 12), "left": (62, 12), "right": (-118, 12), "back": (180, 16)}  # [degrees] about z; above
+_ABOVE = 50  # [degrees], for the hands
+_NEAR, _FAR = 0.02, 150.0  # [m]
+
+
+class Views(Feature):
+    """Buttons for cameras that have something whole in their picture."""
+
+    def __init__(self) -> None:
+        self._page: Page | None = None
+        self._views: Mapping[str, Camera] = {}
+        self._buttons: Any = None
+        self._is_due = True
+
+    def begin(self, page: Page, scene: Scene) -> None:  # noqa: ARG002
+        """Another scene may have other views."""
+        self._page, self._is_due = page, True
+
+    def show(self, moment: Moment) -> None:
+        """With the first frame it is known where things are."""
+        page = self._page
+        if not self._is_due or page is None or page.scene is None:
+            return
+        self._is_due = False
+        views = views_of(page.scene, moment.frame, page.about)
+        if dict(views) == dict(self._views):
+            return
+        self._views = views
+        _begin_with(page.server, next(iter(views.values())))
+        if self._buttons is not None:
+            self._buttons.remove()
+        with page.tab(TAB):
+            self._buttons = page.server.gui.add_button_group("Look at", tuple(views), order=0.0)
+        self._buttons.on_click(self._clicked)
+
+    def _clicked(self, event: Any) -> None:
+        view = self._views.get(str(event.target.value))
+        if view is not None and event.client is not None:
+            with event.client.atomic():
+                event.client.camera.position, event.client.camera.look_at = view.eye, view.target
+                event.client.camera.up_direction, event.client.camera.fov = view.up, view.fov
+
+
+def views_of(scene: Scene, frame: Frame, about: Mapping[str, Any]) -> Mapping[str, Camera]:
+    """Cameras by name for what is shown; the first is the one to begin with.
+
+    Args:
+        scene: what is shown.
+        frame: where it is.
+        about: its `kind` and `tools`, as far as they are known.
+    """
+    is_cell = about.get("kind", "") == "cell" or any(name.startswith("agv") for name in scene.bodies)
+    if is_cell:
+        return VIEWS
+    points = _corners(scene, frame)
+    heading = _heading(frame)
+    found = {
+        name: _on(points, heading + math.radians(turn), math.radians(tilt)) for name, (turn, tilt) in _SIDES.items()
+    }
+    places = [tool_point(frame, tool) for tool in about.get("tools", ())]
+    if places:
+        found["hands"] = _on(_around(np.array(places)), heading, math.radians(_ABOVE))
+    return found
+
+
+def _begin_with(server: viser.ViserServer, view: Camera) -> None:
+    camera = server.initial_camera
+    camera.position, camera.look_at, camera.up, camera.fov = view.eye, view.target, view.up, view.fov
+    camera.near, camera.far = _NEAR, _FAR
+
+
+def _corners(scene: Scene, frame: Frame) -> NDArray[np.float64]:
+    """Corners of boxes around all that can move or stands on the ground (n, 3) [m]; what is nowhere has one corner."""
+    found = []
+    for shape in scene.shapes:
+        if shape.layer not in LOOKS or shape.form is Form.PLANE or not frame.shown[shape.body]:
+            continue
+        points = surface(shape, scene).points
+        if len(points):
+            low, high = points.min(axis=0), points.max(axis=0)
+            box = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
+            found.append(_placed(box, frame.poses[shape.body]))
+    return np.concatenate(found) if found else _around(np.zeros((1, 3)))
+
+
+def _around(places: NDArray[np.float64], room: float = 0.25) -> NDArray[np.float64]:
+    steps = room * np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
+    around: NDArray[np.float64] = (places[:, None] + steps[None]).reshape(-1, 3)
+    return around
+
+
+def _on(points: NDArray[np.float64], turn: float, tilt: float) -> Camera:
+    """A camera that looks at points from a side, so far away that they fill most of the picture."""
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    radius = float(np.linalg.norm(points - middle, axis=1).max())
+    back = np.array([math.cos(tilt) * math.cos(turn), math.cos(tilt) * math.sin(turn), math.sin(tilt)])
+    eye = middle + _ROOM * max(radius, 0.05) / math.tan(_FOV / 2) * back
+    x, y, z = eye.tolist()
+    a, b, c = middle.tolist()
+    try:
+        return Camera((x, y, z), (a, b, c), fov=_FOV)
+    except UsageError:  # what a recording says may be anywhere
+        return VIEWS["overview"]
+
+
+def _heading(frame: Frame) -> float:
+    """Which way the first body that may move faces [rad], about the world's z from x."""
+    if len(frame.poses) < 2:
+        return 0.0
+    w, x, y, z = frame.poses[1, 3:].tolist()
+    return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+
+
+def tool_point(frame: Frame, tool: Any) -> NDArray[np.float64]:
+    """Where a tool, [body, [x, y, z]], is (3,) [m]."""
+    body, place = tool
+    point: NDArray[np.float64] = _placed(np.array([place], np.float64), frame.poses[int(body)])[0]
+    return point
+
+
+def _placed(points: NDArray[np.float64], pose: NDArray[np.float32]) -> NDArray[np.float64]:
+    w, x, y, z = pose[3:].astype(np.float64).tolist()
+    across = 2 * np.cross((x, y, z), points)
+    placed: NDArray[np.float64] = points + w * across + np.cross((x, y, z), across) + pose[:3]
+    return placed

@@ -1,0 +1,90 @@
+"""`--record`, on whatever is run."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from cellwright.recording.format import COMMAND
+from cellwright.recording.reader import Recording
+from tests.cli.conftest import CommandLine
+
+SHORT = ("--until", "0.1", "--agent", "none", "--no-picture")
+
+
+def test_a_run(cellwright: CommandLine) -> None:
+    bare = json.loads(cellwright("run", "lesson", *SHORT, "--json", "--vary").out)
+    ran = cellwright("run", "lesson", *SHORT, "--json", "--vary", "--record", "a.mcap", "--record", "a.bag")
+    document = json.loads(ran.out)
+    assert ran.status == 0
+    assert document["recordings"] == ["a.mcap", "a.bag"]
+    assert document["state_hash"] == bare["state_hash"]
+    with Recording("a.mcap") as recording:
+        assert recording.end is not None
+        assert recording.end["state_hash"] == bare["state_hash"]
+        assert recording.header.facts["varied"] is True
+        assert list(recording.sources) == recording.header.facts["files"]
+    assert "recording   b.mcap\n" in cellwright("run", "lesson", *SHORT, "--record", "b.mcap").out
+
+
+def test_an_agent_in_a_process_of_its_own(cellwright: CommandLine, agents: str) -> None:
+    ran = cellwright(
+        "run",
+        "lesson",
+        "--agent",
+        f"{agents}:Ends",
+        "--over",
+        "socket",
+        "--lockstep",
+        "--no-picture",
+        "--record",
+        "a.mcap",
+    )
+    assert ran.status == 0
+    with Recording("a.mcap") as recording:
+        commands = [(each.name, each.node) for each in recording.commands()]
+    assert commands == [("/ariac/start_competition", "/agent"), ("/ariac/end_competition", "/agent")]
+    assert COMMAND in recording.topics
+
+
+def test_a_cell_that_is_served(cellwright: CommandLine) -> None:
+    ran = cellwright(
+        "serve", "lesson", "--speed", "max", "--until", "0.1", "--port", "0", "--json", "--record", "a.mcap"
+    )
+    assert json.loads(ran.out)["recordings"] == ["a.mcap"]
+    with Recording("a.mcap") as recording:
+        assert recording.header.facts["agent"] == "served"
+        assert recording.end_time == 100_000_000
+
+
+def test_a_robot(cellwright: CommandLine) -> None:
+    arguments = ("teleop", "tandem", "--sim-time", "--speed", "max", "--until", "0.25", "--port", "0")
+    ran = cellwright(*arguments, "--max-age", "2", "--json", "--record", "a.mcap", "--record", "a.bag")
+    document = json.loads(ran.out)
+    assert document["recordings"] == ["a.mcap", "a.bag"]
+    with Recording("a.mcap") as recording:
+        assert (recording.header.kind, recording.header.name) == ("robot", document["robot"])
+        facts = recording.header.facts
+        assert (facts["safety"]["max_age"], facts["sim_time"], facts["driver"]) == (2.0, True, False)
+        assert facts["files"][0] in recording.sources
+        assert len(recording.sources) == 2
+        assert recording.counts["/io_teleop/joint_states"] == 25
+        assert recording.end == {"outcome": "until", "error": "", "wall": document["wall"]}
+    assert "recording   b.mcap\n" in cellwright(*arguments, "--record", "b.mcap").out
+
+
+@pytest.mark.parametrize(
+    ("files", "reason"),
+    [
+        (["a.txt"], "--record a.txt: give a file such as run.mcap"),
+        (["a.mcap", "b.mcap"], "b.mcap: one recording of a kind is enough"),
+        (["none/a.mcap"], "--record none/a.mcap: there is no folder none"),
+    ],
+)
+def test_bad_input_is_one_line_and_status_2(files: list[str], reason: str, cellwright: CommandLine) -> None:
+    ran = cellwright("run", "lesson", *SHORT, *(word for file in files for word in ("--record", file)))
+    assert (ran.status, ran.out, ran.err.count("\n")) == (2, "", 1)
+    assert reason in ran.err
+    assert not list(Path().glob("*.mcap"))

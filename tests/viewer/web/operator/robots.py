@@ -1,0 +1,81 @@
+"""A robot as a page sees it, from a real node's panel, and how it stands with this or that changed."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+from cellwright.server import Server
+from cellwright.server.services.panel import PANEL
+from cellwright.server.services.robot_panel import RobotPanel
+from cellwright.server.timekeeper import Timekeeper
+from cellwright.teleop.node import RobotNode
+from cellwright.viewer.web.operator.robot import SeenRobot, Standing
+from tests.operators.nodes import robot
+
+
+@cache
+def _panel() -> dict[str, Any]:
+    return RobotPanel(RobotNode(robot())).tell({})
+
+
+@cache
+def seen() -> SeenRobot:
+    """Two arms with a gripper each; joints `right_1` to `right_6`, `right_finger`, and so on."""
+    return SeenRobot.read(_panel())
+
+
+def standing(**changes: Any) -> Standing:
+    """It stands at home, and takes commands."""
+    return replace(_at_home(), **changes)
+
+
+@cache
+def _at_home() -> Standing:
+    return Standing.read(_panel())
+
+
+def number(name: str) -> int:
+    """The number of a joint."""
+    return next(place for place, joint in enumerate(seen().joints) if joint.name == name)
+
+
+class Clock:
+    """A clock that is set by hand [s]."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+
+    def __call__(self) -> float:
+        """The time."""
+        return self.now
+
+
+@contextmanager
+def served(node: RobotNode, port: int = 0) -> Iterator[tuple[str, int]]:
+    """A node in real time with its panel, served by a thread; the address."""
+    server = Server(node, port=port)
+    panel = RobotPanel(node)
+    server.offer(PANEL, panel.tell)
+    keeper = Timekeeper(node, server)
+    thread = threading.Thread(target=keeper.run, args=(lambda: float("inf"),))
+    thread.start()
+    try:
+        yield server.address
+    finally:
+        keeper.is_stopped = True
+        thread.join(30)
+        server.close("the test is over")
+
+
+def wait_for(condition: Callable[[], bool], what: str) -> None:
+    """Wait until something is so; the test fails where that takes very long."""
+    deadline = time.monotonic() + 60.0
+    while not condition():
+        assert time.monotonic() < deadline, what
+        time.sleep(0.005)

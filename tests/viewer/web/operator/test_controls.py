@@ -1,0 +1,176 @@
+"""The tab to drive with: what is used is wanted, what follows is not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from cellwright.operators.orders import Ask, MoveBase, MoveGrippers, MoveJoints
+from cellwright.viewer.web.operator.controls import Controls, short_names, step_of
+from cellwright.viewer.web.operator.desk import Desk
+from cellwright.viewer.web.operator.drive import RATE
+from cellwright.viewer.web.operator.handles import Handles
+from cellwright.viewer.web.operator.robot import SeenJoint
+from tests.viewer.web.operator.fakes import FakeGui, FakeScene
+from tests.viewer.web.operator.robots import Clock, number, seen, standing
+
+ME = 3
+
+
+class Tab:
+    """A tab, with a desk behind it."""
+
+    def __init__(self, *, is_real: bool = False) -> None:
+        self.clock, self.gui, self.stops = Clock(), FakeGui(), 0
+        self.desk = Desk(replace(seen(), is_real=is_real), self.clock)
+        self.desk.see(standing())
+        self.handles = Handles(FakeScene(), "/scene", self.desk)
+        self.controls = Controls(self.gui, self.desk, self.handles, self._stop)
+
+    def _stop(self) -> None:
+        self.stops += 1
+
+    def see(self, seconds: float = 1.0, **changes: Any) -> None:
+        self.clock.now += seconds
+        self.desk.see(standing(time=round(self.clock.now * 1e9), **changes))
+        self.controls.show(self.desk.standing, self.clock.now)
+
+    def slider(self, name: str) -> Any:
+        hint = f"{name}:"
+        return next(each for each in self.gui.made if each.kind == "slider" and each.hint.startswith(hint))
+
+
+@pytest.fixture
+def tab() -> Tab:
+    tab = Tab()
+    tab.see()
+    return tab
+
+
+def at(**positions: float) -> tuple[float | None, ...]:
+    found = list(standing().positions)
+    for name, value in positions.items():
+        found[number(name)] = value
+    return tuple(found)
+
+
+def test_sliders_follow_their_joints_and_nothing_is_sent(tab: Tab) -> None:
+    assert tab.slider("right_3").value == pytest.approx(-1.2)
+    for step in range(20):
+        tab.see(positions=at(right_3=-1.2 + 0.1 * step, left_finger=0.002 * step))
+        assert tab.desk.due() == [], "what follows is no wish"
+    assert tab.slider("right_3").value == pytest.approx(0.7)
+    assert tab.slider("left_finger").value == pytest.approx(0.038)
+
+
+def test_a_slider_that_is_moved_sends_its_joint_and_tells_where_it_is(tab: Tab) -> None:
+    slider = tab.slider("right_3")
+    slider.use(ME, value=0.5)
+    tab.clock.now += 0.02
+    [order] = tab.desk.due()
+    assert isinstance(order, MoveJoints)
+    assert set(order.targets) == {"right_3"}
+    tab.see(0.2, positions=at(right_3=-1.1))
+    assert slider.value == 0.5, "it stands where it was put"
+    assert slider.label.endswith("(-1.10)"), "and tells where its joint is"
+    tab.desk.joints.forget()
+    tab.see(2.0, positions=at(right_3=-0.9))
+    assert (slider.value, slider.label) == (pytest.approx(-0.9), slider.name)
+
+
+def test_a_slider_that_is_refused_goes_back(tab: Tab) -> None:
+    tab.see(is_enabled=False)
+    tab.slider("right_3").use(ME, value=0.5)
+    assert tab.desk.due() == []
+    tab.see(is_enabled=False)
+    assert tab.slider("right_3").value == pytest.approx(-1.2)
+
+
+def test_limits_and_steps_of_sliders(tab: Tab) -> None:
+    slider = tab.slider("right_finger")
+    assert (slider.min, slider.max, slider.step) == (0.0, 0.04, 0.0001)
+    assert tab.slider("right_1").step == 0.005
+    tab.see(positions=at(right_finger=-0.001))
+    assert slider.value == 0.0, "a joint may be measured a little outside"
+    assert step_of(SeenJoint("wheel", -6.28, 6.28, "rad", follows=False)) == 0.01
+    assert step_of(SeenJoint("tiny", 0.0, 1e-4, "m", follows=False)) == 0.0001
+
+
+def test_grippers(tab: Tab) -> None:
+    tab.gui.find("slider", "Left closed").use(ME, value=50.0)
+    assert tab.desk.due() == [MoveGrippers((0.0, 0.5))]
+    tab.clock.now += 5.0
+    buttons = [each for each in tab.gui.made if each.kind == "button_group"]
+    buttons[0].use(ME, value="Close")
+    assert tab.desk.due() == [MoveGrippers((1.0, 0.0))]
+    tab.see(5.0, grippers=(0.25, 0.0))
+    assert tab.gui.find("slider", "Right closed").value == 25.0
+    assert tab.desk.due() == []
+
+
+def test_stop_home_and_switch(tab: Tab) -> None:
+    tab.gui.find("button", "STOP").use(ME)
+    assert tab.stops == 1
+    tab.gui.find("button", "Go home").use(ME)
+    assert tab.desk.due() == [Ask.HOME]
+    switch: Any = tab.gui.find("checkbox", "Takes commands")
+    clear: Any = tab.gui.find("button", "End the emergency stop")
+    switch.use(ME, value=False)
+    assert tab.desk.due() == [Ask.DISABLE]
+    assert not clear.visible
+    tab.see(5.0, is_stopped=True, is_enabled=False)
+    assert not switch.value
+    assert clear.visible
+    assert tab.gui.find("button", "Go home").disabled
+    tab.see(5.0)
+    assert switch.value
+    assert tab.desk.due() == [], "what follows is no wish"
+    clear.use(ME)
+    assert tab.desk.due() == [Ask.CLEAR_STOP]
+
+
+def test_a_base_that_is_pushed(tab: Tab) -> None:
+    button = tab.gui.find("button", "Left")
+    assert button.frequency == RATE
+    button.use(ME)
+    [order] = tab.desk.due()
+    assert isinstance(order, MoveBase)
+
+
+def test_switches_of_the_handles(tab: Tab) -> None:
+    tab.gui.find("checkbox", "Handles at the hands").use(ME, value=False)
+    tab.gui.find("checkbox", "Along the hand's axes").use(ME, value=True)
+    assert (tab.handles.is_shown, tab.handles.along_hand) == (False, True)
+
+
+def test_a_real_robot_has_a_stop_and_no_more() -> None:
+    tab = Tab(is_real=True)
+    tab.see(is_stopped=True)
+    assert {each.kind for each in tab.gui.made} == {"button", "html"}
+    assert not tab.gui.find("button", "End the emergency stop").visible
+    tab.gui.find("button", "STOP").use(ME)
+    assert tab.stops == 1
+
+
+def test_it_can_be_taken_away(tab: Tab) -> None:
+    tab.controls.remove()
+    assert tab.gui.find("button", "STOP").is_removed
+
+
+def test_what_is_said_of_the_robot_changes_only_with_it(tab: Tab) -> None:
+    state = next(each for each in tab.gui.made if each.kind == "html")
+    tab.see(commander="/vr")
+    before = state.sets
+    tab.see(commander="/vr")
+    assert state.sets == before
+    assert "/vr" in state.content
+
+
+def test_short_names() -> None:
+    assert short_names(["J_arm_r_01", "J_arm_r_02"]) == ["01", "02"]
+    assert short_names(["right_elbow", "right_wrist_pitch"]) == ["elbow", "wrist_pitch"]
+    assert short_names(["lift"]) == ["lift"]
+    assert short_names(["a", "a_b"]) == ["a", "a_b"]
+    assert short_names(["rh_FFJ4", "rh_THJ1"]) == ["FFJ4", "THJ1"]

@@ -1,0 +1,60 @@
+"""The operator on a page: there for a robot, and for nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from cellwright.scene import Scene
+from cellwright.teleop.node import RobotNode
+from cellwright.viewer.web.operator.feature import TAB, Operator
+from tests.operators.nodes import robot
+from tests.viewer.web.operator.fakes import FakePage
+from tests.viewer.web.operator.robots import served, wait_for
+
+SCENE = Scene("two arms", ("world",), (), ())
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[tuple[str, int]]:
+    node = RobotNode(robot())
+    with served(node) as address:
+        yield address
+    node.close()
+
+
+def built(operator: Operator, page: Any) -> None:
+    def is_built() -> bool:
+        operator.told({})
+        return bool(page.server.gui.made)
+
+    wait_for(is_built, "nothing is built")
+
+
+def test_a_cell_gets_no_operator(address: tuple[str, int]) -> None:
+    operator, page = Operator(), FakePage(address)
+    operator.begin(page, SCENE)  # type: ignore[arg-type]
+    operator.panel({"kind": "cell"})
+    operator.told({})
+    assert page.tabs == []
+
+
+def test_a_robot_gets_a_tab_and_handles_and_the_handles_again_with_another_scene(address: tuple[str, int]) -> None:
+    operator, page = Operator(), FakePage(address)
+    operator.begin(page, SCENE)  # type: ignore[arg-type]
+    operator.panel({"kind": "robot"})
+    built(operator, page)
+    assert page.tabs == [TAB]
+    scene, gui = page.server.scene, page.server.gui
+    assert scene.find("transform_controls", "/scene/operator/1/handle").visible
+    operator.away("gone")
+    assert not scene.find("transform_controls", "/scene/operator/1/handle").visible
+    scene.made.clear()
+    gui_before = list(gui.made)
+    operator.begin(page, SCENE)  # type: ignore[arg-type]
+    operator.told({})
+    assert scene.find("transform_controls", "/scene/operator/1/handle").visible
+    assert gui_before[0].is_removed
+    operator.close()

@@ -1,0 +1,163 @@
+"""Handles made into poses: nothing jumps, nothing creeps, and what is let go of says nothing."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.pose import Pose, normalized
+from cellwright.viewer.web.operator.hands import PERIOD, REPEAT, Hands
+from cellwright.viewer.web.operator.reach import angle
+from cellwright.viewer.web.operator.robot import Standing
+from tests.viewer.web.operator.robots import standing
+
+ME, OTHER = 1, 2
+METRES = st.floats(-5.0, 5.0)
+POSES = st.builds(
+    lambda position, quaternion: Pose(position, normalized(quaternion)),
+    st.tuples(METRES, METRES, METRES),
+    st.tuples(*[st.floats(-1.0, 1.0)] * 4).filter(lambda q: math.hypot(*q) > 0.1),
+)
+
+
+def same(one: Pose, other: Pose, tolerance: float = 1e-6) -> bool:
+    return math.dist(one.position, other.position) < tolerance and angle(one, other) < 1e-3
+
+
+def held(at: Pose, standing_: Standing, arm: int = 0) -> Hands:
+    hands = Hands(2)
+    assert hands.grab(arm, ME, at, standing_) == ""
+    return hands
+
+
+@given(POSES, POSES, POSES)
+def test_taking_hold_moves_nothing_wherever_the_handle_stands(handle: Pose, tip: Pose, reference: Pose) -> None:
+    stands = standing(tips=(tip, tip), references=(reference, reference))
+    hands = held(handle, stands)
+    assert hands.due(stands, 0.0) is None, "nothing is sent before it moves"
+    assert hands.move(0, ME, handle, 0.0)
+    sent = hands.due(stands, 0.0)
+    assert sent is not None
+    assert same(reference @ sent[0], tip, 1e-5)
+
+
+@given(POSES, POSES, POSES)
+def test_a_handle_at_the_tip_leads_the_tip_where_it_is_put(tip: Pose, put: Pose, reference: Pose) -> None:
+    stands = standing(tips=(tip, tip), references=(reference, reference))
+    hands = held(tip, stands)
+    hands.move(0, ME, put, 0.0)
+    sent = hands.due(stands, 0.0)
+    assert sent is not None
+    assert same(reference @ sent[0], put, 1e-5), "there and back between the world and the reference"
+
+
+@given(POSES, st.tuples(METRES, METRES, METRES))
+def test_a_handle_along_the_worlds_axes_moves_and_turns_the_tip_along_them(tip: Pose, way: tuple[float, ...]) -> None:
+    stands = standing(tips=(tip, tip))
+    hands = held(Pose(tip.position), stands)
+    x, y, z = (at + step for at, step in zip(tip.position, way, strict=True))
+    turn = Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, 0.5))
+    hands.move(0, ME, Pose((x, y, z), turn.quaternion), 0.0)
+    wanted = hands.held(0)
+    assert wanted is not None
+    assert same(wanted, Pose((x, y, z), (turn @ Pose(quaternion=tip.quaternion)).quaternion), 1e-6)
+
+
+def test_the_other_hand_keeps_its_pose_whatever_is_measured_later() -> None:
+    stands = standing()
+    hands = held(stands.tips[0], stands)
+    sent = []
+    for step in range(5):
+        sagging = standing(tips=tuple(Pose((0.0, 0.0, -0.01 * step)) @ tip for tip in stands.tips))
+        hands.move(0, ME, Pose((0.01 * step, 0.0, 0.0)) @ stands.tips[0], step * PERIOD)
+        sent.append(hands.due(sagging, step * PERIOD))
+    lefts = {poses[1] for poses in sent if poses is not None}
+    assert len(lefts) == 1
+    assert same(stands.references[1] @ lefts.pop(), stands.tips[1])
+
+
+def test_the_other_hand_is_brought_on_to_where_it_was_being_brought() -> None:
+    stands = standing()
+    aim = Pose((0.0, 0.0, 0.2)) @ stands.tips[1]
+    stands = standing(aims=(None, aim))
+    hands = held(stands.tips[0], stands)
+    hands.move(0, ME, stands.tips[0], 0.0)
+    sent = hands.due(stands, 0.0)
+    assert sent is not None
+    assert same(stands.references[1] @ sent[1], aim)
+
+
+def test_a_servo_that_is_not_quite_there_makes_nothing_creep() -> None:
+    stands = standing()
+    aim = Pose((0.002, 0.0, 0.0)) @ stands.tips[0]
+    hands = held(stands.tips[0], standing(aims=(aim, None)))
+    hands.move(0, ME, stands.tips[0], 0.0)
+    assert hands.held(0) == pytest.approx(aim) or same(hands.held(0) or Pose(), aim)
+    far = Pose((0.1, 0.0, 0.0)) @ stands.tips[0]
+    hands = held(stands.tips[0], standing(aims=(far, None)))
+    hands.move(0, ME, stands.tips[0], 0.0)
+    assert same(hands.held(0) or Pose(), stands.tips[0]), "one that is under way begins where it is"
+
+
+def test_both_hands_at_once() -> None:
+    stands = standing()
+    hands = held(stands.tips[0], stands)
+    assert hands.grab(1, OTHER, stands.tips[1], stands) == ""
+    for arm, browser in ((0, ME), (1, OTHER)):
+        hands.move(arm, browser, Pose((0.0, 0.0, 0.1)) @ stands.tips[arm], 0.0)
+    sent = hands.due(stands, 0.0)
+    assert sent is not None
+    for arm in (0, 1):
+        moved = stands.references[arm] @ sent[arm]
+        assert np.subtract(moved.position, stands.tips[arm].position) == pytest.approx([0.0, 0.0, 0.1], abs=1e-6)
+    hands.release(0, ME)
+    sent = hands.due(stands, 1.0)
+    assert sent is not None
+    assert same(stands.references[0] @ sent[0], stands.tips[0]), "it stays, while the other is held on"
+
+
+def test_a_hand_belongs_to_who_took_hold_of_it() -> None:
+    stands = standing()
+    hands = held(stands.tips[0], stands)
+    assert "another browser" in hands.grab(0, OTHER, stands.tips[0], stands)
+    assert not hands.move(0, OTHER, stands.tips[1], 0.0)
+    hands.release(0, OTHER)
+    assert hands.is_held(0)
+    assert "no such arm" in hands.grab(7, ME, stands.tips[0], stands)
+
+
+def test_it_is_sent_no_more_often_than_50_times_a_second_and_no_longer_than_it_is_held() -> None:
+    stands = standing()
+    hands = held(stands.tips[0], stands)
+    count = 0
+    for millisecond in range(1000):
+        hands.move(0, ME, Pose((1e-4 * millisecond, 0.0, 0.0)) @ stands.tips[0], millisecond / 1000)
+        count += hands.due(stands, millisecond / 1000) is not None
+    assert 45 <= count <= 51
+    hands.release(0, ME)
+    assert hands.due(stands, 2.0) is None
+    assert not hands.is_any_held
+
+
+def test_a_handle_that_rests_is_repeated_for_a_while() -> None:
+    stands = standing()
+    hands = held(stands.tips[0], stands)
+    hands.move(0, ME, stands.tips[0], 10.0)
+    assert hands.due(stands, 10.0)
+    assert hands.due(stands, 10.0 + REPEAT - 0.1), "its way may take some time"
+    assert hands.due(stands, 10.0 + REPEAT + 0.1) is None, "a browser that is gone looks the same"
+    hands.move(0, ME, stands.tips[0], 20.0)
+    assert hands.due(stands, 20.0)
+
+
+def test_what_ends_the_motion_ends_the_hold() -> None:
+    stands = standing()
+    hands = held(stands.tips[0], stands)
+    hands.move(0, ME, stands.tips[1], 0.0)
+    assert hands.forget()
+    assert not hands.forget()
+    assert not hands.move(0, ME, stands.tips[1], 1.0), "the hand on the mouse is to open first"
+    assert hands.due(stands, 1.0) is None
+    assert hands.held(0) is None

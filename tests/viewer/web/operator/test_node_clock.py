@@ -1,0 +1,28 @@
+"""The node's clock, by what was heard of it."""
+
+import pytest
+
+from cellwright.viewer.web.operator.node_clock import NodeClock
+
+
+@pytest.mark.parametrize("rate", [0.0, 0.5, 1.0, 10.0])
+def test_it_goes_as_fast_as_it_went(rate: float) -> None:
+    clock = NodeClock()
+    for step in range(5):
+        clock.hear(round(rate * step * 0.05 * 1e9), 7.0 + step * 0.05)
+    assert clock.at(7.2 + 0.02) == pytest.approx((0.2 + 0.02) * rate * 1e9, abs=10)
+
+
+def test_what_nobody_told_says_nothing() -> None:
+    clock = NodeClock()
+    assert clock.at(5.0) == 0
+    clock.hear(1_000, 5.0)
+    assert clock.at(5.0) == 1_000
+    assert clock.at(100.0) <= 1_000 + 0.25e9, "one that is not heard of may stand"
+
+
+def test_one_that_begins_anew_is_believed() -> None:
+    clock = NodeClock()
+    clock.hear(10_000_000_000, 5.0)
+    clock.hear(0, 5.1)
+    assert clock.at(5.11) == 0

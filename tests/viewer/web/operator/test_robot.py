@@ -1,0 +1,72 @@
+"""What a page reads of a robot's panel, which comes over a wire."""
+
+import math
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.errors import MessageError
+from cellwright.server.services.robot_panel import RobotPanel
+from cellwright.teleop.node import RobotNode
+from cellwright.viewer.web.operator.robot import FULL_TURN, SeenRobot, Standing, pose_of
+from tests.teleop.robots import two_arms
+from tests.viewer.web.operator.robots import number, seen, standing
+
+
+def test_a_robot_and_how_it_stands() -> None:
+    robot, stands = seen(), standing()
+    assert robot.joints[number("left_finger")].unit == "m"
+    assert robot.arms == robot.grippers == ("right", "left")
+    assert robot.base_mode == "original"
+    assert len(stands.positions) == len(robot.joints)
+    assert stands.tips[0].position[1] == pytest.approx(-0.3, abs=1e-3)
+    assert stands.why_not == ""
+
+
+def test_why_it_takes_no_commands() -> None:
+    assert standing(is_stopped=True, is_enabled=False).why_not == "its emergency stop is on"
+    assert standing(is_enabled=False).why_not == "it is switched off"
+    assert standing(is_homing=True).why_not == "it is on its way home"
+
+
+def test_a_joint_without_limits_gets_a_turn_each_way() -> None:
+    robot = SeenRobot.read(RobotPanel(RobotNode(two_arms())).tell({}))
+    wheel = next(joint for joint in robot.joints if joint.name == "wheel")
+    assert (wheel.lower, wheel.upper) == (-FULL_TURN, FULL_TURN)
+
+
+@given(st.floats(allow_nan=False))
+def test_what_is_clamped_is_within_the_limits(value: float) -> None:
+    joint = number("right_2")
+    assert -2.0 <= seen().clamped(joint, value) <= 2.0
+
+
+@pytest.mark.parametrize("broken", [{}, {"robot": None}, {"robot": {"joints": 3}}, {"kind": "cell", "score": 1}])
+def test_what_is_no_robot_is_refused(broken: dict[str, Any]) -> None:
+    with pytest.raises(MessageError, match="tells of no robot"):
+        SeenRobot.read({"name": "x", "digest": "y", **broken})
+    with pytest.raises(MessageError, match="tells of no robot"):
+        Standing.read(broken)
+
+
+@pytest.mark.parametrize(
+    "numbers",
+    [
+        (0, 0, 0, 0, 0, 0, 0),
+        (0, 0, math.nan, 1, 0, 0, 0),
+        (0, math.inf, 0, 1, 0, 0, 0),
+        (0, 0, 0),
+        ("a",) * 7,
+        5,
+        (0, 0, 0, 1, 0, 0, None),
+    ],
+)
+def test_what_is_no_pose_is_refused(numbers: Any) -> None:
+    with pytest.raises(ValueError, match=r"pose|float|unpack"):
+        pose_of(numbers)
+
+
+def test_a_pose_has_a_direction_of_unit_length() -> None:
+    assert pose_of([1, 2, 3, 0, 0, 0, 5]).quaternion == (0.0, 0.0, 0.0, 1.0)
