@@ -162,7 +162,7 @@ class Changed:
 def test_what_cannot_be_run_again_is_told_in_a_line(short: Path, kind: str, facts: dict[str, Any], reason: str) -> None:
     with Recording(short) as recording:
         changed: Any = Changed(recording, kind, **facts)
-        with pytest.raises(error, match=reason), rebuild(changed):
+        with pytest.raises(CellwrightError, match=reason), rebuild(changed):
             pass
 
 
