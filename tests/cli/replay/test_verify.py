@@ -14,6 +14,7 @@ import pytest
 from cellwright.cli.main import main
 from cellwright.cli.replay.verify import show
 from cellwright.description.catalogue import find_trial
+from cellwright.errors import CellwrightError
 from cellwright.recording.header import RecordingHeader
 from cellwright.recording.reader import Recording
 from cellwright.replay.rebuild import rebuild
