@@ -28,8 +28,7 @@ def test_what_may_not_be_done_is_not_offered(page: Any) -> None:
     controls = TimeControls()
     controls.begin(page, None)  # type: ignore[arg-type]
     controls.panel(panel(pause="a real robot's time passes", speed="a real robot's time passes"))
-    assert not controls._steps.visible
-    assert not controls._speeds.visible
+    hidden = (controls._steps, controls._speeds)
+    assert [group.visible for group in hidden] == [False, False]
     controls.panel(panel())
-    assert controls._steps.visible
-    assert controls._speeds.visible
+    assert [group.visible for group in hidden] == [True, True]
