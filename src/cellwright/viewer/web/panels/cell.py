@@ -13,13 +13,15 @@ from cellwright.server.services.panel import PANEL
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.page import Page, refused
 from cellwright.viewer.web.panels import cell_html, html
-from cellwright.viewer.web.panels.allowed import allow
 from cellwright.viewer.web.panels.shown import Shown
 
 ORDERS, SCORE, CELL = "Orders", "Score", "Cell"
 """Names of the tabs."""
 
 START, END = "Start", "End"
+STRANGE = (KeyError, TypeError, ValueError, IndexError, AttributeError)
+"""What comes of a panel that was recorded by another version, or is none: it must not end the page."""
+
 _SETTLED = 1.5  # [s] after one has moved the belt's slider before it follows the belt again
 _ORDER = -20.0  # above all else
 
@@ -43,7 +45,6 @@ class CellPanels(Feature):
             return
         if told is not None:
             self._put_up(page)
-            self._show(told)
 
     def panel(self, panel: dict[str, Any]) -> None:
         """Show how the cell stands."""
@@ -52,8 +53,11 @@ class CellPanels(Feature):
             return
         if not self._is_up:
             self._put_up(self._page)
-        self._show(told)
-        self._allow(told, is_recorded=panel.get("kind") != "cell")
+        try:
+            self._show(told)
+            self._allow(told, is_recorded=panel.get("kind") != "cell")
+        except STRANGE as error:
+            self._head.show(html.block(html.dim(f"This panel is of another version, and cannot be shown: {error!r}")))
 
     # ---------------------------------------------------------------- what is there
 
@@ -97,8 +101,9 @@ class CellPanels(Feature):
         reason = "this is a recording: nothing can be changed any more" if is_recorded else ""
         reason = reason or told["refused"].get("belt", "")
         self._why_not.show(html.block(html.dim(f"Belt, AGVs and trays: {reason}.")) if reason else "")
-        for control in self._doing:
-            allow(control, reason)
+        for handle in self._doing:
+            if handle.visible == bool(reason):
+                handle.visible = not reason  # viser disables no group of buttons
 
     # ---------------------------------------------------------------- what one does
 

@@ -11,7 +11,6 @@ from cellwright.server.services.control import CONTROL
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.page import Page, refused
 from cellwright.viewer.web.panels import html
-from cellwright.viewer.web.panels.allowed import allow
 from cellwright.viewer.web.panels.html import AMBER, BLUE, GREEN
 from cellwright.viewer.web.panels.pace import SeenPace
 from cellwright.viewer.web.panels.shown import Shown
@@ -63,12 +62,15 @@ class TimeControls(Feature):
         control = panel.get("control")
         if self._page is None or control is None:
             return
-        now = seconds_of(panel)
+        try:
+            now = seconds_of(panel)
+        except (KeyError, TypeError, ValueError):  # it was told by another version
+            return
         self._pace.take(time.perf_counter(), now)
         self._clock.show(clock(now, control, self._pace.factor))
         reasons = control["refused"]
-        allow(self._steps, reasons.get("pause", ""))
-        allow(self._speeds, reasons.get("speed", ""))
+        for group, action in ((self._steps, "pause"), (self._speeds, "speed")):
+            _set(group, "visible", not reasons.get(action))  # viser disables no group of buttons
         self._show_reset(panel, str(reasons.get("reset", "")))
         self._show_timeline(panel, now)
 
