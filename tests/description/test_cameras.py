@@ -37,7 +37,7 @@ def test_a_type_and_a_pose_are_enough() -> None:
 
 def test_everything_written() -> None:
     written = f"""{{wrist: {{type: rgbd_camera, {POSE}, frame: vacuum_gripper_link, width: 320, height: 200, fov: 1.5,
-      rate: 2.5, near: 0.05, far: 4, shadows: false, noise: {{colour: 0, depth: 0.002, depth_growth: 0.01}}, latency: 0,
+      rate: 2.5, near: 0.05, far: 4, shadows: true, noise: {{colour: 0, depth: 0.002, depth_growth: 0.01}}, latency: 0,
       when_late: drop}}}}"""
     (camera,) = cameras(written)
     assert camera == Camera(
@@ -51,7 +51,7 @@ def test_everything_written() -> None:
         rate=2.5,
         near=0.05,
         far=4.0,
-        shadows=False,
+        shadows=True,
         noise=PictureNoise(0.0, 0.002, 0.01),
         latency=0.0,
         when_late="drop",

@@ -72,7 +72,7 @@ class Camera(Sensor):
     rate: float = 10.0
     near: float = 0.1
     far: float = 10.0
-    shadows: bool = True
+    shadows: bool = False
     noise: PictureNoise = field(default_factory=PictureNoise)
     latency: float | None = None
     when_late: WhenLate = "auto"

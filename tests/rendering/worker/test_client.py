@@ -73,6 +73,18 @@ def test_the_same_frame_gives_the_same_picture(worker: RenderWorker) -> None:
     assert len({pending.result(PATIENCE).tobytes() for pending in pictures}) == 1
 
 
+def test_light_that_several_cameras_share_is_that_of_the_frame_drawn(worker: RenderWorker) -> None:
+    above = Camera((0.01, 0, 8), (0, 0, 0), fov=math.radians(50))
+
+    def drawn(x: float, camera: Camera) -> bytes:
+        return worker.colour(ball_at(x, 0, 1), camera, 80, 60, about=(0, 0, 0)).result(PATIENCE).tobytes()
+
+    alone = {x: drawn(x, above) for x in (0.0, 0.5)}
+    assert alone[0.0] != alone[0.5]
+    together = [(x, drawn(x, CAMERA), drawn(x, above)) for x in (0.0, 0.5, 0.0)]
+    assert [picture for _, _, picture in together] == [alone[x] for x, _, _ in together]
+
+
 def test_what_cannot_be_drawn_is_told_and_the_rest_is_drawn(worker: RenderWorker) -> None:
     bad, good = worker.colour(ball_at(0, 0, 1), CAMERA, -3, 120), worker.depth(ball_at(0, 0, 1), CAMERA, 8, 6)
     with pytest.raises(RenderingError, match="-3"):

@@ -48,6 +48,7 @@ class GLRenderer:
         self._depth = Program(shaders.CORNER, shaders.DEPTH)
         self._first = Program(shaders.CORNER, shaders.NOTHING)
         self._light = Light(self._stage)
+        self._lit: tuple[tuple[Vector3, Vector3], Frame] | None = None  # where the light was, and what it fell on
         self._colours: dict[tuple[int, int, int], ColourTarget | SmoothedTarget] = {}
         self._depths: dict[tuple[int, int], DepthTarget] = {}
 
@@ -81,7 +82,7 @@ class GLRenderer:
         at = (x + lamp[0], y + lamp[1], z + lamp[2])
         self._stage.show(frame)
         if shadows:
-            self._light.cast(at, about)
+            self._cast_light(frame, at, about)
         target = self._colour_target(width, height, samples)
         target.begin()
         seen = of_camera(camera, width / height, _NEAR, _FAR)
@@ -119,6 +120,19 @@ class GLRenderer:
                 SmoothedTarget(width, height) if samples == 2 else ColourTarget(width, height, 4 if samples > 2 else 1)
             )
         return self._colours[size]
+
+    def _cast_light(self, frame: Frame, lamp: Vector3, about: Vector3) -> None:
+        """Find out what the light reaches, unless that was done last: several cameras may look at one moment."""
+        lit, place = self._lit, (lamp, about)
+        if (
+            lit is not None
+            and lit[0] == place
+            and np.array_equal(lit[1].poses, frame.poses)
+            and np.array_equal(lit[1].shown, frame.shown)
+        ):
+            return
+        self._light.cast(lamp, about)
+        self._lit = (place, frame)
 
     def depth(self, frame: Frame, camera: Camera, width: int, height: int) -> NDArray[np.float32]:
         """How far [m] what is seen at each pixel is (height, width), along the line of sight of the camera.
