@@ -43,6 +43,7 @@ BENCHMARKS = (
     Benchmark("pybullet_cell", "The cell beside PyBullet", 1.0),
     Benchmark("start", "A cold start", 0.2),
     Benchmark("costs", "One more of something", 1.0),
+    Benchmark("looking", "Looking on, and keeping it", 3.0),
     Benchmark("robot", "A robot beside PyBullet", 0.5),
     Benchmark("evaluation", "Many runs in two processes", 3.0),
     Benchmark("socket", "Over a socket", 2.0),

@@ -1,4 +1,4 @@
-"""`cellwright replay`: a recording, looked at or played."""
+"""`cellwright replay`: a recording, looked at, played, or run again."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ from cellwright.cli.arguments import OUTPUT
 from cellwright.cli.exit_status import DONE
 from cellwright.cli.replay import summary
 from cellwright.cli.replay.play import PlayOptions, play
+from cellwright.cli.replay.verify import verify as run_again
 from cellwright.recording.reader import Recording
 from cellwright.replay.playing import AtEnd
 from cellwright.server import DEFAULT_PORT
 from cellwright.server.server import LOOPBACK
 
-_PLAY, _REACH = "Play it", "Where it is reached"
+_PLAY, _VERIFY, _REACH = "Play it", "Run it again", "Where it is reached"
 
 
 def replay(
@@ -60,6 +61,15 @@ def replay(
         bool,
         typer.Option("--hold", metavar="", help="Let time stand at the end, until Ctrl-C.", rich_help_panel=_PLAY),
     ] = False,
+    verify: Annotated[
+        bool,
+        typer.Option(
+            "--verify",
+            metavar="",
+            help="Build the cell or robot again, do to it what was done, and compare state hashes.",
+            rich_help_panel=_VERIFY,
+        ),
+    ] = False,
     host: Annotated[str, typer.Option(metavar="HOST", help="Address to listen at.", rich_help_panel=_REACH)] = LOOPBACK,
     port: Annotated[
         int, typer.Option(metavar="N", help="Port to listen at; 0 takes a free one.", rich_help_panel=_REACH)
@@ -71,7 +81,7 @@ def replay(
         ),
     ] = False,
 ) -> None:
-    """Look into a recording, or play it to programs.
+    """Look into a recording, play it to programs, or run it again.
 
     A file that was cut short, as by a killed process, is taken as far as it goes.
 
@@ -84,10 +94,16 @@ def replay(
         # for programs on a socket, again and again
         cellwright replay run.mcap --serve --loop
 
-    Exit status: 0 done; 2 the file cannot be used.
+        # does the same come of the same commands?
+        cellwright replay run.mcap --verify
+
+    Exit status: 0 done, or equal; 1 run again it came out otherwise; 2 the file cannot be used, or holds nothing to
+    compare.
     """
     console = Console(stderr=as_json, highlight=False)
     is_played = serve or ros1
+    if verify and is_played:
+        options.refuse("--verify runs it again and plays nothing: leave out --serve and --ros1")
     if loop and hold:
         options.refuse("--loop and --hold: give one of them")
     for option, is_given in (("--loop", loop), ("--hold", hold), ("--start", start is not None)):
@@ -105,6 +121,8 @@ def replay(
     with Recording(file) as recording:
         if not recording.is_complete:
             typer.echo(f"warning: {file}: was cut short; it goes on to {recording.end_time / 1e9:.3f} s", err=True)
+        if verify:
+            raise typer.Exit(run_again(recording, console, as_json=as_json))
         if is_played:
             play(recording, wanted, console)
         told = summary.document(recording)

@@ -1,0 +1,168 @@
+"""What it costs to look on at a run and to keep it: a page, a page in a browser, a recording, a video.
+
+The bundled agent works the lesson as fast as it goes, bare and with each of them in turn. Compared is the processor
+time of the process in which the cell runs, without that of its start; pages, browsers and videos are drawn in others,
+which need cores of their own. All runs end in the same state.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from cellwright.bench.figures import BenchmarkSkippedError, Figure, Tell
+from cellwright.bench.processes import end
+
+UNTIL, FILMED = 60.0, 8.0
+"""Simulation time [s] of a run, and of one with a video, which takes long to draw."""
+REPEATS = 3
+VIEW_COST = 1.05
+"""What a page may cost at most, as a ratio to the bare run."""
+
+_SHORT = 0.02  # [s], a run that is all start
+_ADDRESS = re.compile(r"http://\S+")
+_BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+_TICKS = 1 / os.sysconf("SC_CLK_TCK") if hasattr(os, "sysconf") else math.nan  # [s]
+
+
+@dataclass(frozen=True)
+class Ran:
+    """A run that is over.
+
+    Attributes:
+        processor: time that its own process took [s].
+        wall: how long the run itself took [s].
+        state_hash: of the end.
+        file_size: of what it has written [bytes].
+    """
+
+    processor: float
+    wall: float
+    state_hash: str
+    file_size: int
+
+
+def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
+    """Take all of them.
+
+    Raises:
+        BenchmarkSkippedError: this system does not tell what a process took.
+    """
+    if not Path("/proc/self/stat").exists():
+        raise BenchmarkSkippedError("it needs /proc, where Linux tells what a process took")
+    until, filmed, repeats = (0.5, 0.2, 1) if quick else (UNTIL, FILMED, REPEATS)
+    found: list[Ran] = []
+    tell("a page and a recording")
+    with tempfile.TemporaryDirectory(prefix="cellwright-") as folder:
+        options = {
+            "": [],
+            "a page that nobody has open": _PAGE,
+            "a recording": ["--record", f"{folder}/run.mcap"],
+        }
+        best = _in_turn(options, until, repeats, found)
+        for what, ran in best.items():
+            if what:
+                bound = VIEW_COST if "page" in what else None
+                size = f"; {ran.file_size / 1e6:.1f} MB for {until:g} s" if ran.file_size else ""
+                yield _ratio(what, ran, best[""], bound, f"{ran.processor:.2f} and {best[''].processor:.2f} s{size}")
+        yield from _browser(tell, until, repeats, best[""], found)
+        yield from _video(tell, folder, filmed, repeats)
+    yield Figure("different end states of all these runs", len({ran.state_hash for ran in found}), "", most=1)
+
+
+_PAGE = ["--view", "--view-port", "0"]
+
+
+def _browser(tell: Tell, until: float, repeats: int, bare: Ran, found: list[Ran]) -> Iterator[Figure]:
+    browser = next((path for name in _BROWSERS if (path := shutil.which(name))), None)
+    what = "a page in a browser"
+    if browser is None:
+        yield Figure(f"{what} / bare", math.nan, note="there is no Chromium here")
+        return
+    tell(what)
+    ran = _in_turn({what: _PAGE}, until, repeats, found, browser)[what]
+    yield _ratio(what, ran, bare, VIEW_COST, f"Chromium without a display; {ran.processor:.2f} s")
+
+
+def _video(tell: Tell, folder: str, until: float, repeats: int) -> Iterator[Figure]:
+    tell("a video")
+    file = f"{folder}/run.mp4"
+    best = _in_turn({"": [], "a video": ["--video", file]}, until, min(repeats, 2), [])
+    bare, video = best[""], best["a video"]
+    count = math.floor(until * 25) + 1
+    yield _ratio("a video", video, bare, None, f"1280 x 720, 25 pictures a second; {count} pictures in all")
+    yield Figure("a picture of a video, in wall time", (video.wall - bare.wall) / count * 1e3, "ms", note="all cores")
+
+
+def _ratio(what: str, ran: Ran, bare: Ran, most: float | None, note: str) -> Figure:
+    value = ran.processor / bare.processor if bare.processor > 0 else math.nan
+    return Figure(f"{what} / bare", value, most=most, note=note)
+
+
+def _in_turn(
+    options: dict[str, list[str]], until: float, repeats: int, found: list[Ran], browser: str | None = None
+) -> dict[str, Ran]:
+    """The least that a run with each of some options took, less its start."""
+    best: dict[str, Ran] = {}
+    start: dict[str, float] = {}
+    for _ in range(repeats):
+        for name, more in options.items():
+            start[name] = min(start.get(name, math.inf), _run(more, _SHORT, None).processor)
+            ran = _run(more, until, browser)
+            found.append(ran)
+            if name not in best or ran.processor < best[name].processor:
+                best[name] = ran
+    return {name: Ran(ran.processor - start[name], *_rest(ran)) for name, ran in best.items()}
+
+
+def _rest(ran: Ran) -> tuple[float, str, int]:
+    return ran.wall, ran.state_hash, ran.file_size
+
+
+def _run(options: Sequence[str], until: float, browser: str | None) -> Ran:
+    """Run the lesson; with a browser, its page is opened as soon as it is there."""
+    command = [sys.executable, "-m", "cellwright", "run", "lesson", "--json", "--no-picture", "--until", str(until)]
+    process = subprocess.Popen(  # noqa: S603
+        [*command, *options], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert process.stdout is not None
+    assert process.stderr is not None
+    with tempfile.TemporaryDirectory(prefix="cellwright-", ignore_cleanup_errors=True) as folder:
+        page = None
+        for line in process.stderr:
+            address = _ADDRESS.search(line)
+            if address and browser and page is None:
+                page = _opened(browser, address[0], folder)
+        document = json.loads(process.stdout.read())
+        processor = _own_time(process.pid)  # it has ended, and keeps what it took until somebody asks how it ended
+        process.wait()
+        process.stdout.close()
+        process.stderr.close()
+        if page is not None:
+            end(page)
+    files = [Path(word) for word in options if word.startswith("/")]
+    return Ran(
+        processor, document["wall"], document["state_hash"], sum(file.stat().st_size for file in files if file.exists())
+    )
+
+
+def _opened(browser: str, address: str, folder: str) -> subprocess.Popen[str]:
+    options = ["--headless", "--no-sandbox", "--no-first-run", f"--user-data-dir={folder}", "--remote-debugging-port=0"]
+    return subprocess.Popen(  # noqa: S603
+        [browser, *options, address], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, text=True
+    )
+
+
+def _own_time(pid: int) -> float:
+    """Processor time of a process that has ended [s], without that of those it has started."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) * _TICKS
