@@ -5,7 +5,7 @@ its event loop would be in the way of others.
 """
 
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 
 import pytest
 from playwright.sync_api import Browser, Error, ViewportSize, sync_playwright
@@ -28,24 +28,43 @@ def browser() -> Iterator[Browser]:
         browser.close()
 
 
-@pytest.fixture
-def visit(browser: Browser, request: pytest.FixtureRequest) -> Iterator[Visit]:
-    """Opens pages; when the test is over each is seen once more in `build/screenshots`, and has made no error."""
+@contextmanager
+def visiting(browser: Browser, name: str) -> Iterator[Visit]:
+    """Visits; in the end each page is seen once more in `build/screenshots`, and has made no error.
+
+    Args:
+        browser: where the windows are.
+        name: of the screenshots.
+    """
     visitors: list[Visitor] = []
 
-    def open_page(url: str, scale: float = COARSE) -> Visitor:
+    def visit(url: str, scale: float = COARSE) -> Visitor:
         window: ViewportSize = {"width": WIDTH, "height": HEIGHT}
         visitor = Visitor(browser.new_context(viewport=window, device_scale_factor=scale))
         visitors.append(visitor)
         visitor.open(url)
         return visitor
 
-    yield open_page
-    name = request.node.name.removeprefix("test_")
+    yield visit
     errors = []
-    for number, visitor in enumerate(visitors):
+    for number, visitor in enumerate(each for each in visitors if not each.page.is_closed()):
         visitor.shot(f"{name}-{number + 1}" if len(visitors) > 1 else name)
         errors += visitor.errors
         with suppress(Error):
             visitor.close()
     assert not errors
+
+
+@pytest.fixture
+def visit(browser: Browser, request: pytest.FixtureRequest) -> Iterator[Visit]:
+    """Visits for one test."""
+    with visiting(browser, request.node.name.removeprefix("test_")) as visit:
+        yield visit
+
+
+@pytest.fixture(scope="module")
+def visit_all(browser: Browser, request: pytest.FixtureRequest) -> Iterator[Visit]:
+    """Visits for all tests of a file: opening a page takes longer than what most of them do on it."""
+    name = str(request.path.stem).removeprefix("test_")
+    with visiting(browser, name) as visit:
+        yield visit

@@ -27,6 +27,12 @@ class Viewed(Process):
         super().__init__(command, os.environ, folder)
 
     @property
+    def address(self) -> tuple[str, int]:
+        """Where it serves programs."""
+        found = self.wait_for(r"^ready: .* at ([\d.]+):(\d+)", LIMIT)
+        return found[1], int(found[2])
+
+    @property
     def url(self) -> str:
         """Address of the page, as it is printed."""
         return self.wait_for(r"^page: (http://\S+)$", LIMIT)[1]

@@ -31,7 +31,7 @@ def page() -> Iterator[str]:
     server.stop()
 
 
-def test_a_visitor_sees_reads_and_presses(page: str, visit: Visit) -> None:
+def test_a_visitor_sees_reads_presses_and_tells_what_does_not_come(page: str, visit: Visit) -> None:
     visitor = visit(page)
     visitor.read("^waiting$")
     picture = visitor.scene(least=3)
@@ -41,10 +41,5 @@ def test_a_visitor_sees_reads_and_presses(page: str, visit: Visit) -> None:
     visitor.press("Go")
     assert visitor.read(r"gone after (\S+) s")[1] == "2.5"
     assert share(pixels(visitor.shot("a_green_box")), GREEN) == pytest.approx(share(picture, GREEN), rel=0.2)
-
-
-def test_what_does_not_come_is_told_with_what_is_there(page: str, visit: Visit) -> None:
-    visitor = visit(page)
-    visitor.read("Go")
     with pytest.raises(AssertionError, match=r"(?s)no 'nowhere' on the page, which says:.*Go.* within 0.2 s"):
         visitor.read("nowhere", within=0.2)

@@ -33,6 +33,7 @@ PAGES = [
     "README.md",
     "docs/getting-started.md",
     "docs/agents.md",
+    "docs/look.md",
     "docs/trials.md",
     "docs/own-models.md",
     "docs/plugins.md",
