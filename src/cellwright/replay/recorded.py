@@ -51,7 +51,7 @@ class Recorded:
             report(line)
 
     def _tell_time(self, ahead: int) -> None:
-        """Tell the time on /clock, as it stands in the stamps of messages: the wall's, where a robot's node lived by it.
+        """Tell the time on /clock, as messages are stamped: as the wall's, where a robot's node lived by it.
 
         Args:
             ahead: by how much they are ahead of simulation time [ns].
