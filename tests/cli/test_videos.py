@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.cli.conftest import CommandLine
@@ -60,3 +61,23 @@ def test_a_full_disk_costs_the_video_and_not_the_run(cellwright: CommandLine, tm
     assert ran.status == 1
     assert ran.err.count("No space left on device") == 1
     assert "simulated   0.2 s" in ran.out
+
+
+def test_a_recording_has_the_video_of_its_run(cellwright: CommandLine, tmp_path: Path) -> None:
+    cellwright(
+        *("run", "lesson", "--agent", "lesson", "--until", "0.6", "--no-picture", *SMALL),
+        *("--record", "run.mcap", "--video", "live.mp4"),
+    )
+    ran = cellwright("replay", "run.mcap", "--video", "replayed.mp4", *SMALL)
+    assert (ran.status, ran.out) == (0, "video       replayed.mp4, 0.6 s\n")
+    live, replayed = read(tmp_path / "live.mp4"), read(tmp_path / "replayed.mp4")
+    assert len(live) == len(replayed) == 16
+    for a, b in zip(live, replayed, strict=True):
+        assert np.abs(a.astype(int) - b).mean() < 3  # the clock in the corner is coded with what came before
+    ran = cellwright("replay", "run.mcap", "--video", "b.mp4", *SMALL, "--start", "0.2", "--until", "0.4", "--json")
+    assert json.loads(ran.out)["videos"] == [{"file": "b.mp4", "length": 0.24, "frames": 6, "dropped": 0}]
+    ran = cellwright("replay", "run.mcap", "--video", "c.mp4", "--start", "50")
+    assert (ran.status, ran.err.count("\n")) == (2, 1)
+    assert "nothing is to be seen there at these times" in ran.err
+    ran = cellwright("replay", "run.mcap", "--video", "c.mp4", "--serve")
+    assert (ran.status, "make the video first" in ran.err) == (2, True)

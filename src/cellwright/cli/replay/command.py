@@ -9,11 +9,14 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from cellwright.cli import options
+from cellwright.cli import options, videos
 from cellwright.cli.arguments import OUTPUT
 from cellwright.cli.exit_status import DONE
 from cellwright.cli.replay import summary
+from cellwright.cli.replay.film import film
 from cellwright.cli.replay.play import PlayOptions, play
+from cellwright.cli.run.progress import bar
+from cellwright.cli.run.score_table import note
 from cellwright.recording.reader import Recording
 from cellwright.replay.playing import AtEnd
 from cellwright.server import DEFAULT_PORT
@@ -64,6 +67,11 @@ def replay(
     port: Annotated[
         int, typer.Option(metavar="N", help="Port to listen at; 0 takes a free one.", rich_help_panel=_REACH)
     ] = DEFAULT_PORT,
+    video: videos.File = None,
+    video_camera: videos.View = None,
+    video_speed: videos.Speed = 1.0,
+    video_size: videos.Size = videos.USUAL_SIZE,
+    video_fine: videos.Fine = False,
     as_json: Annotated[
         bool,
         typer.Option(
@@ -84,13 +92,19 @@ def replay(
         # for programs on a socket, again and again
         cellwright replay run.mcap --serve --loop
 
-    Exit status: 0 done; 2 the file cannot be used.
+        # a video of it, a minute in 6 s
+        cellwright replay run.mcap --video run.mp4 --video-speed 10
+
+    Exit status: 0 done; 2 the file cannot be used, or the video not be made.
     """
     console = Console(stderr=as_json, highlight=False)
     is_played = serve or ros1
     if loop and hold:
         options.refuse("--loop and --hold: give one of them")
-    for option, is_given in (("--loop", loop), ("--hold", hold), ("--start", start is not None)):
+    filmed = videos.wish(video, video_camera, video_speed, video_size, fine=video_fine)
+    if filmed and is_played:
+        options.refuse("--video: make the video first, and play the recording then: leave out --serve and --ros1")
+    for option, is_given in (("--loop", loop), ("--hold", hold), ("--start", start is not None and not filmed)):
         if is_given and not is_played:
             options.refuse(f"{option}: say to whom it is to be played: add --serve or --ros1")
     wanted = PlayOptions(
@@ -108,11 +122,26 @@ def replay(
         if is_played:
             play(recording, wanted, console)
         told = summary.document(recording)
+        if filmed is not None:
+            with bar(console, f"drawing {filmed.file}", 1.0) as tell:
+                told["videos"] = [
+                    film(recording, filmed, start=wanted.start, until=wanted.until, warn=_warn, tell=tell or _nothing)
+                ]
     if as_json:
         typer.echo(json.dumps(told, indent=2))
+    elif filmed is not None:
+        note(console, "video", videos.sentence(told["videos"][0]))
     elif not is_played:
         summary.show(console, told)
     raise typer.Exit(DONE)
+
+
+def _warn(line: str) -> None:
+    typer.echo(f"warning: {line}", err=True)
+
+
+def _nothing(_share: float) -> None:
+    pass
 
 
 def _time(option: str, value: float | None) -> float | None:
