@@ -23,6 +23,7 @@ from cellwright.cli.run.command import run
 from cellwright.cli.serve.command import serve
 from cellwright.cli.teleop.command import teleop
 from cellwright.cli.trials import trials
+from cellwright.cli.view.command import view
 from cellwright.errors import CellwrightError
 
 _INTERRUPTED = 130  # what Typer returns for Ctrl-C
@@ -40,6 +41,7 @@ app = typer.Typer(
         cellwright eval lesson       # many runs, each judged, and a report
         cellwright serve lesson      # for programs in other processes
         cellwright plot run.mcap     # a figure of what was recorded
+        cellwright view lesson       # see a trial, a robot, a recording, what is served
         cellwright check trial.yaml  # is this file sound?
         cellwright teleop qinglong   # a robot's controller node
         cellwright robot qinglong    # a robot's joints, by index
@@ -58,6 +60,7 @@ app.command()(check)
 app.command("eval")(evaluate)
 app.command()(serve)
 app.command()(teleop)
+app.command()(view)
 app.command()(replay)
 app.command()(plot)
 app.command()(trials)

@@ -13,6 +13,8 @@ from cellwright.cli.run.progress import bar
 from cellwright.cli.run.score_table import note
 from cellwright.cli.serve.trial import ready
 from cellwright.cli.signals import Stop, stopped_by_signals
+from cellwright.cli.view.arguments import Look
+from cellwright.cli.view.page import page_on
 from cellwright.recording.reader import Recording
 from cellwright.replay.playing import AtEnd, Playing
 from cellwright.replay.recorded import Recorded
@@ -40,6 +42,7 @@ class PlayOptions:
         host: address to listen at.
         port: port to listen at; 0 takes a free one.
         ros1: be a node of ROS 1 too.
+        look: a page on it; None for none.
     """
 
     speed: float | None = 1.0
@@ -49,6 +52,7 @@ class PlayOptions:
     host: str = LOOPBACK
     port: int = DEFAULT_PORT
     ros1: bool = False
+    look: Look | None = None
 
 
 def play(recording: Recording, wanted: PlayOptions, console: Console) -> None:
@@ -88,6 +92,8 @@ def play(recording: Recording, wanted: PlayOptions, console: Console) -> None:
             on_poll=poll,
         )
         RecordingServices(playing).offer(server)
+        say = partial(console.print, markup=False, soft_wrap=True)
+        to_close.enter_context(page_on(server, wanted.look, f"{recorded.name} · Cellwright", say))
         is_stopped.follow(playing.stop)
         if ros is not None:
             ros.join(server.address, {"use_sim_time": True}, server.wait)

@@ -97,8 +97,8 @@ class CellPanels(Feature):
         reason = reason or told["refused"].get("belt", "")
         self._why_not.show(html.block(html.dim(f"Belt, AGVs and trays: {reason}.")) if reason else "")
         for handle in self._doing:
-            if handle.disabled != bool(reason):
-                handle.disabled = bool(reason)
+            if handle.visible == bool(reason):
+                handle.visible = not reason  # viser disables no group of buttons
 
     # ---------------------------------------------------------------- what one does
 

@@ -66,8 +66,8 @@ class TimeControls(Feature):
         self._pace.take(time.perf_counter(), now)
         self._clock.show(clock(now, control, self._pace.factor))
         reasons = control["refused"]
-        _enable(self._steps, reasons.get("pause", ""))
-        _enable(self._speeds, reasons.get("speed", ""))
+        for group, action in ((self._steps, "pause"), (self._speeds, "speed")):
+            _set(group, "visible", not reasons.get(action))  # viser disables no group of buttons
         self._show_reset(panel, str(reasons.get("reset", "")))
         self._show_timeline(panel, now)
 
@@ -156,12 +156,6 @@ def clock(now: float, control: dict[str, Any], pace: float | None) -> str:
     return html.block(
         html.row(html.big(f"{now:.2f}", "s"), label, "align-items:center"), html.figures(f"{seen}{asked}")
     )
-
-
-def _enable(group: Any, reason: str) -> None:
-    _set(group, "disabled", bool(reason))
-    if reason:
-        _set(group, "hint", reason)
 
 
 def _set(handle: Any, name: str, value: Any) -> None:

@@ -1,0 +1,68 @@
+"""`cellwright view`: whatever there is to be seen, on a page."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from cellwright.cli import options
+from cellwright.cli.exit_status import DONE
+from cellwright.cli.replay.play import PlayOptions, play
+from cellwright.cli.serve.trial import ServeOptions, serve_trial
+from cellwright.cli.teleop.node import TeleopOptions, run_node
+from cellwright.cli.view.arguments import Look, Open, ViewHost, ViewPort, look
+from cellwright.cli.view.kind import Kind, kind_of
+from cellwright.cli.view.served import watch
+from cellwright.description.robot.robots import load_robot
+from cellwright.recording.reader import Recording
+from cellwright.replay.playing import AtEnd
+
+
+def view(
+    what: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="WHAT",
+            help="A trial or a robot, by name or file; a recording (`run.mcap`); or the HOST:PORT of what is served.",
+            show_default=False,
+        ),
+    ],
+    view_host: ViewHost = None,
+    view_port: ViewPort = None,
+    open_page: Open = False,
+) -> None:
+    """Show a trial, a robot, a recording, or something that is served, on a page in a browser, until Ctrl-C.
+
+    The page's address is printed. A trial stands at its start, in development mode: look around, then let it go on.
+
+        # the lesson's cell
+        cellwright view lesson
+
+        # a robot, which the page drives as well
+        cellwright view qinglong
+
+        # what was recorded
+        cellwright view run.mcap
+
+        # what `cellwright serve` or `cellwright teleop` has there, or another run with --view
+        cellwright view 127.0.0.1:11399
+
+    Exit status: 0 stopped by Ctrl-C; 2 bad input, and nothing was started.
+    """
+    wished = look(view=True, host=view_host, port=view_port, opens=open_page) or Look()
+    console = Console(highlight=False)
+    match kind_of(what):
+        case Kind.ADDRESS:
+            watch(options.address("view", what[0]), wished, console)
+        case Kind.RECORDING:
+            with Recording(options.paths(what)[0]) as recording:
+                play(recording, PlayOptions(at_end=AtEnd.HOLD, port=0, look=wished), console)
+        case Kind.ROBOT:
+            raise typer.Exit(run_node(partial(load_robot, what[0]), TeleopOptions(port=0, look=wished)))
+        case Kind.TRIAL:
+            shown = ServeOptions(port=0, competition=False, paused=True, look=wished)
+            raise typer.Exit(serve_trial(partial(options.load, what), shown))
+    raise typer.Exit(DONE)

@@ -1,0 +1,235 @@
+"""A run that people look on at: it is the same run, whatever they do to its time, and begins anew when they say so."""
+
+from __future__ import annotations
+
+import io
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+
+from cellwright.cell import Cell
+from cellwright.cli.run import attended
+from cellwright.cli.run.attended import APART, Attended
+from cellwright.cli.view.arguments import Look
+from cellwright.client import Client
+from cellwright.errors import CellwrightError, UsageError
+from cellwright.remote.hosting import Host
+from cellwright.run import Outcome, RunOptions, run_cell
+from cellwright.viewer.web.link import Link
+from tests.cells import KITTING
+from tests.cli.conftest import CommandLine
+
+LIMIT = 60.0
+"""So long [s] something is waited for, on a machine that has much else to do."""
+
+
+class Sends:
+    """Sends the kit off that stands on tray 1; gives somebody time to look on before."""
+
+    runs = 0
+
+    def run(self, client: Client) -> None:
+        type(self).runs += 1
+        client.intend("looking around")
+        client.start_competition()
+        client.sleep(1.1)
+        client.control_agv(1, "order_0_kit_0")
+        client.sleep(1.0)
+
+
+class NoPage:
+    """Stands for a page's process, which has tests of its own."""
+
+    is_open = True
+
+    def close(self) -> None:
+        self.is_open = False
+
+
+@pytest.fixture(autouse=True)
+def no_page(monkeypatch: pytest.MonkeyPatch) -> NoPage:
+    page = NoPage()
+    monkeypatch.setattr(attended, "open_page", lambda *_: page)
+    return page
+
+
+@contextmanager
+def looked_at(
+    cell: Cell, *, speed: float | None = None, apart: bool = False, lockstep: bool = False
+) -> Iterator[Attended]:
+    said: list[str] = []
+    with Attended(
+        cell, Look(), speed=speed, lockstep=lockstep, apart=apart, about={"agent": "sends"}, say=said.append
+    ) as found:
+        yield found
+
+
+@contextmanager
+def looking(crowd: Attended, act: Callable[[Link], None]) -> Iterator[None]:
+    """Somebody in another thread, who asks and acts while the run goes on, and behind it until all is done."""
+    wrong: list[BaseException] = []
+    link = Link(crowd.server.address)
+
+    def look() -> None:
+        try:
+            act(link)
+        except BaseException as error:  # for the thread that waits
+            wrong.append(error)
+        finally:
+            link.close()
+
+    thread = threading.Thread(target=look)
+    thread.start()
+    try:
+        yield
+    finally:
+        end = time.monotonic() + LIMIT
+        while thread.is_alive() and time.monotonic() < end:
+            crowd.server.wait(0.02, until_asked=False)
+        assert not thread.is_alive()
+        assert not wrong, wrong
+
+
+def control(link: Link, **asked: Any) -> dict[str, Any]:
+    return link.ask("cellwright/control", **asked)
+
+
+def panel(link: Link) -> dict[str, Any]:
+    return link.ask("cellwright/panel")
+
+
+def until(link: Link, condition: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+    end = time.monotonic() + LIMIT
+    while not condition(told := panel(link)):
+        assert time.monotonic() < end, told
+        time.sleep(0.01)
+    return told
+
+
+def test_pauses_steps_and_speeds_leave_the_run_as_it_is() -> None:
+    alone = run_cell(Cell(KITTING), Sends(), RunOptions())
+    crowd_cell = Cell(KITTING)
+
+    def meddle(link: Link) -> None:
+        until(link, lambda told: told["clock"]["tick"] > 0)
+        control(link, action="pause")
+        before = panel(link)["clock"]["tick"]
+        assert panel(link)["clock"]["tick"] == before
+        control(link, action="step", ticks=25)
+        assert until(link, lambda told: not told["control"]["ticks_left"])["clock"]["tick"] == before + 25
+        assert panel(link)["intention"]["text"] == "looking around"
+        control(link, action="speed", factor="max")
+        control(link, action="resume")
+
+    with looked_at(crowd_cell, speed=1.0) as crowd, looking(crowd, meddle):
+        result = crowd.run(Sends(), RunOptions())
+    assert (result.outcome, result.score.total) == (Outcome.DONE, 6.0)
+    assert result.state_hash == alone.state_hash
+
+
+def test_a_run_that_begins_anew_ends_for_its_agent_at_once() -> None:
+    cell = Cell(KITTING, competition=False)
+
+    def begin_anew(link: Link) -> None:
+        until(link, lambda told: told["clock"]["tick"] > 10)
+        control(link, action="pause")
+        control(link, action="reset")
+        assert until(link, lambda told: told["control"]["resets"] == 1)["control"]["paused"]
+        control(link, action="resume")
+
+    with looked_at(cell, speed=1.0) as crowd:
+        with looking(crowd, begin_anew):
+            crowd.run(Sends(), RunOptions())
+            assert crowd.begins_anew
+            assert crowd.stays(), "it begins anew at once, wherever standard input is"
+        crowd.tempo.set_speed(None)
+        result = crowd.run(Sends(), RunOptions())
+        assert not crowd.begins_anew
+    assert result.state_hash == run_cell(Cell(KITTING), Sends(), RunOptions()).state_hash
+
+
+@pytest.mark.parametrize(
+    ("cell", "apart", "reason"),
+    [(Cell(KITTING), False, "not in a competition"), (Cell(KITTING, competition=False), True, APART)],
+)
+def test_where_a_run_cannot_begin_anew_it_says_why(cell: Cell, apart: bool, reason: str) -> None:
+    def ask(link: Link) -> None:
+        with pytest.raises(CellwrightError, match=reason):
+            control(link, action="reset")
+
+    with looked_at(cell, apart=apart) as crowd, looking(crowd, ask):
+        pass
+
+
+def test_without_a_terminal_the_page_goes_with_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stdin", io.StringIO())
+    with looked_at(Cell(KITTING)) as crowd:
+        assert not crowd.stays()
+
+
+def test_at_a_terminal_the_page_stays_until_it_is_closed(monkeypatch: pytest.MonkeyPatch, no_page: NoPage) -> None:
+    terminal = io.StringIO()
+    monkeypatch.setattr(terminal, "isatty", lambda: True)
+    monkeypatch.setattr(sys, "stdin", terminal)
+    with looked_at(Cell(KITTING)) as crowd:
+        document = {"outcome": "done", "error": "", "simulated": 1.0, "wall": 2.0, "state_hash": "aa", "more": 1}
+        crowd.tell(document)
+
+        def look(link: Link) -> None:
+            assert panel(link)["result"]["outcome"] == "done"
+            no_page.is_open = False
+
+        with looking(crowd, look):
+            assert not crowd.stays()
+
+
+def test_onlookers_stay_when_an_agent_in_a_process_of_its_own_has_gone() -> None:
+    cell = Cell(KITTING)
+
+    def look(link: Link) -> None:
+        until(link, lambda told: told["state"] == "done")
+        assert panel(link)["score"]["total"] == 6.0
+
+    with looked_at(cell, apart=True, lockstep=True) as crowd:
+        with looking(crowd, look):
+            host = Host(cell, f"{__file__}:Sends", lockstep=True, server=crowd.server, tempo=crowd.tempo)
+            result = host.run(RunOptions())
+        assert all(node.startswith("/page_") for node in crowd.server.guests)
+    assert (result.outcome, result.score.total) == (Outcome.DONE, 6.0)
+
+
+def test_a_server_is_left_closed_where_there_can_be_no_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
+        raise UsageError("no page can be shown")
+
+    monkeypatch.setattr(attended, "open_page", refuse)
+    with pytest.raises(UsageError, match="no page"), looked_at(Cell(KITTING)):
+        pass
+
+
+def test_from_the_command_line_the_result_is_that_of_any_run(cellwright: CommandLine) -> None:
+    plain = cellwright("run", "lesson", "--agent", "none", "--until", "0.2", "--no-picture")
+    viewed = cellwright(
+        "run", "lesson", "--agent", "none", "--until", "0.2", "--no-picture", "--view", "--speed", "max"
+    )
+    hashes = [[line for line in ran.out.splitlines() if line.startswith("state hash")] for ran in (plain, viewed)]
+    assert viewed.status == 0
+    assert hashes[0] == hashes[1] != []
+
+
+def test_a_camera_behind_view_is_told_where_it_belongs_now(cellwright: CommandLine) -> None:
+    for command in ("run", "serve"):
+        ran = cellwright(command, "lesson", "--view", "overview")
+        assert (ran.status, ran.err.count("\n")) == (2, 1)
+        assert "--camera overview" in ran.err
+
+
+def test_what_is_said_of_a_page_needs_one(cellwright: CommandLine) -> None:
+    for more in (["--view-port", "8080"], ["--view-host", "127.0.0.1"], ["--open"]):
+        ran = cellwright("run", "lesson", *more)
+        assert (ran.status, ran.err) == (2, f"error: {more[0]}: there is no page; say --view as well\n")

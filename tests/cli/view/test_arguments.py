@@ -1,0 +1,53 @@
+"""What is asked for of a page, and what of it is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cellwright.cli.view.arguments import Look, look, refuse_a_camera
+from cellwright.errors import UsageError
+from cellwright.rendering.views import VIEWS
+from cellwright.viewer.web.start import DEFAULT_PORT
+
+
+def wished(host: str | None = None, port: int | None = None) -> Look:
+    found = look(view=True, host=host, port=port, opens=False)
+    assert found is not None
+    return found
+
+
+def test_no_page_is_wanted_unless_somebody_says_so() -> None:
+    assert look(view=False, host=None, port=None, opens=False) is None
+
+
+@pytest.mark.parametrize("host", [None, "127.0.0.1", "127.0.0.2", "::1", "localhost"])
+def test_for_this_machine_alone_no_token_is_needed(host: str | None) -> None:
+    assert wished(host).token == ""
+    assert wished(host).port == DEFAULT_PORT
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.1.5", "lab-pc"])
+def test_open_to_the_network_each_page_has_a_token_of_its_own(host: str) -> None:
+    first, second = wished(host).token, wished(host).token
+    assert len(first) >= 20
+    assert first != second
+
+
+@pytest.mark.parametrize("port", [-1, 65536])
+def test_a_port_that_is_none_is_refused(port: int) -> None:
+    with pytest.raises(UsageError, match="--view-port"):
+        wished(port=port)
+
+
+@pytest.mark.parametrize("name", list(VIEWS))
+def test_a_place_of_pictures_behind_view_is_refused_unless_it_is_a_file(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    refuse_a_camera(["lesson", name], view=False)
+    with pytest.raises(UsageError, match=f"--camera {name}"):
+        refuse_a_camera(["lesson", name], view=True)
+    (tmp_path / name).write_text("{}")
+    refuse_a_camera(["lesson", name], view=True)

@@ -1,0 +1,86 @@
+"""`cellwright view`: a page is there, and bad input is told in a line."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from cellwright.viewer.web.link import Link
+from tests.cli.conftest import CommandLine
+
+
+@contextmanager
+def viewing(folder: Path, *arguments: str) -> Iterator[subprocess.Popen[str]]:
+    """A process that shows something."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "cellwright", "view", *arguments, "--view-port", "0"],
+        cwd=folder,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def told(process: subprocess.Popen[str], pattern: str) -> re.Match[str]:
+    """The next line it says, which is of this form."""
+    assert process.stdout is not None
+    line = process.stdout.readline()
+    found = re.fullmatch(pattern, line.rstrip("\n"))
+    assert found, line + process.communicate(timeout=10)[1]
+    return found
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such signal there")
+def test_a_trial_stands_at_its_start_on_a_page_and_others_can_look_too(tmp_path: Path) -> None:
+    with viewing(tmp_path, "lesson") as process:
+        url = told(process, r"page: (http://127\.0\.0\.1:\d+/)")[1]
+        ready = told(process, r"ready: lesson at (127\.0\.0\.1):(\d+), real time")
+        with urllib.request.urlopen(url, timeout=30) as answer:
+            assert (answer.status, "<html" in answer.read().decode().lower()) == (200, True)
+        link = Link((ready[1], int(ready[2])))
+        panel = link.ask("cellwright/panel")
+        assert (panel["kind"], panel["development"], panel["clock"]["tick"]) == ("cell", True, 0)
+        assert panel["control"]["paused"]
+        with viewing(tmp_path, f"{ready[1]}:{ready[2]}") as other:
+            assert told(other, r"page: (http://127\.0\.0\.1:\d+/)")[1] != url
+            other.send_signal(signal.SIGINT)
+            assert other.wait(30) == 0
+        assert link.ask("cellwright/control", action="resume")["paused"] is False
+        link.close()
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=30)
+    assert (process.returncode, err) == (0, "")
+    assert "score       0 of 12 points" in out
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (["no_such_trial"], "error: unknown trial 'no_such_trial'"),
+        (["no.yaml"], "error: no.yaml: there is no such file"),
+        (["no.mcap"], "error: no.mcap: there is no such file"),
+        (["127.0.0.1:1"], "error: 127.0.0.1:1: cannot be shown: nobody answers"),
+        (["lesson", "--view-port", "70000"], "error: --view-port 70000: give a port"),
+        (["lesson", "--view-host", "no such host"], "error: no page can be shown: no such host: cannot be listened at"),
+    ],
+)
+def test_bad_input_is_told_in_a_line(words: list[str], reason: str, cellwright: CommandLine) -> None:
+    ran = cellwright("view", *words)
+    assert (ran.status, ran.err.count("\n")) == (2, 1)
+    assert ran.err.startswith(reason)
+    assert "Traceback" not in ran.out

@@ -1,0 +1,62 @@
+"""What somebody means who names something to be seen."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cellwright.cli.view.kind import Kind, kind_of
+from cellwright.errors import UsageError
+
+TRIAL = "options: {insert_agvs: true}\ntime_limit: 500\n"
+ROBOT = "urdf_path: robot.urdf\n"
+URDF = '<robot name="r"><link name="a"/></robot>'
+
+
+@pytest.mark.parametrize(
+    ("word", "kind"),
+    [
+        ("lesson", Kind.TRIAL),
+        ("no_such_thing", Kind.TRIAL),  # which is then told so
+        ("qinglong", Kind.ROBOT),
+        ("run.mcap", Kind.RECORDING),
+        ("RUN.MCAP", Kind.RECORDING),
+        ("127.0.0.1:11399", Kind.ADDRESS),
+        ("lab-pc:8", Kind.ADDRESS),
+        ("[::1]:11399", Kind.ADDRESS),
+    ],
+)
+def test_names_and_addresses(word: str, kind: Kind) -> None:
+    assert kind_of([word]) is kind
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "kind"),
+    [
+        ("a.yaml", TRIAL, Kind.TRIAL),
+        ("a.yaml", ROBOT, Kind.ROBOT),
+        ("vr_configs.yml", ROBOT, Kind.ROBOT),
+        ("r.urdf", URDF, Kind.ROBOT),
+        ("broken.yaml", "{", Kind.TRIAL),
+    ],
+)
+def test_files_by_what_is_in_them(name: str, text: str, kind: Kind, tmp_path: Path) -> None:
+    (tmp_path / name).write_text(text)
+    assert kind_of([str(tmp_path / name)]) is kind
+
+
+def test_a_folder_is_a_robots(tmp_path: Path) -> None:
+    assert kind_of([str(tmp_path)]) is Kind.ROBOT
+
+
+def test_a_file_with_a_colon_in_its_name_is_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "trial:1").write_text(TRIAL)
+    assert kind_of(["trial:1"]) is Kind.TRIAL
+
+
+def test_files_of_a_trial_are_joined_and_nothing_else_is() -> None:
+    assert kind_of(["final01", "kitter_sensors"]) is Kind.TRIAL
+    with pytest.raises(UsageError, match="qinglong: one thing at a time"):
+        kind_of(["lesson", "qinglong"])
