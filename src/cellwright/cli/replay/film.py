@@ -11,8 +11,9 @@ from cellwright.errors import MessageError, UsageError
 from cellwright.recording.format import FRAME, PANEL
 from cellwright.recording.reader import Recording
 from cellwright.rendering.camera import Camera
+from cellwright.rendering.picture import LAMP
 from cellwright.rendering.renderer import RAYS
-from cellwright.rendering.robots import TILT, TURN, camera_on
+from cellwright.rendering.robots import TILT, TURN, camera_on, robot_lamp
 from cellwright.rendering.video import Video, period_of
 from cellwright.rendering.views import VIEWS
 from cellwright.replay.sight import Sight
@@ -54,21 +55,25 @@ def film(
     sight.seek(begin)
     coming = recording.messages((FRAME, PANEL), start=begin + 1, until=end + 1)
     newest = next(coming, None)
-    if begin > end or (sight.frame() is None and newest is None):
+    while sight.frame() is None and newest is not None:
+        sight.take(newest)
+        newest = next(coming, None)
+    frame = sight.frame()
+    if frame is None or begin > end:
         raise UsageError(f"{recording.path}: nothing is to be seen there at these times")
-    video = Video(wish.file, scene, wish.width, wish.height, fine=wish.fine)
+    camera = wish.camera or _camera(recording, scene, frame, wish)
+    lamp = LAMP if recording.header.kind == "cell" else robot_lamp(camera)
+    video = Video(wish.file, scene, wish.width, wish.height, fine=wish.fine, lamp=lamp)
     if video.draws_with == RAYS:
         warn(f"{wish.file}: there is no OpenGL here, so each picture of the video takes seconds; see docs/video.md")
-    period, number, camera = period_of(wish.speed) * NANOSECONDS, 0, wish.camera
+    period, number = period_of(wish.speed) * NANOSECONDS, 0
     try:
         while (time := begin + round(number * period)) <= end and not video.error:
             while newest is not None and newest.time <= time:
                 sight.take(newest)
                 newest = next(coming, None)
-            frame = sight.frame()
-            if frame is not None:
-                camera = camera or _camera(recording, scene, frame, wish)
-                video.take(frame, camera, _caption(time, sight.panel()))
+            frame = sight.frame() or frame
+            video.take(frame, camera, _caption(time, sight.panel()))
             number += 1
             tell(min(1.0, (time - begin) / max(1, end - begin)))
     finally:
