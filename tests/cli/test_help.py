@@ -18,6 +18,7 @@ COMMANDS = [
     "eval",
     "serve",
     "teleop",
+    "view",
     "replay",
     "check",
     "plot",

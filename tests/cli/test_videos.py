@@ -91,5 +91,6 @@ def test_a_recording_has_the_video_of_its_run(cellwright: CommandLine, tmp_path:
     ran = cellwright("replay", "run.mcap", "--video", "c.mp4", "--start", "50")
     assert (ran.status, ran.err.count("\n")) == (2, 1)
     assert "nothing is to be seen there at these times" in ran.err
-    ran = cellwright("replay", "run.mcap", "--video", "c.mp4", "--serve")
-    assert (ran.status, "make the video first" in ran.err) == (2, True)
+    for other in ("--serve", "--verify"):
+        ran = cellwright("replay", "run.mcap", "--video", "c.mp4", other)
+        assert (ran.status, "make the video alone" in ran.err) == (2, True)

@@ -145,11 +145,10 @@ def test_a_run_that_begins_anew_ends_for_its_agent_at_once() -> None:
     with looked_at(cell, speed=1.0) as crowd:
         with looking(crowd, begin_anew):
             crowd.run(Sends(), RunOptions())
-            assert crowd.begins_anew
             assert crowd.stays(), "it begins anew at once, wherever standard input is"
         crowd.tempo.set_speed(None)
         result = crowd.run(Sends(), RunOptions())
-        assert not crowd.begins_anew
+        assert result.outcome is Outcome.DONE
     assert result.state_hash == run_cell(Cell(KITTING), Sends(), RunOptions()).state_hash
 
 

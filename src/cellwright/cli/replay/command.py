@@ -1,4 +1,4 @@
-"""`cellwright replay`: a recording, looked at or played."""
+"""`cellwright replay`: a recording, looked at, played, or run again."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from cellwright.cli.exit_status import DONE
 from cellwright.cli.replay import summary
 from cellwright.cli.replay.film import film
 from cellwright.cli.replay.play import PlayOptions, play
+from cellwright.cli.replay.verify import verify as run_again
 from cellwright.cli.run.progress import bar
 from cellwright.cli.run.score_table import note
 from cellwright.recording.reader import Recording
@@ -22,7 +23,7 @@ from cellwright.replay.playing import AtEnd
 from cellwright.server import DEFAULT_PORT
 from cellwright.server.server import LOOPBACK
 
-_PLAY, _REACH = "Play it", "Where it is reached"
+_PLAY, _VERIFY, _REACH = "Play it", "Run it again", "Where it is reached"
 
 
 def replay(
@@ -63,6 +64,15 @@ def replay(
         bool,
         typer.Option("--hold", metavar="", help="Let time stand at the end, until Ctrl-C.", rich_help_panel=_PLAY),
     ] = False,
+    verify: Annotated[
+        bool,
+        typer.Option(
+            "--verify",
+            metavar="",
+            help="Build the cell or robot again, do to it what was done, and compare state hashes.",
+            rich_help_panel=_VERIFY,
+        ),
+    ] = False,
     host: Annotated[str, typer.Option(metavar="HOST", help="Address to listen at.", rich_help_panel=_REACH)] = LOOPBACK,
     port: Annotated[
         int, typer.Option(metavar="N", help="Port to listen at; 0 takes a free one.", rich_help_panel=_REACH)
@@ -79,7 +89,7 @@ def replay(
         ),
     ] = False,
 ) -> None:
-    """Look into a recording, or play it to programs.
+    """Look into a recording, play it to programs, or run it again.
 
     A file that was cut short, as by a killed process, is taken as far as it goes.
 
@@ -92,18 +102,24 @@ def replay(
         # for programs on a socket, again and again
         cellwright replay run.mcap --serve --loop
 
+        # does the same come of the same commands?
+        cellwright replay run.mcap --verify
+
         # a video of it, a minute in 6 s
         cellwright replay run.mcap --video run.mp4 --video-speed 10
 
-    Exit status: 0 done; 2 the file cannot be used, or the video not be made.
+    Exit status: 0 done, or equal; 1 run again it came out otherwise; 2 the file cannot be used, holds nothing to
+    compare or to see, or the video cannot be written.
     """
     console = Console(stderr=as_json, highlight=False)
     is_played = serve or ros1
+    if verify and is_played:
+        options.refuse("--verify runs it again and plays nothing: leave out --serve and --ros1")
     if loop and hold:
         options.refuse("--loop and --hold: give one of them")
     filmed = videos.wish(video, video_camera, video_speed, video_size, fine=video_fine)
-    if filmed and is_played:
-        options.refuse("--video: make the video first, and play the recording then: leave out --serve and --ros1")
+    if filmed and (is_played or verify):
+        options.refuse("--video: make the video alone: leave out --serve, --ros1 and --verify")
     for option, is_given in (("--loop", loop), ("--hold", hold), ("--start", start is not None and not filmed)):
         if is_given and not is_played:
             options.refuse(f"{option}: say to whom it is to be played: add --serve or --ros1")
@@ -119,6 +135,8 @@ def replay(
     with Recording(file) as recording:
         if not recording.is_complete:
             typer.echo(f"warning: {file}: was cut short; it goes on to {recording.end_time / 1e9:.3f} s", err=True)
+        if verify:
+            raise typer.Exit(run_again(recording, console, as_json=as_json))
         if is_played:
             play(recording, wanted, console)
         told = summary.document(recording)

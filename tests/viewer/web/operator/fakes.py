@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from cellwright.viewer.web.link import Link
+
 
 class FakeHandle:
     """Something on a page."""
@@ -102,7 +104,7 @@ class FakePage:
     root = "/scene"
 
     def __init__(self, address: tuple[str, int]) -> None:
-        self.link = SimpleNamespace(address=address)
+        self.link = Link(address)
         self.tabs: list[str] = []
         self.server = SimpleNamespace(
             gui=FakeGui(),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from dataclasses import replace
 from typing import Any
 
@@ -27,7 +28,7 @@ class Tab:
         self.desk = Desk(replace(seen(), is_real=is_real), self.clock)
         self.desk.see(standing())
         self.handles = Handles(FakeScene(), "/scene", self.desk)
-        self.controls = Controls(self.gui, self.desk, self.handles, self._stop)
+        self.controls = Controls(self.gui, nullcontext, self.desk, self.handles, self._stop)
 
     def _stop(self) -> None:
         self.stops += 1
@@ -174,3 +175,32 @@ def test_short_names() -> None:
     assert short_names(["lift"]) == ["lift"]
     assert short_names(["a", "a_b"]) == ["a", "a_b"]
     assert short_names(["rh_FFJ4", "rh_THJ1"]) == ["FFJ4", "THJ1"]
+
+
+@pytest.mark.parametrize(
+    ("lacks", "stands", "name"),
+    [
+        ({"arms": ()}, {"tips": (), "references": (), "aims": ()}, "Handles at the hands"),
+        ({"grippers": ()}, {"grippers": (), "gripper_targets": ()}, "Grippers"),
+        ({"base_mode": None}, {}, "Base"),
+        ({"groups": ()}, {}, "Right arm"),
+    ],
+)
+def test_what_a_robot_lacks_is_not_there(lacks: dict[str, Any], stands: dict[str, Any], name: str) -> None:
+    gui, desk = FakeGui(), Desk(replace(seen(), **lacks))
+    desk.see(standing(**stands))
+    handles = Handles(FakeScene(), "/scene", desk)
+    controls = Controls(gui, nullcontext, desk, handles, lambda: None)
+    handles.show(desk.standing)
+    controls.show(desk.standing, 0.0)
+    names = {each.name for each in gui.made}
+    assert name not in names
+    assert "STOP" in names
+
+
+def test_one_gripper_has_no_side() -> None:
+    gui = FakeGui()
+    desk = Desk(replace(seen(), arms=("",), grippers=("",)))
+    Controls(gui, nullcontext, desk, Handles(FakeScene(), "/scene", desk), lambda: None)
+    assert gui.find("slider", "Closed").value == 0.0
+    assert gui.find("folder", "Gripper").kind == "folder"

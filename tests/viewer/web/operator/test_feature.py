@@ -33,20 +33,21 @@ def built(operator: Operator, page: Any) -> None:
     wait_for(is_built, "nothing is built")
 
 
-def test_a_cell_gets_no_operator(address: tuple[str, int]) -> None:
-    operator, page = Operator(), FakePage(address)
+def test_a_cell_gets_no_operator() -> None:
+    operator, page = Operator(), FakePage(("127.0.0.1", 1))
     operator.begin(page, SCENE)  # type: ignore[arg-type]
     operator.panel({"kind": "cell"})
     operator.told({})
     assert page.tabs == []
+    assert page.server.gui.made == []
 
 
 def test_a_robot_gets_a_tab_and_handles_and_the_handles_again_with_another_scene(address: tuple[str, int]) -> None:
     operator, page = Operator(), FakePage(address)
     operator.begin(page, SCENE)  # type: ignore[arg-type]
-    operator.panel({"kind": "robot"})
+    assert page.tabs == [TAB], "it is there before those of others"
     built(operator, page)
-    assert page.tabs == [TAB]
+    assert set(page.tabs) == {TAB}
     scene, gui = page.server.scene, page.server.gui
     assert scene.find("transform_controls", "/scene/operator/1/handle").visible
     operator.away("gone")
@@ -58,3 +59,4 @@ def test_a_robot_gets_a_tab_and_handles_and_the_handles_again_with_another_scene
     assert scene.find("transform_controls", "/scene/operator/1/handle").visible
     assert gui_before[0].is_removed
     operator.close()
+    page.link.close()

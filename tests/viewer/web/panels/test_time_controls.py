@@ -3,33 +3,134 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
-import viser
 
-from cellwright.viewer.web.panels.time_controls import TimeControls
-
-
-@pytest.fixture
-def page() -> Iterator[Any]:
-    server = viser.ViserServer("127.0.0.1", 0, verbose=False)
-    yield SimpleNamespace(server=server, link=SimpleNamespace(welcome={}), scene=None)
-    server.stop()
+from cellwright.viewer.web.panels.time_controls import BEGIN_ANEW, REALLY, SPEEDS, TimeControls, clock, seconds_of
+from tests.viewer.web.panels.pages import clicked, page
 
 
 def panel(**refused: str) -> dict[str, Any]:
     control = {"paused": False, "ticks_left": 0, "speed": 1.0, "lockstep": False, "resets": 0, "refused": refused}
-    return {"kind": "robot", "time": 1_000_000_000, "control": control}
+    return {"kind": "cell", "clock": {"time": 1.0}, "control": control}
 
 
-def test_what_may_not_be_done_is_not_offered(page: Any) -> None:
-    controls = TimeControls()
-    controls.begin(page, None)  # type: ignore[arg-type]
+@pytest.fixture(scope="module")
+def opened() -> Iterator[tuple[Any, TimeControls]]:
+    with page() as found:
+        controls = TimeControls()
+        controls.begin(found, None)  # type: ignore[arg-type]
+        controls.panel(panel())
+        yield found, controls
+
+
+def test_what_may_not_be_done_is_not_offered(opened: tuple[Any, TimeControls]) -> None:
+    _, controls = opened
+
+    def offered() -> list[bool]:
+        return [controls._steps.visible, controls._speeds.visible]
+
     controls.panel(panel(pause="a real robot's time passes", speed="a real robot's time passes"))
-    assert not controls._steps.visible
-    assert not controls._speeds.visible
+    assert offered() == [False, False]
     controls.panel(panel())
-    assert controls._steps.visible
-    assert controls._speeds.visible
+    assert offered() == [True, True]
+
+
+@pytest.mark.parametrize(
+    ("word", "asked"),
+    [
+        ("Pause", {"action": "pause"}),
+        ("Go on", {"action": "resume"}),
+        ("Tick", {"action": "step", "ticks": 1}),
+        ("1 s", {"action": "step", "ticks": 500}),
+    ],
+)
+def test_a_click_is_asked_for(word: str, asked: dict[str, Any], opened: tuple[Any, TimeControls]) -> None:
+    found, controls = opened
+    found.link.asked.clear()
+    clicked(controls._steps, word)
+    assert found.link.asked == [asked]
+
+
+def test_each_speed_is_asked_for(opened: tuple[Any, TimeControls]) -> None:
+    found, controls = opened
+    found.link.asked.clear()
+    for word in SPEEDS:
+        clicked(controls._speeds, word)
+    assert [each["factor"] for each in found.link.asked] == [0.1, 0.5, 1.0, 2.0, 10.0, "max"]
+
+
+def test_it_begins_anew_at_the_second_click_only(opened: tuple[Any, TimeControls]) -> None:
+    found, controls = opened
+    found.link.asked.clear()
+    clicked(controls._anew, True)
+    controls.panel(panel())
+    assert (found.link.asked, controls._anew.label) == ([], REALLY)
+    clicked(controls._anew, True)
+    controls.panel(panel())
+    assert (found.link.asked, controls._anew.label) == ([{"action": "reset"}], BEGIN_ANEW)
+    clicked(controls._anew, True)
+    controls._asked_at -= 10.0
+    clicked(controls._anew, True)
+    assert len(found.link.asked) == 1
+
+
+def test_where_it_may_not_begin_anew_the_reason_is_at_hand(opened: tuple[Any, TimeControls]) -> None:
+    _, controls = opened
+    controls.panel(panel(reset="not in a competition"))
+    assert (controls._anew.disabled, controls._anew.hint) == (True, "not in a competition")
+
+
+def test_a_refusal_is_told(opened: tuple[Any, TimeControls]) -> None:
+    found, controls = opened
+    found.link.refuses = "not here"
+    clicked(controls._steps, "Pause")
+    found.link.refuses = ""
+    assert found.said[-1] == ("pause: refused", "not here")
+
+
+def test_a_recording_has_a_slider_that_follows_and_seeks() -> None:
+    with page() as found:
+        controls = TimeControls()
+        controls.begin(found, None)  # type: ignore[arg-type]
+        told = {**panel(), "kind": "recording", "begin": 0.0, "end": 20.0, "time": 5.04}
+        del told["clock"]
+        controls.panel(told)
+        assert controls._slider.value == 5.0
+        assert found.link.asked == [], "it follows, and asks for nothing"
+        clicked(controls._slider, 12.5)
+        assert found.link.asked == [{"action": "seek", "time": 12.5}]
+        controls.panel(told)
+        assert controls._slider.value == 12.5, "it is not drawn away under somebody's hand"
+
+
+def test_time_of_each_kind_of_panel() -> None:
+    assert seconds_of({"kind": "cell", "clock": {"time": 2.5}}) == 2.5
+    assert seconds_of({"kind": "robot", "time": 2_500_000_000}) == 2.5
+    assert seconds_of({"kind": "recording", "time": 2.5}) == 2.5
+
+
+@pytest.mark.parametrize(
+    ("state", "expected"),
+    [
+        ({}, "running"),
+        ({"paused": True}, "paused"),
+        ({"paused": True, "ticks_left": 3}, "a step"),
+        ({"lockstep": True}, "lockstep"),
+        ({"speed": "max"}, "as fast as it goes"),
+        ({"speed": 0.1}, "asked 0.1 ×"),
+    ],
+)
+def test_the_clock_says_how_time_passes(state: dict[str, Any], expected: str) -> None:
+    said = clock(12.3456, panel()["control"] | state, 0.987)
+    assert expected in said
+    assert "12.35" in said
+    assert ("1.0 × real time" in said) == (not state.get("paused"))
+
+
+def test_a_panel_of_another_version_is_passed_over(opened: tuple[Any, TimeControls]) -> None:
+    _, controls = opened
+    controls.panel({"kind": "cell", "clock": {}, "control": panel()["control"]})
+    controls.panel({"kind": "robot", "time": "now", "control": panel()["control"]})
+    controls.panel({"kind": "cell"})

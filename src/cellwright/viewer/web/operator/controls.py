@@ -1,8 +1,9 @@
-"""The panel's tab to drive a robot with: stop, state, grippers, a slider for each joint, the base's buttons."""
+"""What a robot is driven with: stop and state above all else; in a tab grippers, joints, and the base's buttons."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +15,7 @@ from cellwright.viewer.web.operator.handles import Handles
 from cellwright.viewer.web.operator.robot import SeenGroup, SeenJoint, Standing
 from cellwright.viewer.web.operator.state_text import state_html
 
+_TOP = -30.0  # above all else on the page
 _FOLLOWS = 0.12  # [s] between two looks at where sliders should stand
 _STEPS = (0.0001, 0.0005, 0.001, 0.005, 0.01)  # of sliders [rad; m]
 _FINENESS = 500  # steps from end to end, at least
@@ -34,20 +36,33 @@ class Controls:
     """The tab.
 
     Args:
-        gui: viser's, inside the tab.
+        gui: viser's: what must always be at hand (stop, state) goes to the top of it.
+        tab: opens the tab, for the rest.
         desk: where it is told what somebody does.
         handles: those of the hands, which have their switches here.
         stop: does an emergency stop, at once.
     """
 
-    def __init__(self, gui: Any, desk: Desk, handles: Handles, stop: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        gui: Any,
+        tab: Callable[[], AbstractContextManager[Any]],
+        desk: Desk,
+        handles: Handles,
+        stop: Callable[[], None],
+    ) -> None:
         self._gui, self._desk, self._all_handles = gui, desk, handles
         self._switched = self._followed = self._now = float("-inf")
         self._made: list[Any] = []
         self._sliders: list[_Slider] = []
         self._grips: list[Any] = []
         self._html = ""
-        self._build(stop)
+        self._enabled: Any = None
+        self._home: Any = None
+        self._build_head(stop)
+        if not desk.robot.is_real:
+            with tab():
+                self._build()
 
     def remove(self) -> None:
         """Take all of it away."""
@@ -56,28 +71,34 @@ class Controls:
 
     # ---------------------------------------------------------------- what is built
 
-    def _build(self, stop: Callable[[], None]) -> None:
-        gui, desk, robot = self._gui, self._desk, self._desk.robot
+    def _build_head(self, stop: Callable[[], None]) -> None:
+        gui, desk = self._gui, self._desk
         button = self._keep(
-            gui.add_button("STOP", color="red", icon="hand-stop", hint="Emergency stop: the robot holds at once")
+            gui.add_button(
+                "STOP", color="red", icon="hand-stop", order=_TOP, hint="Emergency stop: the robot holds at once"
+            )
         )
         button.on_click(lambda _event: stop())  # in a thread of viser's: it waits for nobody
-        self._state = self._keep(gui.add_html(""))
+        self._state = self._keep(gui.add_html("", order=_TOP + 1))
         self._clear = self._keep(
             gui.add_button(
-                "End the emergency stop", icon="lock-open", visible=False, hint="The robot stays where it is"
+                "End the emergency stop",
+                icon="lock-open",
+                visible=False,
+                order=_TOP + 2,
+                hint="The robot stays where it is until the next command",
             )
         )
         self._clear.on_click(lambda _event: desk.ask(Ask.CLEAR_STOP))
-        if robot.is_real:
-            self._enabled = self._home = None
-            return
+
+    def _build(self) -> None:
+        gui, desk, robot = self._gui, self._desk, self._desk.robot
         self._enabled = self._keep(
             gui.add_checkbox("Takes commands", initial_value=True, hint="Off: the robot holds, whoever commands")
         )
         self._enabled.on_update(self._switch)
         self._home = self._keep(
-            gui.add_button("Go home", icon="home", hint="Arms, waist and head go to where they start")
+            gui.add_button("Go home", icon="home", hint="Arms, waist and head go to where they start, grippers open")
         )
         self._home.on_click(lambda _event: desk.ask(Ask.HOME))
         if robot.arms:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import time
 from typing import Any
 
+from cellwright.errors import CellwrightError
 from cellwright.scene import Scene
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.operator.controls import Controls
 from cellwright.viewer.web.operator.desk import Desk
 from cellwright.viewer.web.operator.handles import Handles
-from cellwright.viewer.web.operator.worker import Worker
+from cellwright.viewer.web.operator.worker import PANEL, Worker
 from cellwright.viewer.web.page import Page
 
 KIND = "robot"
@@ -32,6 +33,10 @@ class Operator(Feature):
         """Another scene: its handles went with the one before."""
         self._page = page
         self._handles = self._shown = None
+        try:
+            self.panel(page.link.ask(PANEL))  # now, so that the tab is the first one
+        except CellwrightError:
+            return  # there is no panel, or it comes later
 
     def panel(self, panel: dict[str, Any]) -> None:
         """It is a robot, or it is not."""
@@ -42,6 +47,7 @@ class Operator(Feature):
             server.on_client_connect(lambda _client: setattr(worker, "is_watched", True))
             server.on_client_disconnect(lambda _client: setattr(worker, "is_watched", bool(server.get_clients())))
             worker.start()
+            self._page.tab(TAB)
 
     def told(self, answer: dict[str, Any]) -> None:  # noqa: ARG002
         """Show how the robot stands."""
@@ -73,5 +79,4 @@ class Operator(Feature):
             self._controls.remove()
         self._shown = desk
         self._handles = Handles(page.server.scene, page.root, desk)
-        with page.tab(TAB):
-            self._controls = Controls(page.server.gui, desk, self._handles, worker.stop)
+        self._controls = Controls(page.server.gui, lambda: page.tab(TAB), desk, self._handles, worker.stop)

@@ -19,6 +19,9 @@ ORDERS, SCORE, CELL = "Orders", "Score", "Cell"
 """Names of the tabs."""
 
 START, END = "Start", "End"
+STRANGE = (KeyError, TypeError, ValueError, IndexError, AttributeError)
+"""What comes of a panel that was recorded by another version, or is none: it must not end the page."""
+
 _SETTLED = 1.5  # [s] after one has moved the belt's slider before it follows the belt again
 _ORDER = -20.0  # above all else
 
@@ -42,7 +45,6 @@ class CellPanels(Feature):
             return
         if told is not None:
             self._put_up(page)
-            self._show(told)
 
     def panel(self, panel: dict[str, Any]) -> None:
         """Show how the cell stands."""
@@ -51,8 +53,11 @@ class CellPanels(Feature):
             return
         if not self._is_up:
             self._put_up(self._page)
-        self._show(told)
-        self._allow(told, is_recorded=panel.get("kind") != "cell")
+        try:
+            self._show(told)
+            self._allow(told, is_recorded=panel.get("kind") != "cell")
+        except STRANGE as error:
+            self._head.show(html.block(html.dim(f"This panel is of another version, and cannot be shown: {error!r}")))
 
     # ---------------------------------------------------------------- what is there
 

@@ -62,7 +62,10 @@ class TimeControls(Feature):
         control = panel.get("control")
         if self._page is None or control is None:
             return
-        now = seconds_of(panel)
+        try:
+            now = seconds_of(panel)
+        except (KeyError, TypeError, ValueError):  # it was told by another version
+            return
         self._pace.take(time.perf_counter(), now)
         self._clock.show(clock(now, control, self._pace.factor))
         reasons = control["refused"]

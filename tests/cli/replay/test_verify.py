@@ -1,0 +1,198 @@
+"""`cellwright replay --verify`: the run comes out alike, from nothing but the recording."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cellwright.cli.main import main
+from cellwright.cli.replay.verify import show
+from cellwright.description.catalogue import find_trial
+from cellwright.errors import CellwrightError
+from cellwright.recording.header import RecordingHeader
+from cellwright.recording.reader import Recording
+from cellwright.replay.rebuild import rebuild
+from cellwright.replay.verdict import Moment, Verdict, versions_that_differ
+from tests.cli.conftest import CommandLine
+
+AGENT = """
+class Works:
+    def run(self, client):
+        client.start_competition()
+        client.wait_for_order(timeout=1.0)
+        client.send_arm([[1.76, 0.28, -1.38, 1.5, 3.27, -1.51, 0.0]], times=[1.0])
+        client.sleep(1.5)
+        client.end_competition()
+"""
+
+
+@dataclass
+class Verified:
+    """What verifying said."""
+
+    status: int
+    told: dict[str, Any]
+    err: str
+
+
+@pytest.fixture
+def verified(cellwright: CommandLine, tmp_path: Path) -> Any:
+    """Run something with `--record`, take away all that it was read from, and verify."""
+
+    def run(*arguments: str, trial: str = "lesson") -> Verified:
+        folder = tmp_path / "taken away"
+        folder.mkdir()
+        shutil.copy(find_trial(trial), folder / "mine.yaml")
+        (folder / "agent.py").write_text(AGENT)
+        file = str(tmp_path / "run.mcap")
+        ran = cellwright(
+            *("run", str(folder / "mine.yaml"), "--agent", f"{folder / 'agent.py'}:Works", "--no-picture"),
+            *("--record", file),
+            *arguments,
+        )
+        assert ran.status == 0, ran.err
+        shutil.rmtree(folder)
+        ran = cellwright("replay", file, "--verify", "--json")
+        return Verified(ran.status, json.loads(ran.out), ran.err)
+
+    return run
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["--vary", "--seed", "5", "--servo", "precise", "-d"],
+        ["--checkpoint", "1.0:c.npz"],
+    ],
+    ids=["plain", "varied", "checkpoint"],
+)
+def test_a_run_comes_out_alike_from_its_recording_alone(verified: Any, arguments: list[str]) -> None:
+    found = verified(*arguments)
+
+    assert (found.status, found.err) == (0, "")
+    assert found.told["answer"] == "equal"
+    assert found.told["state_hashes"] == 1
+    assert found.told["frames"] > 30
+    assert found.told["commands"] >= 3
+    assert found.told["reached"] == found.told["equal_until"]
+    assert found.told["versions"] == []
+
+
+def test_so_does_one_that_began_from_a_checkpoint(verified: Any, cellwright: CommandLine) -> None:
+    cellwright("run", "lesson", "--agent", "none", "--until", "1.5", "--no-picture", "--checkpoint", "1.0:c.npz")
+    ran = cellwright(
+        *("run", "lesson", "--agent", "none", "--until", "2.5", "--no-picture", "--resume", "c.npz"),
+        *("--record", "r.mcap"),
+    )
+    assert ran.status == 0
+    Path("c.npz").unlink()
+
+    ran = cellwright("replay", "r.mcap", "--verify", "--json")
+
+    told = json.loads(ran.out)
+    assert (ran.status, told["answer"]) == (0, "equal")
+    assert told["begun"] == {"tick": 500, "time": 1.0}
+    assert told["reached"]["time"] == 2.5
+
+
+def test_for_people(cellwright: CommandLine) -> None:
+    cellwright("run", "lesson", "--agent", "none", "--until", "1", "--no-picture", "--record", "r.mcap")
+
+    ran = cellwright("replay", "r.mcap", "--verify")
+
+    assert (ran.status, ran.err) == (0, "")
+    assert re.fullmatch(
+        r"compared +1 state hash and \d+ frames equal, 0 commands\n"
+        r"equal +up to tick 500 \(1\.000 s\)\n"
+        r"ran +1\.0 s in \d+\.\d s: \d+\.\d x real time\n",
+        ran.out,
+    )
+
+
+def test_one_that_was_cut_before_its_first_hash_leaves_nothing_to_compare(cellwright: CommandLine) -> None:
+    cellwright("run", "lesson", "--agent", "none", "--until", "4", "--no-picture", "--record", "r.mcap")
+    data = Path("r.mcap").read_bytes()
+    Path("cut.mcap").write_bytes(data[: len(data) * 9 // 10])
+
+    ran = cellwright("replay", "cut.mcap", "--verify")
+
+    assert ran.status == 2
+    assert "was cut short" in ran.err
+    assert re.search(r"^unknown +it was cut before its first state hash", ran.out, re.MULTILINE)
+
+
+@pytest.fixture(scope="module")
+def short(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A tenth of a second of a cell."""
+    path = tmp_path_factory.mktemp("short") / "run.mcap"
+    arguments = ["run", "lesson", "--agent", "none", "--until", "0.1", "--no-picture", "--record", str(path)]
+    assert main(arguments) == 0
+    return path
+
+
+class Changed:
+    """A recording with something else in its header."""
+
+    def __init__(self, recording: Recording, kind: str, **facts: Any) -> None:
+        facts = {**recording.header.facts, **facts}
+        self.header = RecordingHeader(kind, recording.header.name, facts)
+        self.sources = recording.sources
+        self.start = None
+
+
+@pytest.mark.parametrize(
+    ("kind", "facts", "reason"),
+    [
+        ("cell", {"files": []}, "does not hold the files"),
+        ("cell", {"files": ["../x"]}, "a name that it cannot have"),
+        ("cell", {"seed": "x"}, "seed is 'x'"),
+        ("cell", {"servo": "soft"}, "servos 'soft'"),
+        ("cell", {"checkpoints": [-1]}, "checkpoints are no times"),
+        ("cell", {"checkpoints": None}, "checkpoints are no times"),
+        ("robot", {"driver": True}, "a driver moved this robot"),
+        ("robot", {"driver": False, "files": ["files/none.yml"]}, "none.yml"),
+    ],
+)
+def test_what_cannot_be_run_again_is_told_in_a_line(short: Path, kind: str, facts: dict[str, Any], reason: str) -> None:
+    with Recording(short) as recording:
+        changed: Any = Changed(recording, kind, **facts)
+        with pytest.raises(CellwrightError, match=reason), rebuild(changed):
+            pass
+
+
+def test_a_difference_is_told_with_where_and_with_versions() -> None:
+    from io import StringIO
+
+    from rich.console import Console
+
+    text = StringIO()
+    verdict = Verdict(
+        3,
+        700,
+        9,
+        Moment(5000, 10**10),
+        Moment(10000, 2 * 10**10),
+        Moment(6020, 12_040_000_000),
+        ("piston_rod_part_1", "wrist_3_link"),
+        Moment(0, 0),
+        Moment(10000, 2 * 10**10),
+        2.0,
+    )
+    others = versions_that_differ({"mujoco": "4.0.1", "numpy": "2.4.6"}, {"mujoco": "4.1.0", "numpy": "2.4.6"})
+
+    show(Console(file=text, width=200), verdict, others)
+
+    assert text.getvalue().splitlines() == [
+        "compared    3 state hashes and 700 frames equal, 9 commands",
+        "different   at tick 6020 (12.040 s); equal up to tick 5000 (10.000 s)",
+        "elsewhere   piston_rod_part_1, wrist_3_link",
+        "ran         20.0 s in 2.0 s: 10.0 x real time",
+        "version     mujoco 4.0.1, here 4.1.0",
+    ]

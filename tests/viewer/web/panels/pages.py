@@ -1,0 +1,74 @@
+"""A page for features, over a real viser, and a link that takes note of what is asked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import SimpleNamespace
+from typing import Any
+
+import viser
+
+from cellwright.errors import RejectedCommandError
+
+
+class NotingLink:
+    """Stands for the way to what is served."""
+
+    def __init__(self, panel: dict[str, Any] | None = None) -> None:
+        self.welcome: dict[str, Any] = {"timestep": [1, 500]}
+        self.asked: list[dict[str, Any]] = []
+        self.called: list[tuple[str, Any]] = []
+        self.refuses = ""
+        """Why everything is refused; empty where nothing is."""
+        self.succeeds = True
+        self._panel = panel or {}
+
+    def ask(self, service: str, **asked: Any) -> dict[str, Any]:
+        if self.refuses:
+            raise RejectedCommandError(self.refuses)
+        if service == "cellwright/panel":
+            return self._panel
+        self.asked.append(asked)
+        return {}
+
+    def call(self, service: str, request: Any) -> Any:
+        if self.refuses:
+            raise RejectedCommandError(self.refuses)
+        self.called.append((service, request))
+        return SimpleNamespace(success=self.succeeds, message="")
+
+
+class StubPage:
+    """Has what features use of a page; what is said to people is in `said`."""
+
+    def __init__(self, server: viser.ViserServer, link: NotingLink) -> None:
+        self.server, self.link, self.scene = server, link, None
+        self.said: list[tuple[str, str]] = []
+        self.tabs: list[str] = []
+        self._group = server.gui.add_tab_group()
+
+    def tab(self, name: str) -> Any:
+        self.tabs.append(name)
+        return self._group.add_tab(name)
+
+    def tell(self, title: str, text: str, *, is_bad: bool = False) -> None:
+        assert is_bad
+        self.said.append((title, text))
+
+
+@contextmanager
+def page(panel: dict[str, Any] | None = None) -> Iterator[Any]:
+    """A page that ends with the block."""
+    server = viser.ViserServer("127.0.0.1", 0, verbose=False)
+    try:
+        yield StubPage(server, NotingLink(panel))
+    finally:
+        server.stop()
+
+
+def clicked(handle: Any, value: Any, *, by_somebody: bool = True) -> None:
+    """Have somebody at a browser click or move something, or the page itself."""
+    handle._impl.value = value
+    for act in handle._impl.update_cb:
+        act(SimpleNamespace(client=object() if by_somebody else None, target=handle))
