@@ -37,6 +37,7 @@ PAGES = [
     "docs/own-models.md",
     "docs/plugins.md",
     "docs/recording.md",
+    "docs/replay.md",
     "docs/score.md",
     "docs/variation.md",
     "docs/video.md",
