@@ -130,10 +130,18 @@ class Handles:
 
 def _put(handle: Any, pose: Pose) -> None:
     """Put something somewhere, unless it is there: what does not change is not sent."""
-    if np.abs(np.subtract(handle.position, pose.position)).max() > _SLIGHT:
+    if not _is_near(handle.position, pose.position):
         handle.position = pose.position
-    if 1.0 - abs(float(np.dot(handle.wxyz, pose.quaternion))) > _SLIGHT**2:
+    if not _is_near(handle.wxyz, pose.quaternion):
         handle.wxyz = pose.quaternion
+
+
+def _is_near(found: Any, wanted: tuple[float, ...]) -> bool:
+    """Whether numbers are what they should be; where a handle is, a browser has said, which may say anything."""
+    numbers = np.asarray(found)
+    if numbers.shape != (len(wanted),) or numbers.dtype.kind not in "fiu":
+        return False
+    return bool(np.abs(numbers - np.array(wanted)).max() <= _SLIGHT)
 
 
 def _set_visible(handle: Any, *, is_visible: bool) -> None:
