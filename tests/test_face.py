@@ -107,3 +107,26 @@ def test_an_agent_by_its_name() -> None:
         cellwright.run_trial("lesson", "kiter")
     with pytest.raises(UsageError, match="until"):
         cellwright.run_trial("lesson", None)
+
+
+def test_a_run_is_recorded_with_what_it_was_read_from(tmp_path: Path) -> None:
+    options = cellwright.RunOptions(until=0.05)
+    bare = cellwright.run_trial("lesson", None, options=options)
+    result = cellwright.run_trial("lesson", None, record=tmp_path / "a.mcap", options=options)
+    assert result.recordings == [tmp_path / "a.mcap"]
+    with cellwright.open_recording(tmp_path / "a.mcap") as opened:
+        recording = opened.recording
+        assert recording.end is not None
+        assert recording.end["state_hash"] == bare.state_hash
+        assert recording.header.facts["agent"] == "none"
+        assert list(recording.sources) == recording.header.facts["files"]
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no disk that is always full")
+def test_a_recording_that_finds_no_room_is_a_warning(tmp_path: Path) -> None:
+    (tmp_path / "a.mcap").symlink_to("/dev/full")
+    options = cellwright.RunOptions(until=0.05)
+    with pytest.warns(RuntimeWarning, match=r"a\.mcap: can be written no more"):
+        result = cellwright.run_trial("lesson", None, record=tmp_path / "a.mcap", options=options)
+    assert not result.is_recorded
+    assert result.simulated == pytest.approx(0.05)

@@ -1,5 +1,9 @@
-"""Draws docs/images/cameras.png: what three cameras see of the lesson's cell. To be run from the project's root."""
+"""Draws docs/images/cameras.png and camera-robot.png: what cameras see of the lesson's cell, and of QingLong itself.
 
+To be run from the project's root.
+"""
+
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -10,10 +14,13 @@ from cellwright.agents.lesson import LessonAgent
 from cellwright.cell import Cell
 from cellwright.description.catalogue import find_trial
 from cellwright.description.gear2017 import load_trial
+from cellwright.description.robot.config import Camera as RobotCamera
+from cellwright.description.robot.robots import load_robot
 from cellwright.devices.sensors.picture_camera import PictureCamera
 from cellwright.rendering.pinhole import OPTICAL
 from cellwright.rendering.png import encode
 from cellwright.run import RunOptions, run_cell
+from cellwright.teleop.node import RobotNode
 
 OWN = """
 cellwright:
@@ -71,6 +78,18 @@ def draw(cell: Cell) -> None:
     Path("docs/images/cameras.png").write_bytes(encode(all_four))
 
 
+def draw_robot() -> None:
+    """Have a camera on QingLong's head look at its hands."""
+    values = {"pos_offset": [0.15, 0.0, 0.05], "target_offset": [0.6, 0.0, -0.5]}
+    config = replace(load_robot("qinglong", warn=print), cameras=(RobotCamera("first_person", values),))
+    node = RobotNode(config)
+    node.simulation.step_until(1_000_000_000)
+    picture = node.cameras["first_person"].read().colour
+    assert picture is not None
+    Path("docs/images/camera-robot.png").write_bytes(encode(halved(picture)))
+    node.close()
+
+
 def halved(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """A picture of half the width and height."""
     height, width, _ = picture.shape
@@ -86,3 +105,4 @@ if __name__ == "__main__":
     finally:
         own.unlink()
     run_cell(lesson, LessonAgent(), RunOptions(until=3.6, at=[(Fraction("3.4"), draw)]))
+    draw_robot()

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 from cellwright.agents.agent import Agent, find_agent, maker_of
 from cellwright.cell import Cell
 from cellwright.description import gear2017
 from cellwright.description.catalogue import find_trial
+from cellwright.description.reading.sources import sources_collected
 from cellwright.description.robot import robots
 from cellwright.description.robot.config import RobotConfig
 from cellwright.description.trial import Trial
-from cellwright.run import RunOptions, RunResult, run_cell
+from cellwright.run import RecordOptions, RunOptions, RunResult, run_cell
 
 
 class DescriptionWarning(UserWarning):
@@ -58,6 +60,7 @@ def run_trial(
     agent: Agent | type[Agent] | str | None = "kitter",
     *,
     seed: int | None = None,
+    record: str | Path | None = None,
     options: RunOptions | None = None,
 ) -> RunResult:
     """Run a trial headless, as fast as it goes, until it is over.
@@ -67,6 +70,8 @@ def run_trial(
         agent: who works the cell: an object with a method `run(client)` or its class, the name of an agent that comes
             along, `"path.py:Class"`, or None for nobody; `options` then say until when.
         seed: root of all chance; None takes the trial's own.
+        record: a file to record the run to, such as `run.mcap`. Of a trial that is named here it holds the files as
+            well, and can be run again from that alone.
         options: what the run may be told besides.
 
     Raises:
@@ -76,10 +81,16 @@ def run_trial(
         UsageError: neither an agent nor a time to stop at.
     """
     worker = _made(agent)
+    kept = None if record is None else RecordOptions([Path(record)], {"agent": _said(agent)}, report=_warn_of_a_file)
     if not isinstance(trial, Trial):
-        loaded = gear2017.load_trial([find_trial(trial)])
+        path = find_trial(trial)
+        with sources_collected() as sources:
+            loaded = gear2017.load_trial([path])
         _warn(loaded.warnings)
         trial = loaded.trial
+        kept = kept and replace(kept, sources=sources, files=[path])
+    if kept is not None:
+        options = replace(options or RunOptions(), record=kept)
     return run_cell(Cell(trial, seed=seed), worker, options)
 
 
@@ -88,6 +99,17 @@ def _made(agent: Agent | type[Agent] | str | None) -> Agent | None:
     if isinstance(agent, str):
         return find_agent(agent)()
     return maker_of(agent.__qualname__, agent)() if isinstance(agent, type) else agent
+
+
+def _said(agent: Agent | type[Agent] | str | None) -> str:
+    """An agent as a recording names it."""
+    if agent is None or isinstance(agent, str):
+        return agent or "none"
+    return agent.__qualname__ if isinstance(agent, type) else type(agent).__qualname__
+
+
+def _warn_of_a_file(line: str) -> None:
+    warnings.warn(line, RuntimeWarning, stacklevel=2)
 
 
 def _warn(lines: Iterable[object]) -> None:

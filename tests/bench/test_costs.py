@@ -7,10 +7,12 @@ from cellwright.simulation.snapshot import take_snapshot
 def test_figures() -> None:
     told: list[str] = []
     figures = {figure.what: figure for figure in costs.measure(told.append, quick=True)}
-    assert [line.split()[0] for line in told] == ["listeners", "a", "a"]
+    assert [line.split()[0] for line in told] == ["listeners", "a", "a", "a"]
     assert all(figure.value > 0.0 for figure in figures.values())
     assert "20 messages in 20 steps" in figures["a listener on /clock / none"].note
     assert "a listener on /ariac/orders / none" not in figures
+    assert figures["a run of the agent recorded / without"].value > 0
+    assert figures["a run of the agent recorded / listened to"].value > 0
     assert "KiB written" in figures["a run of the agent with a log / without"].note
 
 

@@ -287,3 +287,20 @@ def test_what_comes_in_can_be_chosen_by_who_sent_it(bus: Bus) -> None:
     for node in ("/me", "/you"):
         bus.publish("/command", String(node), node=node)
     assert heard == [("chosen", "/me")]
+
+
+def test_who_listens_along_gets_what_is_made_for_others_and_counts_as_nobody(bus: Bus) -> None:
+    counts: list[int] = []
+    along: list[Any] = []
+    publisher = bus.advertise("/picture", "std_msgs/String", latch=True, on_listeners=counts.append)
+    quiet = bus.subscribe("/picture", along.append, along=True)
+    assert publisher.listeners == 0
+    assert not any(counts)
+    listening = bus.subscribe("/picture", lambda _: None)
+    assert (publisher.listeners, counts[-1]) == (1, 1)
+    publisher.publish(String("a"))
+    listening.cancel()
+    assert (publisher.listeners, counts[-1], publisher.newest) == (0, 0, None)
+    quiet.cancel()
+    assert along == [String("a")]
+    assert max(counts) == 1

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from pathlib import Path
 
 import pytest
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
 
 from cellwright.recording.format import COMMAND
 from cellwright.recording.reader import Recording
 from tests.cli.conftest import CommandLine
 
 SHORT = ("--until", "0.1", "--agent", "none", "--no-picture")
+ROBOT = ("teleop", "tandem", "--sim-time", "--speed", "max", "--until", "0.25", "--port", "0")
 
 
 def test_a_run(cellwright: CommandLine) -> None:
@@ -27,6 +31,23 @@ def test_a_run(cellwright: CommandLine) -> None:
         assert recording.header.facts["varied"] is True
         assert list(recording.sources) == recording.header.facts["files"]
     assert "recording   b.mcap\n" in cellwright("run", "lesson", *SHORT, "--record", "b.mcap").out
+
+
+def test_other_programs_decode_every_channel(cellwright: CommandLine) -> None:
+    cellwright("run", "lesson", *SHORT, "--record", "cell.mcap")
+    cellwright(*ROBOT, "--record", "robot.mcap")
+    for name in ("cell.mcap", "robot.mcap"):
+        with Recording(name) as recording, Path(name).open("rb") as file:
+            reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
+            found = Counter(channel.topic for _, channel, _, _ in reader.iter_decoded_messages())
+            summary = reader.get_summary()
+            assert found == recording.counts
+            assert summary is not None
+            assert {each.topic for each in summary.channels.values()} == set(recording.topics)
+            assert all(each.encoding == "ros2msg" and each.data for each in summary.schemas.values())
+            if name == "cell.mcap":
+                assert found["/tf"] > 0
+                assert found["/tf_static"] == 1
 
 
 def test_an_agent_in_a_process_of_its_own(cellwright: CommandLine, agents: str) -> None:
@@ -60,8 +81,7 @@ def test_a_cell_that_is_served(cellwright: CommandLine) -> None:
 
 
 def test_a_robot(cellwright: CommandLine) -> None:
-    arguments = ("teleop", "tandem", "--sim-time", "--speed", "max", "--until", "0.25", "--port", "0")
-    ran = cellwright(*arguments, "--max-age", "2", "--json", "--record", "a.mcap", "--record", "a.bag")
+    ran = cellwright(*ROBOT, "--max-age", "2", "--json", "--record", "a.mcap", "--record", "a.bag")
     document = json.loads(ran.out)
     assert document["recordings"] == ["a.mcap", "a.bag"]
     with Recording("a.mcap") as recording:
@@ -72,7 +92,7 @@ def test_a_robot(cellwright: CommandLine) -> None:
         assert len(recording.sources) == 2
         assert recording.counts["/io_teleop/joint_states"] == 25
         assert recording.end == {"outcome": "until", "error": "", "wall": document["wall"]}
-    assert "recording   b.mcap\n" in cellwright(*arguments, "--record", "b.mcap").out
+    assert "recording   b.mcap\n" in cellwright(*ROBOT, "--record", "b.mcap").out
 
 
 @pytest.mark.parametrize(

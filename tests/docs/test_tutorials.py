@@ -36,6 +36,7 @@ PAGES = [
     "docs/trials.md",
     "docs/own-models.md",
     "docs/plugins.md",
+    "docs/recording.md",
     "docs/score.md",
     "docs/variation.md",
     "docs/motion.md",

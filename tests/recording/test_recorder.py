@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from cellwright.cell import Cell
+from cellwright.description.gear2017 import load_trial
 from cellwright.errors import CellwrightError
 from cellwright.messages.std_srvs import TriggerRequest
 from cellwright.recording import format as names
@@ -17,10 +18,12 @@ from cellwright.recording.frames import frame_at, frames
 from cellwright.recording.header import RecordingHeader
 from cellwright.recording.reader import Recording
 from cellwright.recording.recorder import Recorder
+from cellwright.scene import Scene
 from cellwright.scene.encoded import decode_scene, encode_scene
 from cellwright.scene.taking import SceneTaker
 from cellwright.simulation.clock import NANOSECONDS
 from tests.cells import INITIAL, WHOLE, publish, run, start, way
+from tests.devices.sensors.painters import FakePainter
 
 HEADER = RecordingHeader("cell", "whole", {"seed": 1})
 AHEAD = (0.2, *INITIAL[1:])
@@ -142,3 +145,27 @@ def test_when_time_begins_anew_so_does_the_file(tmp_path: Path) -> None:
             assert (hashes[-1] == first) is (path.stem == "run")
             assert frame_at(recording, NANOSECONDS) is not None
     assert ends == [({"outcome": "reset"}, 100_000_000, 50), ({"outcome": "until"}, 50_000_000, 25)]
+
+
+def test_pictures_are_kept_when_somebody_listens_and_drawn_for_nobody_else(tmp_path: Path) -> None:
+    camera = "{type: rgb_camera, pose: {}, width: 16, height: 8, latency: 0, rate: 20}"
+    cell = Cell(load_trial(text=f"cellwright: {{sensors: {{eye: {camera}, other: {camera}}}}}").trial)
+    painters: list[FakePainter] = []
+
+    def hire(scene: Scene) -> FakePainter:
+        painters.append(FakePainter(scene))
+        return painters[-1]
+
+    cell.studio._hire = hire
+    recorder = Recorder(cell, tmp_path / "run.mcap", HEADER)
+    run(cell, 0.11)
+    assert not painters
+    listening = cell.bus.subscribe("/ariac/eye/image_raw", lambda _: None)
+    run(cell, 0.1)
+    listening.cancel()
+    run(cell, 0.1)
+    recorder.end({})
+    assert painters[0].count == 2
+    with Recording(tmp_path / "run.mcap") as recording:
+        kept = [len(list(recording.messages([f"/ariac/eye/{name}"]))) for name in ("image_raw", "camera_info")]
+    assert kept == [2, 6]  # the matrix costs nothing

@@ -185,3 +185,16 @@ def test_it_listens_on_loopback_unless_told_otherwise() -> None:
         assert hall.server.address[0] == "127.0.0.1"
         with socket.create_connection(hall.server.address):
             pass
+
+
+def test_those_who_work_are_dismissed_and_those_who_look_on_stay() -> None:
+    with served(Cell(KITTING)) as hall:
+        agent, page = hall.guest("/agent"), hall.guest("/page_1")
+        hall.server.dismiss("the run is over", keep=lambda node: node.startswith("/page_"))
+        agent.listen()
+        page.listen()
+        assert [(frame.kind, frame.text()) for frame in agent.heard] == [(Kind.ENDED, "the run is over")]
+        assert agent.is_over
+        assert not page.heard
+        assert hall.server.guests == ("/page_1",)
+        assert page.ask(Frame(Kind.SUBSCRIBE, 5, "/clock")).kind is Kind.DONE

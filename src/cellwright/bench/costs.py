@@ -1,4 +1,4 @@
-"""What one more of something costs, beside the same cell with nothing: a listener, a log, another cell.
+"""What one more of something costs, beside the same cell with nothing: a listener, a log, a recording, another cell.
 
 All begin from one snapshot of the lesson's cell, its belt running and its arm at rest, and go the same way from there.
 They are taken in turn, in processor time.
@@ -22,7 +22,7 @@ from cellwright.client.transports.in_process import InProcess
 from cellwright.description.catalogue import find_trial
 from cellwright.description.gear2017 import load_trial
 from cellwright.recording.run_log import RunLog
-from cellwright.run import RunOptions, run_cell
+from cellwright.run import RecordOptions, RunOptions, run_cell
 from cellwright.simulation.clock import NANOSECONDS
 from cellwright.simulation.snapshot import Snapshot, restore_snapshot, take_snapshot
 
@@ -53,6 +53,8 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
     yield from _listeners(cell, take_snapshot(cell.simulation), steps, repeats, tell)
     tell("a log")
     yield from _log(0.5 if quick else WORK, repeats)
+    tell("a recording")
+    yield from _recording(0.5 if quick else WORK, repeats)
     tell("a second cell")
     yield from _second_cell(cell, take_snapshot(cell.simulation), steps, repeats)
 
@@ -120,6 +122,29 @@ def _log(until: float, repeats: int) -> Iterator[Figure]:
         )
         size = file.stat().st_size / 1024
     yield Figure("a run of the agent with a log / without", more / bare, note=f"{until:g} s, {size:.1f} KiB written")
+
+
+# ---------------------------------------------------------------- a recording
+
+
+def _recording(until: float, repeats: int) -> Iterator[Figure]:
+    """The same run bare, with a listener on every topic, and recorded."""
+    with tempfile.TemporaryDirectory(prefix="cellwright-") as folder:
+        file = Path(folder, "run.mcap")
+        cell = Cell(load_trial([find_trial("lesson")]).trial, seed=1)
+
+        def worked(options: RunOptions) -> float:
+            return processor_time(lambda: run_cell(cell, KitterAgent(), options))
+
+        bare, heard, recorded = best_in_turn(
+            min(repeats, 3),
+            lambda: worked(RunOptions(until=until)),
+            lambda: worked(RunOptions(until=until, listen=["all"])),
+            lambda: worked(RunOptions(until=until, record=RecordOptions([file]))),
+        )
+        rate = file.stat().st_size / 1024 / until
+    yield Figure("a run of the agent recorded / without", recorded / bare, note=f"{until:g} s, {rate:.0f} KiB each")
+    yield Figure("a run of the agent recorded / listened to", recorded / heard, note="a listener on every topic")
 
 
 # ---------------------------------------------------------------- a second cell

@@ -126,17 +126,20 @@ class Bus:
 
     # ---------------------------------------------------------------- for clients
 
-    def subscribe(self, topic: str, callback: Callback, *, node: str = "", origin: str | None = None) -> Subscription:
+    def subscribe(
+        self, topic: str, callback: Callback, *, node: str = "", origin: str | None = None, along: bool = False
+    ) -> Subscription:
         """Have `callback(message)` called for each message of a topic, in either direction.
 
         A topic that is not there yet is waited for. On a latched one the newest message comes at once. With an
-        `origin` only what publishers of that node say is delivered.
+        `origin` only what publishers of that node say is delivered. Who listens `along` gets what is made for others:
+        what is made only while somebody listens is not made for it.
 
         Raises:
             UsageError: the name is not absolute.
         """
         entry = self._topic(topic)
-        subscription = Subscription(entry, callback, node, origin)
+        subscription = Subscription(entry, callback, node, origin, along=along)
         entry.add(subscription)
         return subscription
 

@@ -26,8 +26,10 @@ class Direction(Enum):
 class Subscription:
     """A callback that gets every message of a topic until it is cancelled."""
 
-    def __init__(self, topic: Topic, callback: Callback, node: str, origin: str | None) -> None:
+    def __init__(self, topic: Topic, callback: Callback, node: str, origin: str | None, *, along: bool) -> None:
         self._topic = topic
+        self.along = along
+        """Whether it only gets what is made for others, and is counted as nobody."""
         self.callback = callback
         self.node = node
         self.origin = origin
@@ -57,6 +59,7 @@ class Publisher:
         self._topic = topic
         self._class = topic.message_class
         self._callbacks: tuple[Callback, ...] = ()
+        self._count = 0
         self.node = node
         self.latch = latch
         self.on_listeners = on_listeners
@@ -69,8 +72,8 @@ class Publisher:
 
     @property
     def listeners(self) -> int:
-        """How many listen to this publisher."""
-        return len(self._callbacks)
+        """How many listen to this publisher, without those who only listen along."""
+        return self._count
 
     @property
     def listening_nodes(self) -> tuple[str, ...]:
@@ -96,13 +99,15 @@ class Publisher:
     def take_listeners(self) -> None:
         """Take note of who listens, and tell their number to whoever wants to know it."""
         before = self._callbacks
-        self._callbacks = tuple(each.callback for each in self._topic.subscriptions_to(self.node))
+        subscriptions = self._topic.subscriptions_to(self.node)
+        self._callbacks = tuple(each.callback for each in subscriptions)
+        self._count = sum(not each.along for each in subscriptions)
         if self.on_listeners is not None and self._callbacks != before:
-            self.on_listeners(len(self._callbacks))
+            self.on_listeners(self._count)
 
     def forget_sample(self) -> None:
         """Forget the newest message of what is sampled only while somebody listens, when nobody does."""
-        if self.on_listeners is not None and not self._callbacks:
+        if self.on_listeners is not None and not self._count:
             self.newest = None
 
 

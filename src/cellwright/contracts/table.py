@@ -51,6 +51,7 @@ class Where(Enum):
     CLOUD_CAMERA = "for each depth_camera"
     ARMS = "with arms in the robot configuration"
     GRIPPERS = "with grippers in the robot configuration"
+    EACH_CAMERA = "for each camera of the robot configuration"
     FREE_BASE = "without a fixed link"
     SIMULATED_TIME = "with simulated time"
 

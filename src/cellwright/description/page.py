@@ -64,6 +64,7 @@ def tables() -> Mapping[str, str]:
         "robot-arms": config_keys.ARMS.table("arms[]."),
         "robot-grippers": config_keys.GRIPPERS.table("grippers[]."),
         "robot-controller": config_keys.CONTROLLERS.table("controller_indices."),
+        "robot-cameras": config_keys.CAMERAS.table("cameras[]."),
         "robot-unused": _unused(),
         "robot-bounds": _robot_bounds(),
     }
@@ -125,7 +126,6 @@ def _robot_bounds() -> str:
 def _unused() -> str:
     rows = [f"| `{name}` | {what} |" for name, what in config_keys.UNUSED.items()]
     names = [
-        *(f"cameras[].{name}" for name in config_keys.CAMERA),
         *(f"grippers[].{name}" for name in config_keys.GRIPPER_UNUSED),
         *(f"folding_waist.{name}" for name in config_keys.FOLDING_WAIST_UNUSED),
     ]

@@ -6,17 +6,14 @@ import struct
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import Chunk, ChunkIndex
 
+from cellwright.recording.format import Entry
 from cellwright.recording.records import content
-
-Entry: TypeAlias = tuple[int, int, bytes]
-"""A message: number of its channel, its time [ns], its bytes."""
 
 _MESSAGE = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time
 _MESSAGE_FIELDS = _MESSAGE.size - 9  # what the length counts of them

@@ -7,9 +7,16 @@ Times are simulation time [ns]. Topics of the bus keep their names and types. Wh
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
+
+Entry: TypeAlias = tuple[int, int, bytes]
+"""A message in a file: number of its channel, its time [ns], its bytes."""
 
 FORMAT = "1"
 """Version of the format, in the metadata."""
+
+MAGIC = b"\x89MCAP0\r\n"
+"""First and last bytes of every MCAP file."""
 
 PROFILE = "ros2"
 METADATA = "cellwright"

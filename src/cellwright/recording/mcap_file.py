@@ -29,10 +29,10 @@ import cellwright
 from cellwright.errors import UsageError
 from cellwright.messages.names import full_name
 from cellwright.messages.types import message_type, ros2_store
-from cellwright.recording.chunks import ChunkMaker, Entry
-from cellwright.recording.format import PROFILE, RecordedTopic
+from cellwright.recording.chunks import ChunkMaker
+from cellwright.recording.format import MAGIC, PROFILE, Entry, RecordedTopic
 from cellwright.recording.records import written
-from cellwright.recording.summary import MAGIC, Summary
+from cellwright.recording.summary import Summary
 
 INTERVAL = 0.25
 """Wall time [s] after which what was handed in is on its way to the file."""

@@ -15,9 +15,8 @@ from cellwright.errors import CellwrightError, MessageError, RecordingError, Unk
 from cellwright.messages import Message, from_cdr, message_type, short_name
 from cellwright.messages.standard import String, UInt8MultiArray
 from cellwright.recording import format as names
-from cellwright.recording.chunks import Entry
 from cellwright.recording.commands import Command
-from cellwright.recording.format import RecordedTopic
+from cellwright.recording.format import Entry, RecordedTopic
 from cellwright.recording.header import RecordingHeader
 from cellwright.recording.scan import ChannelRecord, ChunkPlace, Layout, scan
 from cellwright.recording.unpacking import entries, unpack

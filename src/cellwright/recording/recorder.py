@@ -39,8 +39,9 @@ HASHES = Fraction(10)
 PANELS = Fraction(1, 2)
 """Simulation time between two looks at what a panel shows [s]."""
 
-DERIVED = frozenset({"sensor_msgs/PointCloud", "sensor_msgs/PointCloud2"})
-"""Types of messages that are not kept: they follow from pictures and matrices, and are by far the largest."""
+PICTURES = frozenset({"sensor_msgs/Image", "sensor_msgs/PointCloud", "sensor_msgs/PointCloud2"})
+"""Types of messages that are kept when somebody else listens to them: drawing them for the file alone would slow the
+run down, and they are by far the largest."""
 
 _LAST = 1_000
 """Rank among the watches of a tick: everything else has been said."""
@@ -94,7 +95,7 @@ class Recorder:
         self._leave: list[Callable[[], None]] = [
             CommandNotes(served.bus, self._simulation.clock, self._note, stamp).close
         ]
-        self._leave += [self._listen(topic).cancel for topic in _topics(served) if topic.type not in DERIVED]
+        self._leave += [self._listen(topic).cancel for topic in _topics(served)]
         self._watch("frames", FRAMES, self._keep_frame)
         self._watch("state hashes", HASHES, self._keep_hash)
         if panel is not None:
@@ -173,7 +174,7 @@ class Recorder:
                 newest = message
             self._file.add(self._channels[topic.name], clock.now, data)
 
-        return self._served.bus.subscribe(topic.name, hear, node=NODE)
+        return self._served.bus.subscribe(topic.name, hear, node=NODE, along=topic.type in PICTURES)
 
     def _note(self, command: Command) -> None:
         self._write(names.COMMAND, _text_data(command.encode()))

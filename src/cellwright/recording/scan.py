@@ -13,7 +13,7 @@ from typing import BinaryIO
 from mcap.opcode import Opcode
 
 from cellwright.errors import RecordingError
-from cellwright.recording.summary import MAGIC
+from cellwright.recording.format import MAGIC
 
 LARGEST_CHUNK = 256 << 20
 """Bytes of a chunk at most, uncompressed."""

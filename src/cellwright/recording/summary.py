@@ -21,9 +21,8 @@ from mcap.records import (
     SummaryOffset,
 )
 
+from cellwright.recording.format import MAGIC
 from cellwright.recording.records import content, written
-
-MAGIC = b"\x89MCAP0\r\n"
 
 
 @dataclass

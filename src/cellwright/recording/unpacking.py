@@ -6,11 +6,10 @@ import struct
 import zlib
 from collections.abc import Collection, Iterator
 
-import zstandard
 from mcap.opcode import Opcode
 
 from cellwright.errors import RecordingError
-from cellwright.recording.chunks import Entry
+from cellwright.recording.format import Entry
 from cellwright.recording.scan import ChunkPlace
 
 _MESSAGE = struct.Struct("<BQHIQQ")
@@ -34,27 +33,26 @@ def unpack(data: bytes, place: ChunkPlace) -> bytes:
 
 
 def _decompressed(data: bytes, place: ChunkPlace) -> bytes:
-    try:
-        match place.compression:
-            case "":
-                return data
-            case "zstd":
-                return _zstd(data, place)
-    except (zstandard.ZstdError, MemoryError) as fault:
-        raise RecordingError(f"damaged at byte {place.offset}: {fault}") from None
+    match place.compression:
+        case "":
+            return data
+        case "zstd":
+            return _zstd(data, place)
     raise RecordingError(f"a chunk is compressed by {place.compression!r:.20}, which is not known here")
 
 
 def _zstd(data: bytes, place: ChunkPlace) -> bytes:
     """Decompress piece by piece: what the data says of its own size is no measure of what it may take."""
+    import zstandard  # not before something is read: the command line starts without it
+
     found = bytearray()
     reader = zstandard.ZstdDecompressor(max_window_size=1 << 27).stream_reader(data)
     try:
         while len(found) <= place.size and (piece := reader.read(1 << 18)):
             found += piece
-    except zstandard.ZstdError:
+    except (zstandard.ZstdError, MemoryError) as fault:
         if not place.is_cut:
-            raise
+            raise RecordingError(f"damaged at byte {place.offset}: {fault}") from None
     return bytes(found[: place.size + 1])
 
 

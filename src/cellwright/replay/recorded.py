@@ -7,11 +7,19 @@ from fractions import Fraction
 
 import mujoco
 
+from cellwright.messages.standard import Clock, Time
 from cellwright.replay.deaf_bus import DeafBus
 from cellwright.replay.player import Player
 from cellwright.replay.source import Source
+from cellwright.replay.wall import stamps_ahead
+from cellwright.simulation.clock import NANOSECONDS
 from cellwright.simulation.simulation import Simulation
 
+CLOCK = "/clock"
+NODE = "/cellwright_replay"
+"""Who says what was not recorded."""
+
+_CLOCK_RATE = 100  # [Hz]
 _TIMESTEP = Fraction(1, 500)
 _LEAST, _MOST = Fraction(1, 100_000), Fraction(1, 10)  # [s]
 
@@ -34,11 +42,28 @@ class Recorded:
         self.bus = DeafBus(lambda: self.simulation.now, report)
         self.player = Player(source, self.bus)
         self.simulation.add(self.player)
+        if CLOCK not in source.topics:
+            self._tell_time(stamps_ahead(source))
         self.cuts = 0
         """How often its time has been set: what comes then does not follow from what was before."""
         self.seek(source.begin)
         for line in self.player.unknown:
             report(line)
+
+    def _tell_time(self, ahead: int) -> None:
+        """Tell the time on /clock, as messages are stamped: as the wall's, where a robot's node lived by it.
+
+        Args:
+            ahead: by how much they are ahead of simulation time [ns].
+        """
+        publisher = self.bus.advertise(CLOCK, "rosgraph_msgs/Clock", rate=f"{_CLOCK_RATE} Hz", node=NODE)
+
+        def tell(_index: int) -> None:
+            if publisher.listeners:
+                second, nanosecond = divmod(self.simulation.now + ahead, NANOSECONDS)
+                publisher.publish(Clock(clock=Time(sec=second, nanosec=nanosecond)))
+
+        self.simulation.watch("clock", Fraction(1, _CLOCK_RATE), tell)
 
     @property
     def is_over(self) -> bool:

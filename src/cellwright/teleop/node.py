@@ -12,6 +12,7 @@ from cellwright.description.robot.config import RobotConfig
 from cellwright.devices.joint_servos import JointServos, Motion
 from cellwright.simulation.simulation import Simulation
 from cellwright.teleop.base import Base
+from cellwright.teleop.cameras import CameraTopics, add_cameras
 from cellwright.teleop.commander import Commander
 from cellwright.teleop.commands import Commands
 from cellwright.teleop.drivers.driver import Driver
@@ -96,12 +97,15 @@ class RobotNode:
             self.commander.on_hold.append(self.base.halt)
             self._add_devices()
             grippers = ranges(config.grippers, config.robot, self.commander.numbers)
-            table = io_teleop.rows(config, node=node, sim_time=sim_time)
+            self.cameras = add_cameras(config, self.simulation, report)
+            """The cameras of the configuration that take pictures, by name."""
+            table = io_teleop.rows(config, cameras=self.cameras, node=node, sim_time=sim_time)
             Commands(config, self.commander, self.homing, grippers, self.base).serve(self.bus, table)
             EePoseTopics(config, self.commander, self.ee_poses, told).serve(self.bus, self.simulation, table)
             Publications(config.robot, self.driver, self.commander, grippers, told).advertise(
                 self.bus, self.simulation, table
             )
+            CameraTopics(self.cameras, told).advertise(self.bus, table)
             self.simulation.reset()
             on_failure.pop_all()
 

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from rosbags.rosbag1 import Reader
 
 import cellwright as package
 from cellwright.messages import to_cdr
@@ -77,6 +78,10 @@ def test_a_file_that_was_cut_is_told_of(cellwright: CommandLine, path: Path, tmp
         (["PATH", "--serve", "--port", "70000"], "a port is from 0 to 65535"),
         (["PATH", "--serve", "--start", "-1"], "--start -1: give a time from 0 s"),
         (["PATH", "--loop"], "--loop: say to whom it is to be played"),
+        (["PATH", "--verify", "--view"], "--verify runs it again and plays nothing"),
+        (["PATH", "--bag", "run.txt"], "--bag run.txt: give a file whose name ends in .bag"),
+        (["PATH", "--bag", "no/run.bag"], "--bag no/run.bag: there is no folder no"),
+        (["PATH", "--view-port", "8080"], "--view-port: there is no page"),
         (["PATH", "--serve", "--loop", "--hold"], "--loop and --hold: give one of them"),
     ],
 )
@@ -112,3 +117,12 @@ def test_a_program_on_the_socket_hears_what_was_recorded(path: Path) -> None:
     with Recording(path) as recording:
         recorded = [recording.decode(each) for each in recording.messages(["/ariac/joint_states"])]
     assert to_cdr(newest) in [to_cdr(each) for each in recorded]
+
+
+def test_a_bag_of_it(cellwright: CommandLine, path: Path) -> None:
+    ran = cellwright("replay", str(path), "--bag", "run.bag")
+
+    assert (ran.status, ran.out, ran.err) == (0, "bag         run.bag\n", "")
+    with Reader("run.bag") as bag, Recording(path) as recording:
+        counts = {each.topic: each.msgcount for each in bag.connections}
+        assert counts["/ariac/joint_states"] == recording.counts["/ariac/joint_states"] > 100

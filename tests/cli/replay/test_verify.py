@@ -14,6 +14,7 @@ import pytest
 from cellwright.cli.main import main
 from cellwright.cli.replay.verify import show
 from cellwright.description.catalogue import find_trial
+from cellwright.errors import CellwrightError
 from cellwright.recording.header import RecordingHeader
 from cellwright.recording.reader import Recording
 from cellwright.replay.rebuild import rebuild
@@ -162,7 +163,7 @@ class Changed:
 def test_what_cannot_be_run_again_is_told_in_a_line(short: Path, kind: str, facts: dict[str, Any], reason: str) -> None:
     with Recording(short) as recording:
         changed: Any = Changed(recording, kind, **facts)
-        with pytest.raises(error, match=reason), rebuild(changed):
+        with pytest.raises(CellwrightError, match=reason), rebuild(changed):
             pass
 
 

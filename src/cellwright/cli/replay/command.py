@@ -15,6 +15,9 @@ from cellwright.cli.exit_status import DONE
 from cellwright.cli.replay import summary
 from cellwright.cli.replay.play import PlayOptions, play
 from cellwright.cli.replay.verify import verify as run_again
+from cellwright.cli.run.score_table import note
+from cellwright.cli.view.arguments import Open, View, ViewHost, ViewPort, look
+from cellwright.recording.bag import write_bag
 from cellwright.recording.reader import Recording
 from cellwright.replay.playing import AtEnd
 from cellwright.server import DEFAULT_PORT
@@ -39,6 +42,10 @@ def replay(
             rich_help_panel=_PLAY,
         ),
     ] = False,
+    view: View = False,
+    view_host: ViewHost = None,
+    view_port: ViewPort = None,
+    open_page: Open = False,
     speed: Annotated[
         str,
         typer.Option(
@@ -74,6 +81,12 @@ def replay(
     port: Annotated[
         int, typer.Option(metavar="N", help="Port to listen at; 0 takes a free one.", rich_help_panel=_REACH)
     ] = DEFAULT_PORT,
+    bag: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="OUT.bag", help="Write its topics as a bag, for the tools of ROS 1.", rich_help_panel=OUTPUT
+        ),
+    ] = None,
     as_json: Annotated[
         bool,
         typer.Option(
@@ -88,11 +101,17 @@ def replay(
         # what is in it
         cellwright replay run.mcap
 
+        # on a page in your browser, with a slider through its time
+        cellwright replay run.mcap --view
+
         # onto ROS 1, twice as fast, from the 20th second on
         cellwright replay run.mcap --ros1 --speed 2 --start 20
 
         # for programs on a socket, again and again
         cellwright replay run.mcap --serve --loop
+
+        # for rosbag and its like
+        cellwright replay run.mcap --bag run.bag
 
         # does the same come of the same commands?
         cellwright replay run.mcap --verify
@@ -101,26 +120,32 @@ def replay(
     compare.
     """
     console = Console(stderr=as_json, highlight=False)
-    is_played = serve or ros1
+    is_played = serve or ros1 or view
+    wished = look(view=view, host=view_host, port=view_port, opens=open_page)
     if verify and is_played:
-        options.refuse("--verify runs it again and plays nothing: leave out --serve and --ros1")
+        options.refuse("--verify runs it again and plays nothing: leave out --serve, --ros1 and --view")
     if loop and hold:
         options.refuse("--loop and --hold: give one of them")
     for option, is_given in (("--loop", loop), ("--hold", hold), ("--start", start is not None)):
         if is_given and not is_played:
-            options.refuse(f"{option}: say to whom it is to be played: add --serve or --ros1")
+            options.refuse(f"{option}: say to whom it is to be played: add --view, --serve or --ros1")
     wanted = PlayOptions(
         speed=options.speed(speed),
         start=_time("--start", start),
         until=_time("--until", until),
-        at_end=AtEnd.LOOP if loop else AtEnd.HOLD if hold else AtEnd.STOP,
+        at_end=AtEnd.LOOP if loop else AtEnd.HOLD if hold or view else AtEnd.STOP,
         host=host,
-        port=port,
+        port=port if serve or ros1 else 0,  # a page finds it wherever it is
         ros1=ros1,
+        look=wished,
     )
+    bag_file = options.output_file("--bag", bag, ".bag")
     with Recording(file) as recording:
         if not recording.is_complete:
             typer.echo(f"warning: {file}: was cut short; it goes on to {recording.end_time / 1e9:.3f} s", err=True)
+        if bag_file is not None:
+            for topic in write_bag(file, bag_file):
+                typer.echo(f"warning: {topic} is not in the bag: its type has another form in ROS 1", err=True)
         if verify:
             raise typer.Exit(run_again(recording, console, as_json=as_json))
         if is_played:
@@ -128,6 +153,8 @@ def replay(
         told = summary.document(recording)
     if as_json:
         typer.echo(json.dumps(told, indent=2))
+    elif bag_file is not None:
+        note(console, "bag", str(bag_file))
     elif not is_played:
         summary.show(console, told)
     raise typer.Exit(DONE)

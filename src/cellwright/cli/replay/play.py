@@ -17,7 +17,7 @@ from cellwright.cli.view.arguments import Look
 from cellwright.cli.view.page import page_on
 from cellwright.recording.reader import Recording
 from cellwright.replay.playing import AtEnd, Playing
-from cellwright.replay.recorded import Recorded
+from cellwright.replay.recorded import NODE, Recorded
 from cellwright.replay.services import RecordingServices
 from cellwright.ros1_host import Ros1
 from cellwright.ros1_host.identity import Identity
@@ -26,7 +26,7 @@ from cellwright.server.server import LOOPBACK
 from cellwright.simulation.clock import nanoseconds, seconds
 from cellwright.simulation.tempo import Tempo
 
-IN_ROS = Identity("/cellwright_replay", "recording", makes_frames=False)
+IN_ROS = Identity(NODE, "recording", makes_frames=False)
 """The node that a recording is in ROS. It tells the time; frames are those that were recorded."""
 
 

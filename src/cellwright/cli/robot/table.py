@@ -138,8 +138,7 @@ def _notes(config: RobotConfig) -> list[tuple[str, str]]:
             offset = f" + {joint.mimic.offset:g}" if joint.mimic.offset else ""
             notes.append(("mimic", f"{joint.name} = {joint.mimic.multiplier:g} * {joint.mimic.joint}{offset}"))
     unused = [f"{key} ({UNUSED[key]})" for key in config.others if key in UNUSED]
-    if config.cameras:
-        unused.append("cameras")
+    notes += [("camera", camera.name) for camera in config.cameras]
     notes += [("not used", text) for text in unused]
     notes.append(("urdf", str(config.urdf_path)))
     return notes

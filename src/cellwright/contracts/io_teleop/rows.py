@@ -6,6 +6,7 @@ them. What it has no name for (what was really applied, enabling, emergency stop
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 from cellwright.contracts.table import Kind, Pace, Row, Where, says, takes
@@ -35,6 +36,12 @@ IO_TELEOP = (
          "How far each gripper is closed, 0 to 1: right, left.", source=ADOPTERS),
     says("/io_teleop/state_ee_poses", "geometry_msgs/PoseArray", 100, ARMS,
          "Where the tips of the arms are: right, left; in the frame of `controller_indices.base`.", source=CONTROLLER),
+    says("/io_teleop/camera_{sensor}/color", "sensor_msgs/Image", 30, Where.EACH_CAMERA,
+         "What a camera of the configuration sees, `rgb8`.", source=OWN),
+    says("/io_teleop/camera_{sensor}/depth", "sensor_msgs/Image", 30, Where.EACH_CAMERA,
+         "How far away that is, along the line of sight in m, `32FC1`.", source=OWN),
+    says("/io_teleop/camera_{sensor}/camera_info", "sensor_msgs/CameraInfo", 30, Where.EACH_CAMERA,
+         "The matrix of these pictures.", source=OWN),
     says("/io_teleop/status", "cellwright_msgs/TeleopStatus", Pace.ON_EVENT, ALWAYS,
          "Whether commands are taken, from whom, and what was refused.", latch=True, source=OWN),
     takes(TOPIC, "/io_teleop/joint_cmd", JOINTS, ALWAYS,
@@ -67,11 +74,14 @@ IO_TELEOP = (
 # fmt: on
 
 
-def rows(config: RobotConfig, *, node: str = NODE, sim_time: bool = False) -> tuple[Row, ...]:
+def rows(
+    config: RobotConfig, *, cameras: Iterable[str] = (), node: str = NODE, sim_time: bool = False
+) -> tuple[Row, ...]:
     """The rows of a robot's node.
 
     Args:
         config: the robot.
+        cameras: names of its cameras that take pictures.
         node: name of the node.
         sim_time: whether the node tells its own time on /clock.
     """
@@ -82,4 +92,6 @@ def rows(config: RobotConfig, *, node: str = NODE, sim_time: bool = False) -> tu
         Where.FREE_BASE: config.fixed_link is None,
         Where.SIMULATED_TIME: sim_time,
     }
-    return tuple(replace(row, node=node) for row in IO_TELEOP if there[row.where])
+    found = [row for row in IO_TELEOP if there.get(row.where)]
+    found += [row.of(name) for name in cameras for row in IO_TELEOP if row.where is Where.EACH_CAMERA]
+    return tuple(replace(row, node=node) for row in found)

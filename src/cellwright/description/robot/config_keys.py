@@ -44,7 +44,7 @@ ENTRIES = Keys(
     Key("waist", "`{joint_index, rest_j_pos}`", "the waist"),
     Key("folding_waist", "as `waist`", "more joints of the waist; `rot_offset`, `cmd_ee` and `base` are not used"),
     Key("controller_indices", "`{cmd_ee, base}`", "which poses `target_ee_poses` commands, see below", "see below"),
-    Key("cameras", "list", "kept, and not used, see below"),
+    Key("cameras", "list", "cameras that take pictures, see below"),
     Key(
         "wo_controller",
         "true or false",
@@ -103,18 +103,25 @@ GRIPPER_UNUSED = ("thumb", "index", "middle", "ring", "pinky")
 """Lists of the joints of each finger: old revisions have them, and only `joint_index` was ever read."""
 POSTURE = ("joint_index", "rest_j_pos")
 FOLDING_WAIST_UNUSED = ("rot_offset", "cmd_ee", "base")
-CAMERA = (
-    "name",
-    "quat",
-    "height",
-    "pos_offset",
-    "target_offset",
-    "near_val",
-    "far_val",
-    "up_axis",
-    "img_width",
-    "img_height",
+CAMERAS = Keys(
+    Key(
+        "name",
+        "letters, digits and `_`",
+        "its topics; with `hand_eye` in it, it is fixed to the tip of the right arm, with `left` too to that of the "
+        "left one; any other is fixed to the head, or to the root where there is no head",
+        REQUIRED,
+    ),
+    Key("pos_offset", "`[x, y, z]`, m", "where it is, in the frame of that link", "`[0, 0, 0]`"),
+    Key("target_offset", "`[x, y, z]`, m", "the point that it looks at, in the same frame", "ahead, along +x"),
+    Key("quat", "`[x, y, z, w]`", "turns both of these", "`[0, 0, 0, 1]`"),
+    Key("height", "m", "is added to where it is, along z", 0.0),
+    Key("up_axis", "`x`, `y`, `z`; 0, 1, 2; or `[x, y, z]`", "what is up in its pictures", "`z`"),
+    Key("near_val", "m", "depths below this are not measured", 0.1),
+    Key("far_val", "m", "depths above this are not measured", 10.0),
+    Key("img_width", "pixels", "width of its pictures", 640),
+    Key("img_height", "pixels", "height of its pictures; it sees 100° up and down together", 480),
 )
+CAMERA = CAMERAS.names
 BASE_POSES = Keys(
     Key("position", "`[x, y, z]`, m", "where it is", "`[0, 0, 0]`"),
     Key("orientation", "`[x, y, z, w]`", "a quaternion, which is scaled to unit length", "`[0, 0, 0, 1]`"),

@@ -34,7 +34,8 @@ def document(config: RobotConfig, positions: Mapping[str, float] | None = None) 
         "links": {name: _pose(pose) for name, pose in link_poses(robot, positions or {}).items()},
         "groups": _groups(config),
         "home": config.home,
-        "not_used": [*(key for key in config.others if key in UNUSED), *(["cameras"] if config.cameras else [])],
+        "cameras": [camera.name for camera in config.cameras],
+        "not_used": [key for key in config.others if key in UNUSED],
     }
 
 

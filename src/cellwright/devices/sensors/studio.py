@@ -12,6 +12,7 @@ from collections.abc import Callable, Collection
 import mujoco
 
 from cellwright.errors import RenderingError
+from cellwright.pose import Vector3
 from cellwright.rendering.painter import Drawn, Painter, View
 from cellwright.scene.frame import Frame
 from cellwright.scene.scene import Scene
@@ -120,9 +121,14 @@ class Studio:
             self.close()
 
 
-def hire_painter(scene: Scene) -> Painter:
-    """The painter of a cell: a process that draws, by the light of its pictures."""
+def hire_painter(scene: Scene, *, about: Vector3 | None = None) -> Painter:
+    """The painter of a cell or a robot: a process that draws.
+
+    Args:
+        scene: what there is to be seen.
+        about: the point [m] that the lamp is placed by; None takes that of a cell's pictures.
+    """
     from cellwright.rendering.views import VIEWS
     from cellwright.rendering.worker.painter import WorkerPainter
 
-    return WorkerPainter(scene, about=VIEWS["overview"].target)
+    return WorkerPainter(scene, about=VIEWS["overview"].target if about is None else about)

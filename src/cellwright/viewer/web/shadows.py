@@ -7,12 +7,13 @@ drawn, and what is drawn throws none.
 
 from __future__ import annotations
 
-import math
 from collections import defaultdict
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
+from cellwright.pose import Vector3
 from cellwright.scene import Form, Frame, Scene, Shape
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.glb import Colour, Material, glb
@@ -21,8 +22,8 @@ from cellwright.viewer.web.moment import Moment
 from cellwright.viewer.web.page import Page
 from cellwright.viewer.web.surfaces import Surface, surface
 
-LAMP = (-3.0, -4.5, 7.0)
-"""From where the light comes: a direction in the world."""
+_LAMPS = {"robot": (3.2, -4.6, 6.0)}  # a robot looks along x, and is looked at from there
+_LAMP = (-3.0, -4.5, 7.0)
 
 _MARGIN = 0.03  # [m]
 _LEAST = 0.07  # [m]: smaller bodies throw a shadow that nobody would miss
@@ -41,10 +42,10 @@ class Shadows(Feature):
     def begin(self, page: Page, scene: Scene) -> None:
         """Put up what throws them."""
         self._handles, self._before = {}, None
-        length = math.hypot(*LAMP)
+        lamp = np.array(lamp_of(page.about))
         root = f"{page.root}/shadows"
         nodes = page.server.scene
-        nodes.add_frame(root, show_axes=False, position=-_MARGIN / length * np.array(LAMP))
+        nodes.add_frame(root, show_axes=False, position=-_MARGIN / np.linalg.norm(lamp) * lamp)
         shapes: dict[int, list[Shape]] = defaultdict(list)
         for shape in scene.shapes:
             if shape.layer in LOOKS and shape.form is not Form.PLANE and shape.colour[3] >= 1:
@@ -66,6 +67,11 @@ class Shadows(Feature):
                 handle.position, handle.wxyz = frame.poses[body, :3], frame.poses[body, 3:]
             if before is None or frame.shown[body] != before.shown[body]:
                 handle.visible = bool(frame.shown[body])
+
+
+def lamp_of(about: Mapping[str, Any]) -> Vector3:
+    """From where the light comes: a direction in the world."""
+    return _LAMPS.get(str(about.get("kind")), _LAMP)
 
 
 def _matters(found: Surface, *, is_still: bool) -> bool:

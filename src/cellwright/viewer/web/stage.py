@@ -7,7 +7,7 @@ from typing import Any
 from cellwright.scene import Scene
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.page import Page
-from cellwright.viewer.web.shadows import LAMP
+from cellwright.viewer.web.shadows import lamp_of
 from cellwright.viewer.web.views import TAB
 
 HAZE = (203, 212, 221)
@@ -22,20 +22,20 @@ class Stage(Feature):
     """Sets the stage once."""
 
     def __init__(self) -> None:
-        self._is_set = False
+        self._key: Any = None
 
     def begin(self, page: Page, scene: Scene) -> None:  # noqa: ARG002
         """Light, sky, ground."""
         server = page.server
         server.gui.configure_theme(show_logo=False, show_share_button=False, brand_color=_BRAND)
-        if self._is_set:
+        if self._key is not None:
+            self._key.position = lamp_of(page.about)
             return
-        self._is_set = True
         nodes = server.scene
         nodes.configure_default_lights(enabled=False)
         nodes.configure_environment_map("warehouse", environment_intensity=0.12)
-        key = nodes.add_light_directional(
-            "/light/key", color=(255, 246, 232), intensity=2.7, cast_shadow=True, position=LAMP
+        key = self._key = nodes.add_light_directional(
+            "/light/key", color=(255, 246, 232), intensity=2.7, cast_shadow=True, position=lamp_of(page.about)
         )
         nodes.add_light_hemisphere(
             "/light/sky", sky_color=(225, 236, 255), ground_color=(190, 180, 168), intensity=1.25
@@ -49,10 +49,10 @@ class Stage(Feature):
             infinite_grid=True,
             cell_size=1.0,
             section_size=1.0,
-            cell_color=(188, 191, 194),
-            section_color=(188, 191, 194),
-            cell_thickness=0.6,
-            section_thickness=0.6,
+            cell_color=(165, 168, 172),
+            section_color=(165, 168, 172),
+            cell_thickness=1.0,
+            section_thickness=1.0,
             fade_distance=26.0,
             shadow_opacity=0.0,
             position=(0.0, 0.0, 0.002),

@@ -31,7 +31,9 @@ class Contacts(Feature):
         if self._box is None:
             with page.tab(TAB):
                 self._box = page.server.gui.add_checkbox(
-                    "Contacts and forces", initial_value=False, hint="A centimetre is a newton"
+                    "Contacts and forces",
+                    initial_value=False,
+                    hint="A centimetre is a newton; what is at rest sleeps, and is not told of",
                 )
 
     def wants(self) -> dict[str, Any]:

@@ -56,17 +56,18 @@ class Handles:
         desk = self._desk
 
         async def act(event: Any) -> None:  # in the event loop, so that nothing overtakes anything
+            browser = int(event.client_id)
+            if event.phase == "end":
+                desk.release(arm, browser)
+                return
             try:
                 world_T_handle = pose_of((*event.target.position, *event.target.wxyz))
             except ValueError:
                 return  # a browser may send what it likes
-            browser = int(event.client_id)
             if event.phase == "start":
                 desk.grab(arm, browser, world_T_handle)
-            elif event.phase == "update":
-                desk.drag(arm, browser, world_T_handle)
             else:
-                desk.release(arm, browser)
+                desk.drag(arm, browser, world_T_handle)
 
         handle.on_update(act)
         ghost = scene.add_icosphere(

@@ -1,0 +1,73 @@
+"""The cameras of a robot's configuration, and the topics that their pictures go out on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+from cellwright.bus import Bus
+from cellwright.contracts import pictures
+from cellwright.contracts.sampling import Streamed
+from cellwright.contracts.table import Row
+from cellwright.description.robot.camera_views import taking
+from cellwright.description.robot.config import RobotConfig
+from cellwright.devices.sensors.picture_camera import Picture, PictureCamera
+from cellwright.devices.sensors.studio import Studio, hire_painter
+from cellwright.errors import UsageError
+from cellwright.messages import Message
+from cellwright.simulation.simulation import Simulation
+from cellwright.world.robot import body_of
+
+
+def add_cameras(
+    config: RobotConfig, simulation: Simulation, report: Callable[[str], None] = lambda _line: None
+) -> dict[str, PictureCamera]:
+    """The cameras of a robot, in their places, by name; one that cannot be made is reported and left out."""
+    studio = Studio(simulation, partial(hire_painter, about=config.base_pose.position), report=report)
+    found: dict[str, PictureCamera] = {}
+    for described in config.cameras:
+        try:
+            if described.name in found:
+                raise UsageError("there are two of this name")
+            description = taking(config, described)
+            camera = PictureCamera(replace(description, frame=body_of(description.frame)), studio, report=report)
+            simulation.add(camera)
+            found[described.name] = camera
+        except UsageError as error:
+            report(f"camera {described.name!r} takes no pictures: {error}")
+    return found
+
+
+class CameraTopics:
+    """Puts pictures on the bus, made only while somebody listens.
+
+    Args:
+        cameras: by name.
+        told: the time that messages carry [ns].
+    """
+
+    def __init__(self, cameras: dict[str, PictureCamera], told: Callable[[], int]) -> None:
+        self._cameras, self._told = cameras, told
+
+    def advertise(self, bus: Bus, table: tuple[Row, ...]) -> None:
+        """Take a place on the bus."""
+        for row in table:
+            camera = self._cameras.get(row.subject or "")
+            if camera is not None:
+                Streamed(bus, row, partial(self._listen, row.template.rpartition("/")[2], camera))
+
+    def _listen(self, what: str, camera: PictureCamera, publish: Callable[[Message], None]) -> Callable[[], None]:
+        make = {
+            "color": pictures.colour_message,
+            "depth": pictures.depth_message,
+            "camera_info": pictures.info_message,
+        }[what]
+
+        def tell(picture: Picture) -> None:
+            age = camera.simulation.now - picture.time_ns
+            message = make(replace(picture, time_ns=self._told() - age), camera)
+            if message is not None:
+                publish(message)
+
+        return camera.look(tell, colour=what == "color", depth=what == "depth")

@@ -1,0 +1,53 @@
+"""A served run that begins anew under way: time 0 again, with the same guests, its end where it was."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cellwright.cell import Cell
+from cellwright.errors import UsageError
+from cellwright.recording.json_lines import read_json_lines
+from cellwright.recording.run_log import RunLog
+from cellwright.run import Outcome, RunOptions
+from cellwright.server import Server
+from cellwright.serving import Hooks, Serving
+from cellwright.simulation.tempo import Tempo
+from tests.cells import KITTING, call
+
+
+def test_before_it_has_begun_nothing_begins_anew() -> None:
+    cell = Cell(KITTING)
+    server = Server(cell, port=0)
+    with pytest.raises(UsageError, match="not begun"):
+        Serving(cell, server).begin_anew()
+    server.close("the test is over")
+
+
+def test_it_begins_anew_once_and_ends_when_it_would_have(tmp_path: Path) -> None:
+    cell = Cell(KITTING)
+    times: list[float] = []
+
+    def poll() -> None:
+        times.append(cell.simulation.time)
+        if len(times) == 2:
+            call(cell, "end_competition")
+        if len(times) == 3:
+            serving.begin_anew()
+        if len(times) > 3:
+            tempo.set_speed(None)
+
+    tempo = Tempo(1.0)
+    serving = Serving(cell, Server(cell, port=0), tempo=tempo, hooks=Hooks(on_poll=poll))
+    log = RunLog(tmp_path / "a.jsonl")
+    result = serving.run(RunOptions(until=1.5, log=log))
+    assert times[2] > 0.0
+    assert times[3] < times[2] + 0.3, "it counts from 0 again"
+    assert (result.outcome, result.simulated, result.competition_state) == (Outcome.UNTIL, 1.5, "init")
+    kinds = [line["kind"] for line in read_json_lines(tmp_path / "a.jsonl")]
+    assert kinds.count("reset") == 1
+    assert kinds.index("reset") > kinds.index("state")
+    other = Cell(KITTING)
+    other.simulation.step_until(1_500_000_000)
+    assert result.state_hash == other.state_hash()

@@ -1,0 +1,92 @@
+"""A browser for tests that draws nothing: it looks on at a page, and knows which nodes there are and where."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+import msgspec
+import viser
+import zstandard
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+from websockets.typing import Subprotocol
+
+CAMERA = {
+    "type": "ViewerCameraMessage",
+    "wxyz": (1.0, 0.0, 0.0, 0.0),
+    "position": (1.0, 1.0, 1.0),
+    "fov": 1.0,
+    "near": 0.01,
+    "far": 100.0,
+    "image_height": 100,
+    "image_width": 100,
+    "look_at": (0.0, 0.0, 0.0),
+    "up_direction": (0.0, 0.0, 1.0),
+}
+
+
+class Onlooker:
+    """Looks on at a page.
+
+    Args:
+        url: the page's.
+    """
+
+    def __init__(self, url: str) -> None:
+        protocol = Subprotocol(f"viser-v{viser.__version__}")
+        address = url.replace("http://", "ws://")
+        self._line = connect(address, subprotocols=[protocol], max_size=None, open_timeout=60)
+        self.nodes: dict[str, dict[str, Any]] = {}
+        """Properties of the nodes that there are."""
+        self.texts: list[str] = []
+        """Markdown on the panel, and notifications, as they came."""
+        self.moves = 0
+        """How often a node was put somewhere."""
+        self.say(CAMERA)
+        self._thread = threading.Thread(target=self._listen, daemon=True)
+        self._thread.start()
+
+    def say(self, message: Any) -> None:
+        """Send a message."""
+        self._line.send(message if isinstance(message, bytes) else msgspec.msgpack.encode(message))
+
+    def sees(self, *names: str) -> bool:
+        """Whether there are nodes of these names."""
+        return all(f"/scene/{name}" in self.nodes for name in names)
+
+    def position(self, name: str) -> list[float]:
+        """Where a node was put last [m]."""
+        return list(self.nodes[f"/scene/{name}"]["position"])
+
+    def close(self) -> None:
+        """Look away."""
+        self._line.close()
+        self._thread.join(60)
+
+    def _listen(self) -> None:
+        try:
+            while True:
+                data = self._line.recv()
+                assert isinstance(data, bytes)
+                size = int.from_bytes(data[8:16], "little")
+                text = zstandard.ZstdDecompressor().decompress(data[16 : 16 + size])
+                for message in msgspec.msgpack.decode(text)["messages"]:
+                    self._take(message)
+        except ConnectionClosed:
+            return
+
+    def _take(self, message: dict[str, Any]) -> None:
+        name = message.get("name")
+        match message["type"]:
+            case "RemoveSceneNodeMessage":
+                gone = [each for each in self.nodes if each == name or each.startswith(f"{name}/")]
+                for each in gone:
+                    del self.nodes[each]
+            case "SetPositionMessage" if name in self.nodes:
+                self.nodes[name]["position"] = message["position"]
+                self.moves += 1
+            case "GuiMarkdownMessage" | "NotificationMessage" | "NotificationShowMessage":
+                self.texts.append(str(message))
+            case _ if isinstance(name, str) and "props" in message:
+                self.nodes[name] = {"position": (0.0, 0.0, 0.0)}

@@ -1,0 +1,85 @@
+"""Even motion between frames, and none where there was none."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.scene import Frame
+from cellwright.viewer.web.moment import Moments, between
+from tests.scene.scenes import frames
+
+PERIOD = 1 / 30
+
+
+def at(x: float, time: int = 0, shown: bool = True) -> Frame:
+    poses = np.array([(0, 0, 0, 1, 0, 0, 0), (x, 0, 0, 1, 0, 0, 0)], np.float32)
+    return Frame(time, poses, np.array([True, shown]))
+
+
+def test_motion_is_even() -> None:
+    moments, seen = Moments(), list[float]()
+    for number in range(30):
+        wall = number * PERIOD + (0.004 if number % 2 else 0.0)  # they never come quite evenly
+        moments.take(at(0.01 * wall / PERIOD, number), run=1, wall=wall)
+        for part in range(2):
+            moment = moments.at(number * PERIOD + part * PERIOD / 2 + 0.005)
+            if moment is not None:
+                seen.append(float(moment.frame.poses[1, 0]))
+    steps = np.diff(seen[10:])
+    assert steps == pytest.approx([0.005] * len(steps), abs=0.0015)
+
+
+def test_the_first_is_shown_at_once_and_what_does_not_change_once() -> None:
+    moments = Moments()
+    assert moments.at(0.0) is None
+    still = at(0.3)
+    moments.take(still, run=1, wall=0.0)
+    first = moments.at(0.0)
+    assert first is not None
+    assert first.is_cut
+    assert first.frame is still
+    assert moments.at(0.1) is None
+
+
+@pytest.mark.parametrize(("run", "time"), [(2, 10), (1, 4)])
+def test_another_run_and_a_jump_back_are_cuts(run: int, time: int) -> None:
+    moments = Moments()
+    for number, x in enumerate((0.0, 0.1)):
+        moments.take(at(x, 5 + number), run=1, wall=number * PERIOD)
+        moments.at(number * PERIOD)
+    moments.take(at(2.0, time), run=run, wall=2 * PERIOD)
+    moment = moments.at(2 * PERIOD)
+    assert moment is not None
+    assert moment.is_cut
+    assert moment.frame.poses[1, 0] == 2.0
+
+
+def test_frames_that_come_rarely_are_shown_as_they_come() -> None:
+    moments = Moments()
+    moments.take(at(0.0, 0), run=1, wall=0.0)
+    moments.at(0.0)
+    moments.take(at(1.0, 1), run=1, wall=2.0)
+    moments.at(1.0)
+    moment = moments.at(2.5)
+    assert moment is not None
+    assert moment.frame.poses[1, 0] == 1.0
+
+
+def test_what_is_put_elsewhere_does_not_glide_there() -> None:
+    assert between(at(0.0), at(3.0), 0.5).poses[1, 0] == 0.0
+    assert between(at(0.0), at(0.2), 0.5).poses[1, 0] == pytest.approx(0.1)
+    hidden = between(at(0.0), at(0.2, shown=False), 0.5)
+    assert (hidden.poses[1, 0], bool(hidden.shown[1])) == (0.0, True)
+
+
+def test_a_turn_takes_the_short_way() -> None:
+    before, after = at(0.0), at(0.0)
+    after.poses[1, 3:] = (-0.995, 0.0, 0.0, -0.0998)  # the same turn as (0.995, 0, 0, 0.0998)
+    w, _, _, z = between(before, after, 0.5).poses[1, 3:].tolist()
+    assert (w, z) == (pytest.approx(0.9987, abs=1e-3), pytest.approx(0.05, abs=1e-3))
+
+
+@given(pair=st.integers(1, 6).flatmap(lambda n: st.tuples(frames(n), frames(n))), share=st.floats(0, 1))
+def test_whatever_comes_is_finite(pair: tuple[Frame, Frame], share: float) -> None:
+    assert np.isfinite(between(*pair, share).poses).all()

@@ -1,0 +1,162 @@
+"""A page in its own process, on something that is served, with those who look on: nothing is drawn here."""
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+
+from cellwright.bus.served import Served
+from cellwright.cell import Cell
+from cellwright.errors import UsageError
+from cellwright.server import Server
+from cellwright.server.services.scene import FRAME, SceneServices
+from cellwright.teleop.node import RobotNode
+from cellwright.viewer.web.start import WebPage
+from tests.cells import KITTING, WHOLE
+from tests.teleop.robots import two_arms
+from tests.viewer.web.onlooker import Onlooker
+
+LIMIT = 90.0  # [s]
+TRAY = "bodies/agv1::kit_tray_1::kit_tray_1::tray"
+
+
+class Hall:
+    """Something that is served, and a page on it."""
+
+    def __init__(self, served: Served, port: int = 0) -> None:
+        self.served = served
+        self.server = Server(served, port=port)
+        services = SceneServices(served)
+        services.offer(self.server)
+        self.asked: list[dict[str, Any]] = []
+
+        def note(asked: dict[str, Any]) -> dict[str, Any]:
+            self.asked.append(asked)
+            return services.frame(asked)
+
+        self.server.offer(FRAME, note)
+
+    def until(self, condition: Callable[[], object]) -> None:
+        """Let time pass and serve, until something is so."""
+        deadline = time.monotonic() + LIMIT
+        while not condition():
+            assert time.monotonic() < deadline, f"not so after {LIMIT:g} s"
+            self.step()
+
+    def step(self) -> None:
+        """Let a tick pass, and serve."""
+        self.served.simulation.step()
+        self.server.wait(0.001)
+
+
+@contextmanager
+def shown(served: Served) -> Iterator[tuple[Hall, WebPage]]:
+    hall = Hall(served)
+    page = WebPage(hall.server.address, port=0)
+    try:
+        yield hall, page
+    finally:
+        page.close()
+        hall.server.close("the test is over")
+    assert not page.is_open
+
+
+def test_looking_on_leaves_no_trace_and_those_who_come_late_see_the_present() -> None:
+    watched, alone = Cell(WHOLE), Cell(WHOLE)
+    with shown(watched) as (hall, page):
+        first = Onlooker(page.url)
+        hall.until(lambda: first.sees(TRAY, "bodies/world", "shadows/0"))
+        hall.until(lambda: first.moves > 30)
+        late = Onlooker(page.url)
+        hall.until(lambda: late.sees(TRAY) and abs(late.position(TRAY)[1] - 3.0) < 0.5)
+        for _ in range(20):
+            hall.step()
+        assert len(hall.asked) > 5
+        first.close()
+        late.close()
+        ticks = watched.simulation.clock.tick
+    for _ in range(ticks):
+        alone.step()
+    assert watched.state_hash() == alone.state_hash()
+
+
+def test_nobody_looks_on_and_hardly_anything_is_asked() -> None:
+    with shown(Cell(KITTING)) as (hall, page):
+        hall.until(lambda: len(hall.asked) >= 2)
+        begun, before = time.monotonic(), len(hall.asked)
+        while time.monotonic() < begun + 1.5:
+            hall.step()
+        assert len(hall.asked) - before <= 2
+        someone = Onlooker(page.url)
+        hall.until(lambda: len(hall.asked) > before + 10)
+        someone.close()
+
+
+def test_the_page_finds_back_to_what_was_gone_and_shows_what_is_there_now() -> None:
+    hall = Hall(Cell(KITTING))
+    port = hall.server.address[1]
+    page = WebPage(hall.server.address, port=0)
+    try:
+        someone = Onlooker(page.url)
+        hall.until(lambda: someone.sees(TRAY))
+        hall.server.close("the run is over")
+        deadline = time.monotonic() + LIMIT
+        while not any("Not connected" in text and "the run is over" in text for text in someone.texts):
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
+        hall = Hall(RobotNode(two_arms()), port)
+        hall.until(lambda: someone.sees("bodies/world") and not someone.sees(TRAY))
+        someone.close()
+    finally:
+        page.close()
+        hall.server.close("the test is over")
+
+
+def test_two_pages_on_one_cell_and_one_of_them_is_killed() -> None:
+    with shown(Cell(KITTING)) as (hall, page):
+        other = WebPage(hall.server.address, port=0)
+        ones, others = Onlooker(page.url), Onlooker(other.url)
+        hall.until(lambda: ones.sees(TRAY) and others.sees(TRAY))
+        other._process.kill()
+        hall.until(lambda: not other.is_open)
+        other.close()
+        asked = len(hall.asked)
+        hall.until(lambda: len(hall.asked) > asked + 10)
+        ones.close()
+
+
+def test_nonsense_from_a_browser_changes_nothing_for_the_others() -> None:
+    with shown(Cell(KITTING)) as (hall, page):
+        good = Onlooker(page.url)
+        hall.until(lambda: good.sees(TRAY))
+        for nonsense in (
+            b"\xff" * 40,
+            {"type": "NoSuchMessage"},
+            {"type": "ShareUrlRequest"},
+            {"type": "GuiUpdateMessage", "uuid": "nobody", "updates": {"value": [1] * 100}},
+            {"type": "GuiUpdateMessage", "uuid": 7, "updates": 7},
+            {"type": "ViewerCameraMessage", "wxyz": "x"},
+            {"type": "SceneNodeClickMessage"},
+            {"type": "TransformControlsUpdateMessage", "name": "/scene", "wxyz": (0, 0, 0, 0), "position": (1, 2)},
+        ):
+            bad = Onlooker(page.url)
+            bad.say(nonsense)
+            for _ in range(10):
+                hall.step()
+            bad.close()
+        moves = len(hall.asked)
+        hall.until(lambda: len(hall.asked) > moves + 10)
+        assert page.is_open
+        late = Onlooker(page.url)
+        hall.until(lambda: late.sees(TRAY))
+        late.close()
+        good.close()
+
+
+def test_a_page_that_cannot_be_shown() -> None:
+    with pytest.raises(UsageError, match=r"no page can be shown: .*cannot be listened at"):
+        WebPage(("127.0.0.1", 1), host="192.0.2.1", port=0, token="secret")
+    with pytest.raises(UsageError, match=r"no page can be shown: .*needs a token"):
+        WebPage(("127.0.0.1", 1), host="0.0.0.0", port=0)
