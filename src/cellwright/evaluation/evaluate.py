@@ -19,7 +19,8 @@ from cellwright.evaluation.results_file import ResultsFile
 from cellwright.evaluation.worker_process import WorkerProcess
 from cellwright.run import Outcome
 
-LOGS = "logs"
+LOGS, RECORDINGS = "logs", "recordings"
+"""Folders beside the results."""
 
 _LOOK = 0.2  # [s] between two looks at the limits
 _START = 60.0  # [s] that a process may take until it begins with its job
@@ -46,6 +47,7 @@ class Evaluation:
         store: takes the results, and knows those from before.
         limits: what each run may use.
         workers: how many processes at a time.
+        records: whether each run is recorded.
         on_result: called for each new result.
         on_look: called now and then with what is being worked.
     """
@@ -56,6 +58,7 @@ class Evaluation:
         *,
         limits: Limits | None = None,
         workers: int = 1,
+        records: bool = False,
         on_result: Callable[[Result], None] = lambda _result: None,
         on_look: Callable[[Sequence[Running]], None] = lambda _running: None,
     ) -> None:
@@ -64,6 +67,7 @@ class Evaluation:
         self._store = store
         self._limits = limits or Limits()
         self._workers = workers
+        self._records = records
         self._on_result = on_result
         self._on_look = on_look
         self._running: dict[WorkerProcess, Job] = {}
@@ -142,10 +146,15 @@ class Evaluation:
     def _order_for(self, job: Job) -> dict[str, Any]:
         files = [str(file) for file in job.trial.files]
         run_log = str(self._log(job.log_name).with_suffix(".jsonl"))
-        return self._order(job.agent) | {"files": files, "seed": job.seed, "vary": job.vary, "run_log": run_log}
+        record = str(self._beside(RECORDINGS, job.log_name).with_suffix(".mcap")) if self._records else None
+        about = {"files": files, "seed": job.seed, "vary": job.vary, "run_log": run_log, "record": record}
+        return self._order(job.agent) | about
 
     def _log(self, name: str) -> Path:
-        folder = self._store.path.parent / LOGS
+        return self._beside(LOGS, name)
+
+    def _beside(self, kind: str, name: str) -> Path:
+        folder = self._store.path.parent / kind
         folder.mkdir(exist_ok=True)
         return folder / name
 

@@ -21,12 +21,13 @@ from typing import Any, BinaryIO, NoReturn, TextIO
 from cellwright.agents.agent import AgentError, find_agent
 from cellwright.cell import Cell
 from cellwright.description.gear2017 import load_trial
+from cellwright.description.reading.sources import Sources, sources_collected
 from cellwright.errors import UsageError
 from cellwright.evaluation.limits import limit_memory
 from cellwright.evaluation.timeline import Timeline
 from cellwright.kitting.score.evidence_json import evidence_to_json
 from cellwright.recording.run_log import RunLog
-from cellwright.run import RunOptions, run_cell
+from cellwright.run import RecordOptions, RunOptions, run_cell
 from cellwright.variation import vary
 
 _TELL = 0.5  # [s] of wall time between two lines about how it goes
@@ -47,7 +48,8 @@ class Channel:
 def work(order: Mapping[str, Any], channel: Channel) -> dict[str, Any]:
     """Run what was ordered: a trial's files, an agent, a seed; the result is for `outcome.result_of`."""
     agent = find_agent(order["agent"])()
-    cell = make_cell(order)
+    with sources_collected() as sources:
+        cell = make_cell(order)
     timeline = Timeline(cell)
     shown = time.monotonic()
 
@@ -60,7 +62,7 @@ def work(order: Mapping[str, Any], channel: Channel) -> dict[str, Any]:
             channel.tell("progress", {"time": cell.simulation.time, "points": cell.competition.score().total})
 
     log = make_log(order)
-    result = run_cell(cell, agent, RunOptions(on_progress=progress, log=log))
+    result = run_cell(cell, agent, RunOptions(on_progress=progress, log=log, record=make_record(order, sources)))
     timeline.look()
     sys.stderr.write(result.error)
     return {
@@ -94,6 +96,21 @@ def make_log(order: Mapping[str, Any]) -> RunLog | None:
     except UsageError as error:
         _warn(str(error))
         return None
+
+
+def make_record(order: Mapping[str, Any], sources: Sources) -> RecordOptions | None:
+    """How a job is recorded, if it is; a run that cannot be is worth no less."""
+    if not order["record"]:
+        return None
+    path = Path(order["record"])
+    try:
+        path.open("wb").close()
+    except OSError as error:
+        _warn(f"{path}: cannot be written: {error.strerror or error}")
+        return None
+    files = [Path(file) for file in order["files"]]
+    about = {"agent": order["agent"]}
+    return RecordOptions([path], about, sources, files, is_varied=order["vary"], report=_warn)
 
 
 def main() -> NoReturn:

@@ -16,6 +16,7 @@ from cellwright.cli.main import main
 from cellwright.evaluation.evaluate import Running
 from cellwright.evaluation.job import EvaluatedTrial, make_jobs
 from cellwright.evaluation.summary import Threshold
+from cellwright.recording.reader import Recording
 from tests.cli.conftest import CommandLine
 from tests.evaluation.programs import PROGRAMS, TRIAL
 from tests.evaluation.results import CRASHED, LOST, result
@@ -30,7 +31,8 @@ def tiny(cellwright: CommandLine) -> CommandLine:
 
 
 def test_a_program_that_is_good(tiny: CommandLine) -> None:
-    ran = tiny("eval", "tiny.yaml", "--agent", "programs.py:Deliver", "--min-score", "100%", "--jobs", "1")
+    work = ("eval", "tiny.yaml", "--agent", "programs.py:Deliver", "--jobs", "1")
+    ran = tiny(*work, "--min-score", "100%", "--record")
     assert (ran.status, ran.err) == (0, "")
     assert "[1/1] tiny seed 1: 6 of 6 points, done, " in ran.out
     assert "passed      1 of 1 runs" in ran.out
@@ -38,6 +40,7 @@ def test_a_program_that_is_good(tiny: CommandLine) -> None:
     assert sorted(path.name for path in folder.iterdir()) == [
         "junit.xml",
         "logs",
+        "recordings",
         "report.html",
         "results.jsonl",
         "summary.json",
@@ -45,7 +48,13 @@ def test_a_program_that_is_good(tiny: CommandLine) -> None:
     assert ElementTree.fromstring((folder / "junit.xml").read_bytes()).get("failures") == "0"
     assert json.loads((folder / "summary.json").read_text())["exit_status"] == 0
     assert "tiny seed 1" in (folder / "report.html").read_text(encoding="utf-8")
-    again = tiny("eval", "tiny.yaml", "--agent", "programs.py:Deliver", "--min-score", "7", "--jobs", "1", "--json")
+    (recorded,) = (folder / "recordings").iterdir()
+    with Recording(recorded) as recording:
+        assert recording.end is not None
+        assert (recording.end["score"], recording.header.facts["agent"]) == (6.0, "programs.py:Deliver")
+        assert recording.header.facts["files"][0] == "files/tiny.yaml"
+        assert set(recording.sources) == set(recording.header.facts["files"])
+    again = tiny(*work, "--min-score", "7", "--json")
     assert again.status == 1
     assert "1 of them have a result from before" in again.err
     document = json.loads(again.out)

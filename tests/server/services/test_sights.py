@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from cellwright.cell import Cell
+from cellwright.description.gear2017 import load_trial
 from cellwright.scene.taking import SceneTaker
 from cellwright.server.services import sights
 from cellwright.server.services.scene import SceneServices
@@ -81,3 +82,18 @@ def test_nothing_more_is_told_than_was_asked_for_and_asking_leaves_no_trace() ->
         alone.step()
         assert {"contacts", "sensors"} <= services.frame({"contacts": True, "sensors": True}).keys()
     assert watched.state_hash() == alone.state_hash()
+
+
+def test_a_camera_tells_where_it_is_and_draws_nothing_for_it() -> None:
+    camera = "{type: rgb_camera, frame: vacuum_gripper_link, pose: {xyz: [0.08, 0, 0]}, fov: 1.0, near: 0.2, far: 9}"
+    cell = Cell(load_trial(text=f"arm: {{type: ur10}}\ncellwright: {{sensors: {{wrist: {camera}}}}}").trial)
+    told, _ = about(cell)
+    described = told["sensors"][0]  # type: ignore[index]
+    assert [described[name] for name in ("form", "angle", "near", "far")] == ["frustum", 0.5, 0.2, 1.0]
+    for _ in range(20):
+        cell.step()
+    cell.simulation.refresh()
+    found = json.loads(json.dumps(sights.sensors(cell)))["wrist"]
+    tool = cell.simulation.data.body("vacuum_gripper_link")
+    assert found["position"] == pytest.approx((tool.xpos + 0.08 * tool.xmat.reshape(3, 3)[:, 0]).tolist(), abs=1e-3)
+    assert cell.studio._painter is None

@@ -92,6 +92,15 @@ def evaluate(
     out: Annotated[
         Path, typer.Option(metavar="FOLDER", help="Where results, logs and reports go.", rich_help_panel=OUTPUT)
     ] = Path("evaluation"),
+    record: Annotated[
+        bool,
+        typer.Option(
+            "--record",
+            metavar="",
+            help="Record each run that has no result yet, to FOLDER/recordings.",
+            rich_help_panel=OUTPUT,
+        ),
+    ] = False,
     as_json: Annotated[
         bool,
         typer.Option("--json", metavar="", help="Print the summary as JSON on stdout.", rich_help_panel=OUTPUT),
@@ -129,7 +138,7 @@ def evaluate(
     except OSError as error:
         options.refuse(f"--out {out}: cannot be written to: {error.strerror}")
     with store:
-        results, failures = _work(wanted, store, limits, workers, console)
+        results, failures = _work(wanted, store, limits, workers, console, records=record)
     left = len(wanted) - len(results)
     short = [shortcoming(result, least) for result in results]
     status = NOT_DONE if left or failures or any(short) else DONE
@@ -162,12 +171,17 @@ def _write(file: Path, content: str | bytes) -> list[str]:
 
 
 def _work(
-    jobs: Sequence[Job], store: ResultsFile, limits: Limits, workers: int, console: Console
+    jobs: Sequence[Job], store: ResultsFile, limits: Limits, workers: int, console: Console, *, records: bool
 ) -> tuple[list[Result], list[str]]:
     """The results of the jobs that have one, in the jobs' order; and why there were no more, if it could not go on."""
     with EvalProgress(console, jobs) as progress:
         evaluation = Evaluation(
-            store, limits=limits, workers=workers, on_result=progress.take, on_look=progress.show_running
+            store,
+            limits=limits,
+            workers=workers,
+            records=records,
+            on_result=progress.take,
+            on_look=progress.show_running,
         )
         known = [store.results[job.key] for job in jobs if evaluation.is_settled(job)]
         progress.begin(known, store.path.parent)

@@ -14,6 +14,7 @@ from cellwright.devices.sensors import break_beam, laser_profiler, proximity
 from cellwright.devices.sensors.break_beam import BeamReading
 from cellwright.devices.sensors.laser_profiler import ProfileReading
 from cellwright.devices.sensors.logical_camera import CameraReading, LogicalCamera
+from cellwright.devices.sensors.picture_camera import PictureCamera
 from cellwright.devices.sensors.proximity import ProximityReading
 from cellwright.devices.sensors.sensor import Reading, Sensor
 from cellwright.pose import Pose
@@ -27,6 +28,7 @@ MOST_CONTACTS = 300
 
 _WEAKEST = 1e-3  # [N]
 _EVERY = 8  # of the rays of a profile, this one is told
+_FARTHEST_SHOWN = 1.0  # [m] of what cameras see; the rest would fill the cell with lines
 _HERE = (0.0, 0.0, 0.0)
 
 
@@ -66,15 +68,33 @@ def _described(sensor: Sensor[Any]) -> dict[str, Any]:
         case LogicalCamera():
             figures = {"near": sensor.near, "far": sensor.far, "angle": sensor.horizontal_fov / 2}
             return found | {"form": "frustum", "aspect": sensor.aspect, **figures}
+        case PictureCamera():
+            angle, far = sensor.pinhole.fov / 2, min(sensor.description.far, _FARTHEST_SHOWN)
+            place = _place(sensor.world_T_camera)
+            figures = {"near": min(sensor.description.near, far), "far": far, "angle": angle}
+            return found | {
+                "form": "frustum",
+                "aspect": sensor.pinhole.width / sensor.pinhole.height,
+                **figures,
+                **place,
+            }
         case _:
             return found | {"form": "other"}
+
+
+def _place(pose: Pose) -> dict[str, Any]:
+    return {
+        "position": [round(each, 4) for each in pose.position],
+        "quaternion": [round(each, 5) for each in pose.quaternion],
+    }
 
 
 def sensors(served: Served) -> dict[str, Any]:
     """What the sensors of a cell find now, by name; None for one that is switched off or of a form of its own.
 
     Each is `sees`, whether there is something, and `ranges` [m] along its rays, null for one that meets nothing. A
-    reading is a function of state and time, so nobody finds out that it was made.
+    reading is a function of state and time, so nobody finds out that it was made. A camera that takes pictures tells
+    where it is, `position` and `quaternion`; none is drawn for that.
     """
     if not isinstance(served, Cell):
         return {}
@@ -82,6 +102,8 @@ def sensors(served: Served) -> dict[str, Any]:
 
 
 def _found(sensor: Sensor[Any]) -> dict[str, Any] | None:
+    if isinstance(sensor, PictureCamera):
+        return {"sees": False, "ranges": [], **_place(sensor.world_T_camera)}
     if not isinstance(
         sensor, (break_beam.BreakBeam, proximity.ProximitySensor, laser_profiler.LaserProfiler, LogicalCamera)
     ):

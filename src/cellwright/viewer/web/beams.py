@@ -15,6 +15,7 @@ from cellwright.viewer.web.views import TAB
 
 _DARK, _LIT, _OFF = (0.35, 0.55, 0.75), (0.95, 0.2, 0.1), (0.6, 0.6, 0.6)
 _BEAM = (0.9, 0.1, 0.1)
+_PLACE = ("position", "quaternion")  # those that move say where they are
 _THICKNESS = 2.0  # pixels
 Segments = NDArray[np.float32]
 
@@ -66,7 +67,8 @@ class Beams(Feature):
             self._draw(self._page, name, sensor, reading)
 
     def _draw(self, page: Page, name: str, sensor: dict[str, Any], reading: dict[str, Any] | None) -> None:
-        segments = _world(sensor, _FORMS[sensor["form"]](sensor, reading or {}))
+        place = {**sensor, **{name: reading[name] for name in _PLACE if name in reading}} if reading else sensor
+        segments = _world(place, _FORMS[sensor["form"]](sensor, reading or {}))
         colour = _OFF if reading is None else _LIT if reading.get("sees") else _DARK
         if name in self._lines and self._lines[name].points.shape == segments.shape:
             self._lines[name].points = segments
