@@ -99,7 +99,7 @@ def run(
         str,
         typer.Option(
             metavar="NAME",
-            help="Where pictures are taken from: overview, bins, belt, agv1, agv2.",
+            help="Where pictures are taken from: overview, bins, belt, agv1, agv2, or `x,y,z:x,y,z` [m].",
             rich_help_panel=LOOK,
         ),
     ] = "overview",
