@@ -33,7 +33,7 @@ def draw(axes: Axes, score: ScoreTrack, story: Story) -> None:
     if score.best is not None:
         axes.axhline(score.best, color=FAINT, linewidth=0.9, linestyle=(0, (4, 3)))
         named = [(f"{score.best:g} at best", score.best, INK), (f"{points[-1]:g}", float(points[-1]), COLOURS[0])]
-        name_at_the_end(axes, named if points[-1] != score.best else [(f"{score.best:g} at best", score.best, COLOURS[0])])
+        name_at_the_end(axes, named if points[-1] != score.best else named[:1])
     axes.locator_params(axis="y", nbins=5, integer=True)
     axes.set_title("Score")
     axes.set_ylabel("points")
