@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.cli.conftest import CommandLine
@@ -11,7 +12,7 @@ from tests.rendering.worker.test_film import read
 SMALL = ("--video-size", "64x48")
 
 
-@pytest.mark.parametrize("command", ["run", "serve"])
+@pytest.mark.parametrize("command", ["run lesson", "serve lesson", "teleop tandem"])
 @pytest.mark.parametrize(
     ("options", "reason"),
     [
@@ -27,7 +28,7 @@ SMALL = ("--video-size", "64x48")
     ],
 )
 def test_bad_input_is_one_line(command: str, options: list[str], reason: str, cellwright: CommandLine) -> None:
-    ran = cellwright(command, "lesson", *options)
+    ran = cellwright(*command.split(), *options)
     assert (ran.status, ran.out) == (2, "")
     assert reason in ran.err
     assert ran.err.count("\n") == 1
@@ -52,6 +53,18 @@ def test_what_is_served_has_a_video(cellwright: CommandLine, tmp_path: Path) -> 
     assert len(read(tmp_path / "a.mp4")) == 6
 
 
+def test_a_robot_has_a_video(cellwright: CommandLine, tmp_path: Path) -> None:
+    options = ("--port", "0", "--sim-time", "--speed", "max", "--until", "0.2", "--json")
+    ran = cellwright("teleop", "tandem", *options, "--video", "a.mp4", *SMALL)
+    assert (ran.status, json.loads(ran.out)["videos"]) == (
+        0,
+        [{"file": "a.mp4", "length": 0.24, "frames": 6, "dropped": 0}],
+    )
+    first = read(tmp_path / "a.mp4")[0].astype(int)
+    edge = np.concatenate([first[0], first[-1], first[:, 0], first[:, -1]])
+    assert np.abs(first - np.median(edge, axis=0)).max() > 80  # somebody stands there, and not at the edge alone
+
+
 def test_a_full_disk_costs_the_video_and_not_the_run(cellwright: CommandLine, tmp_path: Path) -> None:
     if not Path("/dev/full").exists():
         pytest.skip("Linux has a disk that is always full")
@@ -60,3 +73,24 @@ def test_a_full_disk_costs_the_video_and_not_the_run(cellwright: CommandLine, tm
     assert ran.status == 1
     assert ran.err.count("No space left on device") == 1
     assert "simulated   0.2 s" in ran.out
+
+
+def test_a_recording_has_the_video_of_its_run(cellwright: CommandLine, tmp_path: Path) -> None:
+    cellwright(
+        *("run", "lesson", "--agent", "lesson", "--until", "0.28", "--no-picture", *SMALL),
+        *("--record", "run.mcap", "--video", "live.mp4"),
+    )
+    ran = cellwright("replay", "run.mcap", "--video", "replayed.mp4", *SMALL)
+    assert (ran.status, ran.out) == (0, "video       replayed.mp4, 0.3 s\n")
+    live, replayed = read(tmp_path / "live.mp4"), read(tmp_path / "replayed.mp4")
+    assert len(live) == len(replayed) == 8
+    for a, b in zip(live, replayed, strict=True):
+        assert np.abs(a.astype(int) - b).mean() < 3  # the clock in the corner is coded with what came before
+    ran = cellwright("replay", "run.mcap", "--video", "b.mp4", *SMALL, "--start", "0.12", "--until", "0.2", "--json")
+    assert json.loads(ran.out)["videos"] == [{"file": "b.mp4", "length": 0.12, "frames": 3, "dropped": 0}]
+    ran = cellwright("replay", "run.mcap", "--video", "c.mp4", "--start", "50")
+    assert (ran.status, ran.err.count("\n")) == (2, 1)
+    assert "nothing is to be seen there at these times" in ran.err
+    for other in ("--serve", "--verify"):
+        ran = cellwright("replay", "run.mcap", "--video", "c.mp4", other)
+        assert (ran.status, "make the video alone" in ran.err) == (2, True)

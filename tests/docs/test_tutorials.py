@@ -40,6 +40,7 @@ PAGES = [
     "docs/replay.md",
     "docs/score.md",
     "docs/variation.md",
+    "docs/video.md",
     "docs/motion.md",
     "docs/evaluate.md",
     "docs/kitter.md",

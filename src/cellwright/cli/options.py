@@ -21,7 +21,7 @@ from cellwright.errors import UnknownNameError, UsageError
 from cellwright.kitting.score.scorer import OrderScore
 from cellwright.kitting.score.trial_score import Averages, trial_score
 from cellwright.rendering.camera import Camera
-from cellwright.rendering.views import view
+from cellwright.rendering.views import camera_of
 
 LATEST = 1e9
 """Latest time that a run may be asked to reach [s]."""
@@ -230,11 +230,13 @@ def servo(name: str | None) -> ServoProfile | None:
 
 
 def camera(name: str) -> Camera:
-    """The camera of a named view."""
+    """The camera of a named view, or of numbers."""
     try:
-        return view(name)
+        return camera_of(name)
     except UnknownNameError as error:
         refuse(f"--camera: {error.sentence()}")
+    except UsageError as error:
+        refuse(f"--camera {error}")
 
 
 def topics(names: Sequence[str], cell: Cell) -> None:

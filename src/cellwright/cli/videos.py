@@ -13,8 +13,10 @@ from cellwright.cell import Cell
 from cellwright.cli import options
 from cellwright.errors import UnknownNameError, UsageError
 from cellwright.rendering.camera import Camera
+from cellwright.rendering.robots import robot_camera, robot_lamp
 from cellwright.rendering.video import HEIGHT, WIDTH, check_video_size, period_of
 from cellwright.rendering.views import VIEWS, camera_of
+from cellwright.teleop.node import RobotNode
 from cellwright.viewer.filming import Filming, Made, VideoWish, still
 
 PANEL = "Video"
@@ -107,6 +109,30 @@ def of_cell(cell: Cell, wanted: VideoWish, *, waits: bool, warn: Callable[[str],
 
     return Filming(
         cell, wanted, camera=still(wanted.camera or VIEWS["overview"]), caption=caption, waits=waits, warn=warn
+    )
+
+
+def of_robot(node: RobotNode, wanted: VideoWish, *, waits: bool, warn: Callable[[str], None]) -> Filming:
+    """A video of a robot, which is seen whole as it stands now, with the time in its corner.
+
+    Args:
+        node: whose robot it is.
+        wanted: what was asked for.
+        waits: hold time until a frame can be drawn.
+        warn: takes a line about what goes wrong.
+
+    Raises:
+        RenderingError: it cannot be written.
+    """
+    camera = wanted.camera or robot_camera(node.world, node.simulation.data, wanted.width, wanted.height)
+    return Filming(
+        node,
+        wanted,
+        camera=still(camera),
+        caption=lambda: f"{node.simulation.time:.1f} s",
+        waits=waits,
+        warn=warn,
+        lamp=robot_lamp(camera),
     )
 
 

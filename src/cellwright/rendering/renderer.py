@@ -34,6 +34,7 @@ class Renderer(Protocol):
         samples: int,
         shadows: bool,
         about: Vector3 | None = None,
+        lamp: Vector3 = LAMP,
     ) -> NDArray[np.uint8]:
         """A picture (height, width, 3), sRGB.
 
@@ -46,6 +47,7 @@ class Renderer(Protocol):
             shadows: whether light is held off by what stands in its way, for those who can do without.
             about: the point [m] that the lamp is placed by, so that cameras that move, or are several, are in one
                 light; None takes the one that the camera looks at.
+            lamp: where the light comes from [m], from that point, along the axes of the world.
         """
         ...
 
@@ -78,11 +80,12 @@ class CastRenderer:
         samples: int = 2,
         shadows: bool = True,
         about: Vector3 | None = None,
+        lamp: Vector3 = LAMP,
     ) -> NDArray[np.uint8]:
         """See `Renderer`; shadows are always there."""
         del shadows
         self._scene.show(frame)
-        ax, ay, az = np.subtract(LAMP, np.subtract(camera.target, camera.target if about is None else about)).tolist()
+        ax, ay, az = np.subtract(lamp, np.subtract(camera.target, camera.target if about is None else about)).tolist()
         return render(self._scene.model, self._scene.data, camera, width, height, samples=samples, lamp=(ax, ay, az))
 
     def depth(self, frame: Frame, camera: Camera, width: int, height: int) -> NDArray[np.float32]:

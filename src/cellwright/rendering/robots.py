@@ -72,9 +72,14 @@ def save_robot_picture(
         UsageError: if an argument is out of range or the file cannot be written.
     """
     camera = robot_camera(world, data, width, height, turn=turn, tilt=tilt)
+    lamp = robot_lamp(camera)
+    save_picture(path, world.model, data, camera, width, height, lamp=lamp, samples=samples, progress=progress)
+
+
+def robot_lamp(camera: Camera) -> Vector3:
+    """Where the light comes from that shows a robot well [m], from the point that the camera looks at: behind it."""
     heading = math.atan2(camera.eye[1] - camera.target[1], camera.eye[0] - camera.target[0])
-    lamp = _LAMP_DISTANCE * _direction(heading - _LAMP_TURN, _LAMP_TILT)
-    save_picture(path, world.model, data, camera, width, height, lamp=_vector(lamp), samples=samples, progress=progress)
+    return _vector(_LAMP_DISTANCE * _direction(heading - _LAMP_TURN, _LAMP_TILT))
 
 
 def camera_on(

@@ -8,8 +8,9 @@ from fractions import Fraction
 from pathlib import Path
 
 from cellwright.errors import UsageError
+from cellwright.pose import Vector3
 from cellwright.rendering.camera import Camera
-from cellwright.rendering.picture import LARGEST_SIDE
+from cellwright.rendering.picture import LAMP, LARGEST_SIDE
 from cellwright.rendering.worker import Pending, RenderingError, RenderWorker, wire
 from cellwright.scene import Frame, Scene
 
@@ -36,6 +37,7 @@ class Video:
         height: in pixels; even.
         rate: pictures a second, as it is played.
         fine: edges of four samples a pixel, which takes three times as long.
+        lamp: where the light comes from [m], from the point that the camera looks at, along the axes of the world.
 
     Raises:
         UsageError: the size is none that a video can have.
@@ -51,6 +53,7 @@ class Video:
         *,
         rate: Fraction = RATE,
         fine: bool = False,
+        lamp: Vector3 = LAMP,
     ) -> None:
         check_video_size(width, height)
         self.file = file
@@ -64,10 +67,9 @@ class Video:
         self._worker = RenderWorker(scene, most=_WAITING)
         self._repeats = 0
         self._waiting: deque[Pending[None]] = deque()
-        about = {"width": width, "height": height, "samples": 4 if fine else 2, "shadows": True, "about": None}
-        opened = self._worker.ask(
-            {"what": "film", "file": str(file.absolute()), "rate": [rate.numerator, rate.denominator], **about}
-        )
+        size = {"width": width, "height": height, "rate": [rate.numerator, rate.denominator]}
+        quality = {"samples": 4 if fine else 2, "shadows": True, "lamp": lamp}
+        opened = self._worker.ask({"what": "film", "file": str(file.absolute()), **size, **quality})
         try:
             opened.result()
             self.draws_with = self._worker.ready.result()

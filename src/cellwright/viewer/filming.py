@@ -9,7 +9,9 @@ from typing import TypeAlias
 
 from cellwright.bus.served import Served
 from cellwright.errors import CellwrightError
+from cellwright.pose import Vector3
 from cellwright.rendering.camera import Camera
+from cellwright.rendering.picture import LAMP
 from cellwright.rendering.renderer import RAYS
 from cellwright.rendering.video import HEIGHT, RATE, WIDTH, Video, period_of
 from cellwright.scene.taking import SceneTaker
@@ -50,6 +52,7 @@ class Filming:
         caption: a line to be written in its corner, asked for each frame.
         waits: hold time until a frame can be drawn; else frames are dropped where drawing is slower than time.
         warn: takes a line about what goes wrong, once.
+        lamp: where the light comes from [m], from the point that the camera looks at.
 
     Raises:
         UsageError: the size is none that a video can have.
@@ -65,11 +68,12 @@ class Filming:
         caption: Callable[[], str],
         waits: bool,
         warn: Callable[[str], None],
+        lamp: Vector3 = LAMP,
     ) -> None:
         self._served, self._camera, self._caption, self._waits, self._warn = served, camera, caption, waits, warn
         self._taker = SceneTaker(served.simulation.model, name=served.name, hidden=served.out_of_sight)
         self._period = period_of(wish.speed, RATE)
-        self._video = Video(wish.file, self._taker.scene, wish.width, wish.height, fine=wish.fine)
+        self._video = Video(wish.file, self._taker.scene, wish.width, wish.height, fine=wish.fine, lamp=lamp)
         self._watch: Watch | None = None
         self.is_whole = True
         """Whether all that was to be seen is in it so far."""

@@ -9,12 +9,14 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from cellwright.cli import options
+from cellwright.cli import options, videos
 from cellwright.cli.arguments import OUTPUT
 from cellwright.cli.exit_status import DONE
 from cellwright.cli.replay import summary
+from cellwright.cli.replay.film import film
 from cellwright.cli.replay.play import PlayOptions, play
 from cellwright.cli.replay.verify import verify as run_again
+from cellwright.cli.run.progress import bar
 from cellwright.cli.run.score_table import note
 from cellwright.cli.view.arguments import Open, View, ViewHost, ViewPort, look
 from cellwright.recording.bag import write_bag
@@ -87,6 +89,11 @@ def replay(
             metavar="OUT.bag", help="Write its topics as a bag, for the tools of ROS 1.", rich_help_panel=OUTPUT
         ),
     ] = None,
+    video: videos.File = None,
+    video_camera: videos.View = None,
+    video_speed: videos.Speed = 1.0,
+    video_size: videos.Size = videos.USUAL_SIZE,
+    video_fine: videos.Fine = False,
     as_json: Annotated[
         bool,
         typer.Option(
@@ -116,8 +123,11 @@ def replay(
         # does the same come of the same commands?
         cellwright replay run.mcap --verify
 
-    Exit status: 0 done, or equal; 1 run again it came out otherwise; 2 the file cannot be used, or holds nothing to
-    compare.
+        # a video of it, a minute in 6 s
+        cellwright replay run.mcap --video run.mp4 --video-speed 10
+
+    Exit status: 0 done, or equal; 1 run again it came out otherwise; 2 the file cannot be used, holds nothing to
+    compare or to see, or the video cannot be written.
     """
     console = Console(stderr=as_json, highlight=False)
     is_played = serve or ros1 or view
@@ -126,7 +136,10 @@ def replay(
         options.refuse("--verify runs it again and plays nothing: leave out --serve, --ros1 and --view")
     if loop and hold:
         options.refuse("--loop and --hold: give one of them")
-    for option, is_given in (("--loop", loop), ("--hold", hold), ("--start", start is not None)):
+    filmed = videos.wish(video, video_camera, video_speed, video_size, fine=video_fine)
+    if filmed and (is_played or verify):
+        options.refuse("--video: make the video alone: leave out --view, --serve, --ros1 and --verify")
+    for option, is_given in (("--loop", loop), ("--hold", hold), ("--start", start is not None and not filmed)):
         if is_given and not is_played:
             options.refuse(f"{option}: say to whom it is to be played: add --view, --serve or --ros1")
     wanted = PlayOptions(
@@ -151,13 +164,29 @@ def replay(
         if is_played:
             play(recording, wanted, console)
         told = summary.document(recording)
+        if filmed is not None:
+            with bar(console, f"drawing {filmed.file}", 1.0) as tell:
+                told["videos"] = [
+                    film(recording, filmed, start=wanted.start, until=wanted.until, warn=_warn, tell=tell or _nothing)
+                ]
     if as_json:
         typer.echo(json.dumps(told, indent=2))
-    elif bag_file is not None:
-        note(console, "bag", str(bag_file))
+    elif filmed is not None or bag_file is not None:
+        if filmed is not None:
+            note(console, "video", videos.sentence(told["videos"][0]))
+        if bag_file is not None:
+            note(console, "bag", str(bag_file))
     elif not is_played:
         summary.show(console, told)
     raise typer.Exit(DONE)
+
+
+def _warn(line: str) -> None:
+    typer.echo(f"warning: {line}", err=True)
+
+
+def _nothing(_share: float) -> None:
+    pass
 
 
 def _time(option: str, value: float | None) -> float | None:

@@ -43,6 +43,7 @@ class PlayOptions:
         port: port to listen at; 0 takes a free one.
         ros1: be a node of ROS 1 too.
         look: a page on it; None for none.
+        paused: let time stand until somebody on the page lets it pass.
     """
 
     speed: float | None = 1.0
@@ -53,6 +54,7 @@ class PlayOptions:
     port: int = DEFAULT_PORT
     ros1: bool = False
     look: Look | None = None
+    paused: bool = False
 
 
 def play(recording: Recording, wanted: PlayOptions, console: Console) -> None:
@@ -85,7 +87,7 @@ def play(recording: Recording, wanted: PlayOptions, console: Console) -> None:
         playing = Playing(
             recorded,
             server,
-            tempo=Tempo(wanted.speed),
+            tempo=Tempo(wanted.speed, paused=wanted.paused),
             first=_time(wanted.start),
             last=_time(wanted.until),
             at_end=wanted.at_end,

@@ -30,6 +30,7 @@ APART = "the agent is in a process of its own: end the run, and start it again"
 """Why a run over a socket or ROS does not begin anew at a click."""
 
 _NAP = 0.1  # [s]
+_LAST_LOOK = 0.7  # [s]: a page asks for its panel four times a second, and is to show how the run ended
 
 
 class Attended:
@@ -98,7 +99,10 @@ class Attended:
 
     def stays(self) -> bool:
         """Keep the page until Ctrl-C, where somebody sits at a terminal; whether the run is to begin anew instead."""
-        if self.begins_anew or sys.stdin is None or not sys.stdin.isatty():
+        if self.begins_anew:
+            return True
+        if sys.stdin is None or not sys.stdin.isatty():
+            self.server.wait(_LAST_LOOK, until_asked=False)
             return self.begins_anew
         self._say("the page stays open; Ctrl-C ends")
         with suppress(KeyboardInterrupt), ended_as_by_ctrl_c():

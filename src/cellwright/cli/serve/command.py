@@ -86,7 +86,7 @@ def serve(
         str,
         typer.Option(
             metavar="NAME",
-            help="Where it is taken from: overview, bins, belt, agv1, agv2.",
+            help="Where it is taken from: overview, bins, belt, agv1, agv2, or `x,y,z:x,y,z` [m].",
             rich_help_panel=OUTPUT,
         ),
     ] = "overview",

@@ -6,7 +6,7 @@ from functools import partial
 
 import typer
 
-from cellwright.cli import options, recorded
+from cellwright.cli import options, recorded, videos
 from cellwright.cli.arguments import Record, Until
 from cellwright.cli.teleop.arguments import (
     AsJson,
@@ -89,6 +89,11 @@ def teleop(
     view_port: ViewPort = None,
     open_page: Open = False,
     record: Record = None,
+    video: videos.File = None,
+    video_camera: videos.View = None,
+    video_speed: videos.Speed = 1.0,
+    video_size: videos.Size = videos.USUAL_SIZE,
+    video_fine: videos.Fine = False,
     as_json: AsJson = False,
     verbose: Verbose = False,
 ) -> None:
@@ -169,6 +174,7 @@ def teleop(
         as_json=as_json,
         verbose=verbose,
         record=recorded.wanted(record),
+        video=videos.wish(video, video_camera, video_speed, video_size, fine=video_fine),
         look=look(view=view, host=view_host, port=view_port, opens=open_page),
     )
     run = run_motion_check if check else run_node

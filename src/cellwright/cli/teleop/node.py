@@ -15,7 +15,7 @@ from typing import Any
 import typer
 from rich.console import Console
 
-from cellwright.cli import recorded
+from cellwright.cli import recorded, videos
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.run import score_table
 from cellwright.cli.serve.trial import pace_text, ready
@@ -46,6 +46,7 @@ from cellwright.simulation.tempo import Tempo
 from cellwright.teleop.drivers.driver import Driver
 from cellwright.teleop.node import RobotNode
 from cellwright.teleop.safety.settings import SafetySettings
+from cellwright.viewer.filming import Made, VideoWish
 from cellwright.world.robot import TIMESTEP
 
 _RESET = "/io_teleop_reset_robot"
@@ -81,6 +82,7 @@ class TeleopOptions:
         look: a page on it; None for none.
         paused: let time stand until somebody on the page lets it pass.
         record: how it is recorded; None for not at all.
+        video: a video to be written; it is not waited for where time keeps to the wall clock.
     """
 
     motion: Motion = Motion.SERVO
@@ -102,6 +104,7 @@ class TeleopOptions:
     look: Look | None = None
     paused: bool = False
     record: RecordOptions | None = None
+    video: VideoWish | None = None
 
 
 @dataclass
@@ -114,6 +117,7 @@ class _Ran:
     pace: Pace | None = field(default=None)
     recordings: Sequence[Path] = ()
     is_recorded: bool = True
+    videos: Sequence[Made] = ()
 
 
 def run_node(load: Load, wanted: TeleopOptions) -> int:
@@ -176,15 +180,21 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
         )
         tell = progress.line
         is_stopped.follow(partial(setattr, keeper, "is_stopped", True))
+        waits = wanted.lockstep or wanted.speed is None
+        film = None if wanted.video is None else videos.of_robot(node, wanted.video, waits=waits, warn=_warn)
+        if film is not None:
+            film.start()
         with progress.running():
             if not is_stopped.has_come:
                 console.print(
                     ready(node.name, server, wanted.speed) + in_ros + _off(node), markup=False, soft_wrap=True
                 )
             ran = _run(node, server, keeper, wanted)
+        if film is not None:
+            ran.videos, ran.is_recorded = [film.finish()], film.is_whole
         if recording is not None:
             recording.end({"outcome": ran.outcome, "error": ran.error, "wall": ran.wall})
-            ran.recordings, ran.is_recorded = recording.files, recording.is_whole
+            ran.recordings, ran.is_recorded = recording.files, ran.is_recorded and recording.is_whole
     if not wanted.as_json:
         _show(console, node, wanted, ran)
     try:
@@ -194,6 +204,8 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
     else:
         if wanted.sight.snapshot is not None and not wanted.as_json:
             score_table.note(console, "picture", str(wanted.sight.snapshot))
+    for each in () if wanted.as_json else ran.videos:
+        score_table.note(console, "video", videos.sentence(each))
     for written in () if wanted.as_json else ran.recordings:
         score_table.note(console, "recording", str(written))
     status = NOT_DONE if ran.error or not ran.is_recorded else DONE
@@ -288,6 +300,7 @@ def _document(node: RobotNode, wanted: TeleopOptions, ran: _Ran, status: int) ->
         "unknown_names": list(node.commander.notices.unknown),
         "pace": None if ran.pace is None else asdict(ran.pace),
         "recordings": [str(path) for path in ran.recordings],
+        "videos": list(ran.videos),
         "versions": versions(),
     }
 

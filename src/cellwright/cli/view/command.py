@@ -36,7 +36,8 @@ def view(
 ) -> None:
     """Show a trial, a robot, a recording, or something that is served, on a page in a browser, until Ctrl-C.
 
-    The page's address is printed. A trial stands at its start, in development mode: look around, then let it go on.
+    The page's address is printed. A trial and a recording stand at their start: look around, then let them go on. A
+    trial is in development mode.
 
         # the lesson's cell
         cellwright view lesson
@@ -59,7 +60,7 @@ def view(
             watch(options.address("view", what[0]), wished, console)
         case Kind.RECORDING:
             with Recording(options.paths(what)[0]) as recording:
-                play(recording, PlayOptions(at_end=AtEnd.HOLD, port=0, look=wished), console)
+                play(recording, PlayOptions(at_end=AtEnd.HOLD, port=0, look=wished, paused=True), console)
         case Kind.ROBOT:
             raise typer.Exit(run_node(partial(load_robot, what[0]), TeleopOptions(port=0, look=wished)))
         case Kind.TRIAL:

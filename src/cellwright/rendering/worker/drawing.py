@@ -110,7 +110,7 @@ class Drawing:
 
     def _picture(self, head: dict[str, Any], frame: Frame, camera: Camera) -> NDArray[np.uint8]:
         check_size(head["width"], head["height"])
-        quality = {name: head[name] for name in ("samples", "shadows", "about")}
+        quality = {name: head[name] for name in ("samples", "shadows", "about", "lamp") if name in head}
         return self._renderer.colour(frame, camera, head["width"], head["height"], **quality)
 
     def _answer(self, head: dict[str, Any], about: dict[str, Any], payload: NDArray[Any] | None = None) -> None:

@@ -1,0 +1,112 @@
+"""A video of a recording: what was to be seen at exact simulation times, as a video of the run itself has it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+from cellwright.errors import MessageError, UsageError
+from cellwright.recording.format import FRAME, PANEL
+from cellwright.recording.reader import Recording
+from cellwright.rendering.camera import Camera
+from cellwright.rendering.picture import LAMP
+from cellwright.rendering.renderer import RAYS
+from cellwright.rendering.robots import TILT, TURN, camera_on, robot_lamp
+from cellwright.rendering.video import Video, period_of
+from cellwright.rendering.views import VIEWS
+from cellwright.replay.sight import Sight
+from cellwright.scene import Frame, Scene
+from cellwright.scene.encoded import decode_scene
+from cellwright.scene.model import SceneModel
+from cellwright.simulation.clock import NANOSECONDS, nanoseconds
+from cellwright.viewer.filming import Made, VideoWish
+
+
+def film(
+    recording: Recording,
+    wish: VideoWish,
+    *,
+    start: float | None,
+    until: float | None,
+    warn: Callable[[str], None],
+    tell: Callable[[float], None],
+) -> Made:
+    """Make a video of a recording.
+
+    Args:
+        recording: of a cell or of a robot.
+        wish: what the video is to be.
+        start: simulation time [s] from which on; None: from the begin.
+        until: up to which; None: to the end.
+        warn: takes a line about what goes wrong.
+        tell: told how far it is, 0..1.
+
+    Raises:
+        UsageError: there is nothing to be seen in it at these times.
+        RenderingError: it cannot be drawn or written.
+        RecordingError: the file is damaged.
+    """
+    begin = recording.begin if start is None else max(recording.begin, nanoseconds(start))
+    end = recording.end_time if until is None else min(recording.end_time, nanoseconds(until))
+    scene = _scene(recording)
+    sight = Sight(recording)
+    sight.seek(begin)
+    coming = recording.messages((FRAME, PANEL), start=begin + 1, until=end + 1)
+    newest = next(coming, None)
+    while sight.frame() is None and newest is not None:
+        sight.take(newest)
+        newest = next(coming, None)
+    frame = sight.frame()
+    if frame is None or begin > end:
+        raise UsageError(f"{recording.path}: nothing is to be seen there at these times")
+    camera = wish.camera or _camera(recording, scene, frame, wish)
+    lamp = LAMP if recording.header.kind == "cell" else robot_lamp(camera)
+    video = Video(wish.file, scene, wish.width, wish.height, fine=wish.fine, lamp=lamp)
+    if video.draws_with == RAYS:
+        warn(f"{wish.file}: there is no OpenGL here, so each picture of the video takes seconds; see docs/video.md")
+    period, number = period_of(wish.speed) * NANOSECONDS, 0
+    try:
+        while (time := begin + round(number * period)) <= end and not video.error:
+            while newest is not None and newest.time <= time:
+                sight.take(newest)
+                newest = next(coming, None)
+            frame = sight.frame() or frame
+            video.take(frame, camera, _caption(time, sight.panel()))
+            number += 1
+            tell(min(1.0, (time - begin) / max(1, end - begin)))
+    finally:
+        video.close()
+    return {"file": str(wish.file), "length": video.length, "frames": video.taken, "dropped": 0}
+
+
+def _scene(recording: Recording) -> Scene:
+    data = recording.scene
+    try:
+        if data is not None:
+            return decode_scene(data)
+    except MessageError as error:
+        raise UsageError(f"{recording.path}: what is to be seen in it cannot be read: {error}") from None
+    raise UsageError(f"{recording.path}: holds nothing that is to be seen")
+
+
+def _camera(recording: Recording, scene: Scene, frame: Frame, wish: VideoWish) -> Camera:
+    """The overview of a cell; for a robot a camera that has it whole."""
+    if recording.header.kind == "cell":
+        return VIEWS["overview"]
+    shown = SceneModel(scene)
+    shown.show(frame)
+    return camera_on(shown.model, shown.data, TURN, TILT, wish.width, wish.height)
+
+
+def _caption(time: int, panel: dict[str, Any]) -> str:
+    """Time, and what the panel of a cell tells; it may come from anywhere."""
+    words = [f"{float(Fraction(time, NANOSECONDS)):.1f} s"]
+    score, intention = panel.get("score"), panel.get("intention")
+    points = score.get("total") if isinstance(score, dict) else None
+    if isinstance(points, int | float) and math.isfinite(points):
+        words.append(f"{points:g} {'point' if points == 1 else 'points'}")
+    if isinstance(intention, dict):
+        words.append(str(intention.get("text", ""))[:300])
+    return "   ".join(word for word in words if word)
