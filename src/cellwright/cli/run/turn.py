@@ -89,7 +89,9 @@ class Turn:
     def play(self) -> int:
         """Have the cell worked from start to end, and tell what came of it; the exit status."""
         pictures = Pictures(self.camera, self.snapshots, warn)
-        kept = None if self.log is None else RunLog(self.log, about={"agent": self.agent}, report=warn)
+        self._played += 1
+        log = None if self.log is None else videos.numbered(self.log, self._played)
+        kept = None if log is None else RunLog(log, about={"agent": self.agent}, report=warn)
         film = self._film()
         actions = [*videos.actions(film), *pictures.actions()]
         wanted = replace(self.options, at=actions, on_progress=self._progress.update, log=kept)
@@ -114,7 +116,6 @@ class Turn:
         return status
 
     def _film(self) -> Filming | None:
-        self._played += 1
         if self.video is None:
             return None
         wish = replace(self.video, file=videos.numbered(self.video.file, self._played))
