@@ -15,13 +15,13 @@ from importlib.resources import as_file, files
 from cellwright.agents.kitter.agent import KitterAgent
 from cellwright.bench.engine_time import EngineTime, engine_timed
 from cellwright.bench.figures import Figure, Tell
-from cellwright.bench.played import Command, NotingTransport, play
 from cellwright.cell import Cell
 from cellwright.client.client import Client
 from cellwright.client.transports.in_process import InProcess
 from cellwright.description.gear2017 import load_trial
 from cellwright.description.trial import Trial
 from cellwright.errors import RunEndedError
+from cellwright.recording.commands import Command, CommandNotes, play
 from cellwright.simulation.clock import NANOSECONDS
 
 SECONDS, QUICK_SECONDS = 500, 2
@@ -73,15 +73,16 @@ def worked(seconds: int, *, topics: Sequence[str] | None = ()) -> tuple[Passed, 
             cell.bus.subscribe(name, lambda _message: heard.append(None), node="/listener")
         transport = InProcess(cell, node=NODE)
         transport.deadline = seconds * NANOSECONDS
-        noting = NotingTransport(transport)
+        commands: list[Command] = []
+        CommandNotes(cell.bus, cell.simulation.clock, commands.append)
         begin = time.perf_counter()
-        client = Client(noting)
+        client = Client(transport)
         try:
             KitterAgent().run(client)
             client.wait_until(lambda: False)
         except RunEndedError:
             pass
-        return _passed(cell, engine, time.perf_counter() - begin), noting.commands
+        return _passed(cell, engine, time.perf_counter() - begin), commands
 
 
 def played(seconds: int, commands: Sequence[Command]) -> Passed:
@@ -89,7 +90,8 @@ def played(seconds: int, commands: Sequence[Command]) -> Passed:
     with engine_timed() as engine:
         cell = Cell(bench_trial())
         begin = time.perf_counter()
-        play(cell, commands, seconds * NANOSECONDS, node=NODE)
+        play(cell.simulation, cell.bus, commands)
+        cell.simulation.step_until(seconds * NANOSECONDS)
         return _passed(cell, engine, time.perf_counter() - begin)
 
 

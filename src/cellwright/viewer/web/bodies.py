@@ -175,7 +175,7 @@ def material(colour: Colour) -> Material:
     tint = brightness - min(red, green, blue)
     if opacity < 1:
         return Material(0.15, 0.0, round(opacity, 2))
-    if tint < 0.06 and 0.4 < brightness < 0.85:
+    if tint < 0.06 and 0.4 < brightness < 0.78:
         return Material(0.45, 0.2)
     return Material(0.85 if brightness < 0.2 else 0.7)
 

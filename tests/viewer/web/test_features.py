@@ -1,0 +1,238 @@
+"""What is put on the page: bodies, beams, contacts, paths, names; and from where one looks."""
+
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cellwright.pose import Pose
+from cellwright.rendering.views import VIEWS
+from cellwright.scene import Form, Frame, Layer, Scene, Shape
+from cellwright.viewer.web.beams import Beams
+from cellwright.viewer.web.bodies import Bodies
+from cellwright.viewer.web.feature import Feature
+from cellwright.viewer.web.moment import Moment
+from cellwright.viewer.web.names import Names
+from cellwright.viewer.web.shadows import Shadows, lamp_of
+from cellwright.viewer.web.tools import LASTS, ToolPaths
+from cellwright.viewer.web.touching import Contacts
+from cellwright.viewer.web.views import Views, views_of
+from tests.viewer.web.fake import FakePage
+
+RED = (1.0, 0.0, 0.0, 1.0)
+IDENTITY = (1.0, 0.0, 0.0, 0.0)
+
+
+def box(body: int, layer: Layer = Layer.BOTH, half: float = 0.1) -> Shape:
+    return Shape(body, Form.BOX, (half, half, half), Pose(), RED, layer)
+
+
+ALIKE = Scene(
+    "alike",
+    ("world", "arm/hand", "bin1|gear_1", "bin1|gear_2", "bin1|gear_3", "bin1|gear_4", "touched looks"),
+    (
+        Shape(0, Form.PLANE, (5.0, 5.0, 0.1), Pose(), RED, Layer.LOOKS),
+        box(0),
+        box(1, Layer.LOOKS, 0.2),
+        box(1, Layer.TOUCH, 0.3),
+        *(box(body, Layer.BOTH, 0.02) for body in (2, 3, 4, 5)),
+        box(6, Layer.LOOKS, 0.4),
+    ),
+    (),
+)
+
+
+def frame(time: int = 0, hidden: tuple[int, ...] = (), **places: float) -> Frame:
+    """Bodies by number (`b2=0.5`) at so much along x; all others at the origin."""
+    poses = np.tile(np.array([0, 0, 0, 1, 0, 0, 0], np.float32), (len(ALIKE.bodies), 1))
+    for name, x in places.items():
+        poses[int(name[1:]), 0] = x
+    shown = np.ones(len(poses), np.bool_)
+    shown[list(hidden)] = False
+    return Frame(time, poses, shown)
+
+
+def begun(feature: Feature, **about: Any) -> FakePage:
+    page = FakePage(ALIKE, **about)
+    feature.begin(page, ALIKE)  # type: ignore[arg-type]
+    return page
+
+
+def test_bodies_that_look_alike_are_one_node() -> None:
+    page = begun(Bodies())
+    assert set(page.nodes) == {
+        "/scene/bodies",
+        "/scene/bodies/world",
+        "/scene/bodies/arm.hand",
+        "/scene/bodies/bin1|gear_1 and others alike",
+        "/scene/bodies/touched looks",
+    }
+
+
+def test_bodies_go_where_they_are_and_hide() -> None:
+    bodies = Bodies()
+    page = begun(bodies)
+    bodies.show(Moment(frame(b1=0.5, b3=0.7, hidden=(4,)), is_cut=True))
+    hand, gears = page.nodes["/scene/bodies/arm.hand"], page.nodes["/scene/bodies/bin1|gear_1 and others alike"]
+    assert hand.position.tolist() == [0.5, 0.0, 0.0]
+    assert gears.batched_positions[1, 0] == pytest.approx(0.7)
+    assert gears.batched_scales.tolist() == [[1, 1, 1], [1, 1, 1], [0, 0, 0], [1, 1, 1]]
+    hand.position = "untouched"
+    bodies.show(Moment(frame(b1=0.5, b3=0.8, hidden=(1,)), is_cut=False))
+    assert hand.position == "untouched"  # what has not moved is not told again
+    assert hand.visible is False
+    assert gears.batched_positions[1, 0] == pytest.approx(0.8)
+    assert gears.batched_scales[2].tolist() == [1, 1, 1]
+
+
+def test_what_is_touched_takes_the_place_of_looks() -> None:
+    bodies = Bodies()
+    page = begun(bodies)
+    bodies.show(Moment(frame(b1=0.5), is_cut=True))
+    page.boxes["Collision shapes"].value = True
+    page.boxes["Collision shapes"].clicked(None)
+    assert page.nodes["/scene/touched"].visible is True
+    assert page.nodes["/scene/bodies"].visible is False
+    assert page.nodes["/scene/touched/arm.hand"].position.tolist() == [0.5, 0.0, 0.0]
+    assert "/scene/touched/touched looks" not in page.nodes
+    page.boxes["Collision shapes"].value = False
+    page.boxes["Collision shapes"].clicked(None)
+    assert (page.nodes["/scene/touched"].visible, page.nodes["/scene/bodies"].visible) == (False, True)
+
+
+def test_shadows_are_thrown_by_what_is_large_and_follow_it() -> None:
+    shadows = Shadows()
+    page = begun(shadows)
+    assert set(page.nodes) == {"/scene/shadows", "/scene/shadows/0", "/scene/shadows/1", "/scene/shadows/6"}
+    aside = np.array(page.nodes["/scene/shadows"].position)
+    assert np.linalg.norm(aside) == pytest.approx(0.03)
+    assert aside @ lamp_of({}) < 0
+    shadows.show(Moment(frame(b1=0.4, hidden=(6,)), is_cut=True))
+    assert page.nodes["/scene/shadows/1"].position[0] == pytest.approx(0.4)
+    assert page.nodes["/scene/shadows/6"].visible is False
+
+
+SENSORS = [
+    {"name": "beam", "form": "beam", "position": (1, 0, 0), "quaternion": IDENTITY, "near": 0.1, "far": 1.0},
+    {"name": "c", "form": "cone", "position": (0, 0, 1), "quaternion": IDENTITY, "near": 0, "far": 0.2, "angle": 0.1},
+    {"name": "l", "form": "fan", "position": (0, 0, 0), "quaternion": IDENTITY, "near": 0, "far": 0.7, "angle": 0.2},
+    {
+        "name": "v",
+        "form": "frustum",
+        "position": (0, 0, 2),
+        "near": 0.2,
+        "far": 0.8,
+        "angle": 0.5,
+        "aspect": 1.5,
+        "quaternion": (math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0),
+    },
+    {"name": "other", "form": "other", "position": (0, 0, 0), "quaternion": IDENTITY},
+]
+
+
+def test_beams_are_asked_for_and_drawn_while_they_are_shown() -> None:
+    beams = Beams()
+    page = begun(beams, sensors=SENSORS)
+    assert beams.wants() == {}
+    page.boxes["Sensors"].value = True
+    assert beams.wants() == {"sensors": True}
+    found = {
+        "beam": {"sees": True, "ranges": [0.4]},
+        "c": {"sees": False, "ranges": [0.2]},
+        "l": {"sees": False, "ranges": [None, 0.5, None]},
+        "v": None,
+    }
+    beams.told({"sensors": found})
+    lines = {name.removeprefix("/scene/sensors/"): node for name, node in page.nodes.items()}
+    assert set(lines) == {name + more for name in ("beam", "c", "l", "v") for more in ("", " name")}
+    np.testing.assert_allclose(lines["beam"].points, [[(1.1, 0, 0), (1.5, 0, 0)]], atol=1e-6)
+    assert lines["beam"].colors != lines["c"].colors
+    assert lines["v"].points[..., 2].max() == pytest.approx(1.8)  # it looks down
+    assert lines["v"].points[..., 2].min() == pytest.approx(1.2)
+    found["beam"] = {"sees": False, "ranges": [None]}
+    beams.told({"sensors": found})
+    np.testing.assert_allclose(lines["beam"].points, [[(1.1, 0, 0), (2.1, 0, 0)]], atol=1e-6)
+    page.boxes["Sensors"].value = False
+    beams.told({})
+    assert page.nodes == {}
+
+
+def test_contacts_are_arrows_as_long_as_they_are_strong() -> None:
+    contacts = Contacts()
+    page = begun(contacts)
+    assert contacts.wants() == {}
+    page.boxes["Contacts and forces"].value = True
+    assert contacts.wants() == {"contacts": True}
+    contacts.told({"contacts": [[1, 2, 3, 0, 0, -10], [0, 0, 0, 1000, 0, 0], [0, 0, 0, 0, 0, 0.01]]})
+    points = page.nodes["/scene/contacts"].points
+    np.testing.assert_allclose(points[0], [(1, 2, 3), (1, 2, 3.1)], atol=1e-6)
+    assert np.linalg.norm(points[1, 1] - points[1, 0]) == pytest.approx(0.4)
+    assert np.linalg.norm(points[2, 1] - points[2, 0]) == pytest.approx(0.015)
+    contacts.told({"contacts": []})
+    assert page.nodes == {}
+
+
+def test_the_path_of_a_tool_is_as_long_as_its_last_seconds() -> None:
+    paths = ToolPaths()
+    page = begun(paths, tools=[[1, [0.0, 0.0, 0.1]], ["nonsense", 2], [99, [0, 0, 0]]])
+    page.boxes["Path of the tool"].value = True
+    for second in range(40):
+        paths.show(Moment(frame(second * 10**9, b1=0.1 * second), is_cut=second == 0))
+    points = page.nodes["/scene/path of tool 1"].points
+    assert len(points) == LASTS
+    np.testing.assert_allclose(points[-1], [(3.8, 0, 0.1), (3.9, 0, 0.1)], atol=1e-5)
+    paths.show(Moment(frame(0, b1=0.0), is_cut=True))
+    assert "/scene/path of tool 1" not in page.nodes or len(page.nodes["/scene/path of tool 1"].points) == 0
+
+
+def test_names_and_frames_of_what_is_there() -> None:
+    names = Names()
+    page = begun(names)
+    names.show(Moment(frame(), is_cut=True))
+    assert page.nodes == {}
+    page.boxes["Names"].value = page.boxes["Frames"].value = True
+    names.show(Moment(frame(b2=0.5, hidden=(3,)), is_cut=False))
+    texts = {node.text for name, node in page.nodes.items() if "/names/" in name}
+    assert texts == {"arm/hand", "gear_1", "gear_3", "gear_4"}
+    assert len(page.nodes["/scene/frames"].batched_positions) == 4
+    names.show(Moment(frame(b2=0.6), is_cut=False))
+    assert len(page.nodes["/scene/frames"].batched_positions) == 5
+    assert page.nodes["/scene/names/2"].position[0] == pytest.approx(0.6)
+    page.boxes["Names"].value = page.boxes["Frames"].value = False
+    names.show(Moment(frame(b2=0.7), is_cut=False))
+    assert page.nodes == {}
+
+
+def test_a_cell_has_its_own_views_and_a_robot_is_whole_in_all_of_them() -> None:
+    assert views_of(ALIKE, frame(), {"kind": "cell"}) is VIEWS
+    found = views_of(ALIKE, frame(b1=1.0), {"kind": "robot", "tools": [[1, [0.2, 0.0, 0.0]]]})
+    assert list(found) == ["front", "left", "right", "back", "hands"]
+    corners = np.array([(x, y, z) for x in (-0.4, 1.2) for y in (-0.4, 0.4) for z in (-0.4, 0.4)])
+    for name in ("front", "left", "right", "back"):
+        view = found[name]
+        across, down, deep = view.world_R_optical.T @ (corners - view.eye).T
+        assert (np.abs(np.array([across, down])) / deep < math.tan(view.fov / 2)).all()
+    assert found["front"].eye[0] > 1.2
+    assert found["hands"].target == pytest.approx((1.2, 0.0, 0.0), abs=1e-6)
+
+
+def test_a_click_moves_the_eye_of_who_clicked() -> None:
+    views = Views()
+    page = begun(views, kind="cell")
+    views.show(Moment(frame(), is_cut=True))
+    assert page.server.initial_camera.position == VIEWS["overview"].eye
+    buttons = page.boxes["Look at"]
+    assert buttons.options == tuple(VIEWS)
+    camera = SimpleNamespace()
+    buttons.clicked(SimpleNamespace(target=SimpleNamespace(value="belt"), client=_Client(camera)))
+    assert (camera.position, camera.look_at) == (VIEWS["belt"].eye, VIEWS["belt"].target)
+
+
+class _Client:
+    def __init__(self, camera: Any) -> None:
+        self.camera = camera
+
+    def atomic(self) -> FakePage:
+        return FakePage()

@@ -1,0 +1,130 @@
+"""The page's way to what is served: there, gone, back, and refused."""
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+
+from cellwright.bus.served import Served
+from cellwright.cell import Cell
+from cellwright.errors import CellwrightError, RejectedCommandError, UnknownNameError
+from cellwright.messages.std_srvs import TriggerRequest
+from cellwright.scene import Frame, Scene
+from cellwright.server import Server
+from cellwright.server.services.scene import SCENE, SceneServices
+from cellwright.teleop.node import RobotNode
+from cellwright.viewer.web.asking import Asking
+from cellwright.viewer.web.link import AwayError, Link
+from tests.cells import KITTING
+from tests.teleop.robots import two_arms
+
+
+@contextmanager
+def hosted(served: Served, port: int = 0) -> Iterator[Server]:
+    """Served in a thread of its own, where no time passes."""
+    server = Server(served, port=port)
+    SceneServices(served).offer(server)
+    is_over = threading.Event()
+
+    def serve() -> None:
+        while not is_over.is_set():
+            server.wait(0.005)
+
+    thread = threading.Thread(target=serve)
+    thread.start()
+    try:
+        yield server
+    finally:
+        is_over.set()
+        thread.join()
+        server.close("the end")
+
+
+def test_it_asks_and_is_told_of_refusals() -> None:
+    cell = Cell(KITTING)
+
+    def refuse(asked: dict[str, Any]) -> dict[str, Any]:
+        raise RejectedCommandError(f"not {asked['what']}")
+
+    with hosted(cell) as server:
+        server.offer("no", refuse)
+        link = Link(server.address)
+        assert set(link.ask(SCENE)) == {"scene", "digest", "about"}
+        assert link.is_there
+        assert link.welcome["trial"] == "kitting"
+        with pytest.raises(RejectedCommandError, match="not now"):
+            link.ask("no", what="now")
+        with pytest.raises(UnknownNameError):
+            link.ask("cellwright/nothing")
+        assert link.call("/ariac/start_competition", TriggerRequest()).success
+        with pytest.raises(UnknownNameError, match="unknown service"):
+            link.call("/nothing", TriggerRequest())
+        link.close()
+        assert not link.is_there
+
+
+def test_nobody_there_and_somebody_again() -> None:
+    with hosted(Cell(KITTING)) as server:
+        address = server.address
+        link = Link(address)
+        link.ask(SCENE)
+    with pytest.raises(AwayError, match="the end"):
+        link.ask(SCENE)
+    with pytest.raises(AwayError, match="nobody answers"):
+        link.ask(SCENE)
+    with pytest.raises(AwayError):
+        link.call("/ariac/start_competition", TriggerRequest())
+    with hosted(RobotNode(two_arms()), address[1]):
+        assert link.ask(SCENE)["about"]["kind"] == "robot"
+    link.close()
+
+
+def test_several_threads_each_get_their_own_answers() -> None:
+    wrong: list[int] = []
+    with hosted(Cell(KITTING)) as server:
+        server.offer("echo", lambda asked: asked)
+        link = Link(server.address)
+
+        def ask(first: int) -> None:
+            wrong.extend(number for number in range(first, first + 50) if link.ask("echo", n=number) != {"n": number})
+
+        threads = [threading.Thread(target=ask, args=(1000 * number,)) for number in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        link.close()
+    assert wrong == []
+
+
+def test_questions_bring_the_scene_once_and_frames_after_it() -> None:
+    with hosted(Cell(KITTING)) as server:
+        asking = Asking(Link(server.address), lambda: {"contacts": True})
+        asking.is_watched = True
+        asking.start()
+        scene, about = asking.found.get(timeout=60)
+        assert isinstance(scene, Scene)
+        assert about["kind"] == "cell"
+        for _ in range(3):
+            wall, frame, answer = asking.found.get(timeout=60)
+            assert isinstance(frame, Frame)
+            assert "contacts" in answer
+            assert wall > 0
+        asking.close()
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [{}, {"digest": "a", "scene": "x"}, {"digest": "a", "scene": 7}, {"digest": "a", "frame": "AAAA", "scene": "AAAA"}],
+)
+def test_what_answers_with_nonsense_counts_as_nobody(answer: dict[str, Any]) -> None:
+    with hosted(Cell(KITTING)) as server:
+        server.offer(SCENE, lambda _asked: answer)
+        server.offer("cellwright/frame", lambda _asked: answer)
+        asking = Asking(Link(server.address), dict)
+        asking.start()
+        found = asking.found.get(timeout=60)
+        assert isinstance(found, CellwrightError)
+        asking.close()
