@@ -9,6 +9,7 @@ import pytest
 
 from cellwright.rendering.picture import save_picture
 from tests.cli.conftest import CommandLine
+from tests.rendering.test_png import decode
 
 UNTIL = ("--agent", "none", "--until", "0.1", "--no-picture")
 
@@ -119,6 +120,15 @@ def test_pictures(cellwright: CommandLine, tmp_path: Path) -> None:
     assert ran.out.splitlines()[-3:] == ["picture     b.png", "picture     a.PNG", "picture     lesson.png"]
     for name in ("a.PNG", "b.png", "lesson.png"):
         assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
+
+
+def test_pictures_in_a_hurry(cellwright: CommandLine, tmp_path: Path) -> None:
+    options = ("run", "lesson", "--agent", "none", "--until", "0.2", "--no-picture", "--quality", "fast", "--json")
+    ran = cellwright(*options, "--snapshot", "0.1:a.png", "--camera", "bins")
+    result = json.loads(ran.out)
+    assert (ran.status, result["pictures"]) == (0, ["a.png"])
+    assert decode((tmp_path / "a.png").read_bytes()).shape == (720, 1280, 3)
+    assert result["state_hash"] == json.loads(cellwright(*options).out)["state_hash"]
 
 
 def test_a_picture_that_was_never_taken(cellwright: CommandLine, tmp_path: Path) -> None:

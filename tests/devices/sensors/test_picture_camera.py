@@ -217,6 +217,16 @@ def test_a_late_picture_comes_later_and_others_are_left_out_for_it() -> None:
     assert [(now // MS, picture.sample) for now, picture in room.pictures] == [(352, 1), (500, 4)]
 
 
+def test_without_latency_time_always_waits() -> None:
+    room = Room(replace(EYE, when_late="drop", latency=0.0))
+    room.look()
+    room.run(110)
+    room.painter.is_quick = False
+    room.run(310)
+    assert [(now // MS, picture.sample) for now, picture in room.pictures] == [(100, 1), (200, 2), (300, 3)]
+    assert room.camera.dropped == 0
+
+
 def test_pictures_left_out_are_reported_at_most_once_a_second() -> None:
     room = Room(replace(EYE, when_late="drop"))
     room.look()

@@ -20,6 +20,7 @@ from cellwright.cli import options, recorded, videos
 from cellwright.cli.arguments import END, OUTPUT, TRIAL, WORK, Development, Log, Record, Seed, Servo, Until, Vary
 from cellwright.cli.run import over as run_over
 from cellwright.cli.run.attended import Attended
+from cellwright.cli.run.pictures import Quality
 from cellwright.cli.run.turn import Turn, warn
 from cellwright.cli.view.arguments import LOOK, Open, View, ViewHost, ViewPort, look, refuse_a_camera
 from cellwright.description.catalogue import bundled_sensors
@@ -107,6 +108,14 @@ def run(
     view_host: ViewHost = None,
     view_port: ViewPort = None,
     open_page: Open = False,
+    quality: Annotated[
+        Quality,
+        typer.Option(
+            metavar="HOW",
+            help="How pictures are drawn: `fine`, by rays, or `fast`, by OpenGL as videos are.",
+            rich_help_panel=LOOK,
+        ),
+    ] = Quality.FINE,
     video: videos.File = None,
     video_camera: videos.View = None,
     video_speed: videos.Speed = 1.0,
@@ -230,6 +239,7 @@ def run(
         lockstep=lockstep,
         verbose=verbose,
         camera=place,
+        quality=quality,
         snapshots=snapshots,
         picture=picture,
         video=filmed,

@@ -3,13 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from enum import StrEnum
 from fractions import Fraction
 from pathlib import Path
 
 from cellwright.cell import Cell
-from cellwright.errors import UsageError
+from cellwright.errors import RenderingError, UsageError
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import Progress, save_picture
+from cellwright.rendering.png import encode
+from cellwright.rendering.video import HEIGHT, WIDTH
+from cellwright.rendering.worker import RenderWorker
+from cellwright.scene.taking import SceneTaker
+from cellwright.whole_file import write_whole
+
+
+class Quality(StrEnum):
+    """How pictures are drawn."""
+
+    FINE = "fine"
+    """By rays, with soft shadows from many lamps: some seconds each."""
+    FAST = "fast"
+    """As a video is, by OpenGL: a second each, most of it for its start."""
 
 
 class Pictures:
@@ -19,9 +34,17 @@ class Pictures:
         camera: where they are taken from.
         wanted: simulation times [s] and files.
         say: takes a line about a picture that could not be written or was never taken.
+        quality: how they are drawn.
     """
 
-    def __init__(self, camera: Camera, wanted: Sequence[tuple[Fraction, Path]], say: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        camera: Camera,
+        wanted: Sequence[tuple[Fraction, Path]],
+        say: Callable[[str], None],
+        quality: Quality = Quality.FINE,
+    ) -> None:
+        self._quality = quality
         self._camera = camera
         self._wanted = wanted
         self._say = say
@@ -43,8 +66,14 @@ class Pictures:
     def take(self, file: Path, cell: Cell, progress: Progress | None = None) -> None:
         """Take a picture now."""
         try:
-            save_picture(file, *cell.seen, self._camera, progress=progress)
-        except UsageError as error:  # the disk is full, the folder is gone: the run is worth more than its picture
+            if self._quality is Quality.FAST:
+                _save_fast(file, cell, self._camera)
+            else:
+                save_picture(file, *cell.seen, self._camera, progress=progress)
+        except (
+            UsageError,
+            RenderingError,
+        ) as error:  # the disk is full, the folder is gone: the run is worth more than its picture
             self._miss(file, str(error))
         else:
             self.written.append(str(file))
@@ -58,3 +87,15 @@ class Pictures:
     def _miss(self, file: Path, reason: str) -> None:
         self.missed.append(str(file))
         self._say(reason)
+
+
+def _save_fast(file: Path, cell: Cell, camera: Camera) -> None:
+    cell.simulation.refresh()
+    taker = SceneTaker(cell.simulation.model, name=cell.name, hidden=cell.out_of_sight)
+    frame = taker.frame(cell.simulation.data, cell.simulation.now)
+    with RenderWorker(taker.scene) as worker:
+        picture = worker.colour(frame, camera, WIDTH, HEIGHT, samples=4).result()
+    try:
+        write_whole(file, encode(picture))
+    except OSError as error:
+        raise UsageError(f"cannot write the picture {file}: {error.strerror or error}") from error

@@ -21,7 +21,7 @@ from cellwright.cli import exit_status, recorded, videos
 from cellwright.cli.run import document, score_table
 from cellwright.cli.run import over as run_over
 from cellwright.cli.run.attended import Attended
-from cellwright.cli.run.pictures import Pictures
+from cellwright.cli.run.pictures import Pictures, Quality
 from cellwright.cli.run.progress import RunProgress, bar
 from cellwright.cli.signals import ended_as_by_ctrl_c
 from cellwright.description.trial import Trial
@@ -49,6 +49,7 @@ class Turn:
         lockstep: with a way: whether time passes only while the agent waits.
         verbose: say what the agent logs.
         camera: where pictures are taken from.
+        quality: how pictures are drawn.
         snapshots: times [s] and files of pictures.
         picture: write one at the end.
         video: a video to be written; one of a run that begins anew has a file of its own.
@@ -70,6 +71,7 @@ class Turn:
     lockstep: bool
     verbose: bool
     camera: Camera
+    quality: Quality
     snapshots: Sequence[tuple[Fraction, Path]]
     picture: bool
     video: VideoWish | None
@@ -88,8 +90,10 @@ class Turn:
 
     def play(self) -> int:
         """Have the cell worked from start to end, and tell what came of it; the exit status."""
-        pictures = Pictures(self.camera, self.snapshots, warn)
-        kept = None if self.log is None else RunLog(self.log, about={"agent": self.agent}, report=warn)
+        self._played += 1
+        pictures = Pictures(self.camera, self.snapshots, warn, self.quality)
+        log = None if self.log is None else videos.numbered(self.log, self._played)
+        kept = None if log is None else RunLog(log, about={"agent": self.agent}, report=warn)
         film = self._film()
         actions = [*videos.actions(film), *pictures.actions()]
         wanted = replace(self.options, at=actions, on_progress=self._progress.update, log=kept)
@@ -114,7 +118,6 @@ class Turn:
         return status
 
     def _film(self) -> Filming | None:
-        self._played += 1
         if self.video is None:
             return None
         wish = replace(self.video, file=videos.numbered(self.video.file, self._played))

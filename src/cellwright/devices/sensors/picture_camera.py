@@ -208,6 +208,8 @@ class PictureCamera(Sensor[Picture]):
     @property
     def _drops(self) -> bool:
         late = self.description.when_late
+        if not self._latency_ns:  # it is due in the tick that it shows, and no picture is drawn in no time
+            return False
         return late == "drop" or (late == "auto" and self.simulation.is_paced)
 
     @property

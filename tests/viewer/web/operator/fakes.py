@@ -41,11 +41,11 @@ class FakeHandle:
         self.__dict__["frequency"] = callback_hz
         self.callbacks.append(callback)
 
-    def use(self, client_id: int | None, phase: str = "", **values: Any) -> None:
+    def use(self, client_id: int | None, phase: str = "", client: Any = None, **values: Any) -> None:
         """What a browser does with it."""
         self.__dict__.update(values)
         for callback in self.callbacks:
-            found = callback(SimpleNamespace(client_id=client_id, client=None, target=self, phase=phase))
+            found = callback(SimpleNamespace(client_id=client_id, client=client, target=self, phase=phase))
             if asyncio.iscoroutine(found):
                 asyncio.run(found)
 

@@ -13,6 +13,7 @@ from typing import Any
 from cellwright.server import Server
 from cellwright.server.services.panel import PANEL
 from cellwright.server.services.robot_panel import RobotPanel
+from cellwright.server.services.scene import SceneServices
 from cellwright.server.timekeeper import Timekeeper
 from cellwright.teleop.node import RobotNode
 from cellwright.viewer.web.operator.robot import SeenRobot, Standing
@@ -58,8 +59,9 @@ class Clock:
 
 @contextmanager
 def served(node: RobotNode, port: int = 0) -> Iterator[tuple[str, int]]:
-    """A node in real time with its panel, served by a thread; the address."""
+    """A node in real time with its scene and its panel, served by a thread; the address."""
     server = Server(node, port=port)
+    SceneServices(node).offer(server)
     panel = RobotPanel(node)
     server.offer(PANEL, panel.tell)
     keeper = Timekeeper(node, server)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from contextlib import nullcontext
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -24,14 +26,15 @@ class Tab:
     """A tab, with a desk behind it."""
 
     def __init__(self, *, is_real: bool = False) -> None:
-        self.clock, self.gui, self.stops = Clock(), FakeGui(), 0
+        self.clock, self.gui, self.stops, self.hindrance = Clock(), FakeGui(), 0, ""
         self.desk = Desk(replace(seen(), is_real=is_real), self.clock)
         self.desk.see(standing())
         self.handles = Handles(FakeScene(), "/scene", self.desk)
         self.controls = Controls(self.gui, nullcontext, self.desk, self.handles, self._stop)
 
-    def _stop(self) -> None:
+    def _stop(self) -> str:
         self.stops += 1
+        return self.hindrance
 
     def see(self, seconds: float = 1.0, **changes: Any) -> None:
         self.clock.now += seconds
@@ -132,6 +135,29 @@ def test_stop_home_and_switch(tab: Tab) -> None:
     assert tab.desk.due() == [Ask.CLEAR_STOP]
 
 
+def test_a_stop_that_does_not_get_through_is_told_to_who_pressed_it(tab: Tab) -> None:
+    told: list[str] = []
+    client = SimpleNamespace(add_notification=lambda **values: told.append(values["body"]))
+    button = tab.gui.find("button", "STOP")
+    button.use(ME, client=client)
+    tab.hindrance = "nobody is there"
+    button.use(ME, client=client)
+    assert told == ["nobody is there"]
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_a_slider_that_is_sent_what_is_no_number_goes_back(tab: Tab, value: float) -> None:
+    tab.slider("right_3").use(ME, value=value)
+    tab.gui.find("slider", "Left closed").use(ME, value=value)
+    assert tab.desk.due() == []
+    tab.see()
+    assert tab.slider("right_3").value == pytest.approx(-1.2)
+    assert tab.gui.find("slider", "Left closed").value == 0.0
+    buttons = next(each for each in tab.gui.made if each.kind == "button_group")
+    buttons.use(ME, value="Explode")
+    assert tab.desk.due() == []
+
+
 def test_a_base_that_is_pushed(tab: Tab) -> None:
     button = tab.gui.find("button", "Left")
     assert button.frequency == RATE
@@ -190,7 +216,7 @@ def test_what_a_robot_lacks_is_not_there(lacks: dict[str, Any], stands: dict[str
     gui, desk = FakeGui(), Desk(replace(seen(), **lacks))
     desk.see(standing(**stands))
     handles = Handles(FakeScene(), "/scene", desk)
-    controls = Controls(gui, nullcontext, desk, handles, lambda: None)
+    controls = Controls(gui, nullcontext, desk, handles, lambda: "")
     handles.show(desk.standing)
     controls.show(desk.standing, 0.0)
     names = {each.name for each in gui.made}
@@ -201,6 +227,6 @@ def test_what_a_robot_lacks_is_not_there(lacks: dict[str, Any], stands: dict[str
 def test_one_gripper_has_no_side() -> None:
     gui = FakeGui()
     desk = Desk(replace(seen(), arms=("",), grippers=("",)))
-    Controls(gui, nullcontext, desk, Handles(FakeScene(), "/scene", desk), lambda: None)
+    Controls(gui, nullcontext, desk, Handles(FakeScene(), "/scene", desk), lambda: "")
     assert gui.find("slider", "Closed").value == 0.0
     assert gui.find("folder", "Gripper").kind == "folder"

@@ -146,10 +146,13 @@ def test_a_browser_may_send_what_it_likes(
     drag(one, AIM.position)
     desk.due()
     one.use(ME, "update", position=np.array(position), wxyz=np.array(wxyz))
-    assert handles.is_shown
     wanted = desk.hands.held(0)
     assert wanted is not None
     assert wanted.position == pytest.approx(AIM.position)
+    one.use(ME, "end")
+    handles.show(desk.standing)
+    assert one.position == pytest.approx(TIPS[0].position), "it is put right"
+    assert list(one.wxyz) == [1.0, 0.0, 0.0, 0.0]
 
 
 def test_nothing_is_shown_of_a_robot_that_is_gone(scene: FakeScene, handles: Handles, desk: Desk) -> None:

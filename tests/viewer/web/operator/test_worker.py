@@ -76,7 +76,7 @@ def test_sliders_grippers_stop_and_home(node: RobotNode) -> None:
         assert stands(desk).grippers[0] < 0.05
 
         desk.slide(ELBOW, 1.5)
-        worker.stop()
+        assert worker.stop() == ""
         wait_for(lambda: stands(desk).is_stopped, "the stop does not get through")
         assert (stands(desk).positions[ELBOW] or 0.0) < 0.5, "it comes before all else"
         assert not desk.slide(ELBOW, 1.5)
@@ -113,7 +113,7 @@ def test_it_finds_its_way_back_and_a_stop_is_not_lost(node: RobotNode) -> None:
         desk = at_work(worker)
         desk.slide(ELBOW, 1.0)
     wait_for(lambda: desk.standing is None, "it has not noticed")
-    worker.stop()
+    assert "not got through yet" in worker.stop()
     assert "not got through yet" in desk.notes.text
     other = RobotNode(robot())
     with served(other, port=address[1]):

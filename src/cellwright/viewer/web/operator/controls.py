@@ -40,7 +40,7 @@ class Controls:
         tab: opens the tab, for the rest.
         desk: where it is told what somebody does.
         handles: those of the hands, which have their switches here.
-        stop: does an emergency stop, at once.
+        stop: does an emergency stop, at once; says what stands in its way, or nothing.
     """
 
     def __init__(
@@ -49,7 +49,7 @@ class Controls:
         tab: Callable[[], AbstractContextManager[Any]],
         desk: Desk,
         handles: Handles,
-        stop: Callable[[], None],
+        stop: Callable[[], str],
     ) -> None:
         self._gui, self._desk, self._all_handles = gui, desk, handles
         self._switched = self._followed = self._now = float("-inf")
@@ -71,14 +71,20 @@ class Controls:
 
     # ---------------------------------------------------------------- what is built
 
-    def _build_head(self, stop: Callable[[], None]) -> None:
+    def _build_head(self, stop: Callable[[], str]) -> None:
         gui, desk = self._gui, self._desk
         button = self._keep(
             gui.add_button(
                 "STOP", color="red", icon="hand-stop", order=_TOP, hint="Emergency stop: the robot holds at once"
             )
         )
-        button.on_click(lambda _event: stop())  # in a thread of viser's: it waits for nobody
+
+        def press(event: Any) -> None:  # in a thread of viser's: it waits for nobody
+            hindrance = stop()
+            if hindrance and event.client is not None:
+                event.client.add_notification(title="Not stopped yet", body=hindrance, color="red")
+
+        button.on_click(press)
         self._state = self._keep(gui.add_html("", order=_TOP + 1))
         self._clear = self._keep(
             gui.add_button(
@@ -146,7 +152,8 @@ class Controls:
                 both = gui.add_button_group("", (_OPEN, _CLOSE))
 
                 async def press(event: Any, number: int = number) -> None:
-                    desk.grip(number, 1.0 if event.target.value == _CLOSE else 0.0)
+                    if event.target.value in (_OPEN, _CLOSE):
+                        desk.grip(number, float(event.target.value == _CLOSE))
 
                 both.on_click(press)
 
@@ -222,7 +229,7 @@ class Controls:
             return
         handle, seen = slider.handle, self._desk.robot.joints[slider.joint]
         place = min(max(measured, seen.lower), seen.upper)
-        is_off = abs(handle.value - place) > step_of(seen)
+        is_off = not abs(handle.value - place) <= step_of(seen)  # also where a browser has sent what is no number
         if not self._desk.joints.is_touched(slider.joint, now):
             _set(handle, "label", slider.name)
             if is_off:

@@ -56,17 +56,18 @@ class Handles:
         desk = self._desk
 
         async def act(event: Any) -> None:  # in the event loop, so that nothing overtakes anything
+            browser = int(event.client_id)
+            if event.phase == "end":
+                desk.release(arm, browser)
+                return
             try:
                 world_T_handle = pose_of((*event.target.position, *event.target.wxyz))
             except ValueError:
                 return  # a browser may send what it likes
-            browser = int(event.client_id)
             if event.phase == "start":
                 desk.grab(arm, browser, world_T_handle)
-            elif event.phase == "update":
-                desk.drag(arm, browser, world_T_handle)
             else:
-                desk.release(arm, browser)
+                desk.drag(arm, browser, world_T_handle)
 
         handle.on_update(act)
         ghost = scene.add_icosphere(
@@ -130,10 +131,18 @@ class Handles:
 
 def _put(handle: Any, pose: Pose) -> None:
     """Put something somewhere, unless it is there: what does not change is not sent."""
-    if np.abs(np.subtract(handle.position, pose.position)).max() > _SLIGHT:
+    if not _is_near(handle.position, pose.position):
         handle.position = pose.position
-    if 1.0 - abs(float(np.dot(handle.wxyz, pose.quaternion))) > _SLIGHT**2:
+    if not _is_near(handle.wxyz, pose.quaternion):
         handle.wxyz = pose.quaternion
+
+
+def _is_near(found: Any, wanted: tuple[float, ...]) -> bool:
+    """Whether numbers are what they should be; where a handle is, a browser has said, which may say anything."""
+    numbers = np.asarray(found)
+    if numbers.shape != (len(wanted),) or numbers.dtype.kind not in "fiu":
+        return False
+    return bool(np.abs(numbers - np.array(wanted)).max() <= _SLIGHT)
 
 
 def _set_visible(handle: Any, *, is_visible: bool) -> None:

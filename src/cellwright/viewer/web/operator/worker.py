@@ -6,6 +6,7 @@ Services that take their time (going home) are called in a thread too, one at a 
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
 from collections.abc import Callable
@@ -27,6 +28,9 @@ PANEL = "cellwright/panel"
 _DRIVING, _WATCHING, _IDLE = 0.02, 0.05, 1.0  # [s] between two questions
 _AFTERWARDS = 2.0  # [s] after the last wish it is asked as often as while driving
 _AWAY = 1.0  # [s] until somebody who is away is looked for again
+
+
+log = logging.getLogger(__name__)
 
 
 class Worker:
@@ -69,18 +73,24 @@ class Worker:
         if self._service is None or not self._service.is_alive():  # else it ends with its answer
             self._service_link.close()
 
-    def stop(self) -> None:
-        """Emergency stop, now; where nobody can be reached it is sent as soon as somebody can."""
+    def stop(self) -> str:
+        """Emergency stop, now; where nobody can be reached it is sent as soon as somebody can.
+
+        Returns:
+            Why it has not got through yet; empty when it has.
+        """
         desk = self.desk
         if desk is None:
-            return
+            return "no robot has been heard of yet"
         desk.stop()
         try:
             self._stop_link.publish(*message(Now.STOP, 0))
         except CellwrightError as error:
-            desk.answered(f"the emergency stop has not got through yet: {error}")
-        else:
-            desk.sent(Now.STOP)
+            text = f"the emergency stop has not got through yet: {error}"
+            desk.answered(text)
+            return text
+        desk.sent(Now.STOP)
+        return ""
 
     # ---------------------------------------------------------------- its thread
 
@@ -97,6 +107,12 @@ class Worker:
                 self._link.close()
                 if self.desk is not None:
                     self.desk.answered(str(error))
+                pause = _AWAY
+            except Exception as error:  # a defect; a stop must go on getting through, so this thread must not end
+                log.exception("the browser operator")
+                self._lose()
+                if self.desk is not None:
+                    self.desk.answered(f"failed: {type(error).__name__}: {error}")
                 pause = _AWAY
             self._wake.wait(pause)
 

@@ -1,0 +1,98 @@
+"""A robot is driven in a real browser: a hand is dragged with the mouse, a joint typed, and the stop pressed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cellwright.description.robot.robots import load_robot
+from cellwright.teleop.node import RobotNode
+from cellwright.viewer.web.link import Link
+from cellwright.viewer.web.start import WebPage
+from tests.browser.conftest import Visit
+from tests.browser.seen import Hues, of_hue
+from tests.browser.visitor import LIMIT, Visitor
+from tests.viewer.web.operator.robots import served
+
+pytestmark = pytest.mark.browser
+
+UPWARD = Hues(centre=212.0, width=14.0, saturation=0.55, value=0.5)
+"""The colour of the arrow that leads up; nothing else of this robot is blue."""
+_LEAST = 20  # pixels of it
+
+
+class Robot:
+    """A robot that is served, and its page."""
+
+    def __init__(self, address: tuple[str, int], url: str) -> None:
+        self.url = url
+        self.link = Link(address, node="/test")
+
+    def panel(self) -> dict[str, Any]:
+        """How it stands."""
+        return self.link.ask("cellwright/panel")
+
+    def height(self) -> float:
+        """Of the higher one of its hands [m]."""
+        return max(float(tip[2]) for tip in self.panel()["tips"])
+
+
+@pytest.fixture
+def robot() -> Iterator[Robot]:
+    node = RobotNode(load_robot("tandem", print))
+    with served(node) as address:
+        page = WebPage(address, port=0)
+        found = Robot(address, page.url)
+        yield found
+        found.link.close()
+        page.close()
+    node.close()
+
+
+def drag_a_hand_up(visitor: Visitor, robot: Robot) -> None:
+    """Take hold of the arrow that reaches highest, and pull."""
+    mouse, before = visitor.page.mouse, robot.height()
+    for _ in range(10):  # the page may not have drawn yet what is there
+        rows, columns = np.nonzero(of_hue(visitor.canvas(), UPWARD))
+        if len(rows) < _LEAST:
+            visitor.page.wait_for_timeout(500)
+            continue
+        x, y = float(np.median(columns[rows <= rows.min() + 4])), float(rows.min()) + 5.0
+        mouse.move(x + 3.0, y + 3.0)
+        mouse.move(x, y)
+        visitor.page.wait_for_timeout(300)
+        mouse.down()
+        mouse.move(x, y - 20.0, steps=4)
+        mouse.move(x, y - 60.0, steps=4)
+        visitor.page.wait_for_timeout(1000)
+        mouse.up()
+        if robot.height() > before + 0.02:
+            return
+    raise AssertionError(f"the hand was at {before:.3f} m, and is at {robot.height():.3f} m")
+
+
+def test_a_robot_is_driven_in_a_browser(visit: Visit, robot: Robot) -> None:
+    visitor = visit(robot.url)
+    visitor.read("^waits")
+    left = robot.panel()["tips"]
+    drag_a_hand_up(visitor, robot)
+    moved = [now[2] - then[2] for now, then in zip(robot.panel()["tips"], left, strict=True)]
+    assert min(moved) == pytest.approx(0.0, abs=2e-3), "the other hand stays"
+    visitor.read("delay [0-9]+ ms")
+
+    visitor.page.get_by_text("Lift", exact=True).first.click()
+    lift = next(place for place, joint in enumerate(robot.panel()["robot"]["joints"]) if joint["name"] == "lift")
+    visitor.page.get_by_text("lift", exact=True).last.wait_for()
+    field = visitor.page.locator("input.mantine-NumberInput-input:visible").last
+    field.fill("0.1")
+    field.press("Enter")
+    visitor.wait(lambda: abs(robot.panel()["positions"][lift] - 0.1) < 5e-3, LIMIT, lambda: "lift at 0.1 m")
+
+    visitor.press("STOP")
+    visitor.wait(lambda: robot.panel()["stopped"], LIMIT, lambda: "emergency stop")
+    visitor.read("emergency stop by /browser_operator")
+    visitor.press("End the emergency stop")
+    visitor.wait(lambda: not robot.panel()["stopped"], LIMIT, lambda: "end of the stop")
