@@ -196,3 +196,17 @@ def test_a_difference_is_told_with_where_and_with_versions() -> None:
         "ran         20.0 s in 2.0 s: 10.0 x real time",
         "version     mujoco 4.0.1, here 4.1.0",
     ]
+
+
+def test_a_robot_comes_out_alike_too(cellwright: CommandLine) -> None:
+    ran = cellwright(
+        *("teleop", "tandem", "--sim-time", "--speed", "max", "--until", "1", "--port", "0"),
+        *("--max-speed", "1.5", "--watchdog", "0.5", "--record", "r.mcap"),
+    )
+    assert ran.status == 0
+
+    ran = cellwright("replay", "r.mcap", "--verify", "--json")
+
+    told = json.loads(ran.out)
+    assert (ran.status, told["answer"], told["state_hashes"]) == (0, "equal", 1)
+    assert told["reached"] == {"tick": 240, "time": 1.0}

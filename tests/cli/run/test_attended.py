@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import os
+import signal
 import sys
 import threading
 import time
@@ -150,6 +152,18 @@ def test_a_run_that_begins_anew_ends_for_its_agent_at_once() -> None:
         result = crowd.run(Sends(), RunOptions())
         assert result.outcome is Outcome.DONE
     assert result.state_hash == run_cell(Cell(KITTING), Sends(), RunOptions()).state_hash
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such signal there")
+def test_ctrl_c_ends_a_run_whose_time_stands() -> None:
+    def pause_and_end(link: Link) -> None:
+        until(link, lambda told: told["clock"]["tick"] > 0)
+        control(link, action="pause")
+        os.kill(os.getpid(), signal.SIGINT)
+
+    with looked_at(Cell(KITTING), speed=1.0) as crowd, looking(crowd, pause_and_end):
+        result = crowd.run(Sends(), RunOptions())
+    assert result.outcome is Outcome.INTERRUPTED
 
 
 @pytest.mark.parametrize(

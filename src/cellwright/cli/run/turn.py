@@ -90,8 +90,10 @@ class Turn:
 
     def play(self) -> int:
         """Have the cell worked from start to end, and tell what came of it; the exit status."""
+        self._played += 1
         pictures = Pictures(self.camera, self.snapshots, warn, self.quality)
-        kept = None if self.log is None else RunLog(self.log, about={"agent": self.agent}, report=warn)
+        log = None if self.log is None else videos.numbered(self.log, self._played)
+        kept = None if log is None else RunLog(log, about={"agent": self.agent}, report=warn)
         film = self._film()
         actions = [*videos.actions(film), *pictures.actions()]
         wanted = replace(self.options, at=actions, on_progress=self._progress.update, log=kept)
@@ -116,7 +118,6 @@ class Turn:
         return status
 
     def _film(self) -> Filming | None:
-        self._played += 1
         if self.video is None:
             return None
         wish = replace(self.video, file=videos.numbered(self.video.file, self._played))
