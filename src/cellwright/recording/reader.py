@@ -19,6 +19,7 @@ from cellwright.recording.commands import Command
 from cellwright.recording.format import Entry, RecordedTopic
 from cellwright.recording.header import RecordingHeader
 from cellwright.recording.scan import ChannelRecord, ChunkPlace, Layout, scan
+from cellwright.recording.soundness import check_bytes
 from cellwright.recording.unpacking import entries, unpack
 
 _KEPT = 8  # chunks that are kept unpacked, for those who look around in one place
@@ -128,6 +129,19 @@ class Recording:
                 if channel in self._names:
                     found[self._names[channel]] += count
         return found
+
+    def check_bytes(self) -> None:
+        """Compare the checksums of the whole file with its bytes, also of what nobody asks for here.
+
+        Raises:
+            RecordingError: it is damaged; the text says where.
+        """
+        try:
+            check_bytes(self._file, self._layout)
+        except RecordingError as error:
+            raise RecordingError(f"{self.path}: {error}") from None
+        except OSError as error:
+            raise RecordingError(f"{self.path}: cannot be read: {error.strerror or error}") from None
 
     # ---------------------------------------------------------------- what is in it
 
