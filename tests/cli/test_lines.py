@@ -34,7 +34,7 @@ def test_files_are_told_a_line_each_and_names_in_brackets_stay() -> None:
         (None, True, "lockstep"),
     ],
 )
-def test_what_is_ready_says_where_and_how_its_time_passes(speed: float | None, lockstep: bool, told: str) -> None:  # noqa: FBT001
+def test_what_is_ready_says_where_and_how_its_time_passes(speed: float | None, lockstep: bool, told: str) -> None:
     served = Served()
     served.lockstep = lockstep
     assert lines.ready("lesson", served, speed) == f"ready: lesson at 127.0.0.1:11399, {told}"  # type: ignore[arg-type]
