@@ -45,6 +45,9 @@ class Recording:
         self._layout = self._file.layout
         try:
             self.header = RecordingHeader.of(self._layout.metadata.get(names.METADATA, {}))
+        except RecordingError as error:
+            self._file.close()
+            raise RecordingError(f"{self.path}: {error}") from None
         except BaseException:
             self._file.close()
             raise
