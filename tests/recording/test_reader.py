@@ -50,6 +50,27 @@ def test_messages_of_a_span_and_a_topic(whole: Path, first: int, last: int, kept
 
 
 @given(cut=st.floats(0, 1))
+@settings(max_examples=100, deadline=None)
+def test_one_that_was_cut_has_of_each_topic_what_it_has_of_all(
+    whole: Path, tmp_path_factory: pytest.TempPathFactory, cut: float
+) -> None:
+    data = whole.read_bytes()
+    path = tmp_path_factory.getbasetemp() / "cut_topics.mcap"
+    path.write_bytes(data[: int(len(data) * (1 + 3 * cut) / 4)])
+    try:
+        recording = Recording(path)
+    except RecordingError:
+        return
+    with recording:
+        everything = list(recording.messages())
+        for topic in recording.topics:
+            of_it = [each for each in everything if each.topic == topic]
+            assert list(recording.messages([topic])) == of_it
+            assert recording.counts[topic] == len(of_it)
+            assert recording.newest(topic, 10**15) == (of_it[-1] if of_it else None)
+
+
+@given(cut=st.floats(0, 1))
 @settings(max_examples=60, deadline=None)
 def test_one_that_was_cut_anywhere_is_read_up_to_there(
     whole: Path, tmp_path_factory: pytest.TempPathFactory, cut: float

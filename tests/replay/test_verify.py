@@ -51,7 +51,7 @@ def test_the_same_commands_come_to_the_same_state(taken: list[Step]) -> None:
     verdict = Verification(Rebuilt(Cell(cellwright.load_trial("lesson"))), times.append).run(taken)
 
     assert verdict.answer is Answer.EQUAL
-    assert verdict.hashes == 1
+    assert verdict.hashes == 4  # one a second, and one at the end
     assert verdict.frames >= 70
     assert verdict.commands == sum(isinstance(step, Command) for step in taken)
     assert verdict.commands >= 3

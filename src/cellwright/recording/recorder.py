@@ -33,7 +33,7 @@ FRAMES = Fraction(1, 25)
 FRAMES_TO_A_WHOLE = 25
 """One in so many frames is whole; the others say what has changed."""
 
-HASHES = Fraction(10)
+HASHES = Fraction(1)
 """Simulation time between two state hashes [s]."""
 
 PANELS = Fraction(1, 2)
@@ -133,6 +133,7 @@ class Recorder:
         topics = [*_topics(self._served), *(RecordedTopic(name, kind) for name, kind in names.OWN_TOPICS.items())]
         self._channels = {topic.name: file.channel(topic) for topic in topics}
         self._frames = 0
+        self._hashed = -1
         self._before: Frame | None = None
         self._last_panel = ""
 
@@ -190,8 +191,10 @@ class Recorder:
         self._before = frame
 
     def _keep_hash(self, _index: int) -> None:
-        told = {"tick": self._simulation.clock.tick, "hash": self._simulation.state_hash()}
-        self._text(names.STATE_HASH, told)
+        tick = self._simulation.clock.tick
+        if tick != self._hashed:
+            self._hashed = tick
+            self._text(names.STATE_HASH, {"tick": tick, "hash": self._simulation.state_hash()})
 
     def _keep_panel(self, _index: int) -> None:
         if self._panel is None:

@@ -164,6 +164,8 @@ def scan(file: BinaryIO, size: int) -> Layout:
             layout.footer = place - HEAD.size
             break
         place += length
+    if layout.chunks and not layout.is_complete:
+        layout.chunks[-1].counts.clear()  # its indexes may have been cut, and not every channel be among them
     layout.chunks.sort(key=lambda each: each.first)
     return layout
 

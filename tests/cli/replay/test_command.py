@@ -37,7 +37,7 @@ def test_a_table_of_what_is_in_it(cellwright: CommandLine, path: Path) -> None:
     assert "/cellwright/frame" not in ran.out
     assert re.search(r"^ended +as it should: done$", ran.out, re.MULTILINE)
     assert re.search(r"^versions +cellwright ", ran.out, re.MULTILINE)
-    assert re.search(r"^verify +1 state hash", ran.out, re.MULTILINE)
+    assert re.search(r"^verify +\d+ state hash", ran.out, re.MULTILINE)
 
 
 def test_the_same_as_json(cellwright: CommandLine, path: Path) -> None:
@@ -49,7 +49,7 @@ def test_the_same_as_json(cellwright: CommandLine, path: Path) -> None:
     assert told["duration"] == pytest.approx(LENGTH, abs=0.2)
     assert told["header"]["versions"]["mujoco"]
     assert told["commands"] >= 3
-    assert told["state_hashes"] == 1
+    assert told["state_hashes"] in (3, 4)
     topics = {topic["name"]: topic for topic in told["topics"]}
     assert topics["/ariac/joint_states"]["measured"] == pytest.approx(50, abs=1)
     assert topics["/ariac/orders"]["latch"]

@@ -78,7 +78,7 @@ def test_a_run_comes_out_alike_from_its_recording_alone(verified: Any, arguments
 
     assert (found.status, found.err) == (0, "")
     assert found.told["answer"] == "equal"
-    assert found.told["state_hashes"] == 1
+    assert found.told["state_hashes"] >= 2
     assert found.told["frames"] > 30
     assert found.told["commands"] >= 3
     assert found.told["reached"] == found.told["equal_until"]
@@ -117,9 +117,9 @@ def test_for_people(cellwright: CommandLine) -> None:
 
 
 def test_one_that_was_cut_before_its_first_hash_leaves_nothing_to_compare(cellwright: CommandLine) -> None:
-    cellwright("run", "lesson", "--agent", "none", "--until", "4", "--no-picture", "--record", "r.mcap")
+    cellwright("run", "lesson", "--agent", "none", "--until", "0.9", "--no-picture", "--record", "r.mcap")
     data = Path("r.mcap").read_bytes()
-    Path("cut.mcap").write_bytes(data[: len(data) * 9 // 10])
+    Path("cut.mcap").write_bytes(data[: len(data) * 6 // 10])
 
     ran = cellwright("replay", "cut.mcap", "--verify")
 
