@@ -5,7 +5,10 @@ The tests share a cell and a window, and so they follow each other.
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -17,30 +20,50 @@ from cellwright.rendering.picture import render
 from cellwright.rendering.views import view
 from cellwright.viewer.web.start import WebPage
 from tests.browser.conftest import Visit
-from tests.browser.seen import Hues, Pixels, change, distance, middle, share
-from tests.browser.serving import Viewed, viewed
-from tests.browser.visitor import COARSE, HEIGHT, WIDTH, Visitor
+from tests.browser.seen import Hues, Pixels, distance, middle, share
+from tests.browser.visitor import COARSE, HEIGHT, LIMIT, WIDTH, Visitor
 from tests.ros1.ports import free_port
+from tests.ros1.processes import Process
 
 pytestmark = pytest.mark.browser
 
 GREEN, ORANGE, BLUE = Hues(115.0, 25.0), Hues(22.0, 10.0, saturation=0.6), Hues(215.0, 14.0, saturation=0.6)
 CLOCK = r"^(\d+\.\d\d)\s*s$"
-PORT = free_port()
+ADDRESS = ("127.0.0.1", free_port())
+
+
+@contextmanager
+def served(folder: Path, trial: str) -> Iterator[Process]:
+    """A cell at the address, until the end."""
+    command = [sys.executable, "-m", "cellwright", "serve", trial, "--development-mode", "--port", str(ADDRESS[1])]
+    process = Process(command, os.environ, folder)
+    try:
+        process.wait_for(r"^ready: ", LIMIT)
+        yield process
+    finally:
+        process.kill()
 
 
 @pytest.fixture(scope="module")
-def cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Viewed]:
+def cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Process]:
     """The lesson's cell in real time, for whoever wants to look."""
-    folder = tmp_path_factory.mktemp("cell")
-    with viewed(folder, "serve", "lesson", "--development-mode", "--port", str(PORT)) as process:
+    with served(tmp_path_factory.mktemp("cell"), "lesson") as process:
         yield process
 
 
 @pytest.fixture(scope="module")
-def onlooker(cell: Viewed, visit_all: Visit) -> Visitor:
+def page(cell: Process) -> Iterator[WebPage]:
+    """A page on it, which does not end with the cell."""
+    assert cell.running
+    page = WebPage(ADDRESS, port=0)
+    yield page
+    page.close()
+
+
+@pytest.fixture(scope="module")
+def onlooker(page: WebPage, visit_all: Visit) -> Visitor:
     """Somebody who looks on at it."""
-    return visit_all(cell.url)
+    return visit_all(page.url)
 
 
 @pytest.fixture(scope="module")
@@ -67,49 +90,39 @@ def test_it_appears_as_rays_see_it(onlooker: Visitor, cast: Pixels) -> None:
 
 def test_time_passes_stands_and_passes_as_one_likes(onlooker: Visitor) -> None:
     begin = seconds(onlooker)
-    onlooker.wait(lambda: seconds(onlooker) > begin, 60.0, lambda: "time that passes")
+    onlooker.wait(lambda: seconds(onlooker) > begin, LIMIT, lambda: "time that passes")
     onlooker.press("Pause")
     onlooker.read("^paused$")
     before = seconds(onlooker)
     onlooker.page.wait_for_timeout(1500)
     assert seconds(onlooker) == before
     onlooker.press("1 s")
-    onlooker.wait(lambda: seconds(onlooker) == pytest.approx(before + 1.0, abs=0.011), 60.0, lambda: "a second more")
+    onlooker.wait(lambda: seconds(onlooker) == pytest.approx(before + 1.0, abs=0.011), LIMIT, lambda: "a second more")
     onlooker.press("10")
     onlooker.read("asked 10 ×")
 
 
-def test_another_who_comes_later_and_another_page_see_the_present(
-    cell: Viewed, onlooker: Visitor, visit_all: Visit
+def test_another_who_comes_later_sees_the_present_and_both_may_act(
+    page: WebPage, onlooker: Visitor, visit_all: Visit
 ) -> None:
     stands = seconds(onlooker)
-    late = visit_all(cell.url)
+    late = visit_all(page.url)
     late.read("^paused$")
     assert seconds(late) == stands
+    late.press("Go on")
+    onlooker.read("^running$")
+    onlooker.wait(lambda: seconds(onlooker) > stands + 1.0, LIMIT, lambda: "time that goes on")
+    onlooker.press("Pause")
+    late.read("^paused$")
     late.close()
-    page = WebPage(("127.0.0.1", PORT), port=0)  # another process, which asks the same cell
-    try:
-        other = visit_all(page.url)
-        other.read("^paused$")
-        assert seconds(other) == stands
-        other.press("Go on")
-        onlooker.read("^running$")
-        onlooker.wait(lambda: seconds(onlooker) > stands + 1.0, 60.0, lambda: "time that goes on")
-        other.close()
-    finally:
-        page.close()
 
 
-def test_one_that_was_gone_and_comes_back_is_another(cell: Viewed, tmp_path: Path, visit_all: Visit) -> None:
-    page = WebPage(("127.0.0.1", PORT), port=0)  # it does not end with the cell
-    try:
-        faithful = visit_all(page.url)
-        before = faithful.scene()
-        cell.kill()
-        faithful.read("Not connected:")
-        with viewed(tmp_path, "serve", "sample", "--port", str(PORT)):
-            faithful.wait(lambda: faithful.find("Not connected:") is None, 120.0, lambda: "cell that is back")
-            faithful.read("^sample$")
-            assert change(before, faithful.scene()) > 0.001  # other parts lie in other bins
-    finally:
-        page.close()
+def test_one_that_was_gone_and_comes_back_is_another(cell: Process, onlooker: Visitor, tmp_path: Path) -> None:
+    before = onlooker.scene()
+    cell.kill()
+    onlooker.read("Not connected:")
+    with served(tmp_path, "sample"):
+        onlooker.wait(lambda: onlooker.find("Not connected:") is None, LIMIT, lambda: "cell that is back")
+        onlooker.read("^sample$")
+        seen = onlooker.change(before)  # other parts lie in other bins
+        assert middle(seen, GREEN) == pytest.approx(middle(before, GREEN), abs=0.06)  # on the same belt
