@@ -21,7 +21,7 @@ def test_score_orders_and_trays_change_until_the_end_and_the_recording_shows_it_
 ) -> None:
     with viewed(tmp_path, "serve", "lesson", "--lockstep", "--port", "0", "--record", "run.mcap") as cell:
         onlooker = visit(cell.url)
-        onlooker.read(r"^0\nof 12 points")
+        onlooker.read(r"^0\s+points")
         begin = onlooker.scene()
         assert onlooker.find("order_0") is None  # it has not been announced, and this is a competition
         host, port = cell.address
@@ -30,7 +30,7 @@ def test_score_orders_and_trays_change_until_the_end_and_the_recording_shows_it_
         try:
             onlooker.read(r"order_0_kit_0")
             onlooker.read(r"piston_rod_part_\d+")  # on the tray
-            onlooker.read(r"^8\nof 12 points", within=2 * LIMIT)
+            onlooker.read(r"^8\s+of 12 points", within=2 * LIMIT)
             onlooker.read("^done$")
         finally:
             agent.kill()
@@ -52,5 +52,5 @@ def replayed(folder: Path, visit: Visit) -> None:
         handle = onlooker.page.get_by_role("slider").first
         handle.focus()
         handle.press("End")
-        onlooker.read(r"^8\nof 12 points")
+        onlooker.read(r"^8\s+of 12 points")
         onlooker.change(early)

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cellwright.errors import RecordingError, UnknownNameError
-from cellwright.recording import reader as reading
+from cellwright.recording import scanned_file
 from cellwright.recording.reader import Recording
 from tests.recording.files import SHOUT, TALK, text, write
 
@@ -41,7 +41,7 @@ def test_it_says_what_it_is_and_what_is_in_it(whole: Path) -> None:
 @settings(max_examples=30, deadline=None)
 def test_messages_of_a_span_and_a_topic(whole: Path, first: int, last: int, kept: int) -> None:
     with pytest.MonkeyPatch.context() as patch, Recording(whole) as recording:
-        patch.setattr(reading, "_KEPT", kept)
+        patch.setattr(scanned_file, "_KEPT", kept)
         found = [each.time for each in recording.messages(["/shout"], start=first * 1_000_000, until=last * 1_000_000)]
         assert found == [n * 1_000_000 for n in range(1, 300, 2) if first <= n < last]
         newest = recording.newest("/talk", last * 1_000_000)

@@ -14,14 +14,13 @@ from cellwright.errors import CellwrightError
 from cellwright.messages.std_srvs import TriggerRequest
 from cellwright.recording import format as names
 from cellwright.recording.commands import play
-from cellwright.recording.frames import frame_at, frames
+from cellwright.recording.frames import frames
 from cellwright.recording.header import RecordingHeader
 from cellwright.recording.reader import Recording
 from cellwright.recording.recorder import Recorder
 from cellwright.scene import Scene
 from cellwright.scene.encoded import decode_scene, encode_scene
 from cellwright.scene.taking import SceneTaker
-from cellwright.simulation.clock import NANOSECONDS
 from tests.cells import INITIAL, WHOLE, publish, run, start, way
 from tests.devices.sensors.painters import FakePainter
 
@@ -104,13 +103,12 @@ def test_the_scene_and_its_frames_are_those_of_the_cell(recorded: tuple[Path, st
         assert [each.time for each in found[:3]] == [0, 40_000_000, 80_000_000]
         assert len(found) == 63 + 1  # and one at the end
         for number in (0, 1, 30, 62):
-            alone = frame_at(recording, found[number].time)
-            assert alone is not None
+            alone = next(frames(recording, start=found[number].time))
             assert alone.time == found[number].time
             assert np.array_equal(alone.poses, found[number].poses)
         middle = list(frames(recording, start=1_500_000_000, until=1_700_000_000))
         assert [each.time for each in middle] == [1_520_000_000 + n * 40_000_000 for n in range(5)]
-        assert frame_at(recording, -1) is None
+        assert not any(frames(recording, until=0))
     worked(cell)
     cell.simulation.refresh()
     last = taker.frame(cell.simulation.data, cell.simulation.now)
@@ -143,7 +141,7 @@ def test_when_time_begins_anew_so_does_the_file(tmp_path: Path) -> None:
             ends.append((recording.end, recording.end_time, recording.counts["/clock"]))
             hashes = [value["hash"] for _, value in recording.values(names.STATE_HASH)]
             assert (hashes[-1] == first) is (path.stem == "run")
-            assert frame_at(recording, NANOSECONDS) is not None
+            assert any(frames(recording))
     assert ends == [({"outcome": "reset"}, 100_000_000, 50), ({"outcome": "until"}, 50_000_000, 25)]
 
 

@@ -1,7 +1,8 @@
 from __future__ import annotations
 
 from cellwright.recording.format import FRAME, PANEL
-from cellwright.replay.sight import Sight, frame_bytes
+from cellwright.recording.frames import frame_bytes
+from cellwright.replay.sight import Sight
 from cellwright.scene.frame import is_whole
 from tests.replay.memory import SECOND, Memory, frame_at, recording, said, seen
 

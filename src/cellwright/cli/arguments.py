@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-WORK, END, OUTPUT = "What runs", "When it ends", "Output"
+WORK, END, OUTPUT, REACH = "What runs", "When it ends", "Output", "Where it is reached"
 """Headings in the help, under which options are listed."""
 
 TRIAL = typer.Argument(
@@ -67,6 +67,15 @@ Record = Annotated[
         rich_help_panel=OUTPUT,
     ),
 ]
+
+Recorded = Annotated[
+    Path,
+    typer.Argument(metavar="FILE.mcap", help="What `--record` wrote, whole or cut short.", show_default=False),
+]
+
+Host = Annotated[str, typer.Option(metavar="HOST", help="Address to listen at.", rich_help_panel=REACH)]
+
+Port = Annotated[int, typer.Option(metavar="N", help="Port to listen at; 0 takes a free one.", rich_help_panel=REACH)]
 
 Log = Annotated[
     Path | None,

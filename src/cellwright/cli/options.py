@@ -10,9 +10,8 @@ from fractions import Fraction
 from pathlib import Path
 from typing import NoReturn, get_args
 
-import typer
-
 from cellwright.cell import Cell
+from cellwright.cli import lines
 from cellwright.client.transports.address import address_of
 from cellwright.description.catalogue import bundled, bundled_sensors, find_trial
 from cellwright.description.gear2017 import load_trial
@@ -22,6 +21,7 @@ from cellwright.kitting.score.scorer import OrderScore
 from cellwright.kitting.score.trial_score import Averages, trial_score
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.views import camera_of
+from cellwright.variation import vary
 
 LATEST = 1e9
 """Latest time that a run may be asked to reach [s]."""
@@ -77,8 +77,24 @@ def load(files: Sequence[str]) -> Trial:
     """
     loaded = load_trial(paths(files))
     for warning in loaded.warnings:
-        typer.echo(f"warning: {warning}", err=True)
+        lines.warn(warning)
     return loaded.trial
+
+
+def trial(files: Sequence[str], root: int | None, *, is_varied: bool) -> Trial:
+    """The trial in these files, varied where that is asked for; warnings are printed on stderr.
+
+    Args:
+        files: names of trials, or files.
+        root: of all chance; None: the trial's own.
+        is_varied: whether to vary it by that.
+
+    Raises:
+        DescriptionError: the files cannot be used.
+        UsageError: there is no such file or trial, or the root is none.
+    """
+    found, given = load(files), seed(root)
+    return vary(found, found.settings.seed if given is None else given) if is_varied else found
 
 
 def timed_file(option: str, text: str, suffix: str) -> tuple[Fraction, Path]:

@@ -7,9 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-import typer
-
-from cellwright.cli import options
+from cellwright.cli import lines, options
 from cellwright.description.reading.sources import sources_collected
 from cellwright.recording.files import KINDS, RecordingFiles
 from cellwright.run import RecordOptions
@@ -35,7 +33,7 @@ def wanted(paths: Sequence[Path] | None, **about: Any) -> RecordOptions | None:
             options.refuse(f"--record {path}: give a file such as run.mcap, or run.bag for the tools of ROS 1")
         options.output_file("--record", path, kind)
     RecordingFiles(paths)
-    return RecordOptions(paths, about, report=_warn)
+    return RecordOptions(paths, about, report=lines.warn)
 
 
 def with_sources(
@@ -60,7 +58,3 @@ def of_turn(record: RecordOptions | None, number: int) -> RecordOptions | None:
     if record is None or number == 1:
         return record
     return replace(record, paths=[path.with_stem(f"{path.stem}_{number}") for path in record.paths])
-
-
-def _warn(line: str) -> None:
-    typer.echo(f"warning: {line}", err=True)

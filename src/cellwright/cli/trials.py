@@ -12,6 +12,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from cellwright.cli import lines
 from cellwright.description.catalogue import bundled, bundled_sensors, find_trial, scenario
 from cellwright.description.demands import demands
 from cellwright.description.gear2017 import load_trial
@@ -55,7 +56,7 @@ def _brought() -> dict[str, Trial]:
                 raise plugins.refusal("trials", name, "has a name of Cellwright's own")
             found[name] = _load(name)
         except CellwrightError as error:
-            typer.echo(f"warning: {error}", err=True)
+            lines.warn(error)
     return found
 
 

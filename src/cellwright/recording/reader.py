@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-from bisect import bisect_left
-from collections import Counter, OrderedDict
+from collections import Counter
 from collections.abc import Collection, Iterator
 from functools import cached_property
 from pathlib import Path
@@ -18,10 +17,8 @@ from cellwright.recording import format as names
 from cellwright.recording.commands import Command
 from cellwright.recording.format import Entry, RecordedTopic
 from cellwright.recording.header import RecordingHeader
-from cellwright.recording.scan import ChannelRecord, ChunkPlace, Layout, scan
-from cellwright.recording.unpacking import entries, unpack
-
-_KEPT = 8  # chunks that are kept unpacked, for those who look around in one place
+from cellwright.recording.scan import ChannelRecord, ChunkPlace
+from cellwright.recording.scanned_file import ScannedFile
 
 
 class RecordedMessage(NamedTuple):
@@ -44,17 +41,13 @@ class Recording:
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
+        self._file = ScannedFile(self.path)
+        self._layout = self._file.layout
         try:
-            self._file = self.path.open("rb")
-        except OSError as error:
-            raise RecordingError(f"{path}: cannot be read: {error.strerror or error}") from None
-        try:
-            self._layout = self._scanned()
             self.header = RecordingHeader.of(self._layout.metadata.get(names.METADATA, {}))
         except BaseException:
             self._file.close()
             raise
-        self._kept: OrderedDict[int, bytes] = OrderedDict()
         self.topics: dict[str, RecordedTopic] = {
             each.topic: _topic(each) for each in self._layout.channels.values() if each.encoding == "cdr"
         }
@@ -84,7 +77,7 @@ class Recording:
         if name not in self._layout.attachments:
             raise UnknownNameError("attachment", name, self.attachments)
         offset, length = self._layout.attachments[name]
-        return self._read(offset, length)
+        return self._file.read(offset, length)
 
     @cached_property
     def sources(self) -> dict[str, bytes]:
@@ -145,7 +138,7 @@ class Recording:
             RecordingError: the file is damaged.
         """
         wanted = {number for number, name in self._names.items() if topics is None or name in topics}
-        for chunk in self._chunks(start, until):
+        for chunk in self._file.chunks(start, until):
             if chunk.counts and not wanted.intersection(chunk.counts):
                 continue
             for channel, time, data in self._entries(chunk, wanted):
@@ -155,7 +148,7 @@ class Recording:
     def newest(self, topic: str, time: int, *, at_least: int | None = None) -> RecordedMessage | None:
         """The newest message of a topic at or before a time [ns]; None where there is none after `at_least` [ns]."""
         wanted = {number for number, name in self._names.items() if name == topic}
-        for chunk in reversed(list(self._chunks(at_least, time + 1))):
+        for chunk in reversed(list(self._file.chunks(at_least, time + 1))):
             if chunk.counts and not wanted.intersection(chunk.counts):
                 continue
             found = [(when, data) for _, when, data in self._entries(chunk, wanted) if when <= time]
@@ -233,51 +226,8 @@ class Recording:
 
     # ---------------------------------------------------------------- inside
 
-    def _scanned(self) -> Layout:
-        try:
-            size = self._file.seek(0, 2)
-            layout = scan(self._file, size)
-        except RecordingError as error:
-            raise RecordingError(f"{self.path}: {error}") from None
-        except OSError as error:
-            raise RecordingError(f"{self.path}: cannot be read: {error.strerror or error}") from None
-        if names.METADATA not in layout.metadata:
-            raise RecordingError(f"{self.path}: is an MCAP file, but no recording of Cellwright")
-        return layout
-
-    def _chunks(self, start: int | None, until: int | None) -> Iterator[ChunkPlace]:
-        chunks = self._layout.chunks
-        first = 0 if start is None else bisect_left(chunks, start, key=lambda each: each.last)
-        for chunk in chunks[first:]:
-            if until is not None and chunk.first >= until:
-                return
-            yield chunk
-
     def _entries(self, chunk: ChunkPlace, channels: Collection[int] | None = None) -> Iterator[Entry]:
-        wanted = self._names if channels is None else channels
-        try:
-            yield from entries(self._content(chunk), wanted)
-        except RecordingError as error:
-            raise RecordingError(f"{self.path}: {error}") from None
-
-    def _content(self, chunk: ChunkPlace) -> bytes:
-        found = self._kept.get(chunk.offset)
-        if found is None:
-            found = self._kept[chunk.offset] = unpack(self._read(chunk.offset, chunk.length), chunk)
-            if len(self._kept) > _KEPT:
-                self._kept.popitem(last=False)
-        self._kept.move_to_end(chunk.offset)
-        return found
-
-    def _read(self, offset: int, length: int) -> bytes:
-        try:
-            self._file.seek(offset)
-            data = self._file.read(length)
-        except (OSError, ValueError) as error:
-            raise RecordingError(f"{self.path}: cannot be read: {error}") from None
-        if len(data) < length:
-            raise RecordingError(f"{self.path}: has become shorter while it was read")
-        return data
+        return self._file.entries(chunk, self._names if channels is None else channels)
 
 
 def _topic(channel: ChannelRecord) -> RecordedTopic:

@@ -14,13 +14,12 @@ from numpy.typing import NDArray
 
 from cellwright.errors import MessageError, RecordingError, UnknownNameError
 from cellwright.recording.commands import Command
-from cellwright.recording.format import EVENT, FRAME
+from cellwright.recording.format import EVENT
+from cellwright.recording.frames import frames
 from cellwright.recording.reader import Recording
-from cellwright.replay.sight import frame_bytes
 from cellwright.scene import Frame, Scene
 from cellwright.scene.encoded import decode_scene
-from cellwright.scene.frame import decode
-from cellwright.simulation.clock import NANOSECONDS, nanoseconds, seconds
+from cellwright.simulation.clock import nanoseconds, seconds
 
 
 class Stamped(NamedTuple):
@@ -180,18 +179,7 @@ class OpenedRecording:
         Raises:
             RecordingError: the file is damaged.
         """
-        first, last = _time(start), _time(until)
-        before: Frame | None = None
-        early = None if first is None else max(0, first - NANOSECONDS)  # a whole one comes each second
-        for topic, time, data in self.recording.messages((FRAME,), start=early, until=last):
-            try:
-                before = decode(frame_bytes(data), before)
-            except MessageError as error:
-                if before is None and first is not None:
-                    continue  # changes to a whole frame that came before
-                raise RecordingError(f"{self.recording.path}: {topic} at {seconds(time):.3f} s: {error}") from None
-            if first is None or time >= first:
-                yield before
+        return frames(self.recording, start=_time(start), until=_time(until))
 
     def path(
         self, body: str, *, start: float | None = None, until: float | None = None

@@ -24,8 +24,8 @@ from cellwright.scene.frame import Frame
 from cellwright.scene.scene import Scene
 from cellwright.server import Server
 from cellwright.server.services.control import Control, Reset
+from cellwright.server.services.names import FRAME, SCENE
 from cellwright.server.services.panel import offer_panel
-from cellwright.server.services.scene import FRAME, SCENE
 from cellwright.simulation.clock import nanoseconds, seconds
 
 KIND = "recording"

@@ -6,9 +6,10 @@ import json
 from typing import Any
 
 from cellwright.errors import MessageError
-from cellwright.messages import from_cdr, message_type
+from cellwright.messages import from_cdr
 from cellwright.messages.standard import String
-from cellwright.recording.format import BYTES, FRAME, PANEL
+from cellwright.recording.format import FRAME, PANEL
+from cellwright.recording.frames import frame_bytes
 from cellwright.recording.reader import RecordedMessage
 from cellwright.replay.source import Source
 from cellwright.scene.frame import Frame, decode, is_whole
@@ -75,11 +76,3 @@ class Sight:
         except (MessageError, ValueError, RecursionError):
             found = {}
         return found if isinstance(found, dict) else {}
-
-
-def frame_bytes(data: bytes) -> bytes:
-    """The bytes of a frame in the message that carries it; none where it is no such message."""
-    try:
-        return bytes(from_cdr(data, message_type(BYTES)).data)  # type: ignore[attr-defined]
-    except MessageError:
-        return b""

@@ -12,8 +12,8 @@ from cellwright.messages import from_cdr
 from cellwright.messages.standard import String
 from cellwright.recording.commands import Command
 from cellwright.recording.format import COMMAND, FRAME, STATE_HASH
+from cellwright.recording.frames import frame_bytes
 from cellwright.recording.reader import RecordedMessage
-from cellwright.replay.sight import frame_bytes
 from cellwright.replay.source import Source
 from cellwright.scene.frame import Frame, decode
 

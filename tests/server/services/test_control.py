@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 from cellwright.errors import CellwrightError, RejectedCommandError, UnknownNameError
 from cellwright.link.frames import Frame, Kind
-from cellwright.server.services.control import CONTROL, FASTEST, MOST_TICKS, SLOWEST, Control, Reset
-from cellwright.server.services.panel import PANEL, offer_panel
+from cellwright.server.services.control import FASTEST, MOST_TICKS, SLOWEST, Control, Reset
+from cellwright.server.services.names import CONTROL, PANEL
+from cellwright.server.services.panel import offer_panel
 from cellwright.simulation.tempo import Tempo
 from tests.server.talk import served
 from tests.teleop.talk import Talk

@@ -14,7 +14,8 @@ from cellwright.scene.encoded import decode_scene
 from cellwright.scene.frame import decode
 from cellwright.server.services import onlookers
 from cellwright.server.services.control import Control
-from cellwright.server.services.scene import FRAME, SCENE, SceneServices
+from cellwright.server.services.names import FRAME, SCENE
+from cellwright.server.services.scene import SceneServices
 from cellwright.simulation.tempo import Tempo
 from tests.cells import KITTING, WHOLE
 from tests.server.talk import served

@@ -16,7 +16,8 @@ from cellwright.errors import CellwrightError, RejectedCommandError, UnknownName
 from cellwright.messages.std_srvs import TriggerRequest
 from cellwright.scene import Frame, Scene
 from cellwright.server import Server
-from cellwright.server.services.scene import SCENE, SceneServices
+from cellwright.server.services.names import SCENE
+from cellwright.server.services.scene import SceneServices
 from cellwright.teleop.node import RobotNode
 from cellwright.viewer.web.asking import Asking
 from cellwright.viewer.web.link import AwayError, Link

@@ -11,7 +11,8 @@ from cellwright.bus.served import Served
 from cellwright.cell import Cell
 from cellwright.errors import UsageError
 from cellwright.server import Server
-from cellwright.server.services.scene import FRAME, SceneServices
+from cellwright.server.services.names import FRAME
+from cellwright.server.services.scene import SceneServices
 from cellwright.teleop.node import RobotNode
 from cellwright.viewer.web.start import WebPage
 from tests.cells import KITTING, WHOLE

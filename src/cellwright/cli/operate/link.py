@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from cellwright.cli import options
+from cellwright.cli import lines, options
 from cellwright.cli.operate.described import described_limits
 from cellwright.client.session import Session
 from cellwright.client.transports.ros1 import Ros1Transport
@@ -78,7 +78,7 @@ class Link:
             options.refuse("--connect and --ros1: give one of them")
         self.node = node_name(node)
         self._address = options.address("--connect", connect) if connect else (LOOPBACK, DEFAULT_PORT)
-        self._limits = None if robot is None else JointLimits.of(load_robot(robot, _warn).robot)
+        self._limits = None if robot is None else JointLimits.of(load_robot(robot, lines.warn).robot)
         self._ros1 = installation.find() if ros1 else None
 
     def session(self, suffix: str = "") -> Session:
@@ -156,11 +156,7 @@ class Link:
 def warn_of_unknown(limits: JointLimits) -> None:
     """Say that nothing was checked against limits, where none are known."""
     if not limits.joints:
-        _warn("this robot's joint limits are not known here, so nothing is checked against them; see --robot")
-
-
-def _warn(line: object) -> None:
-    typer.echo(f"warning: {line}", err=True)
+        lines.warn("this robot's joint limits are not known here, so nothing is checked against them; see --robot")
 
 
 def _ignore(_line: object) -> None:

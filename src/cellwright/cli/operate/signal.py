@@ -13,7 +13,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn
 
-from cellwright.cli import options
+from cellwright.cli import lines, options
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.operate import report
 from cellwright.cli.operate.link import NODE, RESULT, WHAT, Connect, Link, Node, OverRos1, Robot, warn_of_unknown
@@ -117,7 +117,7 @@ def signal(
         chosen = _chosen(there, joints)
         limits = link.limits(there)
         for warning in check(there, chosen, wanted, limits):
-            typer.echo(f"warning: {warning}", err=True)
+            lines.warn(warning)
         warn_of_unknown(limits)
         found, failure = _exercise(there, chosen, wanted, console)
     failures = _failures(found, max_error, max_delay) + ([failure] if failure else [])

@@ -7,13 +7,14 @@ from typing import Annotated
 
 import typer
 
-from cellwright.cli import options
+from cellwright.cli import lines, options
+from cellwright.cli.arguments import Recorded
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.errors import UnknownNameError
 
 
 def plot(
-    recording: Annotated[str, typer.Argument(metavar="RECORDING", help="What `--record` wrote, such as run.mcap.")],
+    file: Recorded,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -46,15 +47,15 @@ def plot(
     Exit status: 0 done; 1 the figure could not be written; 2 bad input.
     """
     wanted = _wanted(what)
-    path = _file(recording, out)
+    path = _figure_file(file, out)
     from cellwright.plots.figure import draw, write  # it takes a moment to load, which the other commands are spared
     from cellwright.plots.reading.story import story
     from cellwright.recording.reader import Recording
 
-    with Recording(recording) as opened:
+    with Recording(file) as opened:
         told = story(opened)
     if told.warning:
-        typer.echo(f"warning: {told.warning}", err=True)
+        lines.warn(told.warning)
     figure = draw(told, wanted)
     try:
         write(figure, path)
@@ -78,11 +79,11 @@ def _wanted(what: str | None) -> tuple[str, ...]:
     return names
 
 
-def _file(recording: str, out: Path | None) -> Path:
+def _figure_file(recording: Path, out: Path | None) -> Path:
     """The figure's file; beside nothing that is there under another name: in the folder in which one works."""
     from cellwright.plots.what import SUFFIXES
 
-    path = Path(f"{Path(recording).stem}-plot.png") if out is None else out
+    path = Path(f"{recording.stem}-plot.png") if out is None else out
     if path.suffix.lower() not in SUFFIXES:
         options.refuse(f"--out {path}: give a file whose name ends in {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}")
     found = options.output_file("--out", path, path.suffix.lower())

@@ -9,15 +9,14 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from cellwright.cli import options, videos
-from cellwright.cli.arguments import OUTPUT
+from cellwright.cli import lines, options, videos
+from cellwright.cli.arguments import OUTPUT, Host, Port, Recorded
 from cellwright.cli.exit_status import DONE
 from cellwright.cli.replay import summary
 from cellwright.cli.replay.film import film
 from cellwright.cli.replay.play import PlayOptions, play
 from cellwright.cli.replay.verify import verify as run_again
 from cellwright.cli.run.progress import bar
-from cellwright.cli.run.score_table import note
 from cellwright.cli.view.arguments import Open, View, ViewHost, ViewPort, look
 from cellwright.recording.bag import write_bag
 from cellwright.recording.reader import Recording
@@ -25,13 +24,11 @@ from cellwright.replay.playing import AtEnd
 from cellwright.server import DEFAULT_PORT
 from cellwright.server.server import LOOPBACK
 
-_PLAY, _VERIFY, _REACH = "Play it", "Run it again", "Where it is reached"
+_PLAY, _VERIFY = "Play it", "Run it again"
 
 
 def replay(
-    file: Annotated[
-        Path, typer.Argument(metavar="FILE.mcap", help="What --record wrote, whole or cut short.", show_default=False)
-    ],
+    file: Recorded,
     serve: Annotated[
         bool, typer.Option("--serve", metavar="", help="Play it to programs on a socket.", rich_help_panel=_PLAY)
     ] = False,
@@ -79,10 +76,8 @@ def replay(
             rich_help_panel=_VERIFY,
         ),
     ] = False,
-    host: Annotated[str, typer.Option(metavar="HOST", help="Address to listen at.", rich_help_panel=_REACH)] = LOOPBACK,
-    port: Annotated[
-        int, typer.Option(metavar="N", help="Port to listen at; 0 takes a free one.", rich_help_panel=_REACH)
-    ] = DEFAULT_PORT,
+    host: Host = LOOPBACK,
+    port: Port = DEFAULT_PORT,
     bag: Annotated[
         Path | None,
         typer.Option(
@@ -139,7 +134,9 @@ def replay(
     filmed = videos.wish(video, video_camera, video_speed, video_size, fine=video_fine)
     if filmed and (is_played or verify):
         options.refuse("--video: make the video alone: leave out --view, --serve, --ros1 and --verify")
-    for option, is_given in (("--loop", loop), ("--hold", hold), ("--start", start is not None and not filmed)):
+    times = {"--start": start is not None, "--until": until is not None}
+    played = {"--loop": loop, "--hold": hold, "--speed": speed != "1", **({} if filmed else times)}
+    for option, is_given in played.items():
         if is_given and not is_played:
             options.refuse(f"{option}: say to whom it is to be played: add --view, --serve or --ros1")
     wanted = PlayOptions(
@@ -155,10 +152,10 @@ def replay(
     bag_file = options.output_file("--bag", bag, ".bag")
     with Recording(file) as recording:
         if not recording.is_complete:
-            typer.echo(f"warning: {file}: was cut short; it goes on to {recording.end_time / 1e9:.3f} s", err=True)
+            lines.warn(f"{file}: was cut short; it goes on to {recording.end_time / 1e9:.3f} s")
         if bag_file is not None:
             for topic in write_bag(file, bag_file):
-                typer.echo(f"warning: {topic} is not in the bag: its type has another form in ROS 1", err=True)
+                lines.warn(f"{topic} is not in the bag: its type has another form in ROS 1")
         if verify:
             raise typer.Exit(run_again(recording, console, as_json=as_json))
         if is_played:
@@ -167,26 +164,25 @@ def replay(
         if filmed is not None:
             with bar(console, f"drawing {filmed.file}", 1.0) as tell:
                 told["videos"] = [
-                    film(recording, filmed, start=wanted.start, until=wanted.until, warn=_warn, tell=tell or _nothing)
+                    film(
+                        recording,
+                        filmed,
+                        start=wanted.start,
+                        until=wanted.until,
+                        warn=lines.warn,
+                        tell=tell,
+                    )
                 ]
     if as_json:
         typer.echo(json.dumps(told, indent=2))
     elif filmed is not None or bag_file is not None:
         if filmed is not None:
-            note(console, "video", videos.sentence(told["videos"][0]))
+            lines.note(console, "video", videos.sentence(told["videos"][0]))
         if bag_file is not None:
-            note(console, "bag", str(bag_file))
+            lines.note(console, "bag", str(bag_file))
     elif not is_played:
         summary.show(console, told)
     raise typer.Exit(DONE)
-
-
-def _warn(line: str) -> None:
-    typer.echo(f"warning: {line}", err=True)
-
-
-def _nothing(_share: float) -> None:
-    pass
 
 
 def _time(option: str, value: float | None) -> float | None:

@@ -31,7 +31,7 @@ def film(
     start: float | None,
     until: float | None,
     warn: Callable[[str], None],
-    tell: Callable[[float], None],
+    tell: Callable[[float], None] | None,
 ) -> Made:
     """Make a video of a recording.
 
@@ -41,7 +41,7 @@ def film(
         start: simulation time [s] from which on; None: from the begin.
         until: up to which; None: to the end.
         warn: takes a line about what goes wrong.
-        tell: told how far it is, 0..1.
+        tell: told how far it is, 0..1; None for nobody.
 
     Raises:
         UsageError: there is nothing to be seen in it at these times.
@@ -75,7 +75,8 @@ def film(
             frame = sight.frame() or frame
             video.take(frame, camera, _caption(time, sight.panel()))
             number += 1
-            tell(min(1.0, (time - begin) / max(1, end - begin)))
+            if tell is not None:
+                tell(min(1.0, (time - begin) / max(1, end - begin)))
     finally:
         video.close()
     return {"file": str(wish.file), "length": video.length, "frames": video.taken, "dropped": 0}

@@ -6,12 +6,10 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
 
-import typer
 from rich.console import Console
 
+from cellwright.cli import lines
 from cellwright.cli.run.progress import bar
-from cellwright.cli.run.score_table import note
-from cellwright.cli.serve.trial import ready
 from cellwright.cli.signals import Stop, stopped_by_signals
 from cellwright.cli.view.arguments import Look
 from cellwright.cli.view.page import page_on
@@ -74,7 +72,7 @@ def play(recording: Recording, wanted: PlayOptions, console: Console) -> None:
         server = Server(recorded, host=wanted.host, port=wanted.port, report=warn)
         to_close.callback(server.close, "the recording is over")
         if not server.is_local:
-            typer.echo(f"warning: {wanted.host}: anybody who reaches this machine can see the recording", err=True)
+            lines.warn(f"{wanted.host}: anybody who reaches this machine can see the recording")
         tell = to_close.enter_context(bar(console, recorded.name, None))
 
         def poll() -> None:
@@ -101,10 +99,10 @@ def play(recording: Recording, wanted: PlayOptions, console: Console) -> None:
             ros.join(server.address, {"use_sim_time": True}, server.wait)
         if not is_stopped.has_come:
             where = "" if ros is None else f", ROS 1 at {ros.master.uri} as {IN_ROS.node}"
-            console.print(ready(recorded.name, server, wanted.speed) + where, markup=False, soft_wrap=True)
+            console.print(lines.ready(recorded.name, server, wanted.speed) + where, markup=False, soft_wrap=True)
             playing.run()
     if recorded.player.unreadable:
-        note(console, "unreadable", f"{recorded.player.unreadable} messages")
+        lines.note(console, "unreadable", f"{recorded.player.unreadable} messages")
 
 
 def _time(value: float | None) -> int | None:

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from cellwright.cli.run.score_table import note
+from cellwright.cli.lines import note
 from cellwright.recording.format import COMMAND, STATE_HASH
 from cellwright.recording.reader import Recording
 from cellwright.simulation.clock import seconds

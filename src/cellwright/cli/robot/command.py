@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from cellwright.cli import lines
 from cellwright.cli.exit_status import DONE
 from cellwright.cli.options import refuse
 from cellwright.cli.robot import table as robot_table
@@ -75,7 +76,7 @@ def robot(
         refuse("--pose: the poses of links are printed with --json")
     if init is not None and (as_json or init.suffix.lower() not in (".yml", ".yaml")):
         refuse(f"--init {init}: give a file such as vr_configs.yml, and no --json")
-    config = load_robot(name, lambda line: typer.echo(f"warning: {line}", err=True))
+    config = load_robot(name, lines.warn)
     if init is not None:
         write_skeleton(config, init)
     elif as_json:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import nullcontext, redirect_stdout
 from dataclasses import replace
 from functools import partial
@@ -13,15 +13,14 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from cellwright import variation
 from cellwright.agents.agent import BUNDLED, Agent, find_agent
 from cellwright.cell import Cell
-from cellwright.cli import options, recorded, videos
+from cellwright.cli import lines, options, recorded, videos
 from cellwright.cli.arguments import END, OUTPUT, TRIAL, WORK, Development, Log, Record, Seed, Servo, Until, Vary
 from cellwright.cli.run import over as run_over
 from cellwright.cli.run.attended import Attended
 from cellwright.cli.run.pictures import Quality
-from cellwright.cli.run.turn import Turn, warn
+from cellwright.cli.run.turn import Turn
 from cellwright.cli.view.arguments import LOOK, Open, View, ViewHost, ViewPort, look, refuse_a_camera
 from cellwright.description.catalogue import bundled_sensors
 from cellwright.description.trial import Trial
@@ -190,8 +189,8 @@ def run(
         # nobody at work: the cell itself, seen by the belt after ten seconds
         cellwright run lesson --agent none --until 10 --camera belt
 
-    Exit status: 0 done; 1 not done (time limit, agent gave up or crashed, stopped, below --min-score); 2 bad input,
-    and nothing was started.
+    Exit status: 0 done; 1 not done (time limit, agent gave up or crashed, stopped, below --min-score), or a file that
+    was asked for is not whole; 2 bad input, and nothing was started.
     """
     least = options.min_score(min_score)
     if connect is not None:
@@ -217,7 +216,7 @@ def run(
     console = Console(stderr=as_json, highlight=False)
     with redirect_stdout(sys.stderr) if as_json else nullcontext():  # what a file brings along prints no JSON
         trial, kept = recorded.with_sources(
-            kept, partial(_trial, files, seed, is_varied=vary), lambda _: options.paths(files)
+            kept, partial(options.trial, files, seed, is_varied=vary), lambda _: options.paths(files)
         )
         cell = _build(trial, seed, servo, console, competition=not development)
         options.topics(wanted.listen, cell)
@@ -271,11 +270,6 @@ def _refuse_what_is_settled(context: typer.Context) -> None:
             options.refuse(f"--connect: the cell is there already, and {given} is for the one who serves it")
 
 
-def _trial(files: Sequence[str], seed: int | None, *, is_varied: bool) -> Trial:
-    trial, root = options.load(files), options.seed(seed)
-    return variation.vary(trial, trial.settings.seed if root is None else root) if is_varied else trial
-
-
 def _build(trial: Trial, seed: int | None, servo: str | None, console: Console, *, competition: bool) -> Cell:
     return Cell(
         trial,
@@ -299,4 +293,4 @@ def _miss_arm(trial: str, agent: str) -> None:
     remedy = f"give a file with one as well, such as: cellwright run {trial} {bundled_sensors()[0]}"
     if agent in BUNDLED:
         options.refuse(f"{trial}: the trial has no arm for the agent {agent} to work with; {remedy}")
-    warn(f"{trial}: the trial has no arm; {remedy}")
+    lines.warn(f"{trial}: the trial has no arm; {remedy}")

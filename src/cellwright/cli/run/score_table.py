@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from cellwright.cli.lines import note
 from cellwright.kitting.score.evidence import NOT_ANNOUNCED, NOT_SUBMITTED, REASONS, Evidence, KitEvidence, PartEvidence
 from cellwright.kitting.score.kit_score import BonusVerdict, Verdict
 from cellwright.kitting.score.trial_score import TrialScore
@@ -52,11 +53,6 @@ def show(console: Console, result: RunResult, final: TrialScore | None = None) -
     for name, text in lines:
         if text:
             note(console, name, text)
-
-
-def note(console: Console, name: str, text: str) -> None:
-    """Print a line of the summary."""
-    console.print(f"{name:<10}  {text}", markup=False, soft_wrap=True)
 
 
 def table(kit: KitEvidence) -> Table:

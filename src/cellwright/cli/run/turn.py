@@ -17,7 +17,7 @@ from rich.console import Console
 
 from cellwright.agents.agent import Agent
 from cellwright.cell import Cell
-from cellwright.cli import exit_status, recorded, videos
+from cellwright.cli import exit_status, lines, recorded, videos
 from cellwright.cli.run import document, score_table
 from cellwright.cli.run import over as run_over
 from cellwright.cli.run.attended import Attended
@@ -91,9 +91,9 @@ class Turn:
     def play(self) -> int:
         """Have the cell worked from start to end, and tell what came of it; the exit status."""
         self._played += 1
-        pictures = Pictures(self.camera, self.snapshots, warn, self.quality)
+        pictures = Pictures(self.camera, self.snapshots, lines.warn, self.quality)
         log = None if self.log is None else videos.numbered(self.log, self._played)
-        kept = None if log is None else RunLog(log, about={"agent": self.agent}, report=warn)
+        kept = None if log is None else RunLog(log, about={"agent": self.agent}, report=lines.warn)
         film = self._film()
         actions = [*videos.actions(film), *pictures.actions()]
         wanted = replace(self.options, at=actions, on_progress=self._progress.update, log=kept)
@@ -121,7 +121,7 @@ class Turn:
         if self.video is None:
             return None
         wish = replace(self.video, file=videos.numbered(self.video.file, self._played))
-        return videos.of_cell(self.cell, wish, waits=self.options.speed is None, warn=warn)
+        return videos.of_cell(self.cell, wish, waits=self.options.speed is None, warn=lines.warn)
 
     def _run(self, worker: Agent | None, wanted: RunOptions) -> RunResult:
         if self.make is not None and self.way is not None:
@@ -151,7 +151,7 @@ class Turn:
         if not self.as_json:
             score_table.show(console, result, final)
             if self.least is not None and result.score.total < self.least:
-                score_table.note(console, "not enough", f"{self.least:g} points were asked for")
+                lines.note(console, "not enough", f"{self.least:g} points were asked for")
         if self.picture and not self.is_interrupted:
             file = Path(f"{cell.trial.name}.png")
             with bar(console, f"drawing {file}", 1.0) as tell:
@@ -159,12 +159,9 @@ class Turn:
         if self.as_json:
             typer.echo(json.dumps(about() | {"videos": made}, indent=2))
         else:
-            for each in made:
-                score_table.note(console, "video", videos.sentence(each))
-            for written in pictures.written:
-                score_table.note(console, "picture", written)
-            for recording in result.recordings:
-                score_table.note(console, "recording", str(recording))
+            lines.note_files(console, "video", map(videos.sentence, made))
+            lines.note_files(console, "picture", pictures.written)
+            lines.note_files(console, "recording", result.recordings)
 
 
 def finals_score(trial: Trial, score: GameScore, spent: Averages) -> TrialScore | None:
@@ -172,10 +169,5 @@ def finals_score(trial: Trial, score: GameScore, spent: Averages) -> TrialScore 
     try:
         return trial_score(trial.sensors, score.orders, spent)
     except UsageError as error:
-        warn(f"the trial has no score: {error}")
+        lines.warn(f"the trial has no score: {error}")
         return None
-
-
-def warn(line: str) -> None:
-    """Say a line about what goes wrong on stderr."""
-    typer.echo(f"warning: {line}", err=True)

@@ -10,16 +10,27 @@ from typing import Annotated
 
 import typer
 
-from cellwright import variation
 from cellwright.cli import options, recorded, videos
-from cellwright.cli.arguments import END, OUTPUT, WORK, Development, Files, Log, Record, Seed, Servo, Until, Vary
+from cellwright.cli.arguments import (
+    END,
+    OUTPUT,
+    REACH,
+    WORK,
+    Development,
+    Files,
+    Host,
+    Log,
+    Port,
+    Record,
+    Seed,
+    Servo,
+    Until,
+    Vary,
+)
 from cellwright.cli.serve.trial import EXIT_ON_COMPLETION, ServeOptions, serve_trial
-from cellwright.cli.view.arguments import Open, View, ViewHost, ViewPort, look, refuse_a_camera
-from cellwright.description.trial import Trial
+from cellwright.cli.view.arguments import LOOK, Open, View, ViewHost, ViewPort, look, refuse_a_camera
 from cellwright.server import DEFAULT_PORT
 from cellwright.server.server import LOOPBACK
-
-_REACH = "Where it is reached"
 
 
 def serve(
@@ -50,17 +61,15 @@ def serve(
             rich_help_panel=END,
         ),
     ] = False,
-    host: Annotated[str, typer.Option(metavar="HOST", help="Address to listen at.", rich_help_panel=_REACH)] = LOOPBACK,
-    port: Annotated[
-        int, typer.Option(metavar="N", help="Port to listen at; 0 takes a free one.", rich_help_panel=_REACH)
-    ] = DEFAULT_PORT,
+    host: Host = LOOPBACK,
+    port: Port = DEFAULT_PORT,
     ros1: Annotated[
         bool,
         typer.Option(
             "--ros1",
             metavar="",
             help="Be the simulator of ROS 1 programs too, at the master that ROS_MASTER_URI names.",
-            rich_help_panel=_REACH,
+            rich_help_panel=REACH,
         ),
     ] = False,
     as_json: Annotated[
@@ -79,7 +88,7 @@ def serve(
         typer.Option(
             metavar="FILE.png",
             help="Write a picture of the cell at the end, unless it is stopped with the competition not done.",
-            rich_help_panel=OUTPUT,
+            rich_help_panel=LOOK,
         ),
     ] = None,
     camera: Annotated[
@@ -87,7 +96,7 @@ def serve(
         typer.Option(
             metavar="NAME",
             help="Where it is taken from: overview, bins, belt, agv1, agv2, or `x,y,z:x,y,z` [m].",
-            rich_help_panel=OUTPUT,
+            rich_help_panel=LOOK,
         ),
     ] = "overview",
     view: View = False,
@@ -125,8 +134,8 @@ def serve(
         # the same cell for programs of ROS 1, with a master if there is none
         cellwright serve lesson --ros1
 
-    Exit status: 0 stopped, by whatever was asked for; 1 the simulation became unstable, or the picture could not be
-    written; 2 bad input, and nothing was started.
+    Exit status: 0 stopped, by whatever was asked for; 1 the simulation became unstable, or a file that was asked
+    for is not whole; 2 bad input, and nothing was started.
     """
     refuse_a_camera(files, view=view)
     kept = recorded.wanted(record, agent="served")
@@ -151,9 +160,4 @@ def serve(
         verbose=verbose,
         look=look(view=view, host=view_host, port=view_port, opens=open_page),
     )
-    raise typer.Exit(serve_trial(partial(_trial, files, seed, is_varied=vary), wanted))
-
-
-def _trial(files: list[str], seed: int | None, *, is_varied: bool) -> Trial:
-    trial, root = options.load(files), options.seed(seed)
-    return variation.vary(trial, trial.settings.seed if root is None else root) if is_varied else trial
+    raise typer.Exit(serve_trial(partial(options.trial, files, seed, is_varied=vary), wanted))

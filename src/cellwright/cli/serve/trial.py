@@ -13,7 +13,7 @@ import typer
 from rich.console import Console
 
 from cellwright.cell import Cell
-from cellwright.cli import options, recorded, videos
+from cellwright.cli import lines, options, recorded, videos
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.run import document, score_table
 from cellwright.cli.run.pictures import Pictures
@@ -34,7 +34,7 @@ from cellwright.server.server import LOOPBACK
 from cellwright.server.services import onlookers
 from cellwright.server.services.cell_panel import IN_COMPETITION, CellPanel
 from cellwright.server.services.control import Control, Reset
-from cellwright.serving import Hooks, Pace, Serving
+from cellwright.serving import Hooks, Serving
 from cellwright.simulation.tempo import Tempo
 from cellwright.viewer.filming import VideoWish
 
@@ -127,7 +127,7 @@ def serve_trial(
             ros.report = report
         server = Server(cell, host=wanted.host, port=wanted.port, lockstep=wanted.lockstep, report=report)
         if not server.is_local:
-            typer.echo(f"warning: {wanted.host}: anybody who reaches this machine can drive the cell", err=True)
+            lines.warn(f"{wanted.host}: anybody who reaches this machine can drive the cell")
         hooks = Hooks(
             on_ready=lambda: _begin(console, cell, server, wanted.speed, ros),
             on_poll=_nothing if ros is None else ros.poll,
@@ -141,9 +141,9 @@ def serve_trial(
         to_close.enter_context(page_on(server, wanted.look, f"{cell.name} · Cellwright", say))
         offer_result(serving)
         is_stopped.follow(serving.stop)
-        kept = None if wanted.log is None else RunLog(wanted.log, about={"agent": "served"}, report=_warn)
+        kept = None if wanted.log is None else RunLog(wanted.log, about={"agent": "served"}, report=lines.warn)
         waits = wanted.lockstep or wanted.speed is None
-        film = None if wanted.video is None else videos.of_cell(cell, wanted.video, waits=waits, warn=_warn)
+        film = None if wanted.video is None else videos.of_cell(cell, wanted.video, waits=waits, warn=lines.warn)
         with progress.running():
             run = RunOptions(
                 until=wanted.until,
@@ -161,8 +161,8 @@ def serve_trial(
     if not wanted.as_json:
         score_table.show(console, result)
         if wanted.verbose and pace is not None:
-            score_table.note(console, "pace", pace_text(pace))
-    pictures = Pictures(wanted.camera, [], _warn)
+            lines.note(console, "pace", lines.pace_text(pace))
+    pictures = Pictures(wanted.camera, [], lines.warn)
     # After the score, since it takes a while; not for somebody who wants it to end now, with the work undone.
     if wanted.picture is not None and (result.outcome is Outcome.DONE or not is_stopped.has_come):
         with bar(console, f"drawing {wanted.picture}", 1.0) as tell:
@@ -174,12 +174,9 @@ def serve_trial(
         about = document.of_run(cell, "served", result, status, pictures.written) | {"pace": document.of_pace(pace)}
         typer.echo(json.dumps(about | {"videos": made}, indent=2))
     else:
-        for each in made:
-            score_table.note(console, "video", videos.sentence(each))
-        for written in pictures.written:
-            score_table.note(console, "picture", written)
-        for recording in result.recordings:
-            score_table.note(console, "recording", str(recording))
+        lines.note_files(console, "video", map(videos.sentence, made))
+        lines.note_files(console, "picture", pictures.written)
+        lines.note_files(console, "recording", result.recordings)
     return status
 
 
@@ -192,27 +189,8 @@ def _begin(console: Console, cell: Cell, server: Server, speed: float | None, ro
 
 
 def _ready(console: Console, cell: Cell, server: Server, speed: float | None, more: str = "") -> None:
-    console.print(ready(cell.trial.name, server, speed) + more, markup=False, soft_wrap=True)
-
-
-def ready(name: str, server: Server, speed: float | None) -> str:
-    """The line that says that something is served, where, and how its time passes."""
-    host, port = server.address
-    if server.lockstep:
-        pace = "lockstep"
-    else:
-        pace = "as fast as it goes" if speed is None else "real time" if speed == 1.0 else f"{speed:g} x real time"
-    return f"ready: {name} at {host}:{port}, {pace}"
+    console.print(lines.ready(cell.trial.name, server, speed) + more, markup=False, soft_wrap=True)
 
 
 def _nothing() -> None:
     pass
-
-
-def pace_text(pace: Pace) -> str:
-    """How time kept to the wall clock, in words."""
-    return f"{pace.factor:.4f} x real time, latest tick {pace.worst_lateness * 1e3:.1f} ms late"
-
-
-def _warn(line: str) -> None:
-    typer.echo(f"warning: {line}", err=True)

@@ -7,12 +7,12 @@ from typing import Annotated
 
 import typer
 
-from cellwright.cli.arguments import OUTPUT, WORK
+from cellwright.cli.arguments import OUTPUT, REACH, WORK
 from cellwright.devices.joint_servos import Motion
 from cellwright.teleop.safety.settings import Guard
 
-REACH, SAFETY = "Where it is reached", "Safety"
-"""Headings in the help, under which options are listed."""
+SAFETY = "Safety"
+"""Heading in the help, under which options are listed."""
 
 Robot = Annotated[
     str,
@@ -70,8 +70,6 @@ Lockstep = Annotated[
         rich_help_panel=WORK,
     ),
 ]
-Host = Annotated[str, typer.Option(metavar="HOST", help="Address to listen at.", rich_help_panel=REACH)]
-Port = Annotated[int, typer.Option(metavar="N", help="Port to listen at; 0 takes a free one.", rich_help_panel=REACH)]
 AsJson = Annotated[
     bool,
     typer.Option(

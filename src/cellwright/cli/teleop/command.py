@@ -7,7 +7,7 @@ from functools import partial
 import typer
 
 from cellwright.cli import options, recorded, videos
-from cellwright.cli.arguments import Record, Until
+from cellwright.cli.arguments import Host, Port, Record, Until
 from cellwright.cli.teleop.arguments import (
     AsJson,
     Check,
@@ -15,7 +15,6 @@ from cellwright.cli.teleop.arguments import (
     Clutch,
     GuardThen,
     Gui,
-    Host,
     InitDebug,
     InRos1,
     Lockstep,
@@ -25,7 +24,6 @@ from cellwright.cli.teleop.arguments import (
     NodeName,
     OneCommander,
     OwnDriver,
-    Port,
     Rate,
     ResumeSpeed,
     Robot,
@@ -125,8 +123,8 @@ def teleop(
     Always: names that the robot lacks are passed over, messages that make no sense are refused whole, targets are kept
     within the joints' limits, and the emergency stop holds at once.
 
-    Exit status: 0 stopped, by whatever was asked for; 1 the simulation became unstable, the picture could not be
-    written, or a check found something; 2 bad input, and nothing was started.
+    Exit status: 0 stopped, by whatever was asked for; 1 the simulation became unstable, a file that was asked for
+    is not whole, or a check found something; 2 bad input, and nothing was started.
     """
     factor = options.speed(("max" if lockstep else "1") if speed is None else speed)
     if factor != 1.0 and not (sim_time or lockstep):

@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from cellwright.cli import lines
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.teleop.node import Load, TeleopOptions
 from cellwright.cli.teleop.sight import Sight
@@ -43,7 +44,7 @@ def run_motion_check(load: Load, wanted: TeleopOptions) -> int:
         UsageError: the recorded motion cannot be read, or what is wanted is for a node that goes on running.
     """
     _refuse_what_runs(wanted)
-    config = load(_warn)
+    config = load(lines.warn)
     report = check_motion(config, wanted.motion, timestep=wanted.timestep, self_collision=wanted.self_collision)
     if wanted.as_json:
         typer.echo(json.dumps(document(report), indent=2))
@@ -125,7 +126,3 @@ def _figure(finding: Finding) -> str:
 
 def _limit(finding: Finding) -> str:
     return f"{finding.limit:.3g} {finding.unit}"
-
-
-def _warn(line: str) -> None:
-    typer.echo(f"warning: {line}", err=True)

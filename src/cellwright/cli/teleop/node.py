@@ -15,10 +15,8 @@ from typing import Any
 import typer
 from rich.console import Console
 
-from cellwright.cli import recorded, videos
+from cellwright.cli import lines, recorded, videos
 from cellwright.cli.exit_status import DONE, NOT_DONE
-from cellwright.cli.run import score_table
-from cellwright.cli.serve.trial import pace_text, ready
 from cellwright.cli.signals import Stop, stopped_by_signals
 from cellwright.cli.teleop.progress import NodeProgress
 from cellwright.cli.teleop.ros1 import RosSide
@@ -132,10 +130,10 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
     """
     console = Console(stderr=wanted.as_json, highlight=False)
     is_stopped = Stop()
-    tell: Callable[[str], None] = _warn
+    tell: Callable[[str], None] = lines.warn
     identity = robot(wanted.node, sim_time=wanted.sim_time)
     with stopped_by_signals(is_stopped.stop), ExitStack() as to_close:
-        config, record = recorded.with_sources(wanted.record, lambda: load(_warn), lambda found: [found.path])
+        config, record = recorded.with_sources(wanted.record, lambda: load(lines.warn), lambda found: [found.path])
         ros = RosSide.made(identity, lambda line: tell(line), lambda: is_stopped.has_come, wanted=wanted.ros1)
         to_close.enter_context(ros.running)
         ros.prepare()
@@ -156,7 +154,7 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
             node, host=wanted.host, port=wanted.port, lockstep=wanted.lockstep, report=lambda line: tell(line)
         )
         if not server.is_local:
-            _warn(f"{wanted.host}: anybody who reaches this machine can drive the robot")
+            lines.warn(f"{wanted.host}: anybody who reaches this machine can drive the robot")
         in_ros = ros.join(config, server)
         to_close.enter_context(wanted.sight.shown(node, server))  # before the clock starts: it takes a moment
 
@@ -181,13 +179,13 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
         tell = progress.line
         is_stopped.follow(partial(setattr, keeper, "is_stopped", True))
         waits = wanted.lockstep or wanted.speed is None
-        film = None if wanted.video is None else videos.of_robot(node, wanted.video, waits=waits, warn=_warn)
+        film = None if wanted.video is None else videos.of_robot(node, wanted.video, waits=waits, warn=lines.warn)
         if film is not None:
             film.start()
         with progress.running():
             if not is_stopped.has_come:
                 console.print(
-                    ready(node.name, server, wanted.speed) + in_ros + _off(node), markup=False, soft_wrap=True
+                    lines.ready(node.name, server, wanted.speed) + in_ros + _off(node), markup=False, soft_wrap=True
                 )
             ran = _run(node, server, keeper, wanted)
         if film is not None:
@@ -203,11 +201,10 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
         ran.error = ran.error or str(error)
     else:
         if wanted.sight.snapshot is not None and not wanted.as_json:
-            score_table.note(console, "picture", str(wanted.sight.snapshot))
-    for each in () if wanted.as_json else ran.videos:
-        score_table.note(console, "video", videos.sentence(each))
-    for written in () if wanted.as_json else ran.recordings:
-        score_table.note(console, "recording", str(written))
+            lines.note(console, "picture", str(wanted.sight.snapshot))
+    if not wanted.as_json:
+        lines.note_files(console, "video", map(videos.sentence, ran.videos))
+        lines.note_files(console, "recording", ran.recordings)
     status = NOT_DONE if ran.error or not ran.is_recorded else DONE
     if ran.error:
         typer.echo(f"error: {ran.error}", err=True)
@@ -265,13 +262,13 @@ def _run(node: RobotNode, server: Server, keeper: Timekeeper, wanted: TeleopOpti
 def _show(console: Console, node: RobotNode, wanted: TeleopOptions, ran: _Ran) -> None:
     counts = node.counts
     console.print()
-    note = partial(score_table.note, console)
+    note = partial(lines.note, console)
     note("commands", f"{counts.taken} taken, {node.refused} refused, {counts.ignored} ignored")
     for source, count in sorted(node.bus.refusals.counts.items()):
         note(f"refused {count}", source)
     note("simulated" if wanted.driver is None else "ran", f"{node.simulation.time:.1f} s in {ran.wall:.1f} s")
     if ran.pace is not None:
-        note("pace", pace_text(ran.pace))
+        note("pace", lines.pace_text(ran.pace))
     if wanted.verbose:
         note("state hash", node.simulation.state_hash())
         note("versions", ", ".join(f"{name} {version}" for name, version in versions().items()))
@@ -303,7 +300,3 @@ def _document(node: RobotNode, wanted: TeleopOptions, ran: _Ran, status: int) ->
         "videos": list(ran.videos),
         "versions": versions(),
     }
-
-
-def _warn(line: str) -> None:
-    typer.echo(f"warning: {line}", err=True)

@@ -11,8 +11,8 @@ from cellwright.cli.signals import Stop, stopped_by_signals
 from cellwright.cli.view.arguments import Look
 from cellwright.cli.view.page import open_page
 from cellwright.errors import CellwrightError
+from cellwright.server.services.names import PANEL
 from cellwright.server.services.onlookers import PAGE
-from cellwright.server.services.panel import PANEL
 from cellwright.viewer.web.link import Link
 
 _NAP = 0.1  # [s]

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from cellwright.errors import MessageError
-from cellwright.messages import from_cdr
-from cellwright.messages.standard import UInt8MultiArray
 from cellwright.plots.reading.reader import SECOND
 from cellwright.plots.tracks import ToolTrack
 from cellwright.recording.format import FRAME
+from cellwright.recording.frames import frame_bytes
 from cellwright.recording.reader import RecordedMessage
 from cellwright.scene.encoded import decode_scene
 from cellwright.scene.frame import Frame, decode
@@ -38,7 +37,7 @@ class BodyPath:
         """Take the next frame."""
         if self._body < 0:
             return
-        self._frame = decode(bytes(from_cdr(message.data, UInt8MultiArray).data), self._frame)
+        self._frame = decode(frame_bytes(message.data), self._frame)
         if self._body < len(self._frame.poses):
             x, y, z = self._frame.poses[self._body, :3].tolist()
             self._rows.append((message.time / SECOND, x, y, z))

@@ -23,9 +23,8 @@ from typing import Any, TypeAlias
 
 from cellwright.errors import RejectedCommandError, UnknownNameError
 from cellwright.server.server import Server
+from cellwright.server.services.names import CONTROL
 from cellwright.simulation.tempo import Tempo
-
-CONTROL = "cellwright/control"
 
 SLOWEST, FASTEST = 0.01, 1000.0
 """Of the speeds that may be asked for, beside as fast as it goes [simulated s a wall s]."""

@@ -11,8 +11,7 @@ from typing import Any
 
 from cellwright.server.server import Server
 from cellwright.server.services.control import Control
-
-PANEL = "cellwright/panel"
+from cellwright.server.services.names import PANEL
 
 Tell = Callable[[dict[str, Any]], dict[str, Any]]
 """Tells what a panel shows, as JSON values; takes what was asked."""

@@ -23,9 +23,7 @@ from cellwright.scene.encoded import encode_scene
 from cellwright.scene.taking import SceneTaker
 from cellwright.server.server import Server
 from cellwright.server.services import sights
-
-SCENE = "cellwright/scene"
-FRAME = "cellwright/frame"
+from cellwright.server.services.names import FRAME, SCENE
 
 
 @dataclass(frozen=True)

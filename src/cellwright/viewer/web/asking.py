@@ -14,9 +14,8 @@ from cellwright.errors import CellwrightError, MessageError, UnknownNameError
 from cellwright.scene import Frame
 from cellwright.scene.encoded import decode_scene
 from cellwright.scene.frame import decode
+from cellwright.server.services.names import FRAME, PANEL, SCENE
 from cellwright.viewer.web.link import AwayError, Link
-
-SCENE, FRAME, PANEL = "cellwright/scene", "cellwright/frame", "cellwright/panel"
 
 log = logging.getLogger(__name__)
 

@@ -14,7 +14,6 @@ from cellwright.viewer.web.page import Page
 from cellwright.viewer.web.views import TAB
 
 _DARK, _LIT, _OFF = (0.35, 0.55, 0.75), (0.95, 0.2, 0.1), (0.6, 0.6, 0.6)
-_BEAM = (0.9, 0.1, 0.1)
 _PLACE = ("position", "quaternion")  # those that move say where they are
 _THICKNESS = 2.0  # pixels
 Segments = NDArray[np.float32]
@@ -86,7 +85,7 @@ class Beams(Feature):
 
 
 def _beam(sensor: dict[str, Any], reading: dict[str, Any]) -> Segments:
-    """The ray, as far as it goes, and the rest of it as dashes."""
+    """The ray, as far as it goes."""
     near, far = sensor["near"], sensor["far"]
     ranges = reading.get("ranges") or [None]
     end = near + (far if ranges[0] is None else ranges[0])

@@ -11,7 +11,7 @@ from functools import cache
 from typing import Any
 
 from cellwright.server import Server
-from cellwright.server.services.panel import PANEL
+from cellwright.server.services.names import PANEL
 from cellwright.server.services.robot_panel import RobotPanel
 from cellwright.server.services.scene import SceneServices
 from cellwright.server.timekeeper import Timekeeper

@@ -7,11 +7,12 @@ from typing import Any
 
 from cellwright.errors import CellwrightError
 from cellwright.scene import Scene
+from cellwright.server.services.names import PANEL
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.operator.controls import Controls
 from cellwright.viewer.web.operator.desk import Desk
 from cellwright.viewer.web.operator.handles import Handles
-from cellwright.viewer.web.operator.worker import PANEL, Worker
+from cellwright.viewer.web.operator.worker import Worker
 from cellwright.viewer.web.page import Page
 
 KIND = "robot"

@@ -15,6 +15,7 @@ from typing import Any
 from cellwright.errors import CellwrightError
 from cellwright.operators.orders import Ask, Now
 from cellwright.operators.services import request
+from cellwright.server.services.names import PANEL
 from cellwright.viewer.web.link import AwayError, Link
 from cellwright.viewer.web.operator.desk import Desk, Wish
 from cellwright.viewer.web.operator.messages import message
@@ -23,7 +24,6 @@ from cellwright.viewer.web.operator.robot import SeenRobot, Standing
 
 NODE = "/browser_operator"
 """Its name as a guest, which the node and a recording know it by."""
-PANEL = "cellwright/panel"
 
 _DRIVING, _WATCHING, _IDLE = 0.02, 0.05, 1.0  # [s] between two questions
 _AFTERWARDS = 2.0  # [s] after the last wish it is asked as often as while driving

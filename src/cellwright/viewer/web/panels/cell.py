@@ -9,7 +9,7 @@ from cellwright.errors import CellwrightError
 from cellwright.messages.osrf_gear import AGVControlRequest, ConveyorBeltControlRequest, ConveyorBeltState
 from cellwright.messages.std_srvs import TriggerRequest
 from cellwright.scene import Scene
-from cellwright.server.services.panel import PANEL
+from cellwright.server.services.names import PANEL
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.page import Page, refused
 from cellwright.viewer.web.panels import cell_html, html

@@ -7,7 +7,7 @@ from typing import Any
 
 from cellwright.errors import CellwrightError
 from cellwright.scene import Scene
-from cellwright.server.services.control import CONTROL
+from cellwright.server.services.names import CONTROL
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.page import Page, refused
 from cellwright.viewer.web.panels import html

@@ -1,0 +1,48 @@
+"""Lines that several commands say in the same words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import typer
+from rich.console import Console
+
+from cellwright.server import Server
+from cellwright.serving import Pace
+
+
+def warn(what: object) -> None:
+    """Say on stderr what goes wrong, or may."""
+    typer.echo(f"warning: {what}", err=True)
+
+
+def note(console: Console, name: str, text: str) -> None:
+    """Print a line of a summary."""
+    console.print(f"{name:<10}  {text}", markup=False, soft_wrap=True)
+
+
+def note_files(console: Console, name: str, files: Iterable[object]) -> None:
+    """Print a line for each file of a kind that was written, such as `picture`."""
+    for file in files:
+        note(console, name, str(file))
+
+
+def ready(name: str, server: Server, speed: float | None) -> str:
+    """The line that says that something is served, where, and how its time passes.
+
+    Args:
+        name: of what is served.
+        server: what serves it.
+        speed: simulated seconds a wall second; None: as fast as it goes.
+    """
+    host, port = server.address
+    if server.lockstep:
+        pace = "lockstep"
+    else:
+        pace = "as fast as it goes" if speed is None else "real time" if speed == 1.0 else f"{speed:g} x real time"
+    return f"ready: {name} at {host}:{port}, {pace}"
+
+
+def pace_text(pace: Pace) -> str:
+    """How time kept to the wall clock, in words."""
+    return f"{pace.factor:.4f} x real time, latest tick {pace.worst_lateness * 1e3:.1f} ms late"

@@ -1,0 +1,44 @@
+from __future__ import annotations
+
+from io import StringIO
+
+import pytest
+from rich.console import Console
+
+from cellwright.cli import lines
+from cellwright.serving import Pace
+
+
+class Served:
+    address = ("127.0.0.1", 11399)
+    lockstep = False
+
+
+def test_a_warning_goes_to_stderr(capsys: pytest.CaptureFixture[str]) -> None:
+    lines.warn(ValueError("so it is"))
+    assert capsys.readouterr() == ("", "warning: so it is\n")
+
+
+def test_files_are_told_a_line_each_and_names_in_brackets_stay() -> None:
+    out = StringIO()
+    lines.note_files(Console(file=out, width=20), "picture", ["a.png", "[red]a long name of a picture.png"])
+    assert out.getvalue() == "picture     a.png\npicture     [red]a long name of a picture.png\n"
+
+
+@pytest.mark.parametrize(
+    ("speed", "lockstep", "told"),
+    [
+        (1.0, False, "real time"),
+        (2.5, False, "2.5 x real time"),
+        (None, False, "as fast as it goes"),
+        (None, True, "lockstep"),
+    ],
+)
+def test_what_is_ready_says_where_and_how_its_time_passes(speed: float | None, lockstep: bool, told: str) -> None:
+    served = Served()
+    served.lockstep = lockstep
+    assert lines.ready("lesson", served, speed) == f"ready: lesson at 127.0.0.1:11399, {told}"  # type: ignore[arg-type]
+
+
+def test_the_pace_has_its_unit() -> None:
+    assert lines.pace_text(Pace(0.99996, 0.0123)) == "1.0000 x real time, latest tick 12.3 ms late"
