@@ -36,7 +36,7 @@ def test_score_orders_and_trays_change_until_the_end_and_the_recording_shows_it_
             agent.kill()
         onlooker.change(begin)
         onlooker.page.get_by_role("tab", name="Score").click()
-        assert "lies off the tray" in onlooker.read(r".*lies .* off the tray.*")[0]  # why there are no more
+        onlooker.read(r"lies [\d.]+ m off the tray")  # why there are no more
         onlooker.close()
         cell.interrupt(LIMIT)
     replayed(tmp_path, visit)
