@@ -124,5 +124,5 @@ def test_one_that_was_gone_and_comes_back_is_another(cell: Process, onlooker: Vi
     with served(tmp_path, "sample"):
         onlooker.wait(lambda: onlooker.find("Not connected:") is None, LIMIT, lambda: "cell that is back")
         onlooker.read("^sample$")
-        seen = onlooker.change(before)  # other parts lie in other bins
+        seen = onlooker.change(before, 3e-4)  # other parts lie in other bins
         assert middle(seen, GREEN) == pytest.approx(middle(before, GREEN), abs=0.06)  # on the same belt
