@@ -11,6 +11,8 @@ from typing import Any
 
 import pytest
 
+from tests.required import cannot_run
+
 VARIABLE = "CELLWRIGHT_BROWSER"
 """Names a browser other than the one that is found."""
 
@@ -45,12 +47,8 @@ def lacking() -> str | None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    if item.get_closest_marker("browser") is None:
-        return
-    if reason := lacking():
-        if os.environ.get("CI", "") not in ("", "0", "false"):
-            pytest.fail(f"CI has to see the page, but there is {reason}", pytrace=False)
-        pytest.skip(reason)
+    if item.get_closest_marker("browser") is not None and (reason := lacking()):
+        cannot_run(reason, "the page")
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:

@@ -1,50 +1,10 @@
-"""Without a browser a test of it is skipped, and fails in CI; with it, it runs."""
+"""Which browser tests take, and what is said where there is none."""
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from tests.browser import requirement
-
-
-class Item:
-    """As much of a test as the hook looks at."""
-
-    def __init__(self, *marks: str) -> None:
-        self.marks = marks
-
-    def get_closest_marker(self, name: str) -> str | None:
-        return name if name in self.marks else None
-
-
-def setup(item: Any) -> None:
-    requirement.pytest_runtest_setup(item)
-
-
-@pytest.fixture
-def nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(requirement, "lacking", lambda: "no Chromium")
-
-
-@pytest.mark.usefixtures("nothing")
-def test_skipped_with_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("CI", raising=False)
-    with pytest.raises(pytest.skip.Exception, match="no Chromium"):
-        setup(Item("browser"))
-
-
-@pytest.mark.usefixtures("nothing")
-def test_a_failure_in_ci(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("CI", "true")
-    with pytest.raises(pytest.fail.Exception, match="no Chromium"):
-        setup(Item("browser"))
-    setup(Item("slow"))
-
-
-def test_runs_where_all_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(requirement, "lacking", lambda: None)
-    setup(Item("browser"))
 
 
 def test_the_one_that_is_named_comes_first(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -34,6 +34,18 @@ def test_bad_input_is_one_line(command: str, options: list[str], reason: str, ce
     assert ran.err.count("\n") == 1
 
 
+def test_a_way_to_draw_that_does_not_exist_is_refused(cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CELLWRIGHT_RENDERING", "opengl")
+
+    ran = cellwright("run", "lesson", "--agent", "none", "--video", "v.mp4")
+
+    assert (ran.status, ran.out) == (2, "")
+    assert (
+        ran.err == "error: CELLWRIGHT_RENDERING=opengl: give one of egl, osmesa, cgl, glfw, rays, or leave it unset\n"
+    )
+    assert not Path("v.mp4").exists()
+
+
 def test_a_run_has_a_video(cellwright: CommandLine, tmp_path: Path) -> None:
     options = ("run", "lesson", "--agent", "lesson", "--until", "0.4", "--no-picture")
     ran = cellwright(*options, "--json", "--video", "a.mp4", *SMALL, "--video-camera", "-4,-3,3:0,0,0.6:40")

@@ -107,26 +107,6 @@ def timed_file(option: str, text: str, suffix: str) -> tuple[Fraction, Path]:
     return Fraction(str(when)), path
 
 
-def log_file(path: Path | None) -> Path | None:
-    """A file for a log that can be written; its name says that it holds lines of JSON."""
-    if path is None:
-        return None
-    if path.suffix.lower() != ".jsonl":
-        refuse(f"--log {path}: give a file such as run.jsonl")
-    _check_file(f"--log {path}", path)
-    return path
-
-
-def picture_file(path: Path | None) -> Path | None:
-    """A file for a picture that can be written."""
-    if path is None:
-        return None
-    if path.suffix.lower() != ".png":
-        refuse(f"--picture {path}: give a file such as cell.png")
-    _check_file(f"--picture {path}", path)
-    return path
-
-
 def output_file(option: str, path: Path | None, suffix: str) -> Path | None:
     """A file that can be written, its name ending as it should."""
     if path is None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import time
+import zlib
 from collections import deque
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -74,7 +75,7 @@ class McapFile:
         self._schemas: dict[str, int] = {}
         self._channels = 0
         self._chunks = ChunkMaker()
-        self._offset = 0
+        self._offset = self._checksum = 0
         try:
             self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | _BYTES_AS_THEY_ARE, 0o666)
         except OSError as error:
@@ -177,7 +178,7 @@ class McapFile:
                 self._wake.clear()
                 self._drain()
             self._drain()
-            self._pass_on(self._summary.encode(self._offset))
+            self._pass_on(self._summary.encode(self._offset, self._checksum))
         except OSError as error:
             self._failure = f"{self.path}: can be written no more: {error.strerror or error}"
             self._is_deaf = True
@@ -239,3 +240,4 @@ class McapFile:
         while rest:
             rest = rest[os.write(self._file, rest) :]
         self._offset += len(data)
+        self._checksum = zlib.crc32(data, self._checksum)

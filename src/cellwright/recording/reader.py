@@ -45,6 +45,9 @@ class Recording:
         self._layout = self._file.layout
         try:
             self.header = RecordingHeader.of(self._layout.metadata.get(names.METADATA, {}))
+        except RecordingError as error:
+            self._file.close()
+            raise RecordingError(f"{self.path}: {error}") from None
         except BaseException:
             self._file.close()
             raise
@@ -121,6 +124,14 @@ class Recording:
                 if channel in self._names:
                     found[self._names[channel]] += count
         return found
+
+    def check_bytes(self) -> None:
+        """Compare the checksums of the whole file with its bytes, also of what nobody asks for here.
+
+        Raises:
+            RecordingError: it is damaged; the text says where.
+        """
+        self._file.check_bytes()
 
     # ---------------------------------------------------------------- what is in it
 

@@ -24,7 +24,9 @@ LARGEST_RECORD = 16 << 20
 
 MOST_CHUNKS = 10_000_000
 
-_HEAD = struct.Struct("<BQ")
+HEAD = struct.Struct("<BQ")
+"""What each record begins with: what it is, and how long."""
+
 _CHUNK = struct.Struct("<QQQI")
 _INDEX = struct.Struct("<HI")
 
@@ -64,9 +66,15 @@ class Layout:
     chunks: list[ChunkPlace] = field(default_factory=list)
     attachments: dict[str, tuple[int, int]] = field(default_factory=dict)
     """Place and length of each, by name."""
+    checked: dict[str, tuple[int, int]] = field(default_factory=dict)
+    """Place and length of what the checksum of each attachment is of, which follows at once; by name."""
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     is_complete: bool = False
     """Whether the file was ended as it should be, not cut short."""
+    data_end: int = 0
+    """Place of the record that ends the data of such a file."""
+    footer: int = 0
+    """Place of the last record of such a file."""
 
 
 class Fields:
@@ -128,11 +136,11 @@ def scan(file: BinaryIO, size: int) -> Layout:
     place = len(MAGIC)
     while place < size:
         file.seek(place)
-        head = file.read(_HEAD.size)
-        if len(head) < _HEAD.size:
+        head = file.read(HEAD.size)
+        if len(head) < HEAD.size:
             break
-        opcode, length = _HEAD.unpack(head)
-        place += _HEAD.size
+        opcode, length = HEAD.unpack(head)
+        place += HEAD.size
         if opcode == Opcode.CHUNK:
             chunk = _chunk(file, place, length, size)
             if chunk is not None:
@@ -149,8 +157,11 @@ def scan(file: BinaryIO, size: int) -> Layout:
             if length > LARGEST_RECORD:
                 raise RecordingError(f"a record of {length} bytes")
             _describe(opcode, Fields(file.read(length)), layout, schemas)
+        elif opcode == Opcode.DATA_END:
+            layout.data_end = place - HEAD.size
         elif opcode == Opcode.FOOTER:
             layout.is_complete = True
+            layout.footer = place - HEAD.size
             break
         place += length
     layout.chunks.sort(key=lambda each: each.first)
@@ -187,6 +198,7 @@ def _attachment(file: BinaryIO, place: int, length: int, layout: Layout) -> None
     if data > LARGEST_ATTACHMENT or data + 4 > length:
         raise RecordingError(f"the attachment {name!r:.60} says nothing sensible of its size")
     layout.attachments[name] = place + length - 4 - data, data  # the checksum follows
+    layout.checked[name] = place, length - 4
 
 
 def _count(file: BinaryIO, length: int, layout: Layout) -> None:

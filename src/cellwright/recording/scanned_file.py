@@ -10,6 +10,7 @@ from pathlib import Path
 from cellwright.errors import RecordingError
 from cellwright.recording.format import METADATA, Entry
 from cellwright.recording.scan import ChunkPlace, Layout, scan
+from cellwright.recording.soundness import check_bytes
 from cellwright.recording.unpacking import entries, unpack
 
 _KEPT = 8  # chunks that are kept unpacked, for those who look around in one place
@@ -80,6 +81,19 @@ class ScannedFile:
         if len(data) < length:
             raise RecordingError(f"{self.path}: has become shorter while it was read")
         return data
+
+    def check_bytes(self) -> None:
+        """Compare the checksums of the whole file with its bytes.
+
+        Raises:
+            RecordingError: it is damaged; the text says where.
+        """
+        try:
+            check_bytes(self._file, self.layout)
+        except RecordingError as error:
+            raise RecordingError(f"{self.path}: {error}") from None
+        except OSError as error:
+            raise RecordingError(f"{self.path}: cannot be read: {error.strerror or error}") from None
 
     def _scanned(self) -> Layout:
         try:

@@ -42,9 +42,9 @@ class Summary:
         for channel, number in more.items():
             self.counts[channel] = self.counts.get(channel, 0) + number
 
-    def encode(self, offset: int) -> bytes:
-        """The end of the file, which begins at `offset` in it."""
-        head = written(DataEnd(0))
+    def encode(self, offset: int, checksum: int) -> bytes:
+        """The end of the file, which begins at `offset` in it; `checksum` is the CRC-32 of all before."""
+        head = written(DataEnd(checksum))
         builder = RecordBuilder()
         start = offset + len(head)
         groups: list[tuple[Opcode, list[McapRecord]]] = [

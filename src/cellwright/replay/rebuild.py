@@ -136,6 +136,9 @@ def _files(folder: Path, facts: _Facts) -> list[Path]:
     found = [inside(folder, name) for name in facts.names("files")]
     if not found:
         raise RecordingError("the recording does not hold the files that it was made from: it cannot be run again")
+    missing = [each.name for each in found if not each.is_file()]
+    if missing:
+        raise RecordingError(f"the recording does not hold {missing[0]}: it was cut short too early to be run again")
     return found
 
 

@@ -128,6 +128,19 @@ def test_one_that_was_cut_before_its_first_hash_leaves_nothing_to_compare(cellwr
     assert re.search(r"^unknown +it was cut before its first state hash", ran.out, re.MULTILINE)
 
 
+def test_one_of_which_a_byte_is_another_is_refused(short: Path, cellwright: CommandLine) -> None:
+    data = bytearray(short.read_bytes())
+    with Recording(short) as recording:  # of a message that no comparison reads
+        place = next(each for each in recording._layout.chunks)
+    data[place.offset + place.length - 1] ^= 1
+    Path("flipped.mcap").write_bytes(data)
+
+    ran = cellwright("replay", "flipped.mcap", "--verify")
+
+    assert (ran.status, ran.out) == (2, "")
+    assert re.fullmatch(r"error: flipped\.mcap: damaged at byte \d+: .*\n", ran.err)
+
+
 @pytest.fixture(scope="module")
 def short(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A tenth of a second of a cell."""
@@ -152,6 +165,7 @@ class Changed:
     [
         ("cell", {"files": []}, "does not hold the files"),
         ("cell", {"files": ["../x"]}, "a name that it cannot have"),
+        ("cell", {"files": ["files/none.yaml"]}, "does not hold none.yaml: it was cut short too early"),
         ("cell", {"seed": "x"}, "seed is 'x'"),
         ("cell", {"servo": "soft"}, "servos 'soft'"),
         ("cell", {"checkpoints": [-1]}, "checkpoints are no times"),

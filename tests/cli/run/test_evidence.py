@@ -69,7 +69,7 @@ VARIED = ((), ("--vary", "--seed", "1"), ("--vary", "--seed", "1"), ("--vary", "
 @pytest.mark.parametrize(
     ("option", "value", "said"),
     [
-        ("--log", "a.txt", "--log a.txt: give a file such as run.jsonl"),
+        ("--log", "a.txt", "--log a.txt: give a file whose name ends in .jsonl"),
         ("--log", "no/a.jsonl", "--log no/a.jsonl: there is no folder no"),
         ("--averages", "1300", "--averages 1300: 1 orders need as many average times, not 0"),
         ("--averages", "1300,x", "--averages 1300,x: an average must be a number above 0, not nan"),

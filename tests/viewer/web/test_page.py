@@ -1,5 +1,11 @@
 """A page in its own process, on something that is served, with those who look on: nothing is drawn here."""
 
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -159,3 +165,31 @@ def test_nonsense_from_a_browser_changes_nothing_for_the_others() -> None:
 def test_a_page_that_cannot_be_shown() -> None:
     with pytest.raises(UsageError, match=r"no page can be shown: .*needs a token"):
         WebPage(("127.0.0.1", 1), host="0.0.0.0", port=0)
+
+
+def test_whoever_has_a_page_hears_when_it_dies_and_not_when_it_is_closed() -> None:
+    gone = threading.Event()
+    page = WebPage(("127.0.0.1", 1), port=0, on_gone=gone.set)
+    os.kill(page.pid, signal.SIGTERM)
+    assert gone.wait(60.0)
+    assert not page.is_open
+    page.close()
+
+    gone.clear()
+    page = WebPage(("127.0.0.1", 1), port=0, on_gone=gone.set)
+    page.close()
+    assert not page.is_open
+    assert not gone.wait(0.2)
+
+
+def test_a_page_that_nobody_waits_for_any_more_ends_without_a_word() -> None:
+    command = [sys.executable, "-P", "-m", "cellwright.viewer.web.program"]
+    asked = {"address": ["127.0.0.1", 1], "host": "127.0.0.1", "port": 0}
+    reader, writer = os.pipe()
+    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=writer, stderr=subprocess.PIPE)
+    os.close(writer)
+    os.close(reader)
+
+    _, said = process.communicate(json.dumps(asked).encode() + b"\n", timeout=120)
+
+    assert (process.returncode, said) == (0, b"")

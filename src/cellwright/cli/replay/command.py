@@ -12,15 +12,8 @@ from rich.console import Console
 from cellwright.cli import lines, options, videos
 from cellwright.cli.arguments import OUTPUT, Host, Port, Recorded
 from cellwright.cli.exit_status import DONE
-from cellwright.cli.replay import summary
-from cellwright.cli.replay.film import film
-from cellwright.cli.replay.play import PlayOptions, play
-from cellwright.cli.replay.verify import verify as run_again
 from cellwright.cli.run.progress import bar
 from cellwright.cli.view.arguments import Open, View, ViewHost, ViewPort, look
-from cellwright.recording.bag import write_bag
-from cellwright.recording.reader import Recording
-from cellwright.replay.playing import AtEnd
 from cellwright.server import DEFAULT_PORT
 from cellwright.server.server import LOOPBACK
 
@@ -124,6 +117,15 @@ def replay(
     Exit status: 0 done, or equal; 1 run again it came out otherwise; 2 the file cannot be used, holds nothing to
     compare or to see, or the video cannot be written.
     """
+    # it takes a moment to load, which the other commands are spared
+    from cellwright.cli.replay import summary
+    from cellwright.cli.replay.film import film
+    from cellwright.cli.replay.play import PlayOptions, play
+    from cellwright.cli.replay.verify import verify as run_again
+    from cellwright.recording.bag import write_bag
+    from cellwright.recording.reader import Recording
+    from cellwright.replay.playing import AtEnd
+
     console = Console(stderr=as_json, highlight=False)
     is_played = serve or ros1 or view
     wished = look(view=view, host=view_host, port=view_port, opens=open_page)

@@ -28,6 +28,7 @@ def verify(recording: Recording, console: Console, *, as_json: bool) -> int:
     Raises:
         RecordingError: it cannot be run again; the text says why.
     """
+    recording.check_bytes()
     with rebuild(recording) as rebuilt, bar(console, "running again", seconds(recording.end_time)) as tell:
 
         def progress(time: int) -> None:

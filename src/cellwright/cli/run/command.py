@@ -208,7 +208,7 @@ def run(
         checkpoints=[options.timed_file("--checkpoint", text, ".npz") for text in checkpoint or ()],
         start=resume,
     )
-    log_file = options.log_file(log)
+    log_file = options.output_file("--log", log, ".jsonl")
     kept = recorded.wanted(record, agent=agent)
     filmed = videos.wish(video, video_camera, video_speed, video_size, fine=video_fine)
     place = options.camera(camera)

@@ -10,15 +10,12 @@ from rich.console import Console
 
 from cellwright.cli import options
 from cellwright.cli.exit_status import DONE
-from cellwright.cli.replay.play import PlayOptions, play
 from cellwright.cli.serve.trial import ServeOptions, serve_trial
 from cellwright.cli.teleop.node import TeleopOptions, run_node
 from cellwright.cli.view.arguments import Look, Open, ViewHost, ViewPort, look
 from cellwright.cli.view.kind import Kind, kind_of
 from cellwright.cli.view.served import watch
 from cellwright.description.robot.robots import load_robot
-from cellwright.recording.reader import Recording
-from cellwright.replay.playing import AtEnd
 
 
 def view(
@@ -59,6 +56,11 @@ def view(
         case Kind.ADDRESS:
             watch(options.address("view", what[0]), wished, console)
         case Kind.RECORDING:
+            # it takes a moment to load, which the other commands are spared
+            from cellwright.cli.replay.play import PlayOptions, play
+            from cellwright.recording.reader import Recording
+            from cellwright.replay.playing import AtEnd
+
             with Recording(options.paths(what)[0]) as recording:
                 play(recording, PlayOptions(at_end=AtEnd.HOLD, port=0, look=wished, paused=True), console)
         case Kind.ROBOT:

@@ -48,7 +48,11 @@ def open_page(address: tuple[str, int], look: Look, title: str, say: Callable[[s
     Raises:
         UsageError: there can be none.
     """
-    page = WebPage(address, host=look.host, port=look.port, token=look.token, title=title)
+
+    def tell_end() -> None:
+        say(f"the page has ended; another one: cellwright view {address[0]}:{address[1]}")
+
+    page = WebPage(address, host=look.host, port=look.port, token=look.token, title=title, on_gone=tell_end)
     say(f"page: {page.url}")
     if look.token:
         say("it is open to the network: whoever has this address can look on, and do what the page lets one do")

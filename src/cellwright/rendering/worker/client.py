@@ -27,6 +27,9 @@ from cellwright.scene.encoded import encode_scene
 WAY = "CELLWRIGHT_RENDERING"
 """Environment variable that settles how is drawn: `egl`, `osmesa`, or `rays`; by default by what works first."""
 
+CHOICES = ("egl", "osmesa", "cgl", "glfw", "rays")
+"""What it may be; `cgl` is for macOS, `glfw` for Windows. A way that the system has not comes down to what it has."""
+
 _PROGRAM = "import sys; sys.path.append(sys.argv[1]); from cellwright.rendering.worker.program import main; main()"
 _TIME_TO_END = 20.0  # [s], for what was asked for last
 

@@ -13,6 +13,7 @@ import os
 import signal
 import sys
 import threading
+from contextlib import suppress
 from typing import Any, TextIO
 
 import viser
@@ -85,8 +86,9 @@ def _own_stdout() -> TextIO:
 
 
 def _say(out: TextIO, what: dict[str, str]) -> None:
-    out.write(json.dumps(what) + "\n")
-    out.flush()
+    with suppress(BrokenPipeError):  # whoever asked for a page is gone already; we end as well
+        out.write(json.dumps(what) + "\n")
+        out.flush()
 
 
 def _end_with_parent(page: Page) -> None:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections.abc import Callable
 from contextlib import suppress
+from threading import Thread
 
 from cellwright.errors import UsageError
 
@@ -24,6 +26,7 @@ class WebPage:
         port: the port; where it is in use, one of the next ones is taken. 0: any that is free.
         token: what has to be in the page's address; needed where `host` is open to the network.
         title: what stands above the panel.
+        on_gone: is called, by a thread of its own, when its process has ended and nobody had closed it.
 
     Attributes:
         url: where a browser finds it, with the token in it.
@@ -40,7 +43,9 @@ class WebPage:
         port: int = DEFAULT_PORT,
         token: str = "",
         title: str = "Cellwright",
+        on_gone: Callable[[], None] = lambda: None,
     ) -> None:
+        self._is_closing = False
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", "cellwright.viewer.web.program"],
             stdin=subprocess.PIPE,
@@ -54,7 +59,11 @@ class WebPage:
         with suppress(OSError):
             self._process.stdin.write(json.dumps(asked) + "\n")
             self._process.stdin.flush()
-        line = self._process.stdout.readline()
+        try:
+            line = self._process.stdout.readline()
+        except BaseException:  # a signal, while it starts
+            self.close()
+            raise
         try:
             answer = json.loads(line)
         except ValueError:
@@ -63,6 +72,7 @@ class WebPage:
             self.close()
             raise UsageError(f"no page can be shown: {answer['error']}")
         self.url = str(answer["url"])
+        Thread(target=self._watch, args=(on_gone,), name="page", daemon=True).start()
 
     @property
     def is_open(self) -> bool:
@@ -76,6 +86,7 @@ class WebPage:
 
     def close(self) -> None:
         """End it."""
+        self._is_closing = True
         process = self._process
         for stream in (process.stdin, process.stdout):
             if stream is not None:
@@ -86,3 +97,8 @@ class WebPage:
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
+
+    def _watch(self, on_gone: Callable[[], None]) -> None:
+        self._process.wait()
+        if not self._is_closing:
+            on_gone()
