@@ -10,11 +10,20 @@ from contextlib import contextmanager, suppress
 import pytest
 from playwright.sync_api import Browser, Error, ViewportSize, sync_playwright
 
+from cellwright.viewer.web.stage import PLAIN
 from tests.browser.requirement import ARGUMENTS, browser_path
 from tests.browser.visitor import COARSE, HEIGHT, LIMIT, WIDTH, Visitor
 
 Visit = Callable[..., Visitor]
 """Opens a page in a window of its own: `visit(url)`, or `visit(url, scale=1.0)` for a picture to look at."""
+
+
+@pytest.fixture(scope="package", autouse=True)
+def plain() -> Iterator[None]:
+    """Pages without shadows, which the processor would draw too."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(PLAIN, "1")
+        yield
 
 
 @pytest.fixture(scope="package")
@@ -40,7 +49,7 @@ def visiting(browser: Browser, name: str) -> Iterator[Visit]:
 
     def visit(url: str, scale: float = COARSE) -> Visitor:
         window: ViewportSize = {"width": WIDTH, "height": HEIGHT}
-        visitor = Visitor(browser.new_context(viewport=window, device_scale_factor=scale))
+        visitor = Visitor(browser.new_context(viewport=window, device_scale_factor=scale), scale)
         visitors.append(visitor)
         visitor.open(url)
         return visitor

@@ -13,7 +13,7 @@ from tests.ros1.processes import Process
 
 
 class Viewed(Process):
-    """A command of ours with `--view`.
+    """A command of ours with a page: `view`, or another with `--view`.
 
     Args:
         folder: where it runs.
@@ -21,7 +21,9 @@ class Viewed(Process):
     """
 
     def __init__(self, folder: Path, *arguments: str) -> None:
-        command = [sys.executable, "-m", "cellwright", *arguments, "--view"]
+        command = [sys.executable, "-m", "cellwright", *arguments]
+        if arguments[0] != "view":
+            command.append("--view")
         if "--view-port" not in arguments:
             command += ["--view-port", "0"]
         super().__init__(command, os.environ, folder)

@@ -14,7 +14,7 @@ from cellwright.viewer.web.link import Link
 from cellwright.viewer.web.start import WebPage
 from tests.browser.conftest import Visit
 from tests.browser.seen import Hues, of_hue
-from tests.browser.visitor import LIMIT, Visitor
+from tests.browser.visitor import COARSE, LIMIT, Visitor
 from tests.viewer.web.operator.robots import served
 
 pytestmark = pytest.mark.browser
@@ -60,7 +60,7 @@ def drag_a_hand_up(visitor: Visitor, robot: Robot) -> None:
         if len(rows) < _LEAST:
             visitor.page.wait_for_timeout(500)
             continue
-        x, y = float(np.median(columns[rows <= rows.min() + 4])), float(rows.min()) + 5.0
+        x, y = (float(np.median(columns[rows <= rows.min() + 2])) + 0.5) / COARSE, (float(rows.min()) + 2.0) / COARSE
         mouse.move(x + 3.0, y + 3.0)
         mouse.move(x, y)
         visitor.page.wait_for_timeout(300)

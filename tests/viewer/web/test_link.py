@@ -1,10 +1,13 @@
 """The page's way to what is served: there, gone, back, and refused."""
 
 import threading
+from base64 import b64encode
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
+import numpy as np
 import pytest
 
 from cellwright.bus.served import Served
@@ -129,3 +132,31 @@ def test_what_answers_with_nonsense_counts_as_nobody(answer: dict[str, Any]) -> 
         found = asking.found.get(timeout=60)
         assert isinstance(found, CellwrightError)
         asking.close()
+
+
+def answered(answer: dict[str, Any], _asked: dict[str, Any]) -> dict[str, Any]:
+    return answer
+
+
+def test_frames_of_another_scene_and_runs_that_are_none_are_not_shown() -> None:
+    cell = Cell(KITTING)
+    services = SceneServices(cell)
+    with hosted(cell) as server:
+        good = services.frame({})
+        other = b64encode(Frame(0, np.zeros((2, 7), np.float32), np.array([True, True])).encode()).decode()
+        wrongs: list[dict[str, Any]] = [{"frame": other}, {"run": "x"}, {"run": None}]
+        for wrong in wrongs:
+            answer = {**good, **wrong}
+            server.offer("cellwright/frame", partial(answered, answer))
+            asking = Asking(Link(server.address), dict)
+            asking.start()
+            scene, _about = asking.found.get(timeout=60)
+            assert isinstance(scene, Scene)
+            assert isinstance(asking.found.get(timeout=60), AwayError), wrong
+            server.offer("cellwright/frame", services.frame)
+            asking.wake()
+            found = asking.found.get(timeout=60)
+            while isinstance(found, AwayError):
+                found = asking.found.get(timeout=60)
+            assert isinstance(found[0], Scene | float), "it finds back"
+            asking.close()

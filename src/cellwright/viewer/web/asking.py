@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
 from base64 import b64decode
@@ -15,6 +16,8 @@ from cellwright.scene.encoded import decode_scene
 from cellwright.scene.frame import decode
 from cellwright.server.services.names import FRAME, PANEL, SCENE
 from cellwright.viewer.web.link import AwayError, Link
+
+log = logging.getLogger(__name__)
 
 _FRAMES = 1 / 30  # [s] between two questions, at most as often
 _PANELS = 0.25
@@ -42,6 +45,7 @@ class Asking:
         self._link = link
         self._wants = wants
         self._digest = ""
+        self._bodies = 0
         self._has_panel = True
         self._panel_due = 0.0
         self._wake = threading.Event()
@@ -72,7 +76,9 @@ class Asking:
                 self.found.put(away)
                 self._has_panel, self._panel_due = True, 0.0
                 pause = _AWAY
-            except CellwrightError as error:  # what answers there has nothing to show
+            except Exception as error:  # what answers there has nothing to show, or nothing that makes sense
+                if not isinstance(error, CellwrightError):
+                    log.exception("what %s:%d answers cannot be shown", *self._link.address)
                 self._link.close()
                 self.found.put(AwayError(str(error)))
                 pause = _AWAY
@@ -85,7 +91,11 @@ class Asking:
         if answer.get("digest") != self._digest:
             self._ask_for_scene()
             answer = self._link.ask(FRAME, **self._wants())
-        self.found.put((time.perf_counter(), _frame(answer), answer))
+        frame = _frame(answer)
+        if len(frame.poses) != self._bodies:
+            self._digest = ""  # it is asked for anew
+            raise MessageError("the frame is not one of the scene")
+        self.found.put((time.perf_counter(), frame, answer))
         now = time.perf_counter()
         if self._has_panel and self.is_watched and now >= self._panel_due:
             self._panel_due = now + _PANELS
@@ -98,7 +108,7 @@ class Asking:
         answer = self._link.ask(SCENE)
         try:
             scene = decode_scene(b64decode(answer["scene"]))
-            self._digest = str(answer["digest"])
+            self._digest, self._bodies = str(answer["digest"]), len(scene.bodies)
         except (KeyError, TypeError, ValueError):
             raise MessageError("the answer holds no scene") from None
         said = answer.get("about")
@@ -107,6 +117,7 @@ class Asking:
 
 def _frame(answer: dict[str, Any]) -> Frame:
     try:
+        int(answer.get("run", 0))
         return decode(b64decode(answer["frame"]))
     except (KeyError, TypeError, ValueError):
         raise MessageError("the answer holds no frame") from None

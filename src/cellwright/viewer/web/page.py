@@ -103,8 +103,7 @@ class Page:
     def _wants(self) -> dict[str, Any]:
         wanted: dict[str, Any] = {}
         if self._asking.is_watched:
-            for feature in self.features:
-                wanted |= feature.wants()
+            self._each(lambda feature: wanted.update(feature.wants()))
         return wanted
 
     def _take_what_came(self) -> None:

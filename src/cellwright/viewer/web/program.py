@@ -29,7 +29,7 @@ from cellwright.viewer.web.page import Page
 from cellwright.viewer.web.panels.cell import CellPanels
 from cellwright.viewer.web.panels.time_controls import TimeControls
 from cellwright.viewer.web.shadows import Shadows
-from cellwright.viewer.web.stage import Stage
+from cellwright.viewer.web.stage import PLAIN, Stage
 from cellwright.viewer.web.tools import ToolPaths
 from cellwright.viewer.web.touching import Contacts
 from cellwright.viewer.web.views import Views
@@ -37,8 +37,9 @@ from cellwright.viewer.web.views import Views
 
 def features() -> list[Feature]:
     """What a page is made of, in the order of their tabs."""
+    stage = Stage(is_plain=os.environ.get(PLAIN, "") not in ("", "0"))
     told = [CellPanels(), Operator(), TimeControls()]
-    seen = [Views(), Beams(), Contacts(), ToolPaths(), Names(), Bodies(), Shadows(), Stage()]
+    seen = [Views(), Beams(), Contacts(), ToolPaths(), Names(), Bodies(), Shadows(), stage]
     return [*told, *seen]
 
 

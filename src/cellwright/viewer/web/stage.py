@@ -10,6 +10,9 @@ from cellwright.viewer.web.page import Page
 from cellwright.viewer.web.shadows import lamp_of
 from cellwright.viewer.web.views import TAB
 
+PLAIN = "CELLWRIGHT_PAGE_PLAIN"
+"""Where this is set in the environment, a page begins without shadows."""
+
 HAZE = (203, 212, 221)
 """Colour in which the ground ends and the sky begins."""
 
@@ -19,9 +22,14 @@ _SKY = 60.0  # [m]: radius of what is drawn behind everything; at such a distanc
 
 
 class Stage(Feature):
-    """Sets the stage once."""
+    """Sets the stage once.
 
-    def __init__(self) -> None:
+    Args:
+        is_plain: whether it begins without shadows.
+    """
+
+    def __init__(self, *, is_plain: bool = False) -> None:
+        self._is_plain = is_plain
         self._key: Any = None
 
     def begin(self, page: Page, scene: Scene) -> None:  # noqa: ARG002
@@ -35,7 +43,11 @@ class Stage(Feature):
         nodes.configure_default_lights(enabled=False)
         nodes.configure_environment_map("warehouse", environment_intensity=0.12)
         key = self._key = nodes.add_light_directional(
-            "/light/key", color=(255, 246, 232), intensity=2.7, cast_shadow=True, position=lamp_of(page.about)
+            "/light/key",
+            color=(255, 246, 232),
+            intensity=2.7,
+            cast_shadow=not self._is_plain,
+            position=lamp_of(page.about),
         )
         nodes.add_light_hemisphere(
             "/light/sky", sky_color=(225, 236, 255), ground_color=(190, 180, 168), intensity=1.25
@@ -58,7 +70,9 @@ class Stage(Feature):
             position=(0.0, 0.0, 0.002),
         )
         with page.tab(TAB):
-            box = server.gui.add_checkbox("Shadows", initial_value=True, hint="They cost a slow computer most")
+            box = server.gui.add_checkbox(
+                "Shadows", initial_value=not self._is_plain, hint="They cost a slow computer most"
+            )
 
         @box.on_update
         def _(_event: Any) -> None:

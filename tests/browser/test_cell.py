@@ -1,0 +1,128 @@
+"""A cell on the page: it looks as rays see it, its time obeys, several look on, and it comes back when it was gone.
+
+The tests share a cell and a window, and so they follow each other.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from cellwright.cell import Cell
+from cellwright.description.catalogue import find_trial
+from cellwright.description.gear2017 import load_trial
+from cellwright.rendering.picture import render
+from cellwright.rendering.views import view
+from cellwright.viewer.web.start import WebPage
+from tests.browser.conftest import Visit
+from tests.browser.seen import Hues, Pixels, distance, middle, share
+from tests.browser.visitor import COARSE, HEIGHT, LIMIT, WIDTH, Visitor
+from tests.ros1.ports import free_port
+from tests.ros1.processes import Process
+
+pytestmark = pytest.mark.browser
+
+GREEN, ORANGE, BLUE = Hues(115.0, 25.0), Hues(22.0, 10.0, saturation=0.6), Hues(215.0, 14.0, saturation=0.6)
+CLOCK = r"^(\d+\.\d\d)\s*s$"
+ADDRESS = ("127.0.0.1", free_port())
+
+
+@contextmanager
+def served(folder: Path, trial: str) -> Iterator[Process]:
+    """A cell at the address, until the end."""
+    command = [sys.executable, "-m", "cellwright", "serve", trial, "--development-mode", "--port", str(ADDRESS[1])]
+    process = Process(command, os.environ, folder)
+    try:
+        process.wait_for(r"^ready: ", LIMIT)
+        yield process
+    finally:
+        process.kill()
+
+
+@pytest.fixture(scope="module")
+def cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Process]:
+    """The lesson's cell in real time, for whoever wants to look."""
+    with served(tmp_path_factory.mktemp("cell"), "lesson") as process:
+        yield process
+
+
+@pytest.fixture(scope="module")
+def page(cell: Process) -> Iterator[WebPage]:
+    """A page on it, which does not end with the cell."""
+    assert cell.running
+    page = WebPage(ADDRESS, port=0)
+    yield page
+    page.close()
+
+
+@pytest.fixture(scope="module")
+def onlooker(page: WebPage, visit_all: Visit) -> Visitor:
+    """Somebody who looks on at it."""
+    return visit_all(page.url)
+
+
+@pytest.fixture(scope="module")
+def cast() -> Pixels:
+    """The same cell, drawn by casting rays."""
+    simulation = Cell(load_trial([find_trial("lesson")]).trial).simulation
+    simulation.refresh()
+    size = round(WIDTH * COARSE), round(HEIGHT * COARSE)
+    return render(simulation.model, simulation.data, view("overview"), *size)
+
+
+def seconds(visitor: Visitor) -> float:
+    """The time that the page tells [s]."""
+    return float(visitor.read(CLOCK)[1])
+
+
+def test_it_appears_as_rays_see_it(onlooker: Visitor, cast: Pixels) -> None:
+    seen = onlooker.scene()
+    for name, hues in {"belt": GREEN, "AGV 1": ORANGE, "AGV 2": BLUE}.items():
+        assert middle(seen, hues) == pytest.approx(middle(cast, hues), abs=0.06), name
+        assert share(seen, hues) == pytest.approx(share(cast, hues), rel=0.6), name
+    assert distance(seen, cast) < 0.5
+
+
+def test_time_passes_stands_and_passes_as_one_likes(onlooker: Visitor) -> None:
+    begin = seconds(onlooker)
+    onlooker.wait(lambda: seconds(onlooker) > begin, LIMIT, lambda: "time that passes")
+    onlooker.press("Pause")
+    onlooker.read("^paused$")
+    before = seconds(onlooker)
+    onlooker.page.wait_for_timeout(1500)
+    assert seconds(onlooker) == before
+    onlooker.press("1 s")
+    onlooker.wait(lambda: seconds(onlooker) == pytest.approx(before + 1.0, abs=0.011), LIMIT, lambda: "a second more")
+    onlooker.press("10")
+    onlooker.read("asked 10 ×")
+
+
+def test_another_who_comes_later_sees_the_present_and_both_may_act(
+    page: WebPage, onlooker: Visitor, visit_all: Visit
+) -> None:
+    stands = seconds(onlooker)
+    late = visit_all(page.url)
+    late.read("^paused$")
+    assert seconds(late) == stands
+    late.press("Go on")
+    onlooker.read("^running$")
+    onlooker.wait(lambda: seconds(onlooker) > stands + 1.0, LIMIT, lambda: "time that goes on")
+    onlooker.press("Pause")
+    late.read("^paused$")
+    late.close()
+
+
+def test_one_that_was_gone_and_comes_back_is_another(cell: Process, onlooker: Visitor, tmp_path: Path) -> None:
+    before = onlooker.scene()
+    cell.kill()
+    onlooker.read("Not connected:")
+    with served(tmp_path, "sample"):
+        onlooker.wait(lambda: onlooker.find("Not connected:") is None, LIMIT, lambda: "cell that is back")
+        onlooker.read("^sample$")
+        seen = onlooker.change(before, 3e-4)  # other parts lie in other bins
+        assert middle(seen, GREEN) == pytest.approx(middle(before, GREEN), abs=0.06)  # on the same belt

@@ -1,0 +1,56 @@
+"""A trial on the page while the bundled agent works it, to the end; then its recording, which shows it again."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.browser.conftest import Visit
+from tests.browser.serving import viewed
+from tests.browser.visitor import LIMIT
+from tests.ros1.processes import Process
+
+pytestmark = pytest.mark.browser
+
+
+def test_score_orders_and_trays_change_until_the_end_and_the_recording_shows_it_again(
+    tmp_path: Path, visit: Visit
+) -> None:
+    with viewed(tmp_path, "serve", "lesson", "--lockstep", "--port", "0", "--record", "run.mcap") as cell:
+        onlooker = visit(cell.url)
+        onlooker.read(r"^0\s+points")
+        begin = onlooker.scene()
+        assert onlooker.find("order_0") is None  # it has not been announced, and this is a competition
+        host, port = cell.address
+        command = [sys.executable, "-m", "cellwright", "run", "--connect", f"{host}:{port}", "--no-picture"]
+        agent = Process(command, os.environ, tmp_path)
+        try:
+            onlooker.read(r"order_0_kit_0")
+            onlooker.read(r"piston_rod_part_\d+")  # on the tray
+            onlooker.read(r"^8\s+of 12 points", within=2 * LIMIT)
+            onlooker.read("^done$")
+        finally:
+            agent.kill()
+        onlooker.change(begin)
+        onlooker.page.get_by_role("tab", name="Score").click()
+        onlooker.read(r"lies [\d.]+ m off the tray")  # why there are no more
+        onlooker.close()
+        cell.interrupt(LIMIT)
+    replayed(tmp_path, visit)
+
+
+def replayed(folder: Path, visit: Visit) -> None:
+    """The recording's page: begun at its start, and at another moment at a click on its timeline."""
+    with viewed(folder, "view", "run.mcap") as recording:
+        onlooker = visit(recording.url)
+        onlooker.read("^paused$")
+        onlooker.read(r"at \[s\]")
+        early = onlooker.scene()
+        handle = onlooker.page.get_by_role("slider").first
+        handle.focus()
+        handle.press("End")
+        onlooker.read(r"^8\s+of 12 points")
+        onlooker.change(early)

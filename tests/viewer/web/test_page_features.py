@@ -1,0 +1,89 @@
+"""A page's own part: a feature with a defect is left out, and the others stay."""
+
+from __future__ import annotations
+
+import logging
+from typing import Any
+from unittest.mock import MagicMock
+
+import numpy as np
+import pytest
+
+from cellwright.scene import Frame, Scene
+from cellwright.viewer.web.feature import Feature
+from cellwright.viewer.web.link import AwayError
+from cellwright.viewer.web.moment import Moment
+from cellwright.viewer.web.page import Page
+
+SCENE = Scene("a", ("world",), (), ())
+FRAME = Frame(0, np.array([[0, 0, 0, 1, 0, 0, 0]], np.float32), np.array([True]))
+TOLD = (0.0, FRAME, {"run": 0})
+
+
+class Sound(Feature):
+    """Notes what it is told."""
+
+    def __init__(self) -> None:
+        self.told_of: list[str] = []
+
+    def begin(self, page: Page, scene: Scene) -> None:
+        self._note("begin")
+
+    def wants(self) -> dict[str, Any]:
+        self._note("wants")
+        return {type(self).__name__: True}
+
+    def show(self, moment: Moment) -> None:
+        self._note("show")
+
+    def told(self, answer: dict[str, Any]) -> None:
+        self._note("told")
+
+    def panel(self, panel: dict[str, Any]) -> None:
+        self._note("panel")
+
+    def away(self, reason: str) -> None:
+        self._note("away")
+
+    def back(self) -> None:
+        self._note("back")
+
+    def _note(self, what: str) -> None:
+        self.told_of.append(what)
+
+
+class Broken(Sound):
+    """Fails at one of them.
+
+    Args:
+        at: which.
+    """
+
+    def __init__(self, at: str) -> None:
+        super().__init__()
+        self._at = at
+
+    def _note(self, what: str) -> None:
+        super()._note(what)
+        if what == self._at:
+            raise ZeroDivisionError(what)
+
+
+@pytest.mark.parametrize("at", ["begin", "wants", "show", "told", "panel", "away", "back"])
+def test_a_feature_with_a_defect_is_left_out_and_the_others_stay(at: str, caplog: pytest.LogCaptureFixture) -> None:
+    broken, sound = Broken(at), Sound()
+    page = Page(MagicMock(), ("127.0.0.1", 1), (broken, sound))
+    page._asking.is_watched = True
+    with caplog.at_level(logging.ERROR):
+        for _ in range(2):
+            wanted = page._wants()
+            came: list[Any] = [(SCENE, {}), TOLD, {"kind": "cell"}, AwayError("gone"), TOLD]
+            for found in came:
+                page._take(found)
+            page._show(Moment(FRAME, is_cut=False))
+    assert broken.told_of[-1] == at
+    assert broken.told_of.count(at) == 1, "it is asked nothing more"
+    assert sound.told_of[: len(sound.told_of) // 2] == sound.told_of[len(sound.told_of) // 2 :]
+    assert page.features == (sound,)
+    assert wanted == {"Sound": True}
+    assert [record.getMessage() for record in caplog.records] == ["Broken is left out of the page"]

@@ -1,0 +1,32 @@
+"""The stage: with shadows, or plain for those whose processor draws."""
+
+from unittest.mock import MagicMock
+
+import pytest
+
+from cellwright.viewer.web import program
+from cellwright.viewer.web.stage import PLAIN, Stage
+
+
+def stage() -> Stage:
+    """The one of a page."""
+    return next(each for each in program.features() if isinstance(each, Stage))
+
+
+@pytest.mark.parametrize(("said", "shadows"), [(None, True), ("", True), ("0", True), ("1", False)])
+def test_shadows_unless_it_is_to_be_plain_and_at_a_click(
+    said: str | None, shadows: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv(PLAIN, raising=False)
+    if said is not None:
+        monkeypatch.setenv(PLAIN, said)
+    page = MagicMock(about={})
+    stage().begin(page, MagicMock())
+    light = page.server.scene.add_light_directional
+    assert light.call_args.kwargs["cast_shadow"] is shadows
+    box = page.server.gui.add_checkbox
+    assert box.call_args.kwargs["initial_value"] is shadows
+    (clicked,) = box.return_value.on_update.call_args.args
+    box.return_value.value = not shadows
+    clicked(None)
+    assert light.return_value.cast_shadow is not shadows
