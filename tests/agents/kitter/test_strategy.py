@@ -66,6 +66,10 @@ class FakeClient:
         self.all_kits = sum(len(order.kits) for order in orders) if kits_sent is None else kits_sent
         self.orders = orders
         self.belt_types = belt_types
+        self.intentions: list[str] = []
+
+    def intend(self, text: str) -> None:
+        self.intentions.append(text)
 
     @property
     def time(self) -> float:
