@@ -8,7 +8,8 @@ from cellwright.pose import Vector3
 from cellwright.rendering.lamps import disc_lamp, sky
 from cellwright.rendering.raycast import RayCaster
 from cellwright.rendering.shading import Light, Shader, background, to_screen
-from cellwright.rendering.surfaces import Surfaces, linear
+from cellwright.rendering.surfaces import Surfaces
+from cellwright.scene.colours import linear
 from tests.rendering.scenes import scene
 
 EYE = (0.0, -4.0, 2.0)

@@ -5,7 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from cellwright.rendering.surfaces import Surfaces, geom_colours, linear
+from cellwright.rendering.surfaces import Surfaces
+from cellwright.scene.colours import geom_colours, linear
 from tests.rendering.scenes import scene
 
 MATERIALS = """
@@ -31,20 +32,6 @@ def grey_at(
     return colours[:, 0]
 
 
-@pytest.mark.parametrize(
-    ("attributes", "colour"),
-    [
-        ('rgba=".1 .2 .3 .4"', (0.1, 0.2, 0.3, 0.4)),
-        ('material="red"', (1, 0, 0, 0.5)),
-        ('material="red" rgba=".1 .2 .3 1"', (0.1, 0.2, 0.3, 1)),
-        ("", (0.5, 0.5, 0.5, 1)),
-    ],
-)
-def test_a_geom_shows_its_own_colour_or_else_its_materials(attributes: str, colour: tuple[float, ...]) -> None:
-    model, _ = scene(f'<geom type="sphere" size="1" {attributes}/>', MATERIALS)
-    assert geom_colours(model)[0] == pytest.approx(colour)
-
-
 def test_gloss_comes_from_the_material() -> None:
     surfaces = surfaces_of(
         '<geom type="plane" size="1 1 1" material="red"/><geom type="box" size="1 1 1" material="red"/>'
@@ -55,17 +42,6 @@ def test_gloss_comes_from_the_material() -> None:
     assert 0 < surfaces.specular[2] < 0.9
     assert 0 < surfaces.shininess[2] < 0.8
     assert surfaces.opacity == pytest.approx((0.5, 0.5, 1))
-
-
-@given(st.floats(0, 1), st.floats(0, 1))
-def test_light_grows_with_the_screens_values(a: float, b: float) -> None:
-    low, high = linear(np.array(sorted((a, b))))
-    assert 0 <= low <= high <= 1.000001
-
-
-def test_light_of_known_screen_values() -> None:
-    # 0.5 is the usual example: a mid grey on the screen is about a fifth of the light
-    assert linear(np.array([0, 0.04045, 0.5, 1])) == pytest.approx([0, 0.0031308, 0.21404, 1], abs=1e-5)
 
 
 def test_a_floor_without_texture_has_a_line_each_metre() -> None:

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from cellwright.scene.encoded import decode_scene, encode_scene
-from cellwright.scene.model import PICTURE_LAYERS, SceneModel
-from cellwright.scene.scene import Layer
+from cellwright.scene.model import SceneModel
+from cellwright.scene.scene import SEEN, Layer
 from tests.scene.scenes import small
 
 
@@ -39,7 +39,7 @@ def test_geoms_are_where_they_were() -> None:
 
 def test_only_what_pictures_show_is_in_it() -> None:
     shown = SceneModel(small()[2].scene)
-    assert set(shown.model.geom_group) == {int(layer) for layer in PICTURE_LAYERS}
+    assert set(shown.model.geom_group) == {int(layer) for layer in SEEN}
     assert not shown.model.geom_contype.any()
 
 

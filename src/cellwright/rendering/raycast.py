@@ -17,10 +17,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.rendering.surfaces import geom_colours
+from cellwright.scene.colours import geom_colours
+from cellwright.scene.scene import SEEN
 
-PICTURE_GROUPS = frozenset({1, 2})
-"""Geom groups that pictures show: what is seen and touched, and what is only seen. Group 3 is only touched."""
+PICTURE_GROUPS = frozenset(map(int, SEEN))
+"""Geom groups that pictures show: a geom's group is its layer in a scene."""
 
 _OPAQUE, _TRANSLUCENT, _HIDDEN = 0, 1, 5
 _SHADOW_TOLERANCE = 1e-4  # [m]; far above rounding, far below the thinnest sheet in a cell (1 mm)

@@ -8,8 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-_UNSET = (0.5, 0.5, 0.5, 1.0)
-"""The engine's default colour of a geom; a geom with a material that has this colour shows the material's."""
+from cellwright.scene.colours import linear
 
 TILE = 1.0  # [m], spacing of the lines on a floor without texture
 LINE = 0.012  # [m], width of these lines
@@ -17,20 +16,6 @@ LINE_SHADE = 0.8  # factor on the colour
 
 PLASTIC_SPECULAR = 0.3
 PLASTIC_SHININESS = 0.4
-
-
-def geom_colours(model: mujoco.MjModel) -> NDArray[np.float64]:
-    """The colour and opacity (ngeom, 4) of every geom, sRGB 0..1: its own, or else its material's."""
-    colours = np.array(model.geom_rgba, np.float64)
-    from_material = (model.geom_matid >= 0) & np.all(model.geom_rgba == np.array(_UNSET, np.float32), axis=1)
-    colours[from_material] = model.mat_rgba[model.geom_matid[from_material]]
-    return colours
-
-
-def linear(colour: NDArray[np.floating]) -> NDArray[np.float32]:
-    """Amounts of light for sRGB values 0..1 (IEC 61966-2-1)."""
-    c = np.asarray(colour, np.float32)
-    return np.where(c <= 0.04045, c / 12.92, ((np.maximum(c, 0.04045) + 0.055) / 1.055) ** 2.4).astype(np.float32)
 
 
 @dataclass(frozen=True, slots=True)

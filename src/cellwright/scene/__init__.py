@@ -4,6 +4,6 @@ It is what viewers, videos, cameras and recordings have in common: small, and th
 """
 
 from cellwright.scene.frame import Frame
-from cellwright.scene.scene import Form, Layer, Mesh, Scene, Shape
+from cellwright.scene.scene import SEEN, TOUCHED, Form, Layer, Mesh, Scene, Shape
 
-__all__ = ["Form", "Frame", "Layer", "Mesh", "Scene", "Shape"]
+__all__ = ["SEEN", "TOUCHED", "Form", "Frame", "Layer", "Mesh", "Scene", "Shape"]

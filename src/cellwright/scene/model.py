@@ -9,10 +9,7 @@ import mujoco
 import numpy as np
 
 from cellwright.scene.frame import Frame
-from cellwright.scene.scene import Form, Layer, Scene
-
-PICTURE_LAYERS = frozenset({Layer.BOTH, Layer.LOOKS})
-"""What pictures show."""
+from cellwright.scene.scene import SEEN, Form, Layer, Scene
 
 _TYPES = {
     Form.PLANE: mujoco.mjtGeom.mjGEOM_PLANE,
@@ -38,7 +35,7 @@ class SceneModel:
         data: its state, as the last frame said.
     """
 
-    def __init__(self, scene: Scene, *, layers: Collection[Layer] = PICTURE_LAYERS) -> None:
+    def __init__(self, scene: Scene, *, layers: Collection[Layer] = SEEN) -> None:
         spec = mujoco.MjSpec()
         spec.modelname = scene.name
         for number, mesh in enumerate(scene.meshes):

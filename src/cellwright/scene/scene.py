@@ -43,6 +43,12 @@ class Layer(IntEnum):
     """It is a mark for those who build the cell, and drawn in no picture."""
 
 
+SEEN = frozenset({Layer.BOTH, Layer.LOOKS})
+"""What is seen."""
+TOUCHED = frozenset({Layer.BOTH, Layer.TOUCH})
+"""What the engine takes it for."""
+
+
 @dataclass(frozen=True, slots=True)
 class Mesh:
     """A surface of triangles.

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.pose import Pose
+from cellwright.scene.colours import geom_colours
 from cellwright.scene.frame import Frame
 from cellwright.scene.scene import Form, Layer, Mesh, Scene, Shape
 
-_UNSET = (0.5, 0.5, 0.5, 1.0)  # a geom with a material that has the engine's default colour shows the material's
 _FORMS = {
     int(mujoco.mjtGeom.mjGEOM_PLANE): Form.PLANE,
     int(mujoco.mjtGeom.mjGEOM_SPHERE): Form.SPHERE,
@@ -75,9 +75,7 @@ def _moving_bodies(model: mujoco.MjModel) -> NDArray[np.bool_]:
 def _shapes(model: mujoco.MjModel, moving: NDArray[np.bool_], index: dict[int, int]) -> list[Shape]:
     still = mujoco.MjData(model)
     mujoco.mj_kinematics(model, still)
-    colours = np.array(model.geom_rgba, np.float64)
-    from_material = (model.geom_matid >= 0) & np.all(model.geom_rgba == np.array(_UNSET, np.float32), axis=1)
-    colours[from_material] = model.mat_rgba[model.geom_matid[from_material]]
+    colours = geom_colours(model)
     shapes = []
     for geom in range(model.ngeom):
         form = _FORMS.get(int(model.geom_type[geom]))

@@ -9,11 +9,12 @@ import pytest
 
 from cellwright.pose import Pose
 from cellwright.scene import Form, Layer, Scene, Shape
+from cellwright.scene.triangles import Triangles
 from cellwright.viewer.web.glb import Material, glb
-from cellwright.viewer.web.surfaces import Surface, surface
+from cellwright.viewer.web.shapes import surface
 
 
-def box(at: float) -> Surface:
+def box(at: float) -> Triangles:
     shape = Shape(0, Form.BOX, (0.1, 0.2, 0.3), Pose((at, 0.0, 0.0)), (1.0, 1.0, 1.0, 1.0), Layer.BOTH)
     return surface(shape, Scene("one", ("world",), (shape,), ()))
 

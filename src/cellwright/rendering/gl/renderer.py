@@ -16,10 +16,10 @@ from cellwright.rendering.gl import shaders
 from cellwright.rendering.gl.light import Light, bind_units
 from cellwright.rendering.gl.matrices import Matrix, of_camera
 from cellwright.rendering.gl.program import Program
-from cellwright.rendering.gl.stage import PICTURE_LAYERS, Stage
+from cellwright.rendering.gl.stage import Stage
 from cellwright.rendering.gl.targets import ColourTarget, DepthTarget, SmoothedTarget
 from cellwright.rendering.picture import LAMP
-from cellwright.scene import Frame, Layer, Scene
+from cellwright.scene import SEEN, Frame, Layer, Scene
 
 _NEAR, _FAR = 0.02, 200.0  # [m]
 _MOST_TARGETS = 8  # sizes of pictures that memory is kept for
@@ -37,7 +37,7 @@ class GLRenderer:
         NoOpenGL: this OpenGL cannot do what is needed.
     """
 
-    def __init__(self, context: Any, scene: Scene, *, layers: Collection[Layer] = PICTURE_LAYERS) -> None:
+    def __init__(self, context: Any, scene: Scene, *, layers: Collection[Layer] = SEEN) -> None:
         self._context = context
         self.says = f"{_said(GL.GL_RENDERER)}, OpenGL {_said(GL.GL_VERSION)}"
         """What draws, for those who want to know."""

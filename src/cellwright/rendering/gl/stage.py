@@ -9,18 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 from OpenGL import GL
 
-from cellwright.rendering.gl.shapes import triangles
-from cellwright.rendering.surfaces import linear
-from cellwright.scene import Form, Frame, Layer, Scene, Shape
-
-PICTURE_LAYERS = frozenset({Layer.BOTH, Layer.LOOKS})
-"""What pictures show."""
+from cellwright.scene import SEEN, Form, Frame, Layer, Scene, Shape
+from cellwright.scene.colours import linear
+from cellwright.scene.forms import triangles
+from cellwright.scene.triangles import Fineness
 
 _CORNER = np.dtype(
     [("point", "<f4", (3,)), ("normal", "<f4", (3,)), ("colour", "<f4", (4,)), ("body", "<u4"), ("is_plane", "<u4")]
 )
 
-
+_COARSE, _FINE = 20, 48  # corners of a circle
+_WIDE = 0.15  # [m], radius above which it has the more of them
+_FINENESS = Fineness(
+    corners=lambda radius: _FINE if radius > _WIDE else _COARSE,
+    endless=60.0,  # far beyond where haze has swallowed it
+    breaks_edges=False,
+)
 _KINDS = 5
 _LARGE = 0.08  # [m]
 
@@ -54,14 +58,14 @@ class Stage:
         opaque: the first three.
     """
 
-    def __init__(self, scene: Scene, layers: Collection[Layer] = PICTURE_LAYERS) -> None:
+    def __init__(self, scene: Scene, layers: Collection[Layer] = SEEN) -> None:
         self.scene = scene
         drawn = sorted(
             (shape for shape in scene.shapes if shape.layer in layers), key=lambda shape: _order(shape, scene)
         )
         corners, indices, counts, total = [], [], [0] * _KINDS, 0
         for shape in drawn:
-            surface = triangles(shape, scene)
+            surface = triangles(shape, scene, _FINENESS)
             kind = _order(shape, scene)
             of_shape = np.zeros(len(surface.points), _CORNER)
             of_shape["point"], of_shape["normal"] = surface.points, surface.normals

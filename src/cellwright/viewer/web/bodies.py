@@ -10,13 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.scene import Form, Frame, Layer, Scene, Shape
+from cellwright.scene import SEEN, TOUCHED, Form, Frame, Layer, Scene, Shape
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.glb import Colour, Material, glb
-from cellwright.viewer.web.layers import LOOKS, TOUCHED
 from cellwright.viewer.web.moment import Moment
 from cellwright.viewer.web.page import Page
-from cellwright.viewer.web.surfaces import surface
+from cellwright.viewer.web.shapes import surface
 from cellwright.viewer.web.views import TAB
 
 _FEW = 4
@@ -38,7 +37,7 @@ class Bodies(Feature):
     def begin(self, page: Page, scene: Scene) -> None:
         """Put the bodies of a scene on the page."""
         self._page, self._newest = page, None
-        self._looks, self._touched = BodyNodes(page, scene, "bodies", LOOKS), None
+        self._looks, self._touched = BodyNodes(page, scene, "bodies", SEEN), None
         if self._box is None:
             with page.tab(TAB):
                 self._box = page.server.gui.add_checkbox(

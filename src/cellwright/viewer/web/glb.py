@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.viewer.web.surfaces import Surface, joined
+from cellwright.scene.colours import linear
+from cellwright.scene.triangles import Triangles, joined
 
 _MAGIC, _VERSION = 0x46546C67, 2
 _JSON, _BIN = 0x4E4F534A, 0x004E4942
@@ -39,16 +40,16 @@ class Material:
         return self.opacity <= 0
 
 
-def glb(pieces: Iterable[tuple[Surface, Colour, Material]]) -> bytes:
+def glb(pieces: Iterable[tuple[Triangles, Colour, Material]]) -> bytes:
     """A glTF file of surfaces with their colours (sRGB 0..1) and materials; one drawing for each material."""
-    by_material: dict[Material, list[tuple[Surface, Colour]]] = {}
+    by_material: dict[Material, list[tuple[Triangles, Colour]]] = {}
     for surface, colour, material in pieces:
         by_material.setdefault(material, []).append((surface, colour))
     file = _File()
     primitives = []
     for number, coloured in enumerate(by_material.values()):
         whole = joined([surface for surface, _ in coloured])
-        colours = np.concatenate([np.tile(_linear(colour), (len(surface.points), 1)) for surface, colour in coloured])
+        colours = np.concatenate([np.tile(linear(np.clip(colour[:3], 0, 1)), (len(surface.points), 1)) for surface, colour in coloured])
         primitives.append(
             {
                 "attributes": {
@@ -111,12 +112,6 @@ class _File:
         self.data += values.tobytes()
         self.accessors.append({"bufferView": len(self.views) - 1, "componentType": kind, "type": form, "count": count})
         return len(self.accessors) - 1
-
-
-def _linear(colour: Colour) -> NDArray[np.float64]:
-    values = np.clip(np.array(colour[:3]), 0, 1)
-    linear: NDArray[np.float64] = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
-    return linear
 
 
 def _packed(document: dict[str, Any], data: bytes) -> bytes:

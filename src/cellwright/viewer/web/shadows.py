@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 
 from cellwright.pose import Vector3
-from cellwright.scene import Form, Frame, Scene, Shape
+from cellwright.scene import SEEN, Form, Frame, Scene, Shape
+from cellwright.scene.triangles import Triangles
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.glb import Colour, Material, glb
-from cellwright.viewer.web.layers import LOOKS
 from cellwright.viewer.web.moment import Moment
 from cellwright.viewer.web.page import Page
-from cellwright.viewer.web.surfaces import Surface, surface
+from cellwright.viewer.web.shapes import surface
 
 _LAMPS = {"robot": (3.2, -4.6, 6.0)}  # a robot looks along x, and is looked at from there
 _LAMP = (-3.0, -4.5, 7.0)
@@ -48,7 +48,7 @@ class Shadows(Feature):
         nodes.add_frame(root, show_axes=False, position=-_MARGIN / np.linalg.norm(lamp) * lamp)
         shapes: dict[int, list[Shape]] = defaultdict(list)
         for shape in scene.shapes:
-            if shape.layer in LOOKS and shape.form is not Form.PLANE and shape.colour[3] >= 1:
+            if shape.layer in SEEN and shape.form is not Form.PLANE and shape.colour[3] >= 1:
                 shapes[shape.body].append(shape)
         for body, its in shapes.items():
             surfaces = [
@@ -74,10 +74,10 @@ def lamp_of(about: Mapping[str, Any]) -> Vector3:
     return _LAMPS.get(str(about.get("kind")), _LAMP)
 
 
-def _matters(found: Surface, *, is_still: bool) -> bool:
+def _matters(found: Triangles, *, is_still: bool) -> bool:
     return len(found.points) > 0 and not (is_still and float(found.points[:, 2].max()) < _LOWEST)
 
 
-def _extent(surfaces: list[Surface]) -> float:
+def _extent(surfaces: list[Triangles]) -> float:
     points = np.concatenate([each.points for each in surfaces])
     return float((points.max(axis=0) - points.min(axis=0)).max())

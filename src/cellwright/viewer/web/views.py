@@ -13,12 +13,11 @@ from numpy.typing import NDArray
 from cellwright.errors import UsageError
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.views import VIEWS
-from cellwright.scene import Form, Frame, Scene
+from cellwright.scene import SEEN, Form, Frame, Scene
 from cellwright.viewer.web.feature import Feature
-from cellwright.viewer.web.layers import LOOKS
 from cellwright.viewer.web.moment import Moment
 from cellwright.viewer.web.page import Page
-from cellwright.viewer.web.surfaces import surface
+from cellwright.viewer.web.shapes import surface
 
 TAB = "View"
 """Name of the tab for all that changes what is seen, and nothing else."""
@@ -100,7 +99,7 @@ def _corners(scene: Scene, frame: Frame) -> NDArray[np.float64]:
     """Corners of boxes around all that can move or stands on the ground (n, 3) [m]; what is nowhere has one corner."""
     found = []
     for shape in scene.shapes:
-        if shape.layer not in LOOKS or shape.form is Form.PLANE or not frame.shown[shape.body]:
+        if shape.layer not in SEEN or shape.form is Form.PLANE or not frame.shown[shape.body]:
             continue
         points = surface(shape, scene).points
         if len(points):

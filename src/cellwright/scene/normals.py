@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-_EDGE = math.cos(math.radians(35))
+_CREASE = math.cos(math.radians(38))  # edges sharper than that stay edges
 _MOST = 48  # faces at a vertex of which all pairs are looked at; where more meet, as at the tip of a cone, each is flat
 
 
@@ -36,7 +36,7 @@ def soft_normals(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> NDA
     mine = np.repeat(np.arange(len(at)), count)
     within = np.arange(len(mine)) - np.repeat(np.cumsum(count) - count, count)
     other = order[np.repeat(first, count) + within] // 3
-    is_alike = np.einsum("ij,ij->i", flat[mine // 3], flat[other]) > _EDGE
+    is_alike = np.einsum("ij,ij->i", flat[mine // 3], flat[other]) > _CREASE
     total = np.zeros((len(at), 3))
     np.add.at(total, mine[is_alike], weighted[other[is_alike]])
     size = np.linalg.norm(total, axis=1, keepdims=True)
