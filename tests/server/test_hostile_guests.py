@@ -17,10 +17,11 @@ from cellwright.messages import to_cdr
 from cellwright.messages.osrf_gear import AGVControlRequest
 from cellwright.messages.standard import String
 from cellwright.messages.std_srvs import TriggerRequest
+from cellwright.server import guests as guests_module
 from cellwright.server import server as server_module
 from cellwright.server.guest import BEHIND, FULL, LONGEST_HELLO
 from cellwright.server.requests import MOST_SUBSCRIPTIONS, MOST_WISHES
-from cellwright.server.server import MOST_GUESTS
+from cellwright.server.guests import MOST_GUESTS
 from cellwright.simulation.pacing import Pacer
 from tests.cells import ARM_ONLY, INITIAL, KITTING, start, way
 from tests.server.talk import Hall, Talker, as_json, served
@@ -78,7 +79,7 @@ def test_who_is_cut_off_is_reported_once_a_second(monkeypatch: pytest.MonkeyPatc
         for _ in range(20):
             rude(hall, b"rubbish " * 4)
         assert hall.lines == []
-        monkeypatch.setattr(server_module, "_LOOK_AFTER", 0.0)
+        monkeypatch.setattr(guests_module, "_LOOK_AFTER", 0.0)
         hall.server.wait(0.0)
         (line,) = hall.lines
         assert line.startswith("cut off a connection from 127.0.0.1: a frame cannot be ")
@@ -167,7 +168,7 @@ def test_time_is_looked_at_between_frames() -> None:
 
 
 def test_a_guest_that_never_reads_loses_its_messages_and_nobody_else_any(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(server_module, "_LOOK_AFTER", 0.0)
+    monkeypatch.setattr(guests_module, "_LOOK_AFTER", 0.0)
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
         deaf, other = hall.guest("/deaf"), hall.guest("/other")
@@ -189,8 +190,8 @@ def test_a_guest_that_never_reads_loses_its_messages_and_nobody_else_any(monkeyp
 
 
 def test_a_guest_that_takes_nothing_for_long_is_cut_off(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(server_module, "_LOOK_AFTER", 0.0)
-    monkeypatch.setattr(server_module, "PATIENCE", 0.05)
+    monkeypatch.setattr(guests_module, "_LOOK_AFTER", 0.0)
+    monkeypatch.setattr(guests_module, "PATIENCE", 0.05)
     cell = Cell(ARM_ONLY)
     with served(cell) as hall:
         deaf, other = hall.guest("/deaf"), hall.guest("/other")
@@ -226,8 +227,8 @@ def test_who_asks_and_never_reads_the_answers_is_not_heard_any_more() -> None:
 
 
 def test_who_says_nothing_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(server_module, "_LOOK_AFTER", 0.0)
-    monkeypatch.setattr(server_module, "PATIENCE", 0.05)
+    monkeypatch.setattr(guests_module, "_LOOK_AFTER", 0.0)
+    monkeypatch.setattr(guests_module, "PATIENCE", 0.05)
     with served(Cell(KITTING)) as hall:
         guest = hall.guest(node="")
         guest.wait_until(lambda: guest.is_over)
@@ -325,7 +326,7 @@ def test_wishes_that_time_pass_are_bounded_and_go_with_their_guest() -> None:
 
 
 def test_what_all_have_begun_to_say_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(server_module, "MOST_BEGUN", 2 << 20)
+    monkeypatch.setattr(guests_module, "MOST_BEGUN", 2 << 20)
     with served(Cell(KITTING)) as hall:
         other = hall.guest("/other")
         half = struct.pack("<I", LONGEST_SAID) + bytes(LONGEST_SAID // 2)
@@ -345,7 +346,7 @@ def test_what_all_have_begun_to_say_is_bounded(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_the_more_guests_the_less_may_wait_for_each(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(server_module, "MOST_WAITING", 2 * FULL)
+    monkeypatch.setattr(guests_module, "MOST_WAITING", 2 * FULL)
     with served(Cell(KITTING)) as hall:
         guests = [hall.guest(f"/guest_{number}") for number in range(4)]
         assert [guest.full for guest in hall.server._guests] == [FULL // 2] * 4
@@ -356,7 +357,7 @@ def test_the_more_guests_the_less_may_wait_for_each(monkeypatch: pytest.MonkeyPa
 
 
 def test_a_message_that_cannot_be_told_ends_no_step_and_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(server_module, "_LOOK_AFTER", 0.0)
+    monkeypatch.setattr(guests_module, "_LOOK_AFTER", 0.0)
     cell = Cell(KITTING)
     huge = cell.bus.advertise("/huge", "std_msgs/String")
     with served(cell) as hall:
@@ -377,7 +378,7 @@ def test_of_many_that_are_cut_off_some_are_named(monkeypatch: pytest.MonkeyPatch
     with served(Cell(KITTING)) as hall:
         for number in range(30):
             rude(hall, hello(f"/rude_{number}", "cdr").encode() + b"rubbish " * 4)
-        monkeypatch.setattr(server_module, "_LOOK_AFTER", 0.0)
+        monkeypatch.setattr(guests_module, "_LOOK_AFTER", 0.0)
         hall.server.wait(0.0)
         assert len(hall.lines) == 11
         assert hall.lines[-1].startswith("cut off others: a frame cannot be")

@@ -6,7 +6,6 @@ carried out at that border. Time is looked at after every frame, so that a flood
 
 from __future__ import annotations
 
-import os
 import select
 import socket
 import time
@@ -14,33 +13,20 @@ from collections.abc import Callable
 from ipaddress import ip_address
 
 from cellwright.bus.served import Served
-from cellwright.errors import UsageError
 from cellwright.link.frames import Frame, FrameError, Kind
-from cellwright.server.guest import FULL, MOST_WAITING, Guest
-from cellwright.server.reasons import Reasons
+from cellwright.server.door import accept, listen
+from cellwright.server.guest import Guest
+from cellwright.server.guests import Guests
 from cellwright.server.requests import Asked, Extra, Requests, refusal
 
 DEFAULT_PORT = 11399
 LOOPBACK = "127.0.0.1"
-
-MOST_GUESTS = 200
-"""More connections than these are turned away, those first that have not said who they are; `select` can look at
-some 1000."""
-
-PATIENCE = 30.0
-"""So long [s] a guest may take nothing of what waits for it, or not say who it is, before it is cut off."""
-
-_MOST_DESCRIPTORS = 1024  # those beyond are none that `select` could look at
-MOST_BEGUN = 64 << 20
-"""So many bytes may be kept of what all guests together have begun to say and not ended; who has most is cut off."""
 
 _TIME_TO_TAKE = 0.5  # [s]: those that read are told that it is over; nobody is waited for longer
 _LONG = 0.02  # [s]: what takes longer to carry out is heavy, and time does not pass meanwhile
 _REST = 3  # times as long as it took nothing else that is heavy is carried out
 _FRAMES_A_TURN = 16
 _MUCH = 1 << 16  # bytes begun
-_MOST_NAMED = 10  # guests that were cut off, in one report
-_LOOK_AFTER = 1.0  # [s] of wall time between two looks at who is behind, stuck or silent
 
 
 class Server:
@@ -66,13 +52,10 @@ class Server:
         lockstep: bool = False,
         report: Callable[[str], None] = lambda _line: None,
     ) -> None:
-        self._listener = _listen(host, port)
+        self._listener = listen(host, port)
         self._requests = Requests(cell, lockstep=lockstep)
-        self._report = report
-        self._guests: list[Guest] = []
+        self._guests = Guests(report, self._requests.forget)
         self._turn = 0
-        self._cut_off: dict[str, Reasons] = {}
-        self._looked = time.monotonic()
         self._rests_until = 0.0
         self.lockstep = lockstep
 
@@ -134,16 +117,16 @@ class Server:
                 ready = any(map(self._is_ready, self._guests))
                 until = 0.0 if ready else min(deadline, self._rests_until)
             left = max(0.0, until - time.perf_counter())
-            self._look_at_sockets(min(left, _LOOK_AFTER))
+            self._look_at_sockets(min(left, self._guests.next_look))
             in_time = self._take_turns(deadline)
-            self._look_after_guests()
+            self._guests.look_after()
             if (
                 not in_time
                 or time.perf_counter() >= deadline
                 or (until_asked and self.lockstep and self.asked is not None)
             ):
                 break
-        self._forget_those_gone()
+        self._guests.forget_those_gone()
 
     @property
     def is_anybody_behind(self) -> bool:
@@ -159,7 +142,7 @@ class Server:
         deadline = time.monotonic() + _TIME_TO_TAKE
         while any(guest.is_leaving and not guest.is_gone for guest in self._guests) and time.monotonic() < deadline:
             self.wait(_TIME_TO_TAKE / 10, until_asked=False)
-        self._forget_those_gone()
+        self._guests.forget_those_gone()
 
     def close(self, reason: str) -> None:
         """Tell every guest that it is over and why, and let go of them."""
@@ -174,10 +157,7 @@ class Server:
             if not behind:
                 break
             select.select((), behind, (), 0.05)
-        self._tell_who_was_cut_off()
-        for guest in self._guests:
-            guest.close()
-        self._guests.clear()
+        self._guests.close()
 
     # ---------------------------------------------------------------- one round
 
@@ -192,25 +172,25 @@ class Server:
         for connection in readable:
             guest = read[connection]
             if guest is None:
-                self._accept()
+                come = accept(self._listener)
+                if come is not None:
+                    self._guests.admit(come)
             else:
                 guest.read()
                 if guest.begun > _MUCH:
-                    self._limit_what_is_begun()
+                    self._guests.limit_what_is_begun()
         if readable or writable:
-            self._forget_those_gone()
+            self._guests.forget_those_gone()
 
     def _take_turns(self, deadline: float) -> bool:
         """Carry out frames that came, guest by guest; False when time ran out before all had a turn."""
-        guests = self._guests
-        count = len(guests)
-        for offset in range(count):
-            guest = guests[(self._turn + offset) % count]
+        in_turn = self._guests.from_turn(self._turn)
+        for done, guest in enumerate(in_turn, 1):
             if self._is_ready(guest):
                 self._serve(guest, deadline)
                 guest.flush()
-                if time.perf_counter() >= deadline and offset + 1 < count:
-                    self._turn = (self._turn + offset + 1) % count
+                if time.perf_counter() >= deadline and done < len(in_turn):
+                    self._turn = (self._turn + done) % len(in_turn)
                     return False
         return True
 
@@ -229,7 +209,7 @@ class Server:
                 if now >= deadline or guest.is_heavy:
                     return
         except FrameError as error:
-            self._cut(guest, error)
+            self._guests.cut(guest, error)
 
     def _is_ready(self, guest: Guest) -> bool:
         """Whether frames of a guest may be carried out now.
@@ -240,105 +220,10 @@ class Server:
         rests = guest.is_heavy and not self.lockstep and time.perf_counter() < self._rests_until
         return guest.has_frames and not rests
 
-    def _accept(self) -> None:
-        try:
-            connection, address = self._listener.accept()
-        except OSError:  # gone again, or there are no more descriptors to be had
-            return
-        if os.name == "posix" and connection.fileno() >= _MOST_DESCRIPTORS:
-            connection.close()
-            return
-        try:
-            guest = Guest(connection, str(address[0]))
-        except OSError:
-            connection.close()
-            return
-        self._guests.append(guest)
-        self._share_room()
-        if len(self._guests) > MOST_GUESTS:
-            # who has not said who it is makes room: a crowd that says nothing must not keep programs out
-            silent = next((each for each in self._guests if not each.node and not each.is_leaving), guest)
-            self._cut(silent, FrameError(f"there are {MOST_GUESTS} guests already"))
-
     def _flush(self) -> None:
         for guest in self._guests:
             guest.flush()
 
-    # ---------------------------------------------------------------- guests that misbehave
-
-    def _cut(self, guest: Guest, error: FrameError) -> None:
-        """Tell a guest why nothing more is heard from it; it leaves once it has been told."""
-        guest.say(refusal(0, error))
-        guest.stop_hearing()
-        self._note_cut(guest, str(error))
-
-    def _forget_those_gone(self) -> None:
-        for guest in [guest for guest in self._guests if guest.is_gone]:
-            self._guests.remove(guest)
-            self._requests.forget(guest)
-            guest.close()
-        self._share_room()
-
-    def _share_room(self) -> None:
-        """Give each guest its part of what may wait for all."""
-        for guest in self._guests:
-            guest.full = min(FULL, MOST_WAITING // len(self._guests))
-
-    def _limit_what_is_begun(self) -> None:
-        while sum(guest.begun for guest in self._guests) > MOST_BEGUN:
-            greatest = max(self._guests, key=lambda guest: guest.begun)
-            self._cut(greatest, FrameError("all guests together have begun too much and not ended it"))
-
-    def _look_after_guests(self) -> None:
-        """Once a second: say what happened to guests, and part with those that are hopeless."""
-        now = time.monotonic()
-        if now - self._looked < _LOOK_AFTER:
-            return
-        self._looked = now
-        for guest in self._guests:
-            if guest.dropped:
-                self._report(f"{guest.name} does not read as fast as it is told: {guest.dropped} messages were dropped")
-                guest.dropped = 0
-            if guest.untold:
-                self._report(f"{guest.name} cannot be told: {guest.untold.take()}")
-            is_stuck = guest.stuck_since is not None and now - guest.stuck_since > PATIENCE
-            if is_stuck and (guest.is_behind or guest.is_leaving):
-                guest.is_gone = True
-                self._note_cut(guest, f"it has read nothing for {PATIENCE:g} s")
-            elif not guest.node and not guest.is_leaving and now - guest.came > PATIENCE:
-                self._cut(guest, FrameError(f"it has not said who it is for {PATIENCE:g} s"))
-        self._tell_who_was_cut_off()
-
-    def _tell_who_was_cut_off(self) -> None:
-        for name, reasons in self._cut_off.items():
-            self._report(f"cut off {name}: {reasons.take()}")
-        self._cut_off.clear()
-
-    def _note_cut(self, guest: Guest, reason: str) -> None:
-        """Take note of it for the next report; names come from outside, and beyond some the others share a line."""
-        name = guest.name if guest.name in self._cut_off or len(self._cut_off) < _MOST_NAMED else "others"
-        self._cut_off.setdefault(name, Reasons()).add(reason)
-
 
 def _socket(guest: Guest | None, listener: socket.socket) -> socket.socket:
     return listener if guest is None else guest.connection
-
-
-def _listen(host: str, port: int) -> socket.socket:
-    if not 0 <= port <= 65535:
-        raise UsageError(f"a port is from 0 to 65535, not {port}")
-    try:
-        family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
-        listener = socket.socket(family, kind, protocol)
-    except OSError as error:
-        raise UsageError(f"{host}: cannot be listened at: {error.strerror or error}") from None
-    try:
-        if os.name == "posix":  # elsewhere it would let two servers share a port
-            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        listener.bind(address)
-        listener.listen(64)
-    except OSError as error:
-        listener.close()
-        raise UsageError(f"{host}:{port}: cannot be listened at: {error.strerror or error}") from None
-    listener.setblocking(False)
-    return listener
