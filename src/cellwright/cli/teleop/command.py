@@ -40,7 +40,8 @@ from cellwright.cli.teleop.arguments import (
 )
 from cellwright.cli.teleop.driver import run_check
 from cellwright.cli.teleop.motion_check import run_motion_check
-from cellwright.cli.teleop.node import TeleopOptions, run_node
+from cellwright.cli.teleop.node import run_node
+from cellwright.cli.teleop.options import TeleopOptions
 from cellwright.cli.teleop.sight import Sight
 from cellwright.cli.view.arguments import Open, View, ViewHost, ViewPort, look
 from cellwright.contracts.io_teleop.rows import NODE

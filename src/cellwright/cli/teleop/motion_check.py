@@ -16,7 +16,7 @@ from rich.text import Text
 
 from cellwright.cli import lines
 from cellwright.cli.exit_status import DONE, NOT_DONE
-from cellwright.cli.teleop.node import Load, TeleopOptions
+from cellwright.cli.teleop.options import Load, TeleopOptions
 from cellwright.cli.teleop.sight import Sight
 from cellwright.errors import UsageError
 from cellwright.teleop.checks.check import check_motion

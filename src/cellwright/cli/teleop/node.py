@@ -4,13 +4,9 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass, field
-from fractions import Fraction
 from functools import partial
-from pathlib import Path
-from typing import Any
 
 import typer
 from rich.console import Console
@@ -18,21 +14,17 @@ from rich.console import Console
 from cellwright.cli import lines, recorded, videos
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.signals import Stop, stopped_by_signals
+from cellwright.cli.teleop import summary
+from cellwright.cli.teleop.options import Load, TeleopOptions
 from cellwright.cli.teleop.progress import NodeProgress
 from cellwright.cli.teleop.ros1 import RosSide
-from cellwright.cli.teleop.sight import Sight
-from cellwright.cli.view.arguments import Look
+from cellwright.cli.teleop.summary import Ran
 from cellwright.cli.view.page import page_on
-from cellwright.contracts.io_teleop import rows as io_teleop
-from cellwright.description.robot.config import RobotConfig
-from cellwright.devices.joint_servos import Motion
 from cellwright.errors import SimulationError, UsageError
 from cellwright.messages.std_srvs import TriggerRequest
 from cellwright.ros1_host.identity import robot
-from cellwright.run import RecordOptions, versions
 from cellwright.run.record_robot import RobotRecording, RobotSettings
-from cellwright.server import DEFAULT_PORT, Server
-from cellwright.server.server import LOOPBACK
+from cellwright.server import Server
 from cellwright.server.services import onlookers
 from cellwright.server.services.control import Control, Reset
 from cellwright.server.services.robot_panel import RobotPanel
@@ -41,81 +33,9 @@ from cellwright.serving import Pace
 from cellwright.simulation.clock import nanoseconds
 from cellwright.simulation.events import NEVER
 from cellwright.simulation.tempo import Tempo
-from cellwright.teleop.drivers.driver import Driver
 from cellwright.teleop.node import RobotNode
-from cellwright.teleop.safety.settings import SafetySettings
-from cellwright.viewer.filming import Made, VideoWish
-from cellwright.world.robot import TIMESTEP
 
 _RESET = "/io_teleop_reset_robot"
-
-Load = Callable[[Callable[[str], None]], RobotConfig]
-"""Gives the robot; takes what is told of warnings."""
-
-MakeDriver = Callable[[RobotConfig], Driver]
-"""Makes what moves a robot."""
-
-
-@dataclass(frozen=True)
-class TeleopOptions:
-    """What running a robot's node may be told.
-
-    Attributes:
-        motion: how targets are reached.
-        timestep: length of a step of physics [s].
-        self_collision: whether links may touch each other.
-        safety: what is guarded against.
-        sim_time: tell simulation time on /clock, and stamp messages with it.
-        speed: simulated seconds a wall second; None: as fast as it goes.
-        lockstep: let time pass only when a guest asks.
-        until: stop at this simulation time [s]; None: when somebody stops it.
-        host: address to listen at.
-        port: port to listen at; 0 takes a free one.
-        ros1: be a node of ROS 1 too.
-        node: its name there.
-        driver: makes what moves the robot in place of the simulation.
-        sight: what somebody wants to see.
-        as_json: print the summary as JSON, and nothing else on stdout.
-        verbose: say also how time kept to the wall clock.
-        look: a page on it; None for none.
-        paused: let time stand until somebody on the page lets it pass.
-        record: how it is recorded; None for not at all.
-        video: a video to be written; it is not waited for where time keeps to the wall clock.
-    """
-
-    motion: Motion = Motion.SERVO
-    timestep: Fraction = TIMESTEP
-    self_collision: bool = False
-    safety: SafetySettings = field(default_factory=SafetySettings)
-    sim_time: bool = False
-    speed: float | None = 1.0
-    lockstep: bool = False
-    until: float | None = None
-    host: str = LOOPBACK
-    port: int = DEFAULT_PORT
-    ros1: bool = False
-    node: str = io_teleop.NODE
-    driver: MakeDriver | None = None
-    sight: Sight = field(default_factory=Sight)
-    as_json: bool = False
-    verbose: bool = False
-    look: Look | None = None
-    paused: bool = False
-    record: RecordOptions | None = None
-    video: VideoWish | None = None
-
-
-@dataclass
-class _Ran:
-    """What came of a node."""
-
-    outcome: str = "stopped"
-    error: str = ""
-    wall: float = 0.0
-    pace: Pace | None = field(default=None)
-    recordings: Sequence[Path] = ()
-    is_recorded: bool = True
-    videos: Sequence[Made] = ()
 
 
 def run_node(load: Load, wanted: TeleopOptions) -> int:
@@ -194,7 +114,7 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
             recording.end({"outcome": ran.outcome, "error": ran.error, "wall": ran.wall})
             ran.recordings, ran.is_recorded = recording.files, ran.is_recorded and recording.is_whole
     if not wanted.as_json:
-        _show(console, node, wanted, ran)
+        summary.show(console, node, wanted, ran)
     try:
         wanted.sight.save(node, console)  # after the summary, since it takes a while
     except UsageError as error:
@@ -209,7 +129,7 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
     if ran.error:
         typer.echo(f"error: {ran.error}", err=True)
     if wanted.as_json:
-        typer.echo(json.dumps(_document(node, wanted, ran, status), indent=2))
+        typer.echo(json.dumps(summary.document(node, wanted, ran, status), indent=2))
     return status
 
 
@@ -239,9 +159,9 @@ def _control(node: RobotNode, tempo: Tempo, wanted: TeleopOptions) -> Control:
     return Control(tempo, reset=Reset(go_home), refused=refused, lockstep=wanted.lockstep)
 
 
-def _run(node: RobotNode, server: Server, keeper: Timekeeper, wanted: TeleopOptions) -> _Ran:
+def _run(node: RobotNode, server: Server, keeper: Timekeeper, wanted: TeleopOptions) -> Ran:
     """Let time pass until it is over; the node and its server are closed then."""
-    ran, begun = _Ran(), time.perf_counter()
+    ran, begun = Ran(), time.perf_counter()
     end = NEVER if wanted.until is None else nanoseconds(wanted.until)
     try:
         keeper.run(lambda: end, lambda: "the node has stopped")
@@ -259,44 +179,6 @@ def _run(node: RobotNode, server: Server, keeper: Timekeeper, wanted: TeleopOpti
     return ran
 
 
-def _show(console: Console, node: RobotNode, wanted: TeleopOptions, ran: _Ran) -> None:
-    counts = node.counts
-    console.print()
-    note = partial(lines.note, console)
-    note("commands", f"{counts.taken} taken, {node.refused} refused, {counts.ignored} ignored")
-    for source, count in sorted(node.bus.refusals.counts.items()):
-        note(f"refused {count}", source)
-    note("simulated" if wanted.driver is None else "ran", f"{node.simulation.time:.1f} s in {ran.wall:.1f} s")
-    if ran.pace is not None:
-        note("pace", lines.pace_text(ran.pace))
-    if wanted.verbose:
-        note("state hash", node.simulation.state_hash())
-        note("versions", ", ".join(f"{name} {version}" for name, version in versions().items()))
-
-
 def _off(node: RobotNode) -> str:
     """What the ready line says of a node that takes no commands yet."""
     return "" if node.commander.is_enabled else ", takes no commands until /io_teleop/set_enabled says so"
-
-
-def _document(node: RobotNode, wanted: TeleopOptions, ran: _Ran, status: int) -> dict[str, Any]:
-    """The summary as JSON values; times in s."""
-    return {
-        "robot": node.name,
-        "motion": wanted.motion.value,
-        "timestep": float(wanted.timestep),
-        "outcome": ran.outcome,
-        "exit_status": status,
-        "error": ran.error,
-        "simulated": node.simulation.time,
-        "wall": ran.wall,
-        "steps": node.simulation.clock.tick,
-        "state_hash": node.simulation.state_hash(),
-        "commands": {"taken": node.counts.taken, "refused": node.refused, "ignored": node.counts.ignored},
-        "refused": dict(node.bus.refusals.counts),
-        "unknown_names": list(node.commander.notices.unknown),
-        "pace": None if ran.pace is None else asdict(ran.pace),
-        "recordings": [str(path) for path in ran.recordings],
-        "videos": list(ran.videos),
-        "versions": versions(),
-    }

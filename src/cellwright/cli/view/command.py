@@ -11,7 +11,8 @@ from rich.console import Console
 from cellwright.cli import options
 from cellwright.cli.exit_status import DONE
 from cellwright.cli.serve.trial import ServeOptions, serve_trial
-from cellwright.cli.teleop.node import TeleopOptions, run_node
+from cellwright.cli.teleop.node import run_node
+from cellwright.cli.teleop.options import TeleopOptions
 from cellwright.cli.view.arguments import Look, Open, ViewHost, ViewPort, look
 from cellwright.cli.view.kind import Kind, kind_of
 from cellwright.cli.view.served import watch
