@@ -20,8 +20,8 @@ from cellwright.messages.std_srvs import TriggerRequest
 from cellwright.server import guests as guests_module
 from cellwright.server import server as server_module
 from cellwright.server.guest import BEHIND, FULL, LONGEST_HELLO
-from cellwright.server.requests import MOST_SUBSCRIPTIONS, MOST_WISHES
 from cellwright.server.guests import MOST_GUESTS
+from cellwright.server.requests import MOST_SUBSCRIPTIONS, MOST_WISHES
 from cellwright.simulation.pacing import Pacer
 from tests.cells import ARM_ONLY, INITIAL, KITTING, start, way
 from tests.server.talk import Hall, Talker, as_json, served

@@ -80,9 +80,7 @@ def _ball(radii: Vector3, half: float, corners: int) -> Triangles:
     return Triangles(points, normals / np.linalg.norm(normals, axis=1, keepdims=True), unit.faces)
 
 
-def _swept(
-    outline: Sequence[tuple[float, float]], facing: Sequence[tuple[float, float]], corners: int
-) -> Triangles:
+def _swept(outline: Sequence[tuple[float, float]], facing: Sequence[tuple[float, float]], corners: int) -> Triangles:
     """What an outline of (radius, height) [m], from below to above, sweeps out; it faces (outwards, up) at each."""
     angle = np.arange(corners) * (2 * np.pi / corners)
     circle = np.column_stack([np.cos(angle), np.sin(angle)])

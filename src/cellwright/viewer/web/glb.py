@@ -49,7 +49,7 @@ def glb(pieces: Iterable[tuple[Triangles, Colour, Material]]) -> bytes:
     primitives = []
     for number, coloured in enumerate(by_material.values()):
         whole = joined([surface for surface, _ in coloured])
-        colours = np.concatenate([np.tile(linear(np.clip(colour[:3], 0, 1)), (len(surface.points), 1)) for surface, colour in coloured])
+        colours = np.concatenate([_lights(colour, len(surface.points)) for surface, colour in coloured])
         primitives.append(
             {
                 "attributes": {
@@ -112,6 +112,11 @@ class _File:
         self.data += values.tobytes()
         self.accessors.append({"bufferView": len(self.views) - 1, "componentType": kind, "type": form, "count": count})
         return len(self.accessors) - 1
+
+
+def _lights(colour: Colour, count: int) -> NDArray[np.float32]:
+    """So many times the light (n, 3) that a colour stands for."""
+    return np.tile(linear(np.clip(colour[:3], 0, 1)), (count, 1))
 
 
 def _packed(document: dict[str, Any], data: bytes) -> bytes:

@@ -11,11 +11,10 @@ from typing import Any
 import pytest
 
 from cellwright.operators.orders import Ask, MoveBase, MoveGrippers, MoveJoints
-from cellwright.viewer.web.operator.controls import Controls, short_names, step_of
+from cellwright.viewer.web.operator.controls import Controls
 from cellwright.viewer.web.operator.desk import Desk
 from cellwright.viewer.web.operator.drive import RATE
 from cellwright.viewer.web.operator.handles import Handles
-from cellwright.viewer.web.operator.robot import SeenJoint
 from tests.viewer.web.operator.fakes import FakeGui, FakeScene
 from tests.viewer.web.operator.robots import Clock, number, seen, standing
 
@@ -98,8 +97,6 @@ def test_limits_and_steps_of_sliders(tab: Tab) -> None:
     assert tab.slider("right_1").step == 0.005
     tab.see(positions=at(right_finger=-0.001))
     assert slider.value == 0.0, "a joint may be measured a little outside"
-    assert step_of(SeenJoint("wheel", -6.28, 6.28, "rad", follows=False)) == 0.01
-    assert step_of(SeenJoint("tiny", 0.0, 1e-4, "m", follows=False)) == 0.0001
 
 
 def test_grippers(tab: Tab) -> None:
@@ -193,14 +190,6 @@ def test_what_is_said_of_the_robot_changes_only_with_it(tab: Tab) -> None:
     tab.see(commander="/vr")
     assert state.sets == before
     assert "/vr" in state.content
-
-
-def test_short_names() -> None:
-    assert short_names(["J_arm_r_01", "J_arm_r_02"]) == ["01", "02"]
-    assert short_names(["right_elbow", "right_wrist_pitch"]) == ["elbow", "wrist_pitch"]
-    assert short_names(["lift"]) == ["lift"]
-    assert short_names(["a", "a_b"]) == ["a", "a_b"]
-    assert short_names(["rh_FFJ4", "rh_THJ1"]) == ["FFJ4", "THJ1"]
 
 
 @pytest.mark.parametrize(

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
 from typing import Any
 
 from cellwright.operators.orders import Ask
@@ -12,24 +11,14 @@ from cellwright.teleop.base import Mode
 from cellwright.viewer.web.operator import drive
 from cellwright.viewer.web.operator.desk import Desk
 from cellwright.viewer.web.operator.handles import Handles
-from cellwright.viewer.web.operator.robot import SeenGroup, SeenJoint, Standing
+from cellwright.viewer.web.operator.robot import Standing
+from cellwright.viewer.web.operator.sliders import Sliders
 from cellwright.viewer.web.operator.state_text import state_html
+from cellwright.viewer.web.shown import Shown, set_changed
 
 _TOP = -30.0  # above all else on the page
 _FOLLOWS = 0.12  # [s] between two looks at where sliders should stand
-_STEPS = (0.0001, 0.0005, 0.001, 0.005, 0.01)  # of sliders [rad; m]
-_FINENESS = 500  # steps from end to end, at least
 _ASKED = 1.5  # [s] for which a switch stands as it was put, until the robot has done it
-_OPEN, _CLOSE = "Open", "Close"
-
-
-@dataclass(slots=True)
-class _Slider:
-    """A slider of a joint, and its name when its joint is where it stands."""
-
-    joint: int
-    handle: Any
-    name: str
 
 
 class Controls:
@@ -54,9 +43,7 @@ class Controls:
         self._gui, self._desk, self._all_handles = gui, desk, handles
         self._switched = self._followed = self._now = float("-inf")
         self._made: list[Any] = []
-        self._sliders: list[_Slider] = []
-        self._grips: list[Any] = []
-        self._html = ""
+        self._sliders = Sliders(gui, desk)
         self._enabled: Any = None
         self._home: Any = None
         self._build_head(stop)
@@ -85,7 +72,7 @@ class Controls:
                 event.client.add_notification(title="Not stopped yet", body=hindrance, color="red")
 
         button.on_click(press)
-        self._state = self._keep(gui.add_html("", order=_TOP + 1))
+        self._state = self._keep(Shown(gui, _TOP + 1))
         self._clear = self._keep(
             gui.add_button(
                 "End the emergency stop",
@@ -110,10 +97,11 @@ class Controls:
         if robot.arms:
             self._build_switches()
         if robot.grippers:
-            self._build_grips(robot.grippers)
+            with self._keep(gui.add_folder("Grippers" if len(robot.grippers) > 1 else "Gripper")):
+                self._sliders.add_grips(robot.grippers)
         for group in robot.groups:
             with self._keep(gui.add_folder(group.name.capitalize(), expand_by_default=False)):
-                self._build_group(group)
+                self._sliders.add_joints(group)
         if robot.base_mode is not None:
             with self._keep(gui.add_folder("Base", expand_by_default=False)):
                 self._build_base(Mode(robot.base_mode))
@@ -134,50 +122,6 @@ class Controls:
 
         shown.on_update(switch)
         along.on_update(switch)
-
-    def _build_grips(self, names: Sequence[str]) -> None:
-        gui, desk = self._gui, self._desk
-        with self._keep(gui.add_folder("Grippers" if len(names) > 1 else "Gripper")):
-            for number, name in enumerate(names):
-                slider = gui.add_slider(
-                    f"{name} closed".strip().capitalize(), min=0.0, max=100.0, step=1.0, initial_value=0.0, hint="%"
-                )
-
-                async def close(event: Any, number: int = number) -> None:
-                    if event.client_id is not None:
-                        desk.grip(number, float(event.target.value) / 100.0)
-
-                slider.on_update(close)
-                self._grips.append(slider)
-                both = gui.add_button_group("", (_OPEN, _CLOSE))
-
-                async def press(event: Any, number: int = number) -> None:
-                    if event.target.value in (_OPEN, _CLOSE):
-                        desk.grip(number, float(event.target.value == _CLOSE))
-
-                both.on_click(press)
-
-    def _build_group(self, group: SeenGroup) -> None:
-        desk, robot = self._desk, self._desk.robot
-        joints = [robot.joints[number] for number in group.joints]
-        for number, seen, name in zip(group.joints, joints, short_names([each.name for each in joints]), strict=True):
-            if seen.upper <= seen.lower:
-                continue  # it cannot be moved
-            slider = self._gui.add_slider(
-                name,
-                min=seen.lower,
-                max=seen.upper,
-                step=step_of(seen),
-                initial_value=robot.clamped(number, 0.0),
-                hint=f"{seen.name}: {seen.lower:.4g} to {seen.upper:.4g} {seen.unit}",
-            )
-
-            async def slide(event: Any, number: int = number) -> None:
-                if event.client_id is not None:  # else it was put where its joint is
-                    desk.slide(number, float(event.target.value))
-
-            slider.on_update(slide)
-            self._sliders.append(_Slider(number, slider, name))
 
     def _build_base(self, mode: Mode) -> None:
         desk = self._desk
@@ -206,56 +150,12 @@ class Controls:
         if now - self._followed < _FOLLOWS:
             return
         self._followed = now
-        html = state_html(self._desk, now)
-        if html != self._html:
-            self._html = self._state.content = html
+        self._state.show(state_html(self._desk, now))
         if standing is None:
             return
-        _set(self._clear, "visible", standing.is_stopped and not self._desk.robot.is_real)
+        set_changed(self._clear, "visible", standing.is_stopped and not self._desk.robot.is_real)
         if self._enabled is not None and now - self._switched > _ASKED:
-            _set(self._enabled, "value", standing.is_enabled)
+            set_changed(self._enabled, "value", standing.is_enabled)
         if self._home is not None:
-            _set(self._home, "disabled", bool(standing.why_not))
-        for number, slider in enumerate(self._grips):
-            if not self._desk.grips.is_touched(number, now):
-                _set(slider, "value", float(round(100.0 * standing.grippers[number])))
-        for each in self._sliders:
-            self._follow(each, standing, now)
-
-    def _follow(self, slider: _Slider, standing: Standing, now: float) -> None:
-        """Put a slider where its joint is; one that somebody has just moved tells that in its name."""
-        measured = standing.positions[slider.joint]
-        if measured is None:
-            return
-        handle, seen = slider.handle, self._desk.robot.joints[slider.joint]
-        place = min(max(measured, seen.lower), seen.upper)
-        is_off = not abs(handle.value - place) <= step_of(seen)  # also where a browser has sent what is no number
-        if not self._desk.joints.is_touched(slider.joint, now):
-            _set(handle, "label", slider.name)
-            if is_off:
-                handle.value = place
-        else:
-            _set(handle, "label", f"{slider.name} ({measured:.2f})" if is_off else slider.name)
-
-
-def step_of(joint: SeenJoint) -> float:
-    """The step of a joint's slider [rad; m]: a round number, and fine enough."""
-    wanted = (joint.upper - joint.lower) / _FINENESS
-    return max([step for step in _STEPS if step <= wanted], default=_STEPS[0])
-
-
-def short_names(names: Sequence[str]) -> list[str]:
-    """Names without the words that all of them begin with: there is little room beside a slider."""
-    if len(names) < 2:
-        return list(names)
-    words = [name.split("_") for name in names]
-    common = 0
-    while all(len(each) > common + 1 and each[common] == words[0][common] for each in words):
-        common += 1
-    return ["_".join(each[common:]) for each in words]
-
-
-def _set(handle: Any, attribute: str, value: Any) -> None:
-    """Set something of a handle unless it is so: what does not change is not sent."""
-    if getattr(handle, attribute) != value:
-        setattr(handle, attribute, value)
+            set_changed(self._home, "disabled", bool(standing.why_not))
+        self._sliders.show(standing, now)

@@ -13,7 +13,7 @@ from cellwright.server.services.names import PANEL
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.page import Page, refused
 from cellwright.viewer.web.panels import cell_html, html
-from cellwright.viewer.web.panels.shown import Shown
+from cellwright.viewer.web.shown import Shown
 
 ORDERS, SCORE, CELL = "Orders", "Score", "Cell"
 """Names of the tabs."""

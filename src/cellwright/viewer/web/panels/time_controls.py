@@ -13,7 +13,7 @@ from cellwright.viewer.web.page import Page, refused
 from cellwright.viewer.web.panels import html
 from cellwright.viewer.web.panels.html import AMBER, BLUE, GREEN
 from cellwright.viewer.web.panels.pace import SeenPace
-from cellwright.viewer.web.panels.shown import Shown
+from cellwright.viewer.web.shown import Shown, set_changed
 
 PAUSE, GO_ON, TICK = "Pause", "Go on", "Tick"
 SPANS = {"1 s": 1.0}
@@ -70,7 +70,7 @@ class TimeControls(Feature):
         self._clock.show(clock(now, control, self._pace.factor))
         reasons = control["refused"]
         for group, action in ((self._steps, "pause"), (self._speeds, "speed")):
-            _set(group, "visible", not reasons.get(action))  # viser disables no group of buttons
+            set_changed(group, "visible", not reasons.get(action))  # viser disables no group of buttons
         self._show_reset(panel, str(reasons.get("reset", "")))
         self._show_timeline(panel, now)
 
@@ -79,11 +79,11 @@ class TimeControls(Feature):
     def _show_reset(self, panel: dict[str, Any], reason: str) -> None:
         button = self._anew
         is_sure = time.perf_counter() - self._asked_at < _SURE
-        _set(button, "label", REALLY if is_sure else BEGIN_ANEW)
-        _set(button, "color", "red" if is_sure else "gray")
-        _set(button, "visible", panel.get("kind") != "robot")  # whose own controls send it home
-        _set(button, "disabled", bool(reason))
-        _set(button, "hint", reason or "Back to the start: what has happened is gone")
+        set_changed(button, "label", REALLY if is_sure else BEGIN_ANEW)
+        set_changed(button, "color", "red" if is_sure else "gray")
+        set_changed(button, "visible", panel.get("kind") != "robot")  # whose own controls send it home
+        set_changed(button, "disabled", bool(reason))
+        set_changed(button, "hint", reason or "Back to the start: what has happened is gone")
 
     def _show_timeline(self, panel: dict[str, Any], now: float) -> None:
         begin, end = panel.get("begin"), panel.get("end")
@@ -117,7 +117,7 @@ class TimeControls(Feature):
             self._ask(action="reset")
         else:
             self._asked_at = now
-            _set(self._anew, "label", REALLY)
+            set_changed(self._anew, "label", REALLY)
 
     def _seek(self, event: Any) -> None:
         if event.client is not None:  # not when it follows time
@@ -159,9 +159,3 @@ def clock(now: float, control: dict[str, Any], pace: float | None) -> str:
     return html.block(
         html.row(html.big(f"{now:.2f}", "s"), label, "align-items:center"), html.figures(f"{seen}{asked}")
     )
-
-
-def _set(handle: Any, name: str, value: Any) -> None:
-    """Set what is another than before, so that nothing is sent for nothing."""
-    if getattr(handle, name) != value:
-        setattr(handle, name, value)

@@ -1,4 +1,4 @@
-"""HTML on the panel that is sent to browsers only when it is another than before."""
+"""What is sent to browsers only when it is another than before: HTML on the panel, and what handles are like."""
 
 from __future__ import annotations
 
@@ -26,3 +26,9 @@ class Shown:
     def remove(self) -> None:
         """Take it away."""
         self._handle.remove()
+
+
+def set_changed(handle: Any, name: str, value: Any) -> None:
+    """Set something of a handle, unless it is so already."""
+    if getattr(handle, name) != value:
+        setattr(handle, name, value)
