@@ -7,7 +7,6 @@ from collections.abc import Callable
 from contextlib import nullcontext, redirect_stdout
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -16,150 +15,72 @@ from rich.console import Console
 from cellwright.agents.agent import BUNDLED, Agent, find_agent
 from cellwright.cell import Cell
 from cellwright.cli import lines, options, recorded, videos
-from cellwright.cli.arguments import END, OUTPUT, TRIAL, WORK, Development, Log, Record, Seed, Servo, Until, Vary
+from cellwright.cli.arguments import TRIAL, Development, Log, Record, Seed, Servo, Until, Vary
 from cellwright.cli.run import over as run_over
+from cellwright.cli.run.arguments import (
+    AgentName,
+    AsJson,
+    Checkpoints,
+    Connect,
+    HowDrawn,
+    Listen,
+    Lockstep,
+    MinScore,
+    Over,
+    Resume,
+    Snapshots,
+    Speed,
+    TakenFrom,
+    TeamAverages,
+    Verbose,
+    WithPicture,
+)
 from cellwright.cli.run.attended import Attended
 from cellwright.cli.run.pictures import Quality
 from cellwright.cli.run.turn import Turn
-from cellwright.cli.view.arguments import LOOK, Open, View, ViewHost, ViewPort, look, refuse_a_camera
+from cellwright.cli.view.arguments import Open, View, ViewHost, ViewPort, look, refuse_a_camera
 from cellwright.description.catalogue import bundled_sensors
 from cellwright.description.trial import Trial
 from cellwright.run import RunOptions
 
-_SAVE = "Checkpoints"
 _OF_THE_AGENT = ("connect", "agent", "min_score", "as_json", "verbose", "picture")
-_PROCESSES = "Agent and cell in two processes"
 
 
 def run(
     context: typer.Context,
     files: Annotated[list[str] | None, TRIAL] = None,
-    agent: Annotated[
-        str,
-        typer.Option(
-            metavar="AGENT",
-            help="What works the cell: `kitter`, `lesson`, your `path.py:Class` or `module:Class`, or `none`.",
-            rich_help_panel=WORK,
-        ),
-    ] = "kitter",
+    agent: AgentName = "kitter",
     servo: Servo = None,
     seed: Seed = None,
     vary: Vary = False,
-    speed: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FACTOR",
-            help="Simulated seconds a second: `1` is real time, `max` as fast as it goes. `max` when left out, but "
-            "`1` with --view, and with --over and no --lockstep.",
-            rich_help_panel=WORK,
-        ),
-    ] = None,
-    over: Annotated[
-        str | None,
-        typer.Option(
-            metavar="WAY",
-            help="Run the agent in a process of its own, which comes to the cell over a `socket` or over `ros1`.",
-            rich_help_panel=_PROCESSES,
-        ),
-    ] = None,
-    lockstep: Annotated[
-        bool,
-        typer.Option(
-            "--lockstep",
-            metavar="",
-            help="With --over: let time pass only while the agent waits; the same result as in one process.",
-            rich_help_panel=_PROCESSES,
-        ),
-    ] = False,
-    connect: Annotated[
-        str | None,
-        typer.Option(
-            metavar="HOST:PORT",
-            help="Work the cell that `cellwright serve` has there, instead of one of TRIAL.",
-            rich_help_panel=_PROCESSES,
-        ),
-    ] = None,
+    speed: Speed = None,
+    over: Over = None,
+    lockstep: Lockstep = False,
+    connect: Connect = None,
     development: Development = False,
     until: Until = None,
-    min_score: Annotated[
-        float | None,
-        typer.Option(metavar="POINTS", help="Exit with status 1 when the score is below.", rich_help_panel=END),
-    ] = None,
-    snapshot: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="T:FILE.png", help="Take a picture at a simulation time [s]; repeatable.", rich_help_panel=LOOK
-        ),
-    ] = None,
-    picture: Annotated[
-        bool,
-        typer.Option("--picture/--no-picture", metavar="", help="Write TRIAL.png at the end.", rich_help_panel=LOOK),
-    ] = True,
-    camera: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME",
-            help="Where pictures are taken from: overview, bins, belt, agv1, agv2, or `x,y,z:x,y,z` [m].",
-            rich_help_panel=LOOK,
-        ),
-    ] = "overview",
+    min_score: MinScore = None,
+    snapshot: Snapshots = None,
+    picture: WithPicture = True,
+    camera: TakenFrom = "overview",
     view: View = False,
     view_host: ViewHost = None,
     view_port: ViewPort = None,
     open_page: Open = False,
-    quality: Annotated[
-        Quality,
-        typer.Option(
-            metavar="HOW",
-            help="How pictures are drawn: `fine`, by rays, or `fast`, by OpenGL as videos are.",
-            rich_help_panel=LOOK,
-        ),
-    ] = Quality.FINE,
+    quality: HowDrawn = Quality.FINE,
     video: videos.File = None,
     video_camera: videos.View = None,
     video_speed: videos.Speed = 1.0,
     video_size: videos.Size = videos.USUAL_SIZE,
     video_fine: videos.Fine = False,
-    checkpoint: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="T:FILE.npz", help="Save the simulation at this time [s]; repeatable.", rich_help_panel=_SAVE
-        ),
-    ] = None,
-    resume: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE.npz", help="Begin from what --checkpoint saved; the agent begins anew.", rich_help_panel=_SAVE
-        ),
-    ] = None,
-    listen: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="TOPIC", help="Count a topic's messages, `all` for every topic; repeatable.", rich_help_panel=LOOK
-        ),
-    ] = None,
-    as_json: Annotated[
-        bool,
-        typer.Option(
-            "--json",
-            metavar="",
-            help="Print the result as JSON, and nothing else on stdout.",
-            rich_help_panel=OUTPUT,
-        ),
-    ] = False,
+    checkpoint: Checkpoints = None,
+    resume: Resume = None,
+    listen: Listen = None,
+    as_json: AsJson = False,
     log: Log = None,
     record: Record = None,
-    averages: Annotated[
-        str | None,
-        typer.Option(
-            metavar="COST,TIME",
-            help="Score the trial as in the finals, against these averages of all teams [$, s]; a time for each order.",
-            rich_help_panel=OUTPUT,
-        ),
-    ] = None,
-    verbose: Annotated[
-        bool, typer.Option("--verbose", "-v", metavar="", help="Say what the agent logs.", rich_help_panel=OUTPUT)
-    ] = False,
+    averages: TeamAverages = None,
+    verbose: Verbose = False,
 ) -> None:
     """Run a trial headless, and print its score.
 
