@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from typing import Any
+from collections.abc import Callable, Collection
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,16 +17,19 @@ from cellwright.rendering.gl.light import Light, bind_units
 from cellwright.rendering.gl.matrices import Matrix, of_camera
 from cellwright.rendering.gl.program import Program
 from cellwright.rendering.gl.stage import Stage
-from cellwright.rendering.gl.targets import ColourTarget, DepthTarget, SmoothedTarget
+from cellwright.rendering.gl.targets import ColourTarget, DepthTarget, SmoothedTarget, Target
 from cellwright.rendering.picture import LAMP
 from cellwright.scene import SEEN, Frame, Layer, Scene
 
 _NEAR, _FAR = 0.02, 200.0  # [m]
 _MOST_TARGETS = 8  # sizes of pictures that memory is kept for
 
+_Size = TypeVar("_Size", bound=tuple[int, ...])
+_Target = TypeVar("_Target", bound=Target)
+
 
 class GLRenderer:
-    """Draws a scene, in the thread that made it.
+    """Draws a scene by OpenGL, in the thread that made it; see `Renderer`.
 
     Args:
         context: what it draws with, current in this thread; see `open_context`.
@@ -61,21 +64,13 @@ class GLRenderer:
         *,
         samples: int = 2,
         shadows: bool = True,
-        lamp: Vector3 = LAMP,
         about: Vector3 | None = None,
+        lamp: Vector3 = LAMP,
     ) -> NDArray[np.uint8]:
-        """A picture (height, width, 3), sRGB.
+        """See `Renderer`.
 
-        Args:
-            frame: where the bodies are.
-            camera: where it is seen from.
-            width: in pixels.
-            height: in pixels.
-            samples: 1 leaves edges jagged, 2 has them smoothed afterwards, more have four samples drawn of each
-                pixel, which costs more than all else.
-            shadows: whether light is held off by what stands in its way.
-            lamp: where the light comes from [m], from the point that it is placed by, along the world's axes.
-            about: that point [m]; None takes the one that the camera looks at.
+        Of `samples` 2 has edges smoothed afterwards; more have four drawn of each pixel, which costs more than all
+        else.
         """
         about = camera.target if about is None else about
         x, y, z = about
@@ -112,14 +107,12 @@ class GLRenderer:
         return target.read()
 
     def _colour_target(self, width: int, height: int, samples: int) -> ColourTarget | SmoothedTarget:
-        size = (width, height, min(samples, 3))
-        if size not in self._colours:
-            if len(self._colours) >= _MOST_TARGETS:
-                self._colours.pop(next(iter(self._colours))).free()
-            self._colours[size] = (
-                SmoothedTarget(width, height) if samples == 2 else ColourTarget(width, height, 4 if samples > 2 else 1)
-            )
-        return self._colours[size]
+        def make() -> ColourTarget | SmoothedTarget:
+            if samples == 2:
+                return SmoothedTarget(width, height)
+            return ColourTarget(width, height, 4 if samples > 2 else 1)
+
+        return _kept(self._colours, (width, height, min(samples, 3)), make)
 
     def _cast_light(self, frame: Frame, lamp: Vector3, about: Vector3) -> None:
         """Find out what the light reaches, unless that was done last: several cameras may look at one moment."""
@@ -135,17 +128,10 @@ class GLRenderer:
         self._lit = (place, frame)
 
     def depth(self, frame: Frame, camera: Camera, width: int, height: int) -> NDArray[np.float32]:
-        """How far [m] what is seen at each pixel is (height, width), along the line of sight of the camera.
-
-        Infinite where nothing is. Translucent things count as if they were not.
-        """
+        """See `Renderer`."""
         self._stage.show(frame)
-        size = (width, height)
-        if size not in self._depths:
-            if len(self._depths) >= _MOST_TARGETS:
-                self._depths.pop(next(iter(self._depths))).free()
-            self._depths[size] = DepthTarget(*size)
-        self._depths[size].begin()
+        target = _kept(self._depths, (width, height), lambda: DepthTarget(width, height))
+        target.begin()
         GL.glEnable(GL.GL_DEPTH_TEST)
         GL.glDepthFunc(GL.GL_LESS)
         self._depth.use(
@@ -155,7 +141,16 @@ class GLRenderer:
             forward=camera.world_R_optical[:, 2],
         )
         self._stage.opaque.draw()
-        return self._depths[size].read()
+        return target.read()
+
+
+def _kept(targets: dict[_Size, _Target], size: _Size, make: Callable[[], _Target]) -> _Target:
+    """What is drawn into at a size; of too many sizes the one that was made first is given up."""
+    if size not in targets:
+        if len(targets) >= _MOST_TARGETS:
+            targets.pop(next(iter(targets))).free()
+        targets[size] = make()
+    return targets[size]
 
 
 def _directions(camera: Camera, aspect: float) -> Matrix:

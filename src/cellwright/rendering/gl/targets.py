@@ -18,7 +18,34 @@ BETWEEN_TEXELS = (
 )
 
 
-class ColourTarget:
+class Target:
+    """Something to draw into.
+
+    Args:
+        width: in pixels.
+        height: in pixels.
+        framebuffers: how many it has; the first is drawn into.
+        stores: how many stores of pixels they have.
+    """
+
+    def __init__(self, width: int, height: int, *, framebuffers: int, stores: int) -> None:
+        self._size = width, height
+        self._framebuffers = np.atleast_1d(GL.glGenFramebuffers(framebuffers)).tolist()
+        self._stores = np.atleast_1d(GL.glGenRenderbuffers(stores)).tolist()
+
+    def begin(self) -> None:
+        """Draw into it from now on; nothing is there yet."""
+        GL.glBindFramebuffer(GL.GL_FRAMEBUFFER, self._framebuffers[0])
+        GL.glViewport(0, 0, *self._size)
+        GL.glClear(GL.GL_DEPTH_BUFFER_BIT)
+
+    def free(self) -> None:
+        """Give back its memory."""
+        GL.glDeleteFramebuffers(len(self._framebuffers), self._framebuffers)
+        GL.glDeleteRenderbuffers(len(self._stores), self._stores)
+
+
+class ColourTarget(Target):
     """A picture of several samples a pixel, and the one that comes of them.
 
     Args:
@@ -28,21 +55,14 @@ class ColourTarget:
     """
 
     def __init__(self, width: int, height: int, samples: int) -> None:
-        self._size = width, height
-        self._drawn, self._whole = (int(each) for each in GL.glGenFramebuffers(2))
-        self._stores = [int(each) for each in GL.glGenRenderbuffers(3)]
+        super().__init__(width, height, framebuffers=2, stores=3)
+        self._drawn, self._whole = self._framebuffers
         colour, depth, whole = self._stores
         _store(colour, GL.GL_RGBA8, width, height, samples)
         _store(depth, GL.GL_DEPTH_COMPONENT32F, width, height, samples)
         _store(whole, GL.GL_RGBA8, width, height, 0)
         _join(self._drawn, colour=colour, depth=depth)
         _join(self._whole, colour=whole)
-
-    def begin(self) -> None:
-        """Draw into it from now on; nothing is there yet."""
-        GL.glBindFramebuffer(GL.GL_FRAMEBUFFER, self._drawn)
-        GL.glViewport(0, 0, *self._size)
-        GL.glClear(GL.GL_DEPTH_BUFFER_BIT)
 
     def read(self) -> NDArray[np.uint8]:
         """The picture (height, width, 3)."""
@@ -53,13 +73,8 @@ class ColourTarget:
         GL.glBindFramebuffer(GL.GL_FRAMEBUFFER, self._whole)
         return _read(width, height)
 
-    def free(self) -> None:
-        """Give back its memory."""
-        GL.glDeleteFramebuffers(2, [self._drawn, self._whole])
-        GL.glDeleteRenderbuffers(3, self._stores)
 
-
-class SmoothedTarget:
+class SmoothedTarget(Target):
     """A picture of one sample a pixel whose edges are smoothed afterwards: at a fraction of what more samples cost.
 
     Args:
@@ -68,10 +83,9 @@ class SmoothedTarget:
     """
 
     def __init__(self, width: int, height: int) -> None:
-        self._size = width, height
+        super().__init__(width, height, framebuffers=2, stores=2)
+        drawn, self._whole = self._framebuffers
         self._smoothing = Program(BEHIND_CORNER, SMOOTHING)
-        self._drawn, self._whole = (int(each) for each in GL.glGenFramebuffers(2))
-        self._stores = [int(each) for each in GL.glGenRenderbuffers(2)]
         self._texture = int(GL.glGenTextures(1))
         GL.glActiveTexture(GL.GL_TEXTURE0 + _OWN_UNIT)
         GL.glBindTexture(GL.GL_TEXTURE_2D, self._texture)
@@ -81,15 +95,9 @@ class SmoothedTarget:
         depth, whole = self._stores
         _store(depth, GL.GL_DEPTH_COMPONENT32F, width, height, 0)
         _store(whole, GL.GL_RGBA8, width, height, 0)
-        _join(self._drawn, depth=depth)
+        _join(drawn, depth=depth)
         GL.glFramebufferTexture2D(GL.GL_FRAMEBUFFER, GL.GL_COLOR_ATTACHMENT0, GL.GL_TEXTURE_2D, self._texture, 0)
         _join(self._whole, colour=whole)
-
-    def begin(self) -> None:
-        """Draw into it from now on; nothing is there yet."""
-        GL.glBindFramebuffer(GL.GL_FRAMEBUFFER, self._drawn)
-        GL.glViewport(0, 0, *self._size)
-        GL.glClear(GL.GL_DEPTH_BUFFER_BIT)
 
     def read(self) -> NDArray[np.uint8]:
         """The picture (height, width, 3)."""
@@ -103,12 +111,11 @@ class SmoothedTarget:
 
     def free(self) -> None:
         """Give back its memory."""
-        GL.glDeleteFramebuffers(2, [self._drawn, self._whole])
-        GL.glDeleteRenderbuffers(2, self._stores)
+        super().free()
         GL.glDeleteTextures(1, [self._texture])
 
 
-class DepthTarget:
+class DepthTarget(Target):
     """How far away what is seen at each pixel is.
 
     Args:
@@ -117,18 +124,15 @@ class DepthTarget:
     """
 
     def __init__(self, width: int, height: int) -> None:
-        self._size = width, height
-        self._drawn = int(GL.glGenFramebuffers(1))
-        self._stores = [int(each) for each in GL.glGenRenderbuffers(2)]
-        _store(self._stores[0], GL.GL_R32F, width, height, 0)
-        _store(self._stores[1], GL.GL_DEPTH_COMPONENT32F, width, height, 0)
-        _join(self._drawn, colour=self._stores[0], depth=self._stores[1])
+        super().__init__(width, height, framebuffers=1, stores=2)
+        distance, depth = self._stores
+        _store(distance, GL.GL_R32F, width, height, 0)
+        _store(depth, GL.GL_DEPTH_COMPONENT32F, width, height, 0)
+        _join(self._framebuffers[0], colour=distance, depth=depth)
 
     def begin(self) -> None:
         """Draw into it from now on; where nothing is drawn it is infinitely far."""
-        GL.glBindFramebuffer(GL.GL_FRAMEBUFFER, self._drawn)
-        GL.glViewport(0, 0, *self._size)
-        GL.glClear(GL.GL_DEPTH_BUFFER_BIT)
+        super().begin()
         GL.glClearBufferfv(GL.GL_COLOR, 0, np.full(4, np.inf, np.float32))
 
     def read(self) -> NDArray[np.float32]:
@@ -137,11 +141,6 @@ class DepthTarget:
         depths = np.empty((height, width), np.float32)
         GL.glReadPixels(0, 0, width, height, GL.GL_RED, GL.GL_FLOAT, depths)
         return depths
-
-    def free(self) -> None:
-        """Give back its memory."""
-        GL.glDeleteFramebuffers(1, [self._drawn])
-        GL.glDeleteRenderbuffers(2, self._stores)
 
 
 def _read(width: int, height: int) -> NDArray[np.uint8]:
