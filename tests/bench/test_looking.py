@@ -22,10 +22,12 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, float, str | None]]
     done: list[tuple[str, float, str | None]] = []
 
     def run(options: Sequence[str], until: float, browser: str | None) -> looking.Ran:
-        done.append((options[0] if options else "", until, browser))
-        more = COSTS[options[0]] if options else 0.0
+        what = options[0] if options[0] in COSTS else ""
+        done.append((what, until, browser if what else None))
+        more = COSTS.get(what, 0.0)
         work = 0.0 if until == looking._SHORT else 1.0 + more
-        return looking.Ran(START + work + 0.5 / len(done), work, "same", 2_000_000 if "--record" in options else 0)
+        size, seen = 2_000_000 if "--record" in options else 0, 9.0 if browser and what else 0.0
+        return looking.Ran(START + work + 0.5 / len(done), work, "same", size, seen)
 
     monkeypatch.setattr(looking, "_run", run)
     monkeypatch.setattr(looking, "_BROWSERS", ("sh",))
@@ -56,6 +58,17 @@ def test_without_a_browser_that_figure_is_missing(
     assert math.isnan(figures["a page in a browser / bare"].value)
     assert figures["a page in a browser / bare"].is_held
     assert all(browser is None for _option, _until, browser in runs)
+
+
+def test_a_browser_that_never_came_is_no_figure(
+    runs: list[tuple[str, float, str | None]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ran = looking._run
+    monkeypatch.setattr(looking, "_run", lambda options, until, _browser: ran(options, until, None))
+    figures = {figure.what: figure for figure in looking.measure(lambda _: None, quick=True)}
+    assert math.isnan(figures["a page in a browser / bare"].value)
+    assert "did not come" in figures["a page in a browser / bare"].note
+    assert runs
 
 
 def test_a_run_tells_what_it_took(tmp_path: Path) -> None:

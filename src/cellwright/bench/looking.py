@@ -1,8 +1,9 @@
 """What it costs to look on at a run and to keep it: a page, a page in a browser, a recording, a video.
 
-The bundled agent works the lesson as fast as it goes, bare and with each of them in turn. Compared is the processor
-time of the process in which the cell runs, without that of its start; pages, browsers and videos are drawn in others,
-which need cores of their own. All runs end in the same state.
+The bundled agent works the lesson, bare and with each of them in turn: as fast as it goes, or at twice real time where
+a browser looks on, which needs longer than such a run to open a page. Compared is the processor time of the process in
+which the cell runs, without that of its start; pages, browsers and videos are drawn in others, which need cores of
+their own. All runs end in the same state.
 """
 
 from __future__ import annotations
@@ -16,8 +17,9 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from threading import Event, Thread
 
 from cellwright.bench.figures import BenchmarkSkippedError, Figure, Tell
 from cellwright.bench.processes import end
@@ -30,7 +32,13 @@ VIEW_COST = 1.05
 
 _SHORT = 0.02  # [s], a run that is all start
 _ADDRESS = re.compile(r"http://\S+")
+_PAGE = ["--view", "--view-port", "0"]
+_FAST, _WATCHED = ["--speed", "max"], ["--speed", "2"]
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+_SMALL = ("--window-size=640,480", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+_PLAIN = "&fixedDpr=0.4"  # drawn without a graphics card, in fewer points: the page asks for the more moments
+_LOOKS = 0.25  # [s] between two looks at whether it is connected
+_CONNECTED = "01"  # as Linux has it in /proc/net/tcp
 _TICKS = 1 / os.sysconf("SC_CLK_TCK") if hasattr(os, "sysconf") else math.nan  # [s]
 
 
@@ -43,12 +51,14 @@ class Ran:
         wall: how long the run itself took [s].
         state_hash: of the end.
         file_size: of what it has written [bytes].
+        seen: how long a browser had its page open [s].
     """
 
     processor: float
     wall: float
     state_hash: str
     file_size: int
+    seen: float = 0.0
 
 
 def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
@@ -64,9 +74,9 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
     tell("a page and a recording")
     with tempfile.TemporaryDirectory(prefix="cellwright-") as folder:
         options = {
-            "": [],
-            "a page that nobody has open": _PAGE,
-            "a recording": ["--record", f"{folder}/run.mcap"],
+            "": _FAST,
+            "a page that nobody has open": [*_PAGE, *_FAST],
+            "a recording": ["--record", f"{folder}/run.mcap", *_FAST],
         }
         best = _in_turn(options, until, repeats, found)
         for what, ran in best.items():
@@ -74,29 +84,31 @@ def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
                 bound = VIEW_COST if "page" in what else None
                 size = f"; {ran.file_size / 1e6:.1f} MB for {until:g} s" if ran.file_size else ""
                 yield _ratio(what, ran, best[""], bound, f"{ran.processor:.2f} and {best[''].processor:.2f} s{size}")
-        yield from _browser(tell, until, repeats, best[""], found)
+        yield from _browser(tell, until, min(repeats, 2), found)
         yield from _video(tell, folder, filmed, repeats)
     yield Figure("different end states of all these runs", len({ran.state_hash for ran in found}), "", most=1)
 
 
-_PAGE = ["--view", "--view-port", "0"]
-
-
-def _browser(tell: Tell, until: float, repeats: int, bare: Ran, found: list[Ran]) -> Iterator[Figure]:
+def _browser(tell: Tell, until: float, repeats: int, found: list[Ran]) -> Iterator[Figure]:
     browser = next((path for name in _BROWSERS if (path := shutil.which(name))), None)
     what = "a page in a browser"
     if browser is None:
         yield Figure(f"{what} / bare", math.nan, note="there is no Chromium here")
         return
     tell(what)
-    ran = _in_turn({what: _PAGE}, until, repeats, found, browser)[what]
-    yield _ratio(what, ran, bare, VIEW_COST, f"Chromium without a display; {ran.processor:.2f} s")
+    best = _in_turn({"": _WATCHED, what: [*_PAGE, *_WATCHED]}, until, repeats, found, browser)
+    ran, bare = best[what], best[""]
+    if not ran.seen:
+        yield Figure(f"{what} / bare", math.nan, note="the browser did not come")
+        return
+    note = f"Chromium without a display for {ran.seen:.0f} s; {ran.processor:.2f} and {bare.processor:.2f} s"
+    yield _ratio(what, ran, bare, VIEW_COST, note)
 
 
 def _video(tell: Tell, folder: str, until: float, repeats: int) -> Iterator[Figure]:
     tell("a video")
     file = f"{folder}/run.mp4"
-    best = _in_turn({"": [], "a video": ["--video", file]}, until, min(repeats, 2), [])
+    best = _in_turn({"": _FAST, "a video": ["--video", file, *_FAST]}, until, min(repeats, 2), [])
     bare, video = best[""], best["a video"]
     count = math.floor(until * 25) + 1
     yield _ratio("a video", video, bare, None, f"1280 x 720, 25 pictures a second; {count} pictures in all")
@@ -121,45 +133,69 @@ def _in_turn(
             found.append(ran)
             if name not in best or ran.processor < best[name].processor:
                 best[name] = ran
-    return {name: Ran(ran.processor - start[name], *_rest(ran)) for name, ran in best.items()}
-
-
-def _rest(ran: Ran) -> tuple[float, str, int]:
-    return ran.wall, ran.state_hash, ran.file_size
+    return {name: replace(ran, processor=ran.processor - start[name]) for name, ran in best.items()}
 
 
 def _run(options: Sequence[str], until: float, browser: str | None) -> Ran:
     """Run the lesson; with a browser, its page is opened as soon as it is there."""
     command = [sys.executable, "-m", "cellwright", "run", "lesson", "--json", "--no-picture", "--until", str(until)]
     process = subprocess.Popen(  # noqa: S603
-        [*command, *options], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [*command, *options],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "CELLWRIGHT_PAGE_PLAIN": "1"},
     )
     assert process.stdout is not None
     assert process.stderr is not None
-    with tempfile.TemporaryDirectory(prefix="cellwright-", ignore_cleanup_errors=True) as folder:
-        page = None
-        for line in process.stderr:
-            address = _ADDRESS.search(line)
-            if address and browser and page is None:
-                page = _opened(browser, address[0], folder)
-        document = json.loads(process.stdout.read())
-        processor = _own_time(process.pid)  # it has ended, and keeps what it took until somebody asks how it ended
-        process.wait()
-        process.stdout.close()
-        process.stderr.close()
-        if page is not None:
-            end(page)
+    page = None
+    for line in process.stderr:
+        address = _ADDRESS.search(line)
+        if address and browser and page is None:
+            page = _Visit(browser, address[0])
+    document = json.loads(process.stdout.read())
+    processor = _own_time(process.pid)  # it has ended, and keeps what it took until somebody asks how it ended
+    process.wait()
+    process.stdout.close()
+    process.stderr.close()
+    seen = page.end() if page is not None else 0.0
     files = [Path(word) for word in options if word.startswith("/")]
-    return Ran(
-        processor, document["wall"], document["state_hash"], sum(file.stat().st_size for file in files if file.exists())
-    )
+    size = sum(file.stat().st_size for file in files if file.exists())
+    return Ran(processor, document["wall"], document["state_hash"], size, seen)
 
 
-def _opened(browser: str, address: str, folder: str) -> subprocess.Popen[str]:
-    options = ["--headless", "--no-sandbox", "--no-first-run", f"--user-data-dir={folder}", "--remote-debugging-port=0"]
-    return subprocess.Popen(  # noqa: S603
-        [browser, *options, address], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, text=True
-    )
+class _Visit:
+    """A browser with a page open, and how long it has been connected."""
+
+    def __init__(self, browser: str, address: str) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="cellwright-", ignore_cleanup_errors=True)
+        options = ["--headless", "--no-sandbox", "--no-first-run", f"--user-data-dir={self._folder.name}", *_SMALL]
+        more = _PLAIN if "?" in address else f"?{_PLAIN[1:]}"
+        self._process = subprocess.Popen(  # noqa: S603
+            [browser, *options, "--remote-debugging-port=0", address + more],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            text=True,
+        )
+        self._port = int(re.findall(r":(\d+)", address)[0])
+        self._seen, self._is_over = 0.0, Event()
+        self._watch = Thread(target=self._look, daemon=True)
+        self._watch.start()
+
+    def end(self) -> float:
+        """Close the browser; how long it has been connected [s]."""
+        self._is_over.set()
+        self._watch.join()
+        end(self._process)
+        self._folder.cleanup()
+        return self._seen
+
+    def _look(self) -> None:
+        while not self._is_over.wait(_LOOKS):
+            rows = [line.split() for line in Path("/proc/net/tcp").read_text().splitlines()[1:]]
+            if any(int(row[1].partition(":")[2], 16) == self._port and row[3] == _CONNECTED for row in rows):
+                self._seen += _LOOKS
 
 
 def _own_time(pid: int) -> float:

@@ -16,8 +16,8 @@ from threading import get_ident
 from cellwright.agents.agent import find_agent
 from cellwright.client.transports.ros1 import Ros1Transport
 from cellwright.client.transports.socket import SocketTransport
-from cellwright.errors import CellwrightError
-from cellwright.remote.working import work
+from cellwright.errors import CellwrightError, RunEndedError
+from cellwright.remote.working import Parting, work
 from cellwright.ros1_host import installation
 
 REFUSED = "refused"
@@ -30,6 +30,8 @@ def main(arguments: Sequence[str]) -> None:
     try:
         agent = find_agent(name)()
         transport = _over_ros1(node) if way == "ros1" else SocketTransport((host, int(port)), node=node)
+    except RunEndedError:  # it was a short one
+        said = {"parting": Parting.RUN_ENDED, "error": ""}
     except CellwrightError as error:
         said = {"parting": REFUSED, "error": str(error)}
     else:

@@ -33,8 +33,8 @@ class Hardware:
     answer: object = None
 
     def command(self, targets: Array) -> None:
-        self.told.append(targets.tolist())
         self.positions = targets
+        self.told.append(targets.tolist())
 
     def read(self) -> Any:
         self.on_read()
@@ -253,8 +253,10 @@ def test_after_a_failure_it_goes_on_from_where_it_stands(config: RobotConfig) ->
 
     step_until(talk.node, lambda: count() == 1)
     until(lambda: hardware.told)
+    hardware.told.clear()
     assert talk.clear().success
     step_until(talk.node, lambda: count() == 2)  # nothing has changed
+    until(lambda: hardware.told)  # held again
 
     hardware.on_read = lambda: None
     hardware.positions = np.array([-1.6, 0.25])  # somebody has moved it by hand
