@@ -53,7 +53,7 @@ class Served:
     def __enter__(self) -> Served:
         return self
 
-    def __exit__(self, *_error: object) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def result(self) -> dict[str, Any]:
