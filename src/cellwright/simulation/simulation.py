@@ -17,7 +17,7 @@ import mujoco
 import numpy as np
 
 from cellwright.errors import SimulationError, UnknownNameError, UsageError
-from cellwright.simulation import chance
+from cellwright.simulation import chance, sleep
 from cellwright.simulation.clock import Clock, nanoseconds
 from cellwright.simulation.device import Device
 from cellwright.simulation.engine_warnings import unstable
@@ -27,9 +27,6 @@ from cellwright.simulation.watches import Watch, Watches
 
 CHANGING_FIELDS = ("eq_data", "geom_surfacevel")
 """Fields of the model that devices write at run time: they are state, though the engine keeps them in the model."""
-
-ASLEEP_AFTER = -11
-"""Value of `MjData.tree_asleep` for a tree that has just been woken: it counts up to sleep from there."""
 
 
 class Simulation:
@@ -242,25 +239,12 @@ class Simulation:
         self._refreshed_at = -1
 
     def wake(self, body: int) -> None:
-        """Wake the tree of a body, without changing its state.
-
-        A changed surface velocity or a moved support does not wake sleepers; a velocity written as -0.0 does, because
-        the engine compares bytes.
-        """
-        tree = int(self.model.body_treeid[body])
-        if tree >= 0:
-            first = int(self.model.tree_dofadr[tree])
-            dofs = slice(first, first + int(self.model.tree_dofnum[tree]))
-            velocity = self.data.qvel[dofs]
-            self.data.qvel[dofs] = np.where(velocity == 0.0, -0.0, velocity)
+        """Wake the tree of a body, without changing its state: what bears it or pulls at it has changed."""
+        sleep.wake(self.model, self.data, body)
 
     def keep_awake(self, body: int) -> None:
         """Wake a tree and start its count to sleep anew: what is let go in mid-air could else freeze there for ever."""
-        tree = int(self.model.body_treeid[body])
-        if tree >= 0 and self.data.tree_asleep[tree] < 0:
-            self.data.tree_asleep[tree] = ASLEEP_AFTER
-        else:
-            self.wake(body)
+        sleep.keep_awake(self.model, self.data, body)
 
     # ---------------------------------------------------------------- state
 
