@@ -6,9 +6,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.errors import MessageError
+from cellwright.pose import Pose
 from cellwright.scene import Frame
 from cellwright.scene.frame import decode, is_whole
 from tests.scene.scenes import frames
+
+POINTS = st.tuples(*[st.floats(-3, 3)] * 3)
+POSES = st.builds(Pose.from_rpy, POINTS, POINTS)
 
 
 def same(one: Frame, other: Frame) -> bool:
@@ -34,6 +38,14 @@ def test_changes_lead_from_one_frame_to_the_next(first: Frame, second: Frame, mo
 @given(frames(3), frames(4))
 def test_of_another_scene_the_whole_is_told(first: Frame, second: Frame) -> None:
     assert same(decode(second.encode(first)), second)
+
+
+@given(POSES, POINTS)
+def test_what_is_on_a_body_is_where_its_pose_puts_it(pose: Pose, point: tuple[float, float, float]) -> None:
+    poses = np.array([(0, 0, 0, 1, 0, 0, 0), (*pose.position, *pose.quaternion)], np.float32)
+    frame = Frame(0, poses, np.ones(2, np.bool_))
+    for found in (frame.pose(1).transform(point), frame.placed(1, np.array([point]))[0]):
+        assert tuple(found) == pytest.approx(pose.transform(point), abs=1e-5)
 
 
 @given(st.binary(max_size=200))

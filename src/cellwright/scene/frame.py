@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.errors import MessageError
+from cellwright.pose import Pose
 
 _HEAD = struct.Struct("<BqII")  # whole or changes; time; bodies; entries that follow
 _WHOLE, _CHANGES = 0, 1
@@ -31,6 +32,18 @@ class Frame:
     time: int
     poses: NDArray[np.float32]
     shown: NDArray[np.bool_]
+
+    def pose(self, body: int) -> Pose:
+        """world_T_body of a body."""
+        x, y, z, qw, qx, qy, qz = self.poses[body].tolist()
+        return Pose((x, y, z), (qw, qx, qy, qz))
+
+    def placed(self, body: int, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Points (n, 3) [m] in the frame of a body, in the world."""
+        place, scalar, vector = np.split(self.poses[body].astype(np.float64), (3, 4))
+        across = 2 * np.cross(vector, points)
+        found: NDArray[np.float64] = points + scalar * across + np.cross(vector, across) + place
+        return found
 
     def encode(self, before: Frame | None = None) -> bytes:
         """As bytes; with a frame `before` of the same scene, only what has changed since then."""

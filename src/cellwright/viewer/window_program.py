@@ -22,6 +22,7 @@ from cellwright.assembled import services
 from cellwright.client.transports.socket import SocketTransport
 from cellwright.errors import CellwrightError, RejectedCommandError, RunEndedError
 from cellwright.messages.build import joint_state
+from cellwright.pose import Pose
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.robots import HEIGHT, TILT, TURN, WIDTH, camera_on
 from cellwright.viewer.sliders import Sliders
@@ -108,7 +109,7 @@ class RobotPicture:
     def camera(self) -> Camera:
         """One that has the whole robot in its picture, as `--snapshot` has it."""
         w, x, y, z = self._data.mocap_quat[0].tolist()
-        heading = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+        heading = Pose(quaternion=(w, x, y, z)).yaw
         return camera_on(self._model, self._data, heading + TURN, TILT, WIDTH, HEIGHT)
 
     def look_at_it(self, view: mujoco.MjvCamera) -> None:

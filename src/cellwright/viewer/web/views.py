@@ -105,7 +105,7 @@ def _corners(scene: Scene, frame: Frame) -> NDArray[np.float64]:
         if len(points):
             low, high = points.min(axis=0), points.max(axis=0)
             box = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
-            found.append(_placed(box, frame.poses[shape.body]))
+            found.append(frame.placed(shape.body, box))
     return np.concatenate(found) if found else _around(np.zeros((1, 3)))
 
 
@@ -131,21 +131,11 @@ def _on(points: NDArray[np.float64], turn: float, tilt: float) -> Camera:
 
 def _heading(frame: Frame) -> float:
     """Which way the first body that may move faces [rad], about the world's z from x."""
-    if len(frame.poses) < 2:
-        return 0.0
-    w, x, y, z = frame.poses[1, 3:].tolist()
-    return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    return frame.pose(1).yaw if len(frame.poses) > 1 else 0.0
 
 
 def tool_point(frame: Frame, tool: Any) -> NDArray[np.float64]:
     """Where a tool, [body, [x, y, z]], is (3,) [m]."""
     body, place = tool
-    point: NDArray[np.float64] = _placed(np.array([place], np.float64), frame.poses[int(body)])[0]
+    point: NDArray[np.float64] = frame.placed(int(body), np.array([place], np.float64))[0]
     return point
-
-
-def _placed(points: NDArray[np.float64], pose: NDArray[np.float32]) -> NDArray[np.float64]:
-    w, x, y, z = pose[3:].astype(np.float64).tolist()
-    across = 2 * np.cross((x, y, z), points)
-    placed: NDArray[np.float64] = points + w * across + np.cross((x, y, z), across) + pose[:3]
-    return placed
