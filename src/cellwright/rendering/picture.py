@@ -22,11 +22,10 @@ from cellwright.pose import Vector3
 from cellwright.rendering.band import bands, draw_band
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.lamps import disc_lamp, sky
-from cellwright.rendering.png import encode
+from cellwright.rendering.png import save
 from cellwright.rendering.raycast import PICTURE_GROUPS, RayCaster
 from cellwright.rendering.shading import Light, Shader, to_screen
 from cellwright.rendering.surfaces import Surfaces
-from cellwright.whole_file import write_whole
 
 Progress: TypeAlias = Callable[[float], None]
 """Called now and then with the share of the work that is done, 0..1."""
@@ -155,10 +154,7 @@ def save_picture(
         threads=threads,
         progress=progress,
     )
-    try:
-        write_whole(Path(path), encode(picture))
-    except OSError as error:
-        raise UsageError(f"cannot write the picture {path}: {error.strerror or error}") from error
+    save(Path(path), picture)
 
 
 def _shifted(point: Vector3, offset: Vector3) -> Vector3:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import struct
 import zlib
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.errors import UsageError
+from cellwright.whole_file import write_whole
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 TRUE_COLOUR = 2
@@ -39,6 +41,18 @@ def encode(picture: NDArray[np.uint8]) -> bytes:
         + _chunk(b"IDAT", zlib.compress(rows.tobytes(), 6))
         + _chunk(b"IEND", b"")
     )
+
+
+def save(path: Path, picture: NDArray[np.uint8]) -> None:
+    """Write a picture to a PNG file, whole or not at all.
+
+    Raises:
+        UsageError: it cannot be written.
+    """
+    try:
+        write_whole(path, encode(picture))
+    except OSError as error:
+        raise UsageError(f"cannot write the picture {path}: {error.strerror or error}") from error
 
 
 def _chunk(kind: bytes, content: bytes) -> bytes:

@@ -11,11 +11,10 @@ from cellwright.cell import Cell
 from cellwright.errors import RenderingError, UsageError
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import Progress, save_picture
-from cellwright.rendering.png import encode
+from cellwright.rendering.png import save
 from cellwright.rendering.video import HEIGHT, WIDTH
 from cellwright.rendering.worker import RenderWorker
 from cellwright.scene.taking import SceneTaker
-from cellwright.whole_file import write_whole
 
 
 class Quality(StrEnum):
@@ -70,10 +69,8 @@ class Pictures:
                 _save_fast(file, cell, self._camera)
             else:
                 save_picture(file, *cell.seen, self._camera, progress=progress)
-        except (
-            UsageError,
-            RenderingError,
-        ) as error:  # the disk is full, the folder is gone: the run is worth more than its picture
+        # the disk is full, the folder is gone: the run is worth more than its picture
+        except (UsageError, RenderingError) as error:
             self._miss(file, str(error))
         else:
             self.written.append(str(file))
@@ -95,7 +92,4 @@ def _save_fast(file: Path, cell: Cell, camera: Camera) -> None:
     frame = taker.frame(cell.simulation.data, cell.simulation.now)
     with RenderWorker(taker.scene) as worker:
         picture = worker.colour(frame, camera, WIDTH, HEIGHT, samples=4).result()
-    try:
-        write_whole(file, encode(picture))
-    except OSError as error:
-        raise UsageError(f"cannot write the picture {file}: {error.strerror or error}") from error
+    save(file, picture)
