@@ -7,7 +7,8 @@ from cellwright.run import Outcome, RunResult
 DONE = 0
 """What was asked for is done."""
 NOT_DONE = 1
-"""It was started and not done: time limit, agent gave up or crashed, below --min-score, interrupted."""
+"""It was started and not done: time limit, --until came first, agent gave up or crashed, below --min-score,
+interrupted."""
 BAD_INPUT = 2
 """The input cannot be used; nothing has been started."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
@@ -17,7 +16,7 @@ from cellwright.rendering.camera import Camera
 from cellwright.rendering.robots import robot_camera, robot_lamp
 from cellwright.rendering.video import HEIGHT, WIDTH, check_video_size, period_of
 from cellwright.rendering.views import VIEWS, camera_of
-from cellwright.rendering.worker.client import CHOICES, WAY
+from cellwright.rendering.way import settled_way
 from cellwright.teleop.node import RobotNode
 from cellwright.viewer.filming import Filming, Made, VideoWish, still
 
@@ -88,9 +87,7 @@ def wish(file: Path | None, view: str | None, speed: float, size: str, *, fine: 
         if view is not None or speed != 1.0 or size != USUAL_SIZE or fine:
             options.refuse("--video-camera, --video-speed, --video-size and --video-fine go with --video FILE.mp4")
         return None
-    way = os.environ.get(WAY, "")
-    if way and way not in CHOICES:
-        options.refuse(f"{WAY}={way:.40}: give one of {', '.join(CHOICES)}, or leave it unset")
+    settled_way()
     return VideoWish(checked, camera, speed, width, height, fine)
 
 

@@ -11,11 +11,9 @@ from cellwright.pose import Vector3
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import LAMP, render
 from cellwright.rendering.raycast import RayCaster
+from cellwright.rendering.way import RAYS
 from cellwright.scene import Frame, Scene
 from cellwright.scene.model import SceneModel
-
-RAYS = "rays"
-"""What a renderer says that draws with no graphics library."""
 
 
 class Renderer(Protocol):

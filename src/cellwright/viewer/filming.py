@@ -12,8 +12,8 @@ from cellwright.errors import CellwrightError
 from cellwright.pose import Vector3
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import LAMP
-from cellwright.rendering.renderer import RAYS
 from cellwright.rendering.video import HEIGHT, RATE, WIDTH, Video, period_of
+from cellwright.rendering.way import RAYS
 from cellwright.scene.taking import SceneTaker
 from cellwright.simulation.watches import Watch
 

@@ -14,7 +14,7 @@ from cellwright.devices.sensors.studio import Studio, hire_painter
 from cellwright.pose import Pose
 from cellwright.rendering.painter import View
 from cellwright.rendering.pinhole import Pinhole
-from cellwright.rendering.worker.client import WAY
+from cellwright.rendering.way import WAY
 from cellwright.simulation.simulation import Simulation
 from tests.devices.sensors.painters import FakePainter
 from tests.devices.sensors.scene import add_part, empty_spec, make_simulation, move

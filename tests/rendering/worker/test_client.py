@@ -10,8 +10,8 @@ import pytest
 
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.renderer import CastRenderer
+from cellwright.rendering.way import WAY
 from cellwright.rendering.worker import RenderingError, RenderWorker
-from cellwright.rendering.worker.client import WAY
 from tests.rendering.scenes_of_shapes import BALL, ball_at, skip_without_opengl
 
 CAMERA = Camera((0, -4, 2), (0, 0, 1), fov=math.radians(40))

@@ -19,6 +19,7 @@ from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.signals import stopped_by_signals
 from cellwright.description.catalogue import bundled_sensors
 from cellwright.description.gear2017 import load_trial
+from cellwright.description.trial import Camera
 from cellwright.errors import UsageError
 from cellwright.evaluation.evaluate import Evaluation
 from cellwright.evaluation.job import EvaluatedTrial, Job, make_jobs, models_digest
@@ -30,6 +31,7 @@ from cellwright.evaluation.result import Result
 from cellwright.evaluation.results_file import ResultsFile
 from cellwright.evaluation.summary import Threshold, shortcoming, summary_document
 from cellwright.kitting.score.reach import reach
+from cellwright.rendering.way import settled_way
 from cellwright.whole_file import write_whole
 
 _MOST_SEEDS, _MOST_JOBS = 100_000, 1024
@@ -205,6 +207,8 @@ def _trials(names: Sequence[str], joined: Sequence[str]) -> list[EvaluatedTrial]
         has_arm = load_trial(options.paths([name])).trial.has_arm
         parts = [name, *(joined or ([] if has_arm else [ARM_AND_SENSORS]))]
         trial = options.load(parts)
+        if any(isinstance(each, Camera) for each in trial.sensors):
+            settled_way()  # one that does not exist is told once, and not by every run
         found.append((name, parts, trial, reach(trial)))
     how_often = Counter(trial.name for _, _, trial, _ in found)
     return [

@@ -12,10 +12,10 @@ from cellwright.recording.format import FRAME, PANEL
 from cellwright.recording.reader import Recording
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import LAMP
-from cellwright.rendering.renderer import RAYS
 from cellwright.rendering.robots import TILT, TURN, camera_on, robot_lamp
 from cellwright.rendering.video import Video, period_of
 from cellwright.rendering.views import VIEWS
+from cellwright.rendering.way import RAYS
 from cellwright.replay.sight import Sight
 from cellwright.scene import Frame, Scene
 from cellwright.scene.encoded import decode_scene

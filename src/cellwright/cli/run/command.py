@@ -41,6 +41,7 @@ from cellwright.cli.run.turn import Turn
 from cellwright.cli.view.arguments import Open, View, ViewHost, ViewPort, look, refuse_a_camera
 from cellwright.description.catalogue import bundled_sensors
 from cellwright.description.trial import Trial
+from cellwright.rendering.way import settled_way
 from cellwright.run import RunOptions
 
 _OF_THE_AGENT = ("connect", "agent", "min_score", "as_json", "verbose", "picture")
@@ -110,8 +111,9 @@ def run(
         # nobody at work: the cell itself, seen by the belt after ten seconds
         cellwright run lesson --agent none --until 10 --camera belt
 
-    Exit status: 0 done; 1 not done (time limit, agent gave up or crashed, stopped, below --min-score), or a file that
-    was asked for is not whole; 2 bad input, and nothing was started.
+    Exit status: 0 done; 1 not done (time limit, the time of --until came before the agent was done, agent gave up or
+    crashed, stopped, below --min-score), or a file that was asked for is not whole; 2 bad input, and nothing was
+    started.
     """
     least = options.min_score(min_score)
     if connect is not None:
@@ -120,6 +122,8 @@ def run(
     if not files:
         options.refuse("give a trial, such as lesson; cellwright trials lists those that come along")
     refuse_a_camera(files, view=view)
+    if quality is Quality.FAST:
+        settled_way()
     page = look(view=view, host=view_host, port=view_port, opens=open_page)
     way = run_over.way(over, lockstep=lockstep)
     wanted = RunOptions(

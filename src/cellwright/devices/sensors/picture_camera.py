@@ -19,6 +19,7 @@ from cellwright.errors import UsageError
 from cellwright.pose import Pose
 from cellwright.rendering.painter import Drawn, View
 from cellwright.rendering.pinhole import Pinhole
+from cellwright.rendering.way import settled_way
 from cellwright.simulation.simulation import Simulation
 
 _COLOUR, _DEPTH = "colour", "depth"
@@ -69,6 +70,9 @@ class PictureCamera(Sensor[Picture]):
         description: what was written about it.
         studio: where pictures are drawn.
         report: takes a line about pictures left out, at most one a second of simulation time.
+
+    Raises:
+        UsageError: the environment settles a way to draw that does not exist.
     """
 
     default_period: ClassVar[Fraction] = Fraction(1, 10)
@@ -76,6 +80,7 @@ class PictureCamera(Sensor[Picture]):
     def __init__(
         self, description: Camera, studio: Studio, *, report: Callable[[str], None] = lambda _line: None
     ) -> None:
+        settled_way()  # one that does not exist is told of before time passes, and not with the first picture
         period = 1 / Fraction(repr(description.rate))
         latency = period if description.latency is None else Fraction(repr(description.latency))
         super().__init__(description.name, description.pose, period=period, latency=latency)

@@ -20,15 +20,10 @@ import cellwright
 from cellwright.errors import RenderingError, showable
 from cellwright.pose import Vector3
 from cellwright.rendering.camera import Camera
+from cellwright.rendering.way import settled_way
 from cellwright.rendering.worker import wire
 from cellwright.scene import Frame, Scene
 from cellwright.scene.encoded import encode_scene
-
-WAY = "CELLWRIGHT_RENDERING"
-"""Environment variable that settles how is drawn: `egl`, `osmesa`, or `rays`; by default by what works first."""
-
-CHOICES = ("egl", "osmesa", "cgl", "glfw", "rays")
-"""What it may be; `cgl` is for macOS, `glfw` for Windows. A way that the system has not comes down to what it has."""
 
 _PROGRAM = "import sys; sys.path.append(sys.argv[1]); from cellwright.rendering.worker.program import main; main()"
 _TIME_TO_END = 20.0  # [s], for what was asked for last
@@ -77,11 +72,15 @@ class RenderWorker:
         scene: what is to be drawn.
         most: how much may wait to be drawn before `has_room` says no.
 
+    Raises:
+        UsageError: the environment settles a way to draw that does not exist.
+
     Attributes:
         error: why it has ended by itself; empty while all is well.
     """
 
     def __init__(self, scene: Scene, *, most: int = 8) -> None:
+        settled_way()  # refused here, where somebody hears of it
         self.error = ""
         self._most = most
         self._log = tempfile.TemporaryFile()  # noqa: SIM115 (closed with the process)

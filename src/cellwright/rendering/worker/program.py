@@ -15,9 +15,9 @@ from queue import SimpleQueue
 from typing import Any, BinaryIO
 
 from cellwright.rendering.gl import context as gl
-from cellwright.rendering.renderer import RAYS, CastRenderer, Renderer
+from cellwright.rendering.renderer import CastRenderer, Renderer
+from cellwright.rendering.way import RAYS, settled_way
 from cellwright.rendering.worker import wire
-from cellwright.rendering.worker.client import WAY
 from cellwright.rendering.worker.drawing import Drawing
 from cellwright.scene import Scene
 
@@ -54,7 +54,7 @@ def main() -> None:
 def _ways(given: list[str]) -> tuple[str, list[str]]:
     """The way to draw now, and those to try if it fails."""
     if not given:
-        wanted = os.environ.get(WAY, "")
+        wanted = settled_way()
         given = [wanted, RAYS] if wanted in gl.WAYS else [RAYS] if wanted == RAYS else [*gl.WAYS, RAYS]
     return given[0], given[1:]
 

@@ -1,0 +1,43 @@
+"""The way to draw that somebody has settled: one that exists, or a line that says which do."""
+
+from __future__ import annotations
+
+import pytest
+
+from cellwright.errors import UsageError
+from cellwright.rendering.way import CHOICES, WAY, settled_way
+from cellwright.rendering.worker import RenderWorker
+from tests.rendering.scenes_of_shapes import BALL
+
+
+@pytest.mark.parametrize("way", ["", *CHOICES])
+def test_what_exists_is_taken(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(WAY, way)
+    assert settled_way() == way
+
+
+def test_nothing_need_be_settled(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(WAY, raising=False)
+    assert settled_way() == ""
+
+
+@pytest.mark.parametrize(
+    ("way", "said"),
+    [
+        ("ray", "=ray: give one of egl, osmesa, cgl, glfw, rays, or leave it unset; did you mean rays"),
+        ("EGL", "; did you mean egl"),
+        ("\x1b[2J\nboo", r"=\x1b[2J boo: give one of"),
+    ],
+)
+def test_what_does_not_exist_is_told_in_a_line(way: str, said: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(WAY, way)
+    with pytest.raises(UsageError) as refused:
+        settled_way()
+    assert said in str(refused.value)
+    assert str(refused.value).isprintable()
+
+
+def test_nobody_draws_another_way_instead(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(WAY, "ray")
+    with pytest.raises(UsageError, match="did you mean rays"):
+        RenderWorker(BALL)
