@@ -50,6 +50,14 @@ def test_a_file_that_finds_no_room(
     assert document["simulated"] == pytest.approx(0.2)
 
 
+@full
+def test_a_picture_of_a_robot_that_finds_no_room(cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn = np.zeros((2, 2, 3), np.uint8)
+    monkeypatch.setattr("cellwright.rendering.picture.render", lambda *_given, **_more: drawn)
+    ran = cellwright("teleop", "tandem", "--port", "0", "--until", "0.1", "--snapshot", on_a_full_disk("a.png"))
+    assert (ran.status, ran.err) == (1, "error: cannot write the picture a.png: No space left on device\n")
+
+
 @pytest.mark.parametrize(
     ("option", "file"),
     [("--log", "x.jsonl"), ("--record", "x.bag"), ("--snapshot", "x.png"), ("--checkpoint", "x.npz")],

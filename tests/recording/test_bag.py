@@ -36,6 +36,28 @@ def test_everything_said_is_in_it(tmp_path: Path) -> None:
     assert sorted(each.name for each in tmp_path.iterdir()) == ["a.bag", "a.mcap"]
 
 
+@pytest.mark.parametrize(("begin", "latched"), [(11, ["/talk"]), (10, []), (0, [])])
+def test_a_part_of_it_begins_with_what_was_latched(begin: int, latched: list[str], tmp_path: Path) -> None:
+    write(tmp_path / "a.mcap", 40)
+    with Recording(tmp_path / "a.mcap") as recording:
+        every = [(each.topic, each.time) for each in recording.messages()]
+    first, last = every[begin][1], every[20][1]
+    told: list[float] = []
+    write_bag(tmp_path / "a.mcap", tmp_path / "a.bag", start=first, until=last, tell=told.append)
+    with Reader(tmp_path / "a.bag") as bag:
+        found = [(each.topic, time) for each, time, _ in bag.messages()]
+    assert found == [*((topic, first) for topic in latched), *(each for each in every if first <= each[1] <= last)]
+    assert told[0] == 0.0
+
+
+@pytest.mark.parametrize(("start", "until"), [(10**12, None), (None, -1), (200, 100)])
+def test_where_nothing_is_there_is_no_bag(start: int | None, until: int | None, tmp_path: Path) -> None:
+    write(tmp_path / "a.mcap", 40)
+    with pytest.raises(UsageError, match="nothing is in it at these times"):
+        write_bag(tmp_path / "a.mcap", tmp_path / "a.bag", start=start, until=until)
+    assert [each.name for each in tmp_path.iterdir()] == ["a.mcap"]
+
+
 def test_what_has_no_form_in_ros1_and_what_cellwright_adds_is_left_out(tmp_path: Path) -> None:
     with McapFile(tmp_path / "a.mcap") as file:
         file.describe("cellwright", {"format": "1", "kind": "cell", "name": "", "header": "{}"})

@@ -3,25 +3,41 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Collection, Iterator
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Self
 
 from rosbags.interfaces import Connection
 from rosbags.rosbag1 import Writer, WriterError
 
 from cellwright.errors import CellwrightError, UsageError
 from cellwright.messages import definition, full_name, md5, to_ros1
-from cellwright.recording.reader import Recording
+from cellwright.recording.reader import RecordedMessage, Recording
+
+_TOLD_EVERY = 500  # messages
 
 
-def write_bag(recording: Path, bag: Path) -> list[str]:
+def write_bag(
+    recording: Path,
+    bag: Path,
+    *,
+    start: int | None = None,
+    until: int | None = None,
+    tell: Callable[[float], None] | None = None,
+) -> list[str]:
     """Make a bag of a recording; one that is there already is replaced when the new one is whole.
 
-    What Cellwright adds to recordings stays behind: a bag can be listened to, and not be run again.
+    What Cellwright adds to recordings stays behind: a bag can be listened to, and not be run again. A bag that begins
+    later begins with what is latched then, as its listeners would have been told.
 
     Args:
         recording: the recording's file.
         bag: the bag's.
+        start: from this time [ns] on; None: from the begin.
+        until: up to this time [ns]; None: to the end.
+        tell: told now and then how far it is, 0..1; None for nobody.
 
     Returns:
         Topics that are left out, since their types have another form in ROS 1.
@@ -33,7 +49,7 @@ def write_bag(recording: Path, bag: Path) -> list[str]:
     unfinished = bag.with_name(f".{os.getpid()}-{bag.name}.part")
     try:
         with Recording(recording) as source:
-            left_out = _write(source, unfinished)
+            left_out = _write(source, unfinished, _Span.of(source, start, until), tell or _nobody)
         os.replace(unfinished, bag)
     except (OSError, WriterError) as error:
         reason = error.strerror if isinstance(error, OSError) else None
@@ -44,7 +60,36 @@ def write_bag(recording: Path, bag: Path) -> list[str]:
     return left_out
 
 
-def _write(source: Recording, path: Path) -> list[str]:
+@dataclass(frozen=True)
+class _Span:
+    """The part of a recording that is wanted: its first and last time [ns], and whether something is before it."""
+
+    begin: int
+    end: int
+    begins_later: bool
+
+    @classmethod
+    def of(cls, source: Recording, start: int | None, until: int | None) -> Self:
+        begin = source.begin if start is None else max(source.begin, start)
+        end = source.end_time if until is None else min(source.end_time, until)
+        if begin > end:
+            raise UsageError(f"{source.path}: nothing is in it at these times")
+        return cls(begin, end, begin > source.begin)
+
+    def share(self, time: int) -> float:
+        """How much of it is over, 0..1."""
+        return (time - self.begin) / max(1, self.end - self.begin)
+
+    def messages(self, source: Recording, topics: Collection[str]) -> Iterator[RecordedMessage]:
+        """What was latched when it begins, as if it were said then, and what was said in it."""
+        for topic in topics if self.begins_later else ():
+            latched = source.newest(topic, self.begin) if source.topics[topic].latch else None
+            if latched is not None and latched.time < self.begin:
+                yield latched._replace(time=self.begin)
+        yield from source.messages(topics, start=self.begin, until=self.end + 1)
+
+
+def _write(source: Recording, path: Path, span: _Span, tell: Callable[[float], None]) -> list[str]:
     connections: dict[str, Connection] = {}
     left_out = []
     with Writer(path) as writer:
@@ -65,10 +110,16 @@ def _write(source: Recording, path: Path) -> list[str]:
                 latching=int(topic.latch),
             )
         before: dict[str, tuple[bytes, bytes]] = {}  # states are said over and over
-        for message in source.messages(connections):
+        for number, message in enumerate(span.messages(source, connections)):
+            if number % _TOLD_EVERY == 0:
+                tell(span.share(message.time))
             cdr, data = before.get(message.topic, (b"", b""))
             if message.data != cdr:
                 data = to_ros1(source.decode(message))
                 before[message.topic] = message.data, data
             writer.write(connections[message.topic], message.time, data)
     return left_out
+
+
+def _nobody(_share: float) -> None:
+    pass

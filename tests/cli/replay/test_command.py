@@ -78,6 +78,8 @@ def test_a_file_that_was_cut_is_told_of(cellwright: CommandLine, path: Path, tmp
         (["PATH", "--serve", "--port", "70000"], "a port is from 0 to 65535"),
         (["PATH", "--serve", "--start", "-1"], "--start -1: give a time from 0 s"),
         (["PATH", "--loop"], "--loop: say to whom it is to be played"),
+        (["PATH", "--start", "1"], "--start: say to whom it is to be played: add --view, --serve or --ros1, or --bag"),
+        (["PATH", "--bag", "run.bag", "--start", "1000"], "nothing is in it at these times"),
         (["PATH", "--verify", "--view"], "--verify runs it again and plays nothing"),
         (["PATH", "--bag", "run.txt"], "--bag run.txt: give a file whose name ends in .bag"),
         (["PATH", "--bag", "no/run.bag"], "--bag no/run.bag: there is no folder no"),
@@ -126,3 +128,16 @@ def test_a_bag_of_it(cellwright: CommandLine, path: Path) -> None:
     with Reader("run.bag") as bag, Recording(path) as recording:
         counts = {each.topic: each.msgcount for each in bag.connections}
         assert counts["/ariac/joint_states"] == recording.counts["/ariac/joint_states"] > 100
+
+
+def test_a_bag_of_a_part_of_it(cellwright: CommandLine, path: Path) -> None:
+    ran = cellwright("replay", str(path), "--bag", "run.bag", "--start", "0.2", "--until", "0.4")
+
+    assert (ran.status, ran.out, ran.err) == (0, "bag         run.bag\n", "")
+    with Reader("run.bag") as bag, Recording(path) as recording:
+        times = [time for _, time, _ in bag.messages()]
+        found = sum(each.msgcount for each in bag.connections if each.topic == "/ariac/joint_states")
+        said = recording.messages(["/ariac/joint_states"], start=200_000_000, until=400_000_001)
+        assert found == len(list(said)) > 5
+    assert min(times) >= 200_000_000
+    assert max(times) <= 400_000_000

@@ -8,7 +8,7 @@ import pytest
 from rich.console import Console
 
 from cellwright.cell import Cell
-from cellwright.cli.run.progress import RunProgress, bar, sentence
+from cellwright.cli.run.progress import RunProgress, sentence
 from cellwright.description.catalogue import find_trial
 from cellwright.description.gear2017 import load_trial
 from cellwright.kitting.effects import CompetitionState, ConveyorPower, KitSubmitted, StateChanged
@@ -66,13 +66,6 @@ def test_a_terminal_gets_a_line_that_is_gone_in_the_end(monkeypatch: pytest.Monk
             progress.update(cell)
     assert "simulating" in text(console)
     assert text(console).endswith("\x1b[2K")  # the line is wiped
-
-
-def test_no_bar_where_nobody_sees_it_move() -> None:
-    console = Console(file=io.StringIO())
-    with bar(console, "drawing", 1.0) as tell:
-        assert tell is None
-    assert text(console) == ""
 
 
 def logged(level: Callable[[str], None], *, verbose: bool) -> str:

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from rich.console import Console
 
 from cellwright.bench.figures import Tell
-from cellwright.cli.run.progress import bar
+from cellwright.cli.bar import bar
 
 
 @contextmanager

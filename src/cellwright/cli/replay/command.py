@@ -11,11 +11,12 @@ from rich.console import Console
 
 from cellwright.cli import lines, options, videos
 from cellwright.cli.arguments import OUTPUT, Host, Port, Recorded
+from cellwright.cli.bar import bar
 from cellwright.cli.exit_status import DONE
-from cellwright.cli.run.progress import bar
 from cellwright.cli.view.arguments import Open, View, ViewHost, ViewPort, look
 from cellwright.server import DEFAULT_PORT
 from cellwright.server.server import LOOPBACK
+from cellwright.simulation.clock import nanoseconds
 
 _PLAY, _VERIFY = "Play it", "Run it again"
 
@@ -48,10 +49,19 @@ def replay(
     ] = "1",
     start: Annotated[
         float | None,
-        typer.Option(metavar="T", help="Play from this simulation time [s] on.", rich_help_panel=_PLAY),
+        typer.Option(
+            metavar="T",
+            help="Play from this simulation time [s] on; a bag and a video begin there too.",
+            rich_help_panel=_PLAY,
+        ),
     ] = None,
     until: Annotated[
-        float | None, typer.Option(metavar="T", help="Play up to this simulation time [s].", rich_help_panel=_PLAY)
+        float | None,
+        typer.Option(
+            metavar="T",
+            help="Play up to this simulation time [s]; a bag and a video end there too.",
+            rich_help_panel=_PLAY,
+        ),
     ] = None,
     loop: Annotated[
         bool, typer.Option("--loop", metavar="", help="Begin again at the end.", rich_help_panel=_PLAY)
@@ -137,10 +147,11 @@ def replay(
     if filmed and (is_played or verify):
         options.refuse("--video: make the video alone: leave out --view, --serve, --ros1 and --verify")
     times = {"--start": start is not None, "--until": until is not None}
-    played = {"--loop": loop, "--hold": hold, "--speed": speed != "1", **({} if filmed else times)}
-    for option, is_given in played.items():
+    played = {"--loop": loop, "--hold": hold, "--speed": speed != "1"}
+    for option, is_given in {**played, **({} if filmed or bag else times)}.items():
         if is_given and not is_played:
-            options.refuse(f"{option}: say to whom it is to be played: add --view, --serve or --ros1")
+            others = "" if option in played else ", or --bag or --video for a file"
+            options.refuse(f"{option}: say to whom it is to be played: add --view, --serve or --ros1{others}")
     wanted = PlayOptions(
         speed=options.speed(speed),
         start=_time("--start", start),
@@ -156,7 +167,11 @@ def replay(
         if not recording.is_complete:
             lines.warn(f"{file}: was cut short; it goes on to {recording.end_time / 1e9:.3f} s")
         if bag_file is not None:
-            for topic in write_bag(file, bag_file):
+            with bar(console, f"writing {bag_file}", 1.0) as tell:
+                left_out = write_bag(
+                    file, bag_file, start=_nanoseconds(wanted.start), until=_nanoseconds(wanted.until), tell=tell
+                )
+            for topic in left_out:
                 lines.warn(f"{topic} is not in the bag: its type has another form in ROS 1")
         if verify:
             raise typer.Exit(run_again(recording, console, as_json=as_json))
@@ -191,3 +206,7 @@ def _time(option: str, value: float | None) -> float | None:
     if value is not None and not 0.0 <= value <= options.LATEST:
         options.refuse(f"{option} {value:g}: give a time from 0 s to {options.LATEST:g} s")
     return value
+
+
+def _nanoseconds(time: float | None) -> int | None:
+    return None if time is None else nanoseconds(time)

@@ -9,7 +9,7 @@ from functools import partial
 from rich.console import Console
 
 from cellwright.cli import lines
-from cellwright.cli.run.progress import bar
+from cellwright.cli.bar import bar
 from cellwright.cli.signals import Stop, stopped_by_signals
 from cellwright.cli.view.arguments import Look
 from cellwright.cli.view.page import page_on

@@ -8,9 +8,9 @@ from typing import Any
 import typer
 from rich.console import Console
 
+from cellwright.cli.bar import bar
 from cellwright.cli.exit_status import BAD_INPUT, DONE, NOT_DONE
 from cellwright.cli.lines import note
-from cellwright.cli.run.progress import bar
 from cellwright.recording.reader import Recording
 from cellwright.replay.rebuild import rebuild
 from cellwright.replay.steps import steps

@@ -18,11 +18,12 @@ from rich.console import Console
 from cellwright.agents.agent import Agent
 from cellwright.cell import Cell
 from cellwright.cli import exit_status, lines, recorded, videos
+from cellwright.cli.bar import bar
 from cellwright.cli.run import document, score_table
 from cellwright.cli.run import over as run_over
 from cellwright.cli.run.attended import Attended
 from cellwright.cli.run.pictures import Pictures, Quality
-from cellwright.cli.run.progress import RunProgress, bar
+from cellwright.cli.run.progress import RunProgress
 from cellwright.cli.signals import ended_as_by_ctrl_c
 from cellwright.description.trial import Trial
 from cellwright.errors import UsageError

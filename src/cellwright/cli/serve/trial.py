@@ -14,10 +14,11 @@ from rich.console import Console
 
 from cellwright.cell import Cell
 from cellwright.cli import lines, options, recorded, videos
+from cellwright.cli.bar import bar
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.run import document, score_table
 from cellwright.cli.run.pictures import Pictures
-from cellwright.cli.run.progress import RunProgress, bar
+from cellwright.cli.run.progress import RunProgress
 from cellwright.cli.serve.result import offer_result
 from cellwright.cli.signals import Stop, stopped_by_signals
 from cellwright.cli.view.arguments import Look

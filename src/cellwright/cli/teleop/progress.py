@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 from rich.console import Console
 
-from cellwright.cli.run.progress import Tell, bar
+from cellwright.cli.bar import Tell, bar
 from cellwright.teleop.node import RobotNode
 
 

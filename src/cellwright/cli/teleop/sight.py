@@ -10,7 +10,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from cellwright.cli.run.progress import bar
+from cellwright.cli.bar import bar
 from cellwright.rendering.robots import save_robot_picture
 from cellwright.server import Server
 from cellwright.server.robot_services import RobotServices

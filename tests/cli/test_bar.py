@@ -1,0 +1,31 @@
+"""A line that moves: where somebody sees it, and nowhere else."""
+
+import io
+
+import pytest
+from rich.console import Console
+
+from cellwright.cli.bar import bar
+
+
+def text(console: Console) -> str:
+    assert isinstance(console.file, io.StringIO)
+    return console.file.getvalue()
+
+
+def test_no_bar_where_nobody_sees_it_move() -> None:
+    console = Console(file=io.StringIO())
+    with bar(console, "drawing", 1.0) as tell:
+        assert tell is None
+    assert text(console) == ""
+
+
+def test_on_a_terminal_it_says_how_far_it_is_and_is_gone_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TERM", "xterm")
+    console = Console(file=io.StringIO(), force_terminal=True, force_interactive=True, width=80)
+    with bar(console, "drawing", 1.0) as tell:
+        assert tell is not None
+        tell(0.5, "half of it")
+    assert "drawing" in text(console)
+    assert "half of it" in text(console)
+    assert text(console).endswith("\x1b[2K")
