@@ -83,6 +83,7 @@ def test_a_frame_that_is_too_long_is_not_written() -> None:
 
 def test_hello_says_who_and_how() -> None:
     assert hello("/me", "ros1").json() == {"protocol": 1, "node": "/me", "encoding": "ros1"}
+    assert hello("/me", "cdr", "abc").json() == {"protocol": 1, "node": "/me", "encoding": "cdr", "key": "abc"}
 
 
 @pytest.mark.parametrize("payload", [b"", b"[]", b"\xff", b"[" * 100_000])

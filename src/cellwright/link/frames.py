@@ -176,9 +176,17 @@ def _decoded(data: bytes) -> Frame:
         raise FrameError(f"no frame: {error}") from None
 
 
-def hello(node: str, encoding: str) -> Frame:
-    """The guest's first word: its node name, and the form of messages that it wants, `cdr` or `ros1`."""
+def hello(node: str, encoding: str, key: str = "") -> Frame:
+    """The guest's first word.
+
+    Args:
+        node: its node name.
+        encoding: the form of messages that it wants, `cdr` or `ros1`.
+        key: what the cell's own page was given, to be told what others are not; left out by all others.
+    """
     said = {"protocol": PROTOCOL, "node": node, "encoding": encoding}
+    if key:
+        said["key"] = key
     return Frame(Kind.HELLO, payload=json.dumps(said).encode())
 
 

@@ -44,6 +44,8 @@ class Guest:
         """Its name; empty before it has said HELLO."""
         self.encoding = ""
         """The form of its messages: `cdr` or `ros1`."""
+        self.has_key = False
+        """Whether it has shown the server's key."""
         self.subscriptions: dict[int, Callable[[], None]] = {}
         """What ends each subscription, by its number."""
         self.has_news = False

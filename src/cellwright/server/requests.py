@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hmac
 import json
 import logging
 from collections import deque
@@ -13,7 +14,14 @@ from typing import Any, TypeAlias
 from cellwright import errors
 from cellwright.bus import Direction, Given, How, Later, absolute
 from cellwright.bus.served import Served
-from cellwright.errors import CellwrightError, MessageError, ServiceFailedError, UnknownNameError, UsageError
+from cellwright.errors import (
+    CellwrightError,
+    MessageError,
+    RejectedCommandError,
+    ServiceFailedError,
+    UnknownNameError,
+    UsageError,
+)
 from cellwright.link.frames import PROTOCOL, QUIET, Frame, FrameError, Kind, read_advance, time_frame
 from cellwright.messages import Message, ServiceType, message_type, service_type, type_of
 from cellwright.server.guest import Guest
@@ -65,6 +73,10 @@ class Requests:
         """Services of the server itself, by name. They are not on the bus, and no bridge offers them."""
         self.acting: set[str] = set()
         """Those of them that act on what is served: they are noted as commands are."""
+        self.guarded: dict[str, str] = {}
+        """Those of them that answer only who has shown the key, and what all others are told."""
+        self.key = ""
+        """The key; empty: there is none."""
         welcome(cell, lockstep=lockstep)  # works out all checksums now, while nobody waits
 
     def carry_out(self, guest: Guest, frame: Frame) -> None:
@@ -128,6 +140,7 @@ class Requests:
         if encoding not in ENCODINGS:
             raise FrameError(f"messages can be had as {' or '.join(ENCODINGS)}, not {encoding!r:.20}")
         guest.greet(node, encoding)
+        guest.has_key = self._is_key(said.get("key"))
         guest.say(welcome(self._cell, lockstep=self._lockstep))
 
     def _subscribe(self, guest: Guest, frame: Frame) -> None:
@@ -169,6 +182,8 @@ class Requests:
     def _call(self, guest: Guest, frame: Frame) -> None:
         extra = self.extras.get(frame.name)
         if extra is not None:
+            if frame.name in self.guarded and not guest.has_key:
+                raise RejectedCommandError(self.guarded[frame.name])
             asked = frame.json()
             if frame.name in self.acting:
                 self._cell.bus.note(Given(How.EXTRA, frame.name, asked, frame.node or guest.node))
@@ -190,6 +205,12 @@ class Requests:
         """Pass on an answer that took its time; whoever asked may have left."""
         if not guest.is_gone:
             guest.say(Frame(Kind.ANSWER, number, payload=self._translation.to_bytes(response, guest.encoding)))
+
+    def _is_key(self, shown: Any) -> bool:
+        """Whether this is the key; it takes as long to see that it is not, however much of it is right."""
+        if not isinstance(shown, str) or not self.key:
+            return False
+        return hmac.compare_digest(shown.encode(errors="replace"), self.key.encode())
 
     def _advance(self, guest: Guest, frame: Frame) -> None:
         until, each_tick = read_advance(frame)

@@ -6,10 +6,11 @@ carried out at that border. Time is looked at after every frame, so that a flood
 
 from __future__ import annotations
 
+import secrets
 import select
 import socket
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from ipaddress import ip_address
 
 from cellwright.bus.served import Served
@@ -39,6 +40,9 @@ class Server:
         lockstep: whether time passes for guests that ask for it, and for nothing else.
         report: takes a line about guests that misbehave, at most one a second for each.
 
+    Attributes:
+        key: who shows it is answered by services that are guarded; empty while none is.
+
     Raises:
         UsageError: the address cannot be listened at.
     """
@@ -53,6 +57,7 @@ class Server:
         report: Callable[[str], None] = lambda _line: None,
     ) -> None:
         self._listener = listen(host, port)
+        self.key = ""
         self._requests = Requests(cell, lockstep=lockstep)
         self._guests = Guests(report, self._requests.forget)
         self._turn = 0
@@ -103,6 +108,19 @@ class Server:
         self._requests.extras[service] = handler
         if acts:
             self._requests.acting.add(service)
+
+    def guard(self, services: Iterable[str], reason: str) -> None:
+        """Let services of the server answer only those who have shown the key, which is drawn when it is first needed.
+
+        Guests that are there already have none.
+
+        Args:
+            services: their names.
+            reason: what all others are told.
+        """
+        if not self.key:
+            self.key = self._requests.key = secrets.token_urlsafe(16)
+        self._requests.guarded.update(dict.fromkeys(services, reason))
 
     def wait(self, seconds: float, *, until_asked: bool = True) -> None:
         """Serve guests for so long [s] of wall time. With 0 each still has its turn.

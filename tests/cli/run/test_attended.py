@@ -56,7 +56,7 @@ class NoPage:
 @pytest.fixture(autouse=True)
 def no_page(monkeypatch: pytest.MonkeyPatch) -> NoPage:
     page = NoPage()
-    monkeypatch.setattr(attended, "open_page", lambda *_: page)
+    monkeypatch.setattr(attended, "open_page", lambda *_, **__: page)
     return page
 
 
@@ -75,7 +75,7 @@ def looked_at(
 def looking(crowd: Attended, act: Callable[[Link], None]) -> Iterator[None]:
     """Somebody in another thread, who asks and acts while the run goes on, and behind it until all is done."""
     wrong: list[BaseException] = []
-    link = Link(crowd.server.address)
+    link = Link(crowd.server.address, key=crowd.server.key)
 
     def look() -> None:
         try:
@@ -217,7 +217,7 @@ def test_onlookers_stay_when_an_agent_in_a_process_of_its_own_has_gone() -> None
 
 
 def test_a_server_is_left_closed_where_there_can_be_no_page(monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(*_: object) -> None:
+    def refuse(*_: object, **__: object) -> None:
         raise UsageError("no page can be shown")
 
     monkeypatch.setattr(attended, "open_page", refuse)

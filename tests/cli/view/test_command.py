@@ -14,8 +14,10 @@ from pathlib import Path
 
 import pytest
 
+from cellwright.server.services.onlookers import ITS_OWN_PAGE
 from cellwright.viewer.web.link import Link
 from tests.cli.conftest import CommandLine
+from tests.test_serving import serving
 
 LIMIT = 120.0
 """So long [s] a process may take on a machine that has much else to do."""
@@ -69,6 +71,14 @@ def test_a_trial_stands_at_its_start_on_a_page_and_others_can_look_too(tmp_path:
         out, err = process.communicate(timeout=LIMIT)
     assert (process.returncode, err) == (0, "")
     assert "score       0 of 12 points" in out
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such signal there")
+def test_a_competition_is_not_shown_to_those_who_come_by(cellwright: CommandLine, tmp_path: Path) -> None:
+    with serving(tmp_path, "lesson") as (_, (host, port)):
+        ran = cellwright("view", f"{host}:{port}")
+    assert (ran.status, ran.out) == (2, "")
+    assert ran.err == f"error: {host}:{port}: cannot be shown: {ITS_OWN_PAGE}\n"
 
 
 @pytest.mark.parametrize(

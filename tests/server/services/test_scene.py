@@ -22,7 +22,7 @@ from tests.server.talk import served
 
 
 def test_a_guest_is_told_the_scene_and_where_it_is() -> None:
-    cell = Cell(KITTING)
+    cell = Cell(KITTING, competition=False)
     with served(cell) as hall:
         onlookers.offer(hall.server, cell, lambda _: {}, Control(Tempo()))
         guest = hall.guest()

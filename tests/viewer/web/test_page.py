@@ -7,7 +7,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -17,7 +17,7 @@ from cellwright.bus.served import Served
 from cellwright.cell import Cell
 from cellwright.errors import UsageError
 from cellwright.server import Server
-from cellwright.server.services.names import FRAME
+from cellwright.server.services.names import FOR_ONLOOKERS, FRAME
 from cellwright.server.services.scene import SceneServices
 from cellwright.teleop.node import RobotNode
 from cellwright.viewer.web.start import WebPage
@@ -32,9 +32,11 @@ TRAY = "bodies/agv1::kit_tray_1::kit_tray_1::tray"
 class Hall:
     """Something that is served, and a page on it."""
 
-    def __init__(self, served: Served, port: int = 0) -> None:
+    def __init__(self, served: Served, port: int = 0, *, guarded: Sequence[str] = ()) -> None:
         self.served = served
         self.server = Server(served, port=port)
+        if guarded:
+            self.server.guard(guarded, "not for you")
         services = SceneServices(served)
         services.offer(self.server)
         self.asked: list[dict[str, Any]] = []
@@ -87,6 +89,23 @@ def test_looking_on_leaves_no_trace_and_those_who_come_late_see_the_present() ->
     for _ in range(ticks):
         alone.step()
     assert watched.state_hash() == alone.state_hash()
+
+
+def test_a_page_that_was_given_the_key_is_told_what_others_are_not() -> None:
+    hall = Hall(Cell(KITTING), guarded=FOR_ONLOOKERS)
+    own = WebPage(hall.server.address, port=0, key=hall.server.key)
+    other = WebPage(hall.server.address, port=0)
+    try:
+        invited, stranger = Onlooker(own.url), Onlooker(other.url)
+        hall.until(lambda: invited.sees(TRAY))
+        hall.until(lambda: any("not for you" in text for text in stranger.texts))
+        assert not stranger.sees(TRAY)
+        invited.close()
+        stranger.close()
+    finally:
+        own.close()
+        other.close()
+        hall.server.close("the test is over")
 
 
 def test_nobody_looks_on_and_hardly_anything_is_asked() -> None:

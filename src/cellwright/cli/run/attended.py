@@ -72,7 +72,7 @@ class Attended:
         onlookers.offer(self.server, cell, lambda _: self._panel.panel(), control)
         self._attendance: Attendance | None = None
         try:
-            self._page = open_page(self.server.address, look, f"{cell.name} · Cellwright", say)
+            self._page = open_page(self.server.address, look, f"{cell.name} · Cellwright", say, key=self.server.key)
         except UsageError:
             self.server.close("there is no page")
             raise

@@ -46,7 +46,7 @@ def view(
         # what was recorded
         cellwright view run.mcap
 
-        # what `cellwright serve` or `cellwright teleop` has there, or another run with --view
+        # what `cellwright serve -d` or `cellwright teleop` has there; a competition shows its own page alone
         cellwright view 127.0.0.1:11399
 
     Exit status: 0 stopped by Ctrl-C; 2 bad input, and nothing was started.

@@ -32,7 +32,7 @@ def page_on(server: Server, look: Look | None, title: str, say: Callable[[str], 
     host, port = server.address
     address = (LOOPBACK if ip_address(host).is_unspecified else host, port)
     try:
-        page = open_page(address, look, title, say)
+        page = open_page(address, look, title, say, key=server.key)
     except UsageError as error:
         server.close(str(error))
         raise
@@ -42,17 +42,27 @@ def page_on(server: Server, look: Look | None, title: str, say: Callable[[str], 
         page.close()
 
 
-def open_page(address: tuple[str, int], look: Look, title: str, say: Callable[[str], None]) -> WebPage:
+def open_page(
+    address: tuple[str, int], look: Look, title: str, say: Callable[[str], None], *, key: str = ""
+) -> WebPage:
     """Open a page on what is served at an address.
+
+    Args:
+        address: host and port.
+        look: what page.
+        title: what stands above it.
+        say: takes a line with the page's address.
+        key: of the server there, where it tells things to its own page alone.
 
     Raises:
         UsageError: there can be none.
     """
 
     def tell_end() -> None:
-        say(f"the page has ended; another one: cellwright view {address[0]}:{address[1]}")
+        another = "" if key else f"; another one: cellwright view {address[0]}:{address[1]}"
+        say(f"the page has ended{another}")
 
-    page = WebPage(address, host=look.host, port=look.port, token=look.token, title=title, on_gone=tell_end)
+    page = WebPage(address, host=look.host, port=look.port, token=look.token, title=title, key=key, on_gone=tell_end)
     say(f"page: {page.url}")
     if look.token:
         say("it is open to the network: whoever has this address can look on, and do what the page lets one do")

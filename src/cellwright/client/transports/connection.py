@@ -26,6 +26,7 @@ class Connection:
         encoding: the form of messages, `cdr` or `ros1`.
         on_frame: takes messages.
         timeout: how long [s] to wait for the other end to take the connection and to greet.
+        key: the key of the server at the other end, for its own page.
 
     Raises:
         UsageError: nobody answers there, or it is no cell.
@@ -39,6 +40,7 @@ class Connection:
         encoding: str,
         on_frame: Callable[[Frame], None],
         timeout: float = 10.0,
+        key: str = "",
     ) -> None:
         where = f"{address[0]}:{address[1]}"
         try:
@@ -55,7 +57,7 @@ class Connection:
         self._promised: dict[int, Frame | None] = {}
         self._end: str | None = None
         try:
-            self._send(hello(node, encoding).encode())
+            self._send(hello(node, encoding, key).encode())
             self.welcome = self._await_answer(0, timeout).json()
             """What the cell says of itself, its topics and its services."""
         except (RunEndedError, FrameError) as error:

@@ -12,13 +12,14 @@ from dataclasses import replace
 from typing import Any
 
 from cellwright.cell import Cell
-from cellwright.description.trial import Kit, Order, Trial
+from cellwright.description.trial import Kit, Order
 from cellwright.kitting.score.evidence import evidence, kit_evidence
 from cellwright.kitting.score.evidence_json import evidence_to_json, kit_to_json
 from cellwright.kitting.score.matching import score_kit
 from cellwright.kitting.score.reach import TrialReach, reach
 from cellwright.kitting.score.scorer import GameScore
 from cellwright.kitting.tray import TrayContents
+from cellwright.server.services.known import keeps_secrets, known_orders, without_faults
 
 IN_COMPETITION = "not in a competition: development mode (-d) allows it"
 """Why belt, reset and the like are refused."""
@@ -42,7 +43,7 @@ class CellPanel:
         """The panel as JSON values; times in s."""
         cell = self._cell
         competition, score = cell.competition, cell.competition.score()
-        could = reach(self._known_trial())
+        could = reach(without_faults(self._cell))
         return {
             "kind": "cell",
             "name": cell.name,
@@ -82,33 +83,16 @@ class CellPanel:
 
     def _score(self, score: GameScore) -> dict[str, Any]:
         """The score with its evidence, without times, and without orders that nobody may know of yet."""
-        found = evidence_to_json(evidence(self._known_trial(), score))
+        found = evidence_to_json(evidence(without_faults(self._cell), score))
         for key in ("process_time", "part_travel_time"):
             del found[key]
-        known = {order.order_id for order in self._known_orders()}
+        known = {order.order_id for order in known_orders(self._cell)}
         found["orders"] = [order for order in found["orders"] if order["order_id"] in known]
         for order in found["orders"]:
             del order["time_taken"]
         if len(found["orders"]) < len(self._cell.trial.orders):
             found |= {"reachable": None, "best": None, "reachable_reason": ""}  # they would tell of what is to come
         return found
-
-    @property
-    def _keeps_secrets(self) -> bool:
-        """Whether this is a competition that is not over yet."""
-        return self._cell.in_competition and self._cell.competition.referee.end_reason is None
-
-    def _known_trial(self) -> Trial:
-        """The trial as one may know it: what is out of reach would tell how many parts are faulty."""
-        trial = self._cell.trial
-        return replace(trial, faulty_parts=frozenset()) if self._keeps_secrets else trial
-
-    def _known_orders(self) -> list[Order]:
-        """All orders that may be known: in a competition, until it is over, those that have been announced."""
-        announced = self._cell.competition.announced
-        if self._keeps_secrets:
-            return announced
-        return [*announced, *(order for order in self._cell.trial.orders if order not in announced)]
 
     def _orders(self) -> list[dict[str, Any]]:
         competition = self._cell.competition
@@ -126,7 +110,7 @@ class CellPanel:
                     for kit in order.kits
                 ],
             }
-            for order in self._known_orders()
+            for order in known_orders(self._cell)
         ]
 
     def _status(self, order: Order) -> str:
@@ -153,7 +137,7 @@ class CellPanel:
 
     def _known(self, contents: TrayContents) -> TrayContents:
         """Contents as one may know them: in a competition nobody says beforehand which parts are faulty."""
-        return tuple(replace(each, is_faulty=False) for each in contents) if self._keeps_secrets else contents
+        return tuple(replace(each, is_faulty=False) for each in contents) if keeps_secrets(self._cell) else contents
 
     def _as_kit(self, kit: Kit, contents: TrayContents, could: TrialReach) -> dict[str, Any]:
         return kit_to_json(kit_evidence(score_kit(kit, contents), could.kit(kit.kit_type)))

@@ -8,3 +8,6 @@ PANEL = "cellwright/panel"
 """What a panel shows of it, and how its time passes."""
 CONTROL = "cellwright/control"
 """How its time is to pass."""
+
+FOR_ONLOOKERS = (SCENE, FRAME, PANEL, CONTROL)
+"""All of them."""

@@ -5,11 +5,15 @@ from __future__ import annotations
 from cellwright.bus.served import Served
 from cellwright.server.server import Server
 from cellwright.server.services.control import Control
+from cellwright.server.services.names import FOR_ONLOOKERS
 from cellwright.server.services.panel import Tell, offer_panel
 from cellwright.server.services.scene import SceneServices
 
 PAGE = "/page_"
 """What the names of pages as guests begin with."""
+
+ITS_OWN_PAGE = "a competition shows itself to its own page alone: start it with --view, or in development mode (-d)"
+"""Why others are told nothing."""
 
 
 def is_onlooker(node: str) -> bool:
@@ -20,6 +24,9 @@ def is_onlooker(node: str) -> bool:
 def offer(server: Server, served: Served, tell: Tell, control: Control) -> None:
     """Answer those who look on. Nothing is made or kept before somebody asks.
 
+    In a competition that is the server's own page, which has its key: the pose of every part, and time that stands
+    when one likes, are nothing that a program of the original was given.
+
     Args:
         server: where to answer.
         served: a cell, a robot's node, or a recording.
@@ -28,3 +35,5 @@ def offer(server: Server, served: Served, tell: Tell, control: Control) -> None:
     """
     SceneServices(served).offer(server)
     offer_panel(server, tell, control)
+    if served.in_competition:
+        server.guard(FOR_ONLOOKERS, ITS_OWN_PAGE)

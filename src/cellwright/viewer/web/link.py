@@ -30,10 +30,12 @@ class Link:
     Args:
         address: host and port at which the cell or the robot is served.
         node: its name as a guest.
+        key: the key of the server there, for its own page; a competition tells nobody else.
     """
 
-    def __init__(self, address: tuple[str, int], *, node: str = "") -> None:
+    def __init__(self, address: tuple[str, int], *, node: str = "", key: str = "") -> None:
         self.address = address
+        self._key = key
         self.node = node or f"{PAGE}{os.getpid()}"
         self.welcome: dict[str, Any] = {}
         """What the other end said of itself when it was reached last: `trial`, `topics`, `services`, `lockstep` …"""
@@ -55,7 +57,12 @@ class Link:
             self.close()
             try:
                 self._connection = Connection(
-                    self.address, node=self.node, encoding="cdr", on_frame=lambda _frame: None, timeout=_PATIENCE
+                    self.address,
+                    node=self.node,
+                    encoding="cdr",
+                    on_frame=lambda _frame: None,
+                    timeout=_PATIENCE,
+                    key=self._key,
                 )
             except CellwrightError as error:
                 raise AwayError(str(error)) from None

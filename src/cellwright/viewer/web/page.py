@@ -33,6 +33,7 @@ class Page:
         server: viser's; the page fills it.
         address: where the cell, the robot or the recording is served.
         features: what it is made of, in the order of their tabs.
+        key: the key of the server there, for its own page.
 
     Attributes:
         server: viser's server: `server.gui` and `server.scene` are what features draw with.
@@ -44,14 +45,16 @@ class Page:
 
     root = ROOT
 
-    def __init__(self, server: viser.ViserServer, address: tuple[str, int], features: Sequence[Feature]) -> None:
+    def __init__(
+        self, server: viser.ViserServer, address: tuple[str, int], features: Sequence[Feature], *, key: str = ""
+    ) -> None:
         self.server = server
-        self.link = Link(address)
+        self.link = Link(address, key=key)
         self.scene: Scene | None = None
         self.about: dict[str, Any] = {}
         self.features = tuple(features)
         self._moments = Moments()
-        self._asking = Asking(Link(address, node=f"{self.link.node}_eyes"), self._wants)
+        self._asking = Asking(Link(address, node=f"{self.link.node}_eyes", key=key), self._wants)
         self._tabs: Any = None
         self._tab: dict[str, Any] = {}
         self._away_reason: str | None = None

@@ -1,8 +1,9 @@
 """The process of a page: `python -m cellwright.viewer.web.program`.
 
 What it is to do comes as a line of JSON on its standard input (a token has no place among a process's arguments, which
-everybody can read): `address` [host, port] of what is served, `host` and `port` to listen at, `token`, `title`. It
-answers with one line of JSON: `url`, or `error`. It ends when its standard input does, and so with its parent.
+everybody can read): `address` [host, port] of what is served and the `key` of its server, `host` and `port` to listen
+at, `token`, `title`. It answers with one line of JSON: `url`, or `error`. It ends when its standard input does, and so
+with its parent.
 """
 
 from __future__ import annotations
@@ -69,7 +70,7 @@ def main() -> int:
         _say(said, {"error": str(error)})
         return 1
     host, port = asked["address"]
-    page = Page(server, (str(host), int(port)), features())
+    page = Page(server, (str(host), int(port)), features(), key=str(asked.get("key", "")))
     threading.Thread(target=_end_with_parent, args=(page,), daemon=True).start()
     _say(said, {"url": door.url})
     page.run()

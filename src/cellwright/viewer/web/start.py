@@ -26,6 +26,7 @@ class WebPage:
         port: the port; where it is in use, one of the next ones is taken. 0: any that is free.
         token: what has to be in the page's address; needed where `host` is open to the network.
         title: what stands above the panel.
+        key: the key of the server there, for its own page; empty for a page on what somebody else serves.
         on_gone: is called, by a thread of its own, when its process has ended and nobody had closed it.
 
     Attributes:
@@ -43,6 +44,7 @@ class WebPage:
         port: int = DEFAULT_PORT,
         token: str = "",
         title: str = "Cellwright",
+        key: str = "",
         on_gone: Callable[[], None] = lambda: None,
     ) -> None:
         self._is_closing = False
@@ -55,7 +57,7 @@ class WebPage:
         )
         assert self._process.stdin is not None
         assert self._process.stdout is not None
-        asked = {"address": list(address), "host": host, "port": port, "token": token, "title": title}
+        asked = {"address": list(address), "key": key, "host": host, "port": port, "token": token, "title": title}
         with suppress(OSError):
             self._process.stdin.write(json.dumps(asked) + "\n")
             self._process.stdin.flush()

@@ -1,0 +1,55 @@
+"""What a guest is told of a run that goes on: what a competition keeps secret stays so until it is over."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from cellwright.cell import Cell
+from cellwright.cli.serve.result import RESULT, offer_result
+from cellwright.run import RunOptions
+from cellwright.server import Server
+from cellwright.serving import Hooks, Serving
+from tests.cells import KITTING, call, order
+
+TRIAL = replace(KITTING, orders=(order(), order(1, start_time=100.0)), faulty_parts=frozenset({"gear_part_2"}))
+
+
+def told(monkeypatch: pytest.MonkeyPatch, *services: str, competition: bool = True) -> dict[str, Any]:
+    """What a guest is told 0.2 s after the cell began, when these services had been called."""
+    cell = Cell(TRIAL, seed=7, competition=competition)
+
+    def begin() -> None:
+        for service in services:
+            assert call(cell, service).success
+            cell.step()
+
+    server = Server(cell, port=0)
+    answers: dict[str, Any] = {}
+    monkeypatch.setattr(server, "offer", answers.__setitem__)
+    serving = Serving(cell, server, tempo=None, hooks=Hooks(on_ready=begin))
+    offer_result(serving)
+    serving.run(RunOptions(until=0.2))
+    answer: dict[str, Any] = answers[RESULT]({})
+    return answer
+
+
+def test_of_a_competition_that_goes_on_no_more_than_one_may_know(monkeypatch: pytest.MonkeyPatch) -> None:
+    answer = told(monkeypatch, "start_competition")
+    document = answer["document"]
+    assert (document["competition_state"], document["seed"], document["circumstances"]) == ("go", None, None)
+    assert (document["score"]["reachable"], document["score"]["best"]) == (6.0, 6.0)
+    assert "order_1" not in str(answer)
+    assert "of 6 points" in answer["text"]
+
+
+@pytest.mark.parametrize("competition", [True, False])
+def test_all_of_it_when_it_is_over_or_nothing_is_secret(competition: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    answer = told(monkeypatch, "start_competition", *["end_competition"] * competition, competition=competition)
+    document = answer["document"]
+    assert document["seed"] == 7
+    assert document["circumstances"] is not None
+    assert (document["score"]["reachable"], document["score"]["best"]) == (4.0, 12.0)
+    assert "order_1" in answer["text"]
