@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.whole_file import whole_file, write_whole
+from cellwright.whole_file import in_its_place, whole_file, write_whole
 
 
 class DiskFullError(Exception):
@@ -133,3 +133,19 @@ class TestOnPosix:
         with pytest.raises(PermissionError) as caught:
             write_whole(tmp_path / "b", b"x")
         assert caught.value.filename == str(tmp_path / "b")
+
+
+def test_a_writer_that_opens_its_file_itself(tmp_path: Path) -> None:
+    file = tmp_path / "a.bag"
+    with in_its_place(file) as unfinished:
+        unfinished.write_text("new")
+        assert not file.exists()
+
+    def write_half() -> None:
+        with in_its_place(file) as unfinished:
+            unfinished.write_text("half")
+            raise DiskFullError
+
+    with pytest.raises(DiskFullError):
+        write_half()
+    assert [(each.name, each.read_text()) for each in tmp_path.iterdir()] == [("a.bag", "new")]

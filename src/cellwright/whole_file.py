@@ -52,6 +52,22 @@ def whole_file(path: Path) -> Iterator[BinaryIO]:
         raise
 
 
+@contextmanager
+def in_its_place(path: Path) -> Iterator[Path]:
+    """A path for a writer that opens its file itself; what it has written takes the place of `path` in the end.
+
+    Raises:
+        OSError: it cannot be put there; what was there before is there still.
+    """
+    unfinished = path.with_name(f".{os.getpid()}-{next(_numbers)}-{path.name}.part")
+    try:
+        yield unfinished
+        os.replace(unfinished, path)
+    finally:
+        with suppress(OSError):
+            unfinished.unlink()
+
+
 def write_whole(path: Path, content: str | bytes) -> None:
     """Write a file, whole or not at all; see `whole_file`. Text is written as UTF-8, its line ends as they are.
 

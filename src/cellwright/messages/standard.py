@@ -20,6 +20,7 @@ from rosbags.typesys.stores.ros2_kilted import geometry_msgs__msg__Vector3 as Ve
 from rosbags.typesys.stores.ros2_kilted import rosgraph_msgs__msg__Clock as Clock
 from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__CameraInfo as CameraInfo
 from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__ChannelFloat32 as ChannelFloat32
+from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__CompressedImage as CompressedImage
 from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__Image as Image
 from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__JointState as JointState
 from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__LaserScan as LaserScan
@@ -29,6 +30,7 @@ from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__PointField as P
 from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__Range as Range
 from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__RegionOfInterest as RegionOfInterest
 from rosbags.typesys.stores.ros2_kilted import std_msgs__msg__Bool as Bool
+from rosbags.typesys.stores.ros2_kilted import std_msgs__msg__ColorRGBA as ColorRGBA
 from rosbags.typesys.stores.ros2_kilted import std_msgs__msg__Float32 as Float32
 from rosbags.typesys.stores.ros2_kilted import std_msgs__msg__Float64 as Float64
 from rosbags.typesys.stores.ros2_kilted import std_msgs__msg__Header as Header
@@ -38,12 +40,17 @@ from rosbags.typesys.stores.ros2_kilted import std_msgs__msg__UInt8MultiArray as
 from rosbags.typesys.stores.ros2_kilted import tf2_msgs__msg__TFMessage as TFMessage
 from rosbags.typesys.stores.ros2_kilted import trajectory_msgs__msg__JointTrajectory as JointTrajectory
 from rosbags.typesys.stores.ros2_kilted import trajectory_msgs__msg__JointTrajectoryPoint as JointTrajectoryPoint
+from rosbags.typesys.stores.ros2_kilted import visualization_msgs__msg__Marker as Marker
+from rosbags.typesys.stores.ros2_kilted import visualization_msgs__msg__MarkerArray as MarkerArray
+from rosbags.typesys.stores.ros2_kilted import visualization_msgs__msg__MeshFile as MeshFile
 
 __all__ = [
     "Bool",
     "CameraInfo",
     "ChannelFloat32",
     "Clock",
+    "ColorRGBA",
+    "CompressedImage",
     "Duration",
     "Float32",
     "Float64",
@@ -56,6 +63,9 @@ __all__ = [
     "JointTrajectory",
     "JointTrajectoryPoint",
     "LaserScan",
+    "Marker",
+    "MarkerArray",
+    "MeshFile",
     "MultiArrayLayout",
     "Point",
     "Point32",

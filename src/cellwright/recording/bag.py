@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Collection, Iterator
-from contextlib import suppress
-from dataclasses import dataclass
+from collections.abc import Callable
 from pathlib import Path
-from typing import Self
 
 from rosbags.interfaces import Connection
 from rosbags.rosbag1 import Writer, WriterError
 
 from cellwright.errors import CellwrightError, UsageError
 from cellwright.messages import definition, full_name, md5, to_ros1
-from cellwright.recording.reader import RecordedMessage, Recording
+from cellwright.recording.reader import Recording
+from cellwright.recording.span import Span
+from cellwright.whole_file import in_its_place
 
 _TOLD_EVERY = 500  # messages
 
@@ -46,50 +44,15 @@ def write_bag(
         RecordingError: the recording cannot be read.
         UsageError: the bag cannot be written.
     """
-    unfinished = bag.with_name(f".{os.getpid()}-{bag.name}.part")
     try:
-        with Recording(recording) as source:
-            left_out = _write(source, unfinished, _Span.of(source, start, until), tell or _nobody)
-        os.replace(unfinished, bag)
+        with Recording(recording) as source, in_its_place(bag) as unfinished:
+            return _write(source, unfinished, Span.of(source, start, until), tell or _nobody)
     except (OSError, WriterError) as error:
         reason = error.strerror if isinstance(error, OSError) else None
         raise UsageError(f"{bag}: cannot be written: {reason or error}") from None
-    finally:
-        with suppress(OSError):
-            unfinished.unlink()
-    return left_out
 
 
-@dataclass(frozen=True)
-class _Span:
-    """The part of a recording that is wanted: its first and last time [ns], and whether something is before it."""
-
-    begin: int
-    end: int
-    begins_later: bool
-
-    @classmethod
-    def of(cls, source: Recording, start: int | None, until: int | None) -> Self:
-        begin = source.begin if start is None else max(source.begin, start)
-        end = source.end_time if until is None else min(source.end_time, until)
-        if begin > end:
-            raise UsageError(f"{source.path}: nothing is in it at these times")
-        return cls(begin, end, begin > source.begin)
-
-    def share(self, time: int) -> float:
-        """How much of it is over, 0..1."""
-        return (time - self.begin) / max(1, self.end - self.begin)
-
-    def messages(self, source: Recording, topics: Collection[str]) -> Iterator[RecordedMessage]:
-        """What was latched when it begins, as if it were said then, and what was said in it."""
-        for topic in topics if self.begins_later else ():
-            latched = source.newest(topic, self.begin) if source.topics[topic].latch else None
-            if latched is not None and latched.time < self.begin:
-                yield latched._replace(time=self.begin)
-        yield from source.messages(topics, start=self.begin, until=self.end + 1)
-
-
-def _write(source: Recording, path: Path, span: _Span, tell: Callable[[float], None]) -> list[str]:
+def _write(source: Recording, path: Path, span: Span, tell: Callable[[float], None]) -> list[str]:
     connections: dict[str, Connection] = {}
     left_out = []
     with Writer(path) as writer:

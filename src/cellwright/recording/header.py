@@ -10,6 +10,8 @@ from typing import Any
 from cellwright.errors import RecordingError
 from cellwright.recording.format import FORMAT
 
+_EXPORT = "export"
+
 
 @dataclass(frozen=True)
 class RecordingHeader:
@@ -29,6 +31,10 @@ class RecordingHeader:
         """As the values of a metadata record."""
         return {"format": FORMAT, "kind": self.kind, "name": self.name, "header": json.dumps(self.facts)}
 
+    def of_export(self) -> dict[str, str]:
+        """As the values of a metadata record in a file that was made of the recording for other tools."""
+        return self.metadata() | {"format": _EXPORT}
+
     @staticmethod
     def of(values: Mapping[str, str]) -> RecordingHeader:
         """The header in a metadata record, which may come from anywhere.
@@ -36,6 +42,8 @@ class RecordingHeader:
         Raises:
             RecordingError: it is none, or of another format.
         """
+        if values.get("format") == _EXPORT:
+            raise RecordingError("it was made for other tools, and is no recording: give the one that it was made of")
         if values.get("format") != FORMAT:
             found = values.get("format", "none")
             raise RecordingError(f"it is a recording of format {found:.20}, and this version reads {FORMAT}")

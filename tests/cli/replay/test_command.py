@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from mcap.reader import make_reader
 from rosbags.rosbag1 import Reader
 
 import cellwright as package
@@ -83,6 +84,9 @@ def test_a_file_that_was_cut_is_told_of(cellwright: CommandLine, path: Path, tmp
         (["PATH", "--verify", "--view"], "--verify runs it again and plays nothing"),
         (["PATH", "--bag", "run.txt"], "--bag run.txt: give a file whose name ends in .bag"),
         (["PATH", "--bag", "no/run.bag"], "--bag no/run.bag: there is no folder no"),
+        (["PATH", "--mcap", "run.txt"], "--mcap run.txt: give a file whose name ends in .mcap"),
+        (["PATH", "--mcap", "PATH"], "is the recording itself"),
+        (["PATH", "--mcap", "out.mcap", "--start", "100"], "nothing is in it at these times"),
         (["PATH", "--view-port", "8080"], "--view-port: there is no page"),
         (["PATH", "--serve", "--loop", "--hold"], "--loop and --hold: give one of them"),
     ],
@@ -141,3 +145,18 @@ def test_a_bag_of_a_part_of_it(cellwright: CommandLine, path: Path) -> None:
         assert found == len(list(said)) > 5
     assert min(times) >= 200_000_000
     assert max(times) <= 400_000_000
+
+
+def test_a_file_for_other_tools_of_a_part_of_it(cellwright: CommandLine, path: Path) -> None:
+    ran = cellwright("replay", str(path), "--mcap", "seen.mcap", "--start", "1", "--until", "1.5")
+
+    assert (ran.status, ran.out, ran.err) == (0, "mcap        seen.mcap\n", "")
+    with Path("seen.mcap").open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    assert summary.statistics is not None
+    assert (summary.statistics.message_start_time, summary.statistics.message_end_time) == (
+        1_000_000_000,
+        1_500_000_000,
+    )
+    assert {"/cellwright/markers", "/cellwright/tf"} <= {each.topic for each in summary.channels.values()}

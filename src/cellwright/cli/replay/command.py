@@ -51,7 +51,7 @@ def replay(
         float | None,
         typer.Option(
             metavar="T",
-            help="Play from this simulation time [s] on; a bag and a video begin there too.",
+            help="Play from this simulation time [s] on; a file that is made begins there too.",
             rich_help_panel=_PLAY,
         ),
     ] = None,
@@ -59,7 +59,7 @@ def replay(
         float | None,
         typer.Option(
             metavar="T",
-            help="Play up to this simulation time [s]; a bag and a video end there too.",
+            help="Play up to this simulation time [s]; a file that is made ends there too.",
             rich_help_panel=_PLAY,
         ),
     ] = None,
@@ -85,6 +85,14 @@ def replay(
         Path | None,
         typer.Option(
             metavar="OUT.bag", help="Write its topics as a bag, for the tools of ROS 1.", rich_help_panel=OUTPUT
+        ),
+    ] = None,
+    mcap: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="OUT.mcap",
+            help="Write it for Foxglove and its like: its topics, and what is to be seen as markers in frames.",
+            rich_help_panel=OUTPUT,
         ),
     ] = None,
     video: videos.File = None,
@@ -118,6 +126,9 @@ def replay(
         # for rosbag and its like
         cellwright replay run.mcap --bag run.bag
 
+        # for Foxglove and its like, with the whole cell in 3D
+        cellwright replay run.mcap --mcap seen.mcap
+
         # does the same come of the same commands?
         cellwright replay run.mcap --verify
 
@@ -134,6 +145,7 @@ def replay(
     from cellwright.cli.replay.verify import verify as run_again
     from cellwright.recording.bag import write_bag
     from cellwright.recording.reader import Recording
+    from cellwright.replay.exported.file import write_mcap
     from cellwright.replay.playing import AtEnd
 
     console = Console(stderr=as_json, highlight=False)
@@ -148,9 +160,9 @@ def replay(
         options.refuse("--video: make the video alone: leave out --view, --serve, --ros1 and --verify")
     times = {"--start": start is not None, "--until": until is not None}
     played = {"--loop": loop, "--hold": hold, "--speed": speed != "1"}
-    for option, is_given in {**played, **({} if filmed or bag else times)}.items():
+    for option, is_given in {**played, **({} if filmed or bag or mcap else times)}.items():
         if is_given and not is_played:
-            others = "" if option in played else ", or --bag or --video for a file"
+            others = "" if option in played else ", or --bag, --mcap or --video for a file"
             options.refuse(f"{option}: say to whom it is to be played: add --view, --serve or --ros1{others}")
     wanted = PlayOptions(
         speed=options.speed(speed),
@@ -162,7 +174,7 @@ def replay(
         ros1=ros1,
         look=wished,
     )
-    bag_file = options.output_file("--bag", bag, ".bag")
+    bag_file, mcap_file = options.output_file("--bag", bag, ".bag"), options.output_file("--mcap", mcap, ".mcap")
     with Recording(file) as recording:
         if not recording.is_complete:
             lines.warn(f"{file}: was cut short; it goes on to {recording.end_time / 1e9:.3f} s")
@@ -173,6 +185,17 @@ def replay(
                 )
             for topic in left_out:
                 lines.warn(f"{topic} is not in the bag: its type has another form in ROS 1")
+        if mcap_file is not None:
+            with bar(console, f"writing {mcap_file}", 1.0) as tell:
+                missing = write_mcap(
+                    recording,
+                    mcap_file,
+                    start=_nanoseconds(wanted.start),
+                    until=_nanoseconds(wanted.until),
+                    tell=tell,
+                )
+            for line in missing:
+                lines.warn(f"{mcap_file}: {line}")
         if verify:
             raise typer.Exit(run_again(recording, console, as_json=as_json))
         if is_played:
@@ -192,11 +215,13 @@ def replay(
                 ]
     if as_json:
         typer.echo(json.dumps(told, indent=2))
-    elif filmed is not None or bag_file is not None:
+    elif filmed is not None or bag_file is not None or mcap_file is not None:
         if filmed is not None:
             lines.note(console, "video", videos.sentence(told["videos"][0]))
         if bag_file is not None:
             lines.note(console, "bag", str(bag_file))
+        if mcap_file is not None:
+            lines.note(console, "mcap", str(mcap_file))
     elif not is_played:
         summary.show(console, told)
     raise typer.Exit(DONE)
