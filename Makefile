@@ -2,14 +2,15 @@
 # ROS 1, and a display and a browser for tests, which come with the system's packages.
 PYTHON ?= python3
 BIN := .venv/bin
-JOBS ?= 2
+# Of three workers one mostly waits, for ROS 1 (tests/schedule.py): enough for two cores.
+JOBS ?= 3
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 # Asked before .venv is made: one of an older Python would be there to stay.
 IS_NEW_ENOUGH := 'import sys; sys.version_info < (3, 11) and sys.exit("Python 3.11 or newer is needed, and this is \
 %d.%d; name another: make PYTHON=python3.12" % tuple(sys.version_info[:2]))'
 
-.PHONY: run lesson test ros1 display browser check docs bench soak fuzz format clean
+.PHONY: run lesson test system ros1 display browser check collected docs bench soak fuzz format clean
 
 run: .venv/.installed
 	$(BIN)/cellwright run lesson
@@ -18,8 +19,20 @@ run: .venv/.installed
 lesson: ros1 .venv/.installed
 	scripts/lesson
 
-test: ros1 display browser check
+# Packages of the system are fetched while those of Python are, and the tests compiled while types are checked.
+test:
+	$(MAKE) --jobs=2 system check collected
 	$(BIN)/pytest -n $(JOBS)
+
+# One after the other, as dpkg wants it.
+system:
+	$(MAKE) ros1
+	$(MAKE) display
+	$(MAKE) browser
+
+# Every test read and none run: else each worker has to compile them all for itself. What cannot be read the run tells.
+collected: .venv/.installed-dev
+	-@$(BIN)/pytest --collect-only --quiet --quiet > /dev/null
 
 # Into the system, and only where that is allowed without asking; tests of it are skipped where it is not.
 ros1:

@@ -14,7 +14,7 @@ settings.load_profile("cellwright")
 pytest_plugins = [
     "tests.ros1.requirement",
     "tests.ros1.fixtures",
-    "tests.ros1.schedule",
+    "tests.schedule",
     "tests.bridges.ros1.fixtures",
     "tests.browser.requirement",
 ]

@@ -6,6 +6,7 @@ import json
 import os
 import signal
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -201,12 +202,14 @@ def test_in_lockstep_nothing_overtakes_a_command(locked: tuple[FakeCell, Ros1Tra
     cell.answer = lambda frame: (
         Frame(Kind.ANSWER, frame.number, payload=empty) if frame.kind is Kind.CALL else cell.usual(frame)
     )
+    begun = time.monotonic()
     for number in range(10):
         transport.publish("/commands", String(str(number)))
         if number % 2:
             transport.call(START, TriggerRequest())
         else:
             transport.advance(transport.now() + TICK)
+    assert time.monotonic() - begun < 5.0  # no call waits as long as it may, nor does any of the steps before them
     kinds = [frame.kind for frame in cell.frames if frame.kind in (Kind.PUBLISH, Kind.CALL)]
     assert kinds == [Kind.PUBLISH, Kind.PUBLISH, Kind.CALL] * 5
     published = 0

@@ -59,6 +59,29 @@ def test_calls_of_other_threads_come_in_their_order() -> None:
     loop.close()
 
 
+def test_a_call_that_comes_just_as_it_listens_is_not_the_last_that_it_hears(monkeypatch: pytest.MonkeyPatch) -> None:
+    loop = Loop()
+    called: list[str] = []
+    ear = loop._ear
+
+    class Ear:
+        def recv(self, size: int) -> bytes:
+            if called == []:
+                loop.call(called.append, "as it listens")
+            return ear.recv(size)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(loop, "_ear", Ear())
+        loop.call(called.append, "before")
+        later = threading.Timer(0.05, loop.call, [loop.stop, 0])
+        later.start()
+        loop.later(20.0, lambda: loop.stop(1))
+        assert loop.run() == 0
+    assert called == ["before", "as it listens"]
+    later.join()
+    loop.close()
+
+
 def test_a_stop_from_another_thread_wakes_it_and_the_first_counts() -> None:
     loop = Loop()
 

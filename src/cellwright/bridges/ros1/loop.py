@@ -100,10 +100,11 @@ class Loop:
         return max(0.0, self._timers[0][0] - time.monotonic())
 
     def _hear(self) -> None:
-        self._is_awake = False
         with contextlib.suppress(OSError):
             while len(self._ear.recv(4096)) == 4096:
                 pass
+        # Only now: were it said before, a bell that rings meanwhile would be listened away, and no other ever rung.
+        self._is_awake = False
         for _ in range(len(self._asked)):
             function, arguments = self._asked.popleft()
             self._do(function, *arguments)

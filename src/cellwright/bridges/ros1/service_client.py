@@ -115,8 +115,9 @@ class ServiceClient:
 
 def _is_broken(connection: socket.socket) -> bool:
     """Whether the other side has hung up. It says nothing unasked."""
+    connection.setblocking(False)  # a limit of time that an earlier call has set would be waited for
     try:
-        return connection.recv(1, socket.MSG_DONTWAIT | socket.MSG_PEEK) == b""
+        return connection.recv(1, socket.MSG_PEEK) == b""
     except (BlockingIOError, InterruptedError):
         return False
     except OSError:

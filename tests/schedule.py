@@ -1,0 +1,56 @@
+"""How tests go to the workers: long ones before short ones, and those that wait beside those that compute.
+
+A test against ROS 1 mostly waits: for processes to start, for messages, for a cell that runs in real time. So the last
+of three workers or more begins with those, while the others compute; whoever has run out of its own kind takes of the
+other. Files of ROS 1 stay whole, since their tests share a cell, and those of the page, since they share a browser.
+"""
+
+from typing import Any
+
+import pytest
+from xdist.scheduler import LoadScopeScheduling
+from xdist.workermanage import WorkerController
+
+LESSONS = ("tests/docs/test_lesson.py", "tests/scripts/test_lesson.py")
+"""They play the lesson in real time, a minute and more for each test."""
+
+FOLDERS = ("tests/ros1/", "tests/ros1_host/", "tests/bridges/ros1/")
+WAITING = (*LESSONS, *FOLDERS, "tests/client/test_ros1.py", "tests/docs/test_ros1_page.py")
+
+TOGETHER = "tests/browser/"
+"""Its tests share a browser and what it looks at: they all go to one worker."""
+
+FIRST = (*LESSONS, "tests/ros1/test_catkin.py", *WAITING, TOGETHER)
+"""In this order: what takes long must not be what the others wait for in the end."""
+
+FEW = 2
+"""So many workers all do everything, in order."""
+
+
+class Scheduling(LoadScopeScheduling):  # type: ignore[misc]  # xdist says no types
+    """Work units for xdist, in the order in which they were collected."""
+
+    def __init__(self, config: pytest.Config, log: Any) -> None:
+        super().__init__(config, log)
+        config.option.loadscopereorder = False
+
+    def _split_scope(self, nodeid: str) -> str:
+        if nodeid.startswith(TOGETHER):
+            return TOGETHER
+        return nodeid.partition("::")[0] if nodeid.startswith(FOLDERS) else nodeid
+
+    def _assign_work_unit(self, node: WorkerController) -> None:
+        if self.numnodes > FEW:
+            waits = node.gateway.id == f"gw{self.numnodes - 1}"
+            fits = (unit for unit in self.workqueue if unit.startswith(WAITING) == waits)
+            self.workqueue.move_to_end(next(fits, next(iter(self.workqueue))), last=False)
+        super()._assign_work_unit(node)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Scheduling | None:
+    return Scheduling(config, log) if config.getoption("dist") == "load" else None
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    items.sort(key=lambda item: next((place for place, name in enumerate(FIRST) if item.nodeid.startswith(name)), 99))

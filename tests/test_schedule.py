@@ -1,0 +1,99 @@
+"""Which worker gets what: files of ROS 1 whole, what takes long first, and who waits beside those who compute."""
+
+from itertools import chain
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from tests.schedule import FIRST, TOGETHER, Scheduling, pytest_collection_modifyitems
+
+ROOT = Path(__file__).parents[1]
+LESSON, CATKIN, LATER = "tests/docs/test_lesson.py", "tests/ros1/test_catkin.py", "tests/bridges/ros1/test_b.py"
+NAMES = ["tests/a.py::x", f"{LATER}::y", f"{LATER}::z", f"{CATKIN}::z", "tests/c.py::x", f"{LESSON}::u", f"{LESSON}::v"]
+
+
+class Worker:
+    """What a scheduler knows of a worker."""
+
+    def __init__(self, number: int) -> None:
+        self.gateway = SimpleNamespace(id=f"gw{number}")
+        self.shutting_down = False
+        self.sent: list[int] = []
+
+    def send_runtest_some(self, indices: list[int]) -> None:
+        self.sent += indices
+
+    def shutdown(self) -> None:
+        self.shutting_down = True
+
+
+def in_order(names: list[str]) -> list[str]:
+    items: list[Any] = [SimpleNamespace(nodeid=name) for name in names]
+    pytest_collection_modifyitems(items)
+    return [item.nodeid for item in items]
+
+
+def run(names: list[str], count: int) -> list[list[str]]:
+    """What each worker ran, if every test takes as long as the others."""
+    config: Any = SimpleNamespace(
+        option=SimpleNamespace(), getvalue=lambda _: ["popen"] * count, getoption=lambda _: ["popen"] * count
+    )
+    scheduling, workers = Scheduling(config, None), [Worker(number) for number in range(count)]
+    for worker in workers:
+        scheduling.add_node(worker)
+        scheduling.add_node_collection(worker, names)
+    scheduling.schedule()
+    done = [0] * count
+    while any(len(worker.sent) > so_far for worker, so_far in zip(workers, done, strict=True)):
+        for number, worker in enumerate(workers):
+            if done[number] < len(worker.sent):
+                done[number] += 1
+                scheduling.mark_test_complete(worker, worker.sent[done[number] - 1])
+    assert scheduling.tests_finished
+    return [[names[index] for index in worker.sent] for worker in workers]
+
+
+def test_order() -> None:
+    assert [NAMES.index(name) for name in in_order(NAMES)] == [5, 6, 3, 1, 2, 0, 4]
+
+
+def test_files_of_ros1_stay_whole() -> None:
+    scheduling = Scheduling.__new__(Scheduling)
+    assert scheduling._split_scope("tests/ros1/test_b.py::y[a::b]") == "tests/ros1/test_b.py"
+    assert scheduling._split_scope("tests/kitting/test_b.py::y") == "tests/kitting/test_b.py::y"
+
+
+def test_those_of_the_page_go_to_one_worker() -> None:
+    scheduling = Scheduling.__new__(Scheduling)
+    assert scheduling._split_scope("tests/browser/test_a.py::y") == TOGETHER
+    assert scheduling._split_scope("tests/browser/test_b.py::z") == TOGETHER
+
+
+@pytest.mark.parametrize("name", FIRST)
+def test_what_is_named_is_there(name: str) -> None:
+    assert (ROOT / name).exists()
+
+
+def test_two_workers_take_everything_in_order() -> None:
+    names = in_order(NAMES)
+    one, other = run(names, 2)
+    assert sorted([*one, *other]) == sorted(names)
+    assert names.index(one[0]) + names.index(other[0]) == 1
+
+
+def test_the_last_of_three_waits_while_the_others_compute() -> None:
+    names = in_order([*NAMES, *(f"tests/d.py::{number}" for number in range(40))])
+    *others, last = run(names, 3)
+    waiting = [name for name in names if name.startswith((LESSON, CATKIN, LATER))]
+    assert last[: len(waiting)] == waiting
+    assert len(last) > len(waiting)  # then it helps
+    assert sorted(chain(*others, last)) == sorted(names)
+
+
+def test_who_has_run_out_of_computing_helps_those_that_wait() -> None:
+    names = in_order([f"{LESSON}::{number}" for number in range(30)])
+    shares = run(names, 3)
+    assert sorted(chain(*shares)) == sorted(names)
+    assert min(map(len, shares)) > 5
