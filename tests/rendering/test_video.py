@@ -4,15 +4,13 @@ import signal
 import subprocess
 import sys
 import time
-from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from cellwright.errors import UsageError
 from cellwright.rendering.camera import Camera
-from cellwright.rendering.video import Video, check_video_size, period_of
+from cellwright.rendering.video import Video
 from cellwright.rendering.worker import RenderingError
 from tests.rendering.scenes_of_shapes import BALL, ball_at
 from tests.rendering.worker.test_film import read
@@ -124,17 +122,3 @@ def _is_there(pid: int) -> bool:
 def test_a_video_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RenderingError, match="No such file or directory"):
         Video(tmp_path / "no" / "a.mp4", BALL, *SIZE)
-
-
-@pytest.mark.parametrize("size", [(0, 48), (15, 48), (65, 48), (64, 47), (64, 8192)])
-def test_sizes_that_no_video_has_are_refused(size: tuple[int, int]) -> None:
-    with pytest.raises(UsageError, match="of a video is an even number from 16 to 4096"):
-        check_video_size(*size)
-
-
-def test_frames_are_apart_as_the_speed_says() -> None:
-    assert period_of(1.0) == Fraction(1, 25)
-    assert period_of(2.5) == Fraction(1, 10)
-    for speed in (0.0, -1.0, math.nan, math.inf):
-        with pytest.raises(UsageError, match="above 0"):
-            period_of(speed)

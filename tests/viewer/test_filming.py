@@ -10,9 +10,10 @@ from cellwright.agents.agent import find_agent
 from cellwright.cell import Cell
 from cellwright.description.catalogue import find_trial
 from cellwright.description.gear2017 import load_trial
+from cellwright.rendering.video_wish import VideoWish
 from cellwright.rendering.views import VIEWS
 from cellwright.run import RunOptions, run_cell
-from cellwright.viewer.filming import Filming, VideoWish, still
+from cellwright.viewer.filming import Filming, still
 from tests.rendering.worker.test_film import read
 
 TRIAL = load_trial([find_trial("lesson")]).trial

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 import typer
 from rich.console import Console
 
-from cellwright.server import Server
-from cellwright.serving import Pace
+if TYPE_CHECKING:
+    from cellwright.server import Server
+    from cellwright.serving import Pace
 
 
 def warn(what: object) -> None:

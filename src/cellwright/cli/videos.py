@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,12 +13,12 @@ from cellwright.cell import Cell
 from cellwright.cli import options
 from cellwright.errors import UnknownNameError, UsageError
 from cellwright.rendering.camera import Camera
-from cellwright.rendering.robots import robot_camera, robot_lamp
-from cellwright.rendering.video import HEIGHT, WIDTH, check_video_size, period_of
+from cellwright.rendering.video_wish import HEIGHT, WIDTH, VideoWish, check_video_size, period_of
 from cellwright.rendering.views import VIEWS, camera_of
 from cellwright.rendering.way import settled_way
-from cellwright.teleop.node import RobotNode
-from cellwright.viewer.filming import Filming, Made, VideoWish, still
+
+if TYPE_CHECKING:
+    from cellwright.viewer.filming import Filming, Made
 
 PANEL = "Video"
 
@@ -103,6 +103,7 @@ def of_cell(cell: Cell, wanted: VideoWish, *, waits: bool, warn: Callable[[str],
     Raises:
         RenderingError: it cannot be written.
     """
+    from cellwright.viewer.filming import Filming, still  # it takes a moment to load
 
     def caption() -> str:
         points = cell.competition.score().total
@@ -111,30 +112,6 @@ def of_cell(cell: Cell, wanted: VideoWish, *, waits: bool, warn: Callable[[str],
 
     return Filming(
         cell, wanted, camera=still(wanted.camera or VIEWS["overview"]), caption=caption, waits=waits, warn=warn
-    )
-
-
-def of_robot(node: RobotNode, wanted: VideoWish, *, waits: bool, warn: Callable[[str], None]) -> Filming:
-    """A video of a robot, which is seen whole as it stands now, with the time in its corner.
-
-    Args:
-        node: whose robot it is.
-        wanted: what was asked for.
-        waits: hold time until a frame can be drawn.
-        warn: takes a line about what goes wrong.
-
-    Raises:
-        RenderingError: it cannot be written.
-    """
-    camera = wanted.camera or robot_camera(node.world, node.simulation.data, wanted.width, wanted.height)
-    return Filming(
-        node,
-        wanted,
-        camera=still(camera),
-        caption=lambda: f"{node.simulation.time:.1f} s",
-        waits=waits,
-        warn=warn,
-        lamp=robot_lamp(camera),
     )
 
 

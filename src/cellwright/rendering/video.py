@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections import deque
 from fractions import Fraction
 from pathlib import Path
 
-from cellwright.errors import UsageError
 from cellwright.pose import Vector3
 from cellwright.rendering.camera import Camera
-from cellwright.rendering.picture import LAMP, LARGEST_SIDE
+from cellwright.rendering.picture import LAMP
+from cellwright.rendering.video_wish import HEIGHT, RATE, WIDTH, check_video_size
 from cellwright.rendering.worker import Pending, RenderingError, RenderWorker, wire
 from cellwright.scene import Frame, Scene
 
-WIDTH, HEIGHT = 1280, 720
-"""Of a video, in pixels, unless told otherwise."""
-RATE = Fraction(25)
-"""Pictures a second, as it is played."""
-
-_SMALLEST_SIDE = 16
 _WAITING = 6  # frames that may wait to be drawn
 _LONGEST_CAPTION = 300  # characters
 
@@ -128,27 +121,3 @@ class Video:
                 self._waiting.popleft().result()
             except RenderingError as error:
                 self.error = str(error)
-
-
-def check_video_size(width: int, height: int) -> None:
-    """Refuse a size that no video can have.
-
-    Raises:
-        UsageError: it is none.
-    """
-    for name, value in (("width", width), ("height", height)):
-        if not _SMALLEST_SIDE <= value <= LARGEST_SIDE or value % 2:
-            raise UsageError(
-                f"the {name} of a video is an even number from {_SMALLEST_SIDE} to {LARGEST_SIDE}, not {value}"
-            )
-
-
-def period_of(speed: float, rate: Fraction = RATE) -> Fraction:
-    """Simulation time [s] from a frame to the next, for a video that shows `speed` simulated seconds a second.
-
-    Raises:
-        UsageError: a speed that is none.
-    """
-    if not (math.isfinite(speed) and speed > 0):
-        raise UsageError(f"the speed of a video is a number above 0, not {speed:g}")
-    return Fraction(str(speed)) / rate

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from pathlib import Path
 from typing import TypeAlias
 
 from cellwright.bus.served import Served
@@ -12,34 +10,14 @@ from cellwright.errors import CellwrightError
 from cellwright.pose import Vector3
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import LAMP
-from cellwright.rendering.video import HEIGHT, RATE, WIDTH, Video, period_of
+from cellwright.rendering.video import Video
+from cellwright.rendering.video_wish import RATE, VideoWish, period_of
 from cellwright.rendering.way import RAYS
 from cellwright.scene.taking import SceneTaker
 from cellwright.simulation.watches import Watch
 
 Made: TypeAlias = dict[str, float | str]
 """What is told of a video: `file`, `length` [s], `frames`, and `dropped`, those of them that were not drawn."""
-
-
-@dataclass(frozen=True)
-class VideoWish:
-    """What a video is to be.
-
-    Attributes:
-        file: of the video, MP4.
-        camera: where it is taken from; None for where a robot is seen whole.
-        speed: simulated seconds a second of the video.
-        width: in pixels.
-        height: in pixels.
-        fine: edges of four samples a pixel.
-    """
-
-    file: Path
-    camera: Camera | None = None
-    speed: float = 1.0
-    width: int = WIDTH
-    height: int = HEIGHT
-    fine: bool = False
 
 
 class Filming:

@@ -13,7 +13,8 @@ from cellwright.recording.reader import Recording
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import LAMP
 from cellwright.rendering.robots import TILT, TURN, camera_on, robot_lamp
-from cellwright.rendering.video import Video, period_of
+from cellwright.rendering.video import Video
+from cellwright.rendering.video_wish import VideoWish, period_of
 from cellwright.rendering.views import VIEWS
 from cellwright.rendering.way import RAYS
 from cellwright.replay.sight import Sight
@@ -21,7 +22,7 @@ from cellwright.scene import Frame, Scene
 from cellwright.scene.encoded import decode_scene
 from cellwright.scene.model import SceneModel
 from cellwright.simulation.clock import NANOSECONDS, nanoseconds
-from cellwright.viewer.filming import Made, VideoWish
+from cellwright.viewer.filming import Made
 
 
 def film(

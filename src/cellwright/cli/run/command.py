@@ -16,7 +16,6 @@ from cellwright.agents.agent import BUNDLED, Agent, find_agent
 from cellwright.cell import Cell
 from cellwright.cli import lines, options, recorded, videos
 from cellwright.cli.arguments import TRIAL, Development, Log, Record, Seed, Servo, Until, Vary
-from cellwright.cli.run import over as run_over
 from cellwright.cli.run.arguments import (
     AgentName,
     AsJson,
@@ -35,7 +34,7 @@ from cellwright.cli.run.arguments import (
     Verbose,
     WithPicture,
 )
-from cellwright.cli.run.attended import Attended
+from cellwright.cli.run.over import way as way_of
 from cellwright.cli.run.pictures import Quality
 from cellwright.cli.run.turn import Turn
 from cellwright.cli.view.arguments import Open, View, ViewHost, ViewPort, look, refuse_a_camera
@@ -118,14 +117,16 @@ def run(
     least = options.min_score(min_score)
     if connect is not None:
         _refuse_what_is_settled(context)
-        run_over.connected(agent, connect, as_json=as_json, min_score=least)
+        from cellwright.cli.run.connected import connected
+
+        connected(agent, connect, as_json=as_json, min_score=least)
     if not files:
         options.refuse("give a trial, such as lesson; cellwright trials lists those that come along")
     refuse_a_camera(files, view=view)
     if quality is Quality.FAST:
         settled_way()
     page = look(view=view, host=view_host, port=view_port, opens=open_page)
-    way = run_over.way(over, lockstep=lockstep)
+    way = way_of(over, lockstep=lockstep)
     wanted = RunOptions(
         speed=options.speed(speed or ("max" if page is None and (way is None or lockstep) else "1")),
         until=options.until(until),
@@ -175,6 +176,9 @@ def run(
     )
     if page is None:
         raise typer.Exit(turn.play())
+    # what looking on and other processes need is loaded where somebody wants it, which the other runs are spared
+    from cellwright.cli.run.attended import Attended
+
     say = partial(console.print, markup=False, soft_wrap=True)
     with Attended(
         cell, page, speed=wanted.speed, lockstep=lockstep, apart=way is not None, about={"agent": agent}, say=say

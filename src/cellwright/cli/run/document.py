@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from cellwright.cell import Cell
 from cellwright.kitting.score.evidence import Evidence
 from cellwright.kitting.score.evidence_json import evidence_to_json, trial_score_to_json
 from cellwright.kitting.score.trial_score import TrialScore
 from cellwright.run import RunResult, versions
-from cellwright.serving import Pace
+
+if TYPE_CHECKING:
+    from cellwright.serving import Pace
 
 
 def of_run(

@@ -12,8 +12,7 @@ from cellwright.errors import RenderingError, UsageError
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import Progress, save_picture
 from cellwright.rendering.png import save
-from cellwright.rendering.video import HEIGHT, WIDTH
-from cellwright.rendering.worker import RenderWorker
+from cellwright.rendering.video_wish import HEIGHT, WIDTH
 from cellwright.scene.taking import SceneTaker
 
 
@@ -87,6 +86,8 @@ class Pictures:
 
 
 def _save_fast(file: Path, cell: Cell, camera: Camera) -> None:
+    from cellwright.rendering.worker import RenderWorker  # it takes a moment to load
+
     cell.simulation.refresh()
     taker = SceneTaker(cell.simulation.model, name=cell.name, hidden=cell.out_of_sight)
     frame = taker.frame(cell.simulation.data, cell.simulation.now)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 from rich.console import Console
@@ -20,8 +20,6 @@ from cellwright.cell import Cell
 from cellwright.cli import exit_status, lines, recorded, videos
 from cellwright.cli.bar import bar
 from cellwright.cli.run import document, score_table
-from cellwright.cli.run import over as run_over
-from cellwright.cli.run.attended import Attended
 from cellwright.cli.run.pictures import Pictures, Quality
 from cellwright.cli.run.progress import RunProgress
 from cellwright.cli.signals import ended_as_by_ctrl_c
@@ -31,8 +29,12 @@ from cellwright.kitting.score.scorer import GameScore
 from cellwright.kitting.score.trial_score import Averages, TrialScore, trial_score
 from cellwright.recording.run_log import RunLog
 from cellwright.rendering.camera import Camera
+from cellwright.rendering.video_wish import VideoWish
 from cellwright.run import Outcome, RecordOptions, RunOptions, RunResult, run_cell
-from cellwright.viewer.filming import Filming, Made, VideoWish
+
+if TYPE_CHECKING:
+    from cellwright.cli.run.attended import Attended
+    from cellwright.viewer.filming import Filming, Made
 
 
 @dataclass
@@ -126,8 +128,10 @@ class Turn:
 
     def _run(self, worker: Agent | None, wanted: RunOptions) -> RunResult:
         if self.make is not None and self.way is not None:
+            from cellwright.cli.run.hosted import hosted
+
             report = partial(self._progress.line, style="yellow")
-            return run_over.hosted(
+            return hosted(
                 self.cell,
                 self.agent,
                 wanted,

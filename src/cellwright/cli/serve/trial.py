@@ -27,6 +27,7 @@ from cellwright.contracts.gear.parameters import parameters
 from cellwright.description.trial import Trial
 from cellwright.recording.run_log import RunLog
 from cellwright.rendering.camera import Camera
+from cellwright.rendering.video_wish import VideoWish
 from cellwright.rendering.views import VIEWS
 from cellwright.ros1_host import Ros1
 from cellwright.run import Outcome, RecordOptions, RunOptions
@@ -37,7 +38,6 @@ from cellwright.server.services.cell_panel import IN_COMPETITION, CellPanel
 from cellwright.server.services.control import Control, Reset
 from cellwright.serving import Hooks, Serving
 from cellwright.simulation.tempo import Tempo
-from cellwright.viewer.filming import VideoWish
 
 EXIT_ON_COMPLETION = "ARIAC_EXIT_ON_COMPLETION"
 """Environment variable of the original: with any value the simulator ends when the competition does."""

@@ -15,6 +15,7 @@ from cellwright.cli import lines, recorded, videos
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.signals import Stop, stopped_by_signals
 from cellwright.cli.teleop import summary
+from cellwright.cli.teleop.film import film
 from cellwright.cli.teleop.options import Load, TeleopOptions
 from cellwright.cli.teleop.progress import NodeProgress
 from cellwright.cli.teleop.ros1 import RosSide
@@ -99,17 +100,17 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
         tell = progress.line
         is_stopped.follow(partial(setattr, keeper, "is_stopped", True))
         waits = wanted.lockstep or wanted.speed is None
-        film = None if wanted.video is None else videos.of_robot(node, wanted.video, waits=waits, warn=lines.warn)
-        if film is not None:
-            film.start()
+        filming = None if wanted.video is None else film(node, wanted.video, waits=waits, warn=lines.warn)
+        if filming is not None:
+            filming.start()
         with progress.running():
             if not is_stopped.has_come:
                 console.print(
                     lines.ready(node.name, server, wanted.speed) + in_ros + _off(node), markup=False, soft_wrap=True
                 )
             ran = _run(node, server, keeper, wanted)
-        if film is not None:
-            ran.videos, ran.is_recorded = [film.finish()], film.is_whole
+        if filming is not None:
+            ran.videos, ran.is_recorded = [filming.finish()], filming.is_whole
         if recording is not None:
             recording.end({"outcome": ran.outcome, "error": ran.error, "wall": ran.wall})
             ran.recordings, ran.is_recorded = recording.files, ran.is_recorded and recording.is_whole

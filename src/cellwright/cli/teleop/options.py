@@ -11,12 +11,12 @@ from cellwright.cli.view.arguments import Look
 from cellwright.contracts.io_teleop import rows as io_teleop
 from cellwright.description.robot.config import RobotConfig
 from cellwright.devices.joint_servos import Motion
+from cellwright.rendering.video_wish import VideoWish
 from cellwright.run import RecordOptions
 from cellwright.server import DEFAULT_PORT
 from cellwright.server.server import LOOPBACK
 from cellwright.teleop.drivers.driver import Driver
 from cellwright.teleop.safety.settings import SafetySettings
-from cellwright.viewer.filming import VideoWish
 from cellwright.world.robot import TIMESTEP
 
 Load = Callable[[Callable[[str], None]], RobotConfig]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
@@ -15,7 +15,9 @@ from cellwright.cli.teleop.options import TeleopOptions
 from cellwright.run import versions
 from cellwright.serving import Pace
 from cellwright.teleop.node import RobotNode
-from cellwright.viewer.filming import Made
+
+if TYPE_CHECKING:
+    from cellwright.viewer.filming import Made
 
 
 @dataclass

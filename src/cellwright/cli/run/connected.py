@@ -1,0 +1,74 @@
+"""`cellwright run --connect`: an agent works, in this process, a cell that is served already."""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import NoReturn
+
+import typer
+from rich.console import Console
+
+from cellwright.agents.agent import find_agent
+from cellwright.cli import options
+from cellwright.cli.exit_status import DONE, NOT_DONE
+from cellwright.cli.serve.result import RESULT
+from cellwright.client.client import Client
+from cellwright.client.transports.socket import SocketTransport
+from cellwright.errors import UsageError
+from cellwright.remote.hosting import NODE
+from cellwright.remote.working import Parting, Worked, work
+from cellwright.run import DRIVE
+
+_STATE = "/ariac/competition_state"  # what every cell tells of
+
+
+def connected(agent: str, address: str, *, as_json: bool, min_score: float | None) -> NoReturn:
+    """Let an agent work, in this process, a cell that is served already; print what the cell says of it."""
+    where = options.address("--connect", address)
+    console = Console(stderr=as_json, highlight=False)
+    worker = find_agent(agent)()
+    transport = SocketTransport(where, node=NODE)
+    if not any(each["name"] == _STATE for each in transport.welcome["topics"]):
+        transport.close()
+        options.refuse(
+            f"--connect {address}: no cell is served there, but {transport.welcome['trial']}, a robot's node"
+        )
+    console.print(f"trial {transport.welcome['trial']}, agent {agent}, at {address}", markup=False, soft_wrap=True)
+    worked = work(worker, transport, _wait_for_kits)
+    sys.stderr.write(worked.error)
+    try:
+        asking = SocketTransport(where, node=NODE)
+    except UsageError:
+        typer.echo("the cell is gone; where it was served its score has been printed", err=True)
+        raise typer.Exit(NOT_DONE) from None
+    result = asking.ask_server(RESULT)
+    asking.close()
+    document = result["document"]
+    score = document["score"]["total"]
+    enough = min_score is None or score >= min_score
+    status = DONE if document["competition_state"] == "done" and _is_well(worked) and enough else NOT_DONE
+    if as_json:
+        typer.echo(json.dumps(document | {"agent": agent, "error": worked.error, "exit_status": status}, indent=2))
+    else:
+        typer.echo(result["text"], nl=False)
+        if not enough:
+            console.print(f"not enough  {min_score:g} points were asked for", markup=False)
+    raise typer.Exit(status)
+
+
+def _is_well(worked: Worked) -> bool:
+    return worked.parting in (Parting.RETURNED, Parting.RUN_ENDED)
+
+
+def _wait_for_kits(client: Client) -> None:
+    """The agent has returned; kits that it sent off still arrive, and the competition may still end."""
+    agvs = [client.latest(f"/ariac/agv{number}/state") for number in (1, 2)]
+    client.sleep(0.2)  # by then all states have been told
+
+    def nothing_to_come() -> bool:
+        on_their_way = [agv.message is not None and agv.message.data == "preparing_to_deliver" for agv in agvs]
+        return client.competition_state == "done" or not any(on_their_way)
+
+    client.wait_until(nothing_to_come, DRIVE)
+    client.wait_until(lambda: client.competition_state == "done", 0.3)

@@ -1,0 +1,23 @@
+"""What no video can be is refused before anything is drawn."""
+
+import math
+from fractions import Fraction
+
+import pytest
+
+from cellwright.errors import UsageError
+from cellwright.rendering.video_wish import check_video_size, period_of
+
+
+@pytest.mark.parametrize("size", [(0, 48), (15, 48), (65, 48), (64, 47), (64, 8192)])
+def test_sizes_that_no_video_has_are_refused(size: tuple[int, int]) -> None:
+    with pytest.raises(UsageError, match="of a video is an even number from 16 to 4096"):
+        check_video_size(*size)
+
+
+def test_frames_are_apart_as_the_speed_says() -> None:
+    assert period_of(1.0) == Fraction(1, 25)
+    assert period_of(2.5) == Fraction(1, 10)
+    for speed in (0.0, -1.0, math.nan, math.inf):
+        with pytest.raises(UsageError, match="above 0"):
+            period_of(speed)
