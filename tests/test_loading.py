@@ -1,4 +1,5 @@
 import signal
+import threading
 from collections.abc import Iterator
 
 import pytest
@@ -33,3 +34,17 @@ def test_a_handler_of_the_caller_stands(own: signal.Handlers) -> None:
     with interrupts_end_the_process():
         assert signal.getsignal(signal.SIGINT) is own
     assert signal.getsignal(signal.SIGINT) is own
+
+
+def test_in_a_thread_nothing_is_changed() -> None:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    found: list[object] = []
+
+    def load() -> None:
+        with interrupts_end_the_process():
+            found.append(signal.getsignal(signal.SIGINT))
+
+    thread = threading.Thread(target=load)
+    thread.start()
+    thread.join()
+    assert found == [signal.default_int_handler]

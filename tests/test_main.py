@@ -34,7 +34,7 @@ def test_ctrl_c_while_it_is_being_loaded_says_nothing(modules: str, tmp_path: Pa
     (tmp_path / f"{modules}.py").write_text("print('loading', flush=True)\nimport time\ntime.sleep(60)\n")
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])}
     process = subprocess.Popen(
-        [sys.executable, "-m", "cellwright", "trials"],
+        [sys.executable, "-m", "cellwright", "check", "lesson"],
         env=environment,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

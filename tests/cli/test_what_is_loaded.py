@@ -7,27 +7,47 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
+
+import pytest
 
 HEAVY = ("OpenGL", "av", "glfw", "matplotlib", "rospy", "viser", "websockets")
+
+OF_OURS = tuple(f"cellwright.{room}" for room in ("remote", "rendering.video", "rendering.worker", "server", "teleop"))
+"""What has to do with other processes, videos, pages and robots."""
 
 _PROGRAM = """
 import json, sys
 from cellwright.cli.main import main
 status = main(sys.argv[2:])
-print(json.dumps([status, sorted({name.partition(".")[0] for name in sys.modules} & set(json.loads(sys.argv[1])))]))
+print(json.dumps([status, sorted(set(sys.modules) & set(json.loads(sys.argv[1])))]))
 """
 
 
-def test_a_run_that_is_recorded_loads_nothing_of_looking_on(tmp_path: Path) -> None:
-    asked = json.dumps([*HEAVY, "mcap"])  # which is loaded, so that this test looks in the right place
-    run = ["run", "lesson", "--agent", "none", "--until", "0.01", "--no-picture", "--record", "run.mcap"]
+@pytest.mark.parametrize(
+    ("options", "loaded"),
+    [((), []), (("--record", "run.mcap"), ["cellwright.server", "mcap"])],
+    ids=["plain", "recorded"],
+)
+def test_a_run_loads_nothing_of_looking_on(options: tuple[str, ...], loaded: list[str], tmp_path: Path) -> None:
+    asked = json.dumps([*HEAVY, *OF_OURS, "mcap"])
+    run = ["run", "lesson", "--agent", "none", "--until", "0.01", "--no-picture", *options]
+    assert _ended(asked, run, tmp_path) == [0, loaded]
+
+
+def test_what_other_commands_need_is_not_loaded(tmp_path: Path) -> None:
+    assert _ended(json.dumps(["mujoco", "numpy"]), ["--version"], tmp_path) == [0, []]
+
+
+def _ended(asked: str, arguments: list[str], folder: Path) -> Any:
+    """The exit status of a command, and which of the modules asked for it has loaded."""
     done = subprocess.run(
-        [sys.executable, "-c", _PROGRAM, asked, *run],
+        [sys.executable, "-c", _PROGRAM, asked, *arguments],
         env={**os.environ, "MUJOCO_GL": "disable"},  # else the engine itself loads glfw where it is installed
         capture_output=True,
         text=True,
         check=True,
         timeout=300,
-        cwd=tmp_path,
+        cwd=folder,
     )
-    assert json.loads(done.stdout.splitlines()[-1]) == [0, ["mcap"]]
+    return json.loads(done.stdout.splitlines()[-1])

@@ -9,27 +9,15 @@ from typing import Annotated
 import typer
 
 import cellwright
-from cellwright.cli.bench.command import bench
-from cellwright.cli.check import check
-from cellwright.cli.eval.command import evaluate
+from cellwright.cli.commands import CommandsOnDemand
 from cellwright.cli.exit_status import BAD_INPUT, NOT_DONE
-from cellwright.cli.operate.app import app as operate
-from cellwright.cli.plot.command import plot
-from cellwright.cli.replay.command import replay
-from cellwright.cli.robot.command import robot
-from cellwright.cli.ros1.env import ros1_env
-from cellwright.cli.ros1.workspace import ros1_workspace
-from cellwright.cli.run.command import run
-from cellwright.cli.serve.command import serve
-from cellwright.cli.teleop.command import teleop
-from cellwright.cli.trials import trials
-from cellwright.cli.view.command import view
 from cellwright.errors import CellwrightError
 
 _INTERRUPTED = 130  # what Typer returns for Ctrl-C
 
 app = typer.Typer(
     name="cellwright",
+    cls=CommandsOnDemand,
     help="""Simulates industrial robot cells, and judges the programs that work them.
 
     A cell, its orders and its faults are written in a YAML file, in the format of the ARIAC competition of 2017. A
@@ -55,20 +43,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.command()(run)
-app.command()(check)
-app.command("eval")(evaluate)
-app.command()(serve)
-app.command()(teleop)
-app.command()(view)
-app.command()(replay)
-app.command()(plot)
-app.command()(trials)
-app.command()(robot)
-app.add_typer(operate)
-app.command()(bench)
-app.command("ros1-env")(ros1_env)
-app.command("ros1-workspace")(ros1_workspace)
 
 
 def _version(wanted: bool) -> None:  # noqa: FBT001

@@ -24,6 +24,7 @@ app = typer.Typer(
         cellwright operate play motion.csv     # and have it do so again
         cellwright operate call home           # one word, for scripts""",
     no_args_is_help=True,
+    add_completion=False,
     rich_markup_mode="markdown",
 )
 app.command()(keyboard)

@@ -1,0 +1,28 @@
+"""Every command is there, and is loaded from where the table says."""
+
+import pytest
+import typer
+
+from cellwright.cli.commands import COMMANDS
+from cellwright.cli.main import app
+from tests.cli.conftest import CommandLine
+
+GROUP = typer.main.get_command(app)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_it_is_loaded_under_its_name(name: str) -> None:
+    command = GROUP.commands[name]  # type: ignore[attr-defined]
+    assert command.name == name
+    assert command is GROUP.commands[name]  # type: ignore[attr-defined]
+
+
+def test_one_that_is_not_there_is_told_with_what_is_meant(cellwright: CommandLine) -> None:
+    ran = cellwright("trails")
+    assert ran.status == 2
+    assert "No such command 'trails'. Did you mean 'trials'?" in ran.err
+
+
+def test_no_other_can_be_put_in() -> None:
+    with pytest.raises(TypeError):
+        GROUP.add_command(GROUP, "own")  # type: ignore[attr-defined]
