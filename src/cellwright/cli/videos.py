@@ -32,7 +32,7 @@ File = Annotated[
     ),
 ]
 
-View = Annotated[
+From = Annotated[
     str | None,
     typer.Option(
         "--video-camera",

@@ -17,7 +17,7 @@ import pytest
 from cellwright.cell import Cell
 from cellwright.cli.run import attended
 from cellwright.cli.run.attended import APART, Attended
-from cellwright.cli.view.arguments import Look
+from cellwright.cli.view.arguments import PageWish
 from cellwright.client import Client
 from cellwright.errors import CellwrightError, UsageError
 from cellwright.remote.hosting import Host
@@ -66,7 +66,7 @@ def looked_at(
 ) -> Iterator[Attended]:
     said: list[str] = []
     with Attended(
-        cell, Look(), speed=speed, lockstep=lockstep, apart=apart, about={"agent": "sends"}, say=said.append
+        cell, PageWish(), speed=speed, lockstep=lockstep, apart=apart, about={"agent": "sends"}, say=said.append
     ) as found:
         yield found
 

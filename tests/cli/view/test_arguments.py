@@ -6,20 +6,20 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.cli.view.arguments import Look, look, refuse_a_camera
+from cellwright.cli.view.arguments import PageWish, page_wish, refuse_a_camera
 from cellwright.errors import UsageError
 from cellwright.rendering.views import VIEWS
 from cellwright.viewer.web.start import DEFAULT_PORT
 
 
-def wished(host: str | None = None, port: int | None = None) -> Look:
-    found = look(view=True, host=host, port=port, opens=False)
+def wished(host: str | None = None, port: int | None = None) -> PageWish:
+    found = page_wish(view=True, host=host, port=port, opens=False)
     assert found is not None
     return found
 
 
 def test_no_page_is_wanted_unless_somebody_says_so() -> None:
-    assert look(view=False, host=None, port=None, opens=False) is None
+    assert page_wish(view=False, host=None, port=None, opens=False) is None
 
 
 @pytest.mark.parametrize("host", [None, "127.0.0.1", "127.0.0.2", "::1", "localhost"])

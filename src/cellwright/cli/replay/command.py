@@ -13,7 +13,7 @@ from cellwright.cli import lines, options, videos
 from cellwright.cli.arguments import OUTPUT, Host, Port, Recorded
 from cellwright.cli.bar import bar
 from cellwright.cli.exit_status import DONE
-from cellwright.cli.view.arguments import Open, View, ViewHost, ViewPort, look
+from cellwright.cli.view.arguments import Open, View, ViewHost, ViewPort, page_wish
 from cellwright.server import DEFAULT_PORT
 from cellwright.server.server import LOOPBACK
 from cellwright.simulation.clock import nanoseconds
@@ -96,7 +96,7 @@ def replay(
         ),
     ] = None,
     video: videos.File = None,
-    video_camera: videos.View = None,
+    video_camera: videos.From = None,
     video_speed: videos.Speed = 1.0,
     video_size: videos.Size = videos.USUAL_SIZE,
     video_fine: videos.Fine = False,
@@ -150,7 +150,7 @@ def replay(
 
     console = Console(stderr=as_json, highlight=False)
     is_played = serve or ros1 or view
-    wished = look(view=view, host=view_host, port=view_port, opens=open_page)
+    page = page_wish(view=view, host=view_host, port=view_port, opens=open_page)
     if verify and is_played:
         options.refuse("--verify runs it again and plays nothing: leave out --serve, --ros1 and --view")
     if loop and hold:
@@ -172,7 +172,7 @@ def replay(
         host=host,
         port=port if serve or ros1 else 0,  # a page finds it wherever it is
         ros1=ros1,
-        look=wished,
+        page=page,
     )
     bag_file, mcap_file = options.output_file("--bag", bag, ".bag"), options.output_file("--mcap", mcap, ".mcap")
     with Recording(file) as recording:

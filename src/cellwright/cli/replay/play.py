@@ -11,7 +11,7 @@ from rich.console import Console
 from cellwright.cli import lines
 from cellwright.cli.bar import bar
 from cellwright.cli.signals import Stop, stopped_by_signals
-from cellwright.cli.view.arguments import Look
+from cellwright.cli.view.arguments import PageWish
 from cellwright.cli.view.page import page_on
 from cellwright.recording.reader import Recording
 from cellwright.replay.playing import AtEnd, Playing
@@ -40,7 +40,7 @@ class PlayOptions:
         host: address to listen at.
         port: port to listen at; 0 takes a free one.
         ros1: be a node of ROS 1 too.
-        look: a page on it; None for none.
+        page: a page on it; None for none.
         paused: let time stand until somebody on the page lets it pass.
     """
 
@@ -51,7 +51,7 @@ class PlayOptions:
     host: str = LOOPBACK
     port: int = DEFAULT_PORT
     ros1: bool = False
-    look: Look | None = None
+    page: PageWish | None = None
     paused: bool = False
 
 
@@ -93,7 +93,7 @@ def play(recording: Recording, wanted: PlayOptions, console: Console) -> None:
         )
         RecordingServices(playing).offer(server)
         say = partial(console.print, markup=False, soft_wrap=True)
-        to_close.enter_context(page_on(server, wanted.look, f"{recorded.name} · Cellwright", say))
+        to_close.enter_context(page_on(server, wanted.page, f"{recorded.name} · Cellwright", say))
         is_stopped.follow(playing.stop)
         if ros is not None:
             ros.join(server.address, {"use_sim_time": True}, server.wait)

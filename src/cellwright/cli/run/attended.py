@@ -15,7 +15,7 @@ from typing import Any, Self
 from cellwright.agents.agent import Agent
 from cellwright.cell import Cell
 from cellwright.cli.signals import ended_as_by_ctrl_c
-from cellwright.cli.view.arguments import Look
+from cellwright.cli.view.arguments import PageWish
 from cellwright.cli.view.page import open_page
 from cellwright.errors import UsageError
 from cellwright.run import RunOptions, RunResult, conduct
@@ -38,7 +38,7 @@ class Attended:
 
     Args:
         cell: the cell.
-        look: what page.
+        wish: what page.
         speed: simulated seconds a wall second at first; None: as fast as it goes.
         lockstep: whether time passes only while the agent, in a process of its own, waits.
         apart: whether the agent is in a process of its own.
@@ -52,7 +52,7 @@ class Attended:
     def __init__(
         self,
         cell: Cell,
-        look: Look,
+        wish: PageWish,
         *,
         speed: float | None,
         lockstep: bool,
@@ -72,7 +72,7 @@ class Attended:
         onlookers.offer(self.server, cell, lambda _: self._panel.panel(), control)
         self._attendance: Attendance | None = None
         try:
-            self._page = open_page(self.server.address, look, f"{cell.name} · Cellwright", say, key=self.server.key)
+            self._page = open_page(self.server.address, wish, f"{cell.name} · Cellwright", say, key=self.server.key)
         except UsageError:
             self.server.close("there is no page")
             raise

@@ -37,7 +37,7 @@ from cellwright.cli.run.arguments import (
 from cellwright.cli.run.over import way as way_of
 from cellwright.cli.run.pictures import Quality
 from cellwright.cli.run.turn import Turn
-from cellwright.cli.view.arguments import Open, View, ViewHost, ViewPort, look, refuse_a_camera
+from cellwright.cli.view.arguments import Open, View, ViewHost, ViewPort, page_wish, refuse_a_camera
 from cellwright.description.catalogue import bundled_sensors
 from cellwright.description.trial import Trial
 from cellwright.rendering.way import settled_way
@@ -69,7 +69,7 @@ def run(
     open_page: Open = False,
     quality: HowDrawn = Quality.FINE,
     video: videos.File = None,
-    video_camera: videos.View = None,
+    video_camera: videos.From = None,
     video_speed: videos.Speed = 1.0,
     video_size: videos.Size = videos.USUAL_SIZE,
     video_fine: videos.Fine = False,
@@ -125,7 +125,7 @@ def run(
     refuse_a_camera(files, view=view)
     if quality is Quality.FAST:
         settled_way()
-    page = look(view=view, host=view_host, port=view_port, opens=open_page)
+    page = page_wish(view=view, host=view_host, port=view_port, opens=open_page)
     way = way_of(over, lockstep=lockstep)
     wanted = RunOptions(
         speed=options.speed(speed or ("max" if page is None and (way is None or lockstep) else "1")),

@@ -28,7 +28,7 @@ from cellwright.cli.arguments import (
     Vary,
 )
 from cellwright.cli.serve.trial import EXIT_ON_COMPLETION, ServeOptions, serve_trial
-from cellwright.cli.view.arguments import LOOK, Open, View, ViewHost, ViewPort, look, refuse_a_camera
+from cellwright.cli.view.arguments import LOOK, Open, View, ViewHost, ViewPort, page_wish, refuse_a_camera
 from cellwright.server import DEFAULT_PORT
 from cellwright.server.server import LOOPBACK
 
@@ -104,7 +104,7 @@ def serve(
     view_port: ViewPort = None,
     open_page: Open = False,
     video: videos.File = None,
-    video_camera: videos.View = None,
+    video_camera: videos.From = None,
     video_speed: videos.Speed = 1.0,
     video_size: videos.Size = videos.USUAL_SIZE,
     video_fine: videos.Fine = False,
@@ -158,6 +158,6 @@ def serve(
         camera=options.camera(camera),
         video=videos.wish(video, video_camera, video_speed, video_size, fine=video_fine),
         verbose=verbose,
-        look=look(view=view, host=view_host, port=view_port, opens=open_page),
+        page=page_wish(view=view, host=view_host, port=view_port, opens=open_page),
     )
     raise typer.Exit(serve_trial(partial(options.trial, files, seed, is_varied=vary), wanted))

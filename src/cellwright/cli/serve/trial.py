@@ -21,7 +21,7 @@ from cellwright.cli.run.pictures import Pictures
 from cellwright.cli.run.progress import RunProgress
 from cellwright.cli.serve.result import offer_result
 from cellwright.cli.signals import Stop, stopped_by_signals
-from cellwright.cli.view.arguments import Look
+from cellwright.cli.view.arguments import PageWish
 from cellwright.cli.view.page import page_on
 from cellwright.contracts.gear.parameters import parameters
 from cellwright.description.trial import Trial
@@ -66,7 +66,7 @@ class ServeOptions:
         camera: where that is taken from.
         video: a video to be written; it is not waited for where time keeps to the wall clock.
         verbose: say also how time kept to the wall clock.
-        look: a page on it; None for none.
+        page: a page on it; None for none.
         paused: let time stand until somebody on the page lets it pass.
     """
 
@@ -88,7 +88,7 @@ class ServeOptions:
     camera: Camera = VIEWS["overview"]
     video: VideoWish | None = None
     verbose: bool = False
-    look: Look | None = None
+    page: PageWish | None = None
     paused: bool = False
 
 
@@ -139,7 +139,7 @@ def serve_trial(
         control = Control(tempo, reset=Reset(serving.begin_anew, lambda: hindrance), lockstep=wanted.lockstep)
         panel = CellPanel(cell)
         onlookers.offer(server, cell, lambda _: panel.panel(), control)
-        to_close.enter_context(page_on(server, wanted.look, f"{cell.name} · Cellwright", say))
+        to_close.enter_context(page_on(server, wanted.page, f"{cell.name} · Cellwright", say))
         offer_result(serving)
         is_stopped.follow(serving.stop)
         kept = None if wanted.log is None else RunLog(wanted.log, about={"agent": "served"}, report=lines.warn)

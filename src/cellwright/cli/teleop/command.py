@@ -43,7 +43,7 @@ from cellwright.cli.teleop.motion_check import run_motion_check
 from cellwright.cli.teleop.node import run_node
 from cellwright.cli.teleop.options import TeleopOptions
 from cellwright.cli.teleop.sight import Sight
-from cellwright.cli.view.arguments import Open, View, ViewHost, ViewPort, look
+from cellwright.cli.view.arguments import Open, View, ViewHost, ViewPort, page_wish
 from cellwright.contracts.io_teleop.rows import NODE
 from cellwright.description.robot.robots import load_robot
 from cellwright.devices.joint_servos import Motion
@@ -89,7 +89,7 @@ def teleop(
     open_page: Open = False,
     record: Record = None,
     video: videos.File = None,
-    video_camera: videos.View = None,
+    video_camera: videos.From = None,
     video_speed: videos.Speed = 1.0,
     video_size: videos.Size = videos.USUAL_SIZE,
     video_fine: videos.Fine = False,
@@ -174,7 +174,7 @@ def teleop(
         verbose=verbose,
         record=recorded.wanted(record),
         video=videos.wish(video, video_camera, video_speed, video_size, fine=video_fine),
-        look=look(view=view, host=view_host, port=view_port, opens=open_page),
+        page=page_wish(view=view, host=view_host, port=view_port, opens=open_page),
     )
     run = run_motion_check if check else run_node
     raise typer.Exit(run(partial(load_robot, robot), wanted))

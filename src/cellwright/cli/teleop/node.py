@@ -89,7 +89,7 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
         tempo = Tempo(wanted.speed, paused=wanted.paused)
         onlookers.offer(server, node, RobotPanel(node).tell, _control(node, tempo, wanted))
         say = partial(console.print, markup=False, soft_wrap=True)
-        to_close.enter_context(page_on(server, wanted.look, f"{node.name} · Cellwright", say))
+        to_close.enter_context(page_on(server, wanted.page, f"{node.name} · Cellwright", say))
         keeper = Timekeeper(node, server, tempo=tempo, on_poll=poll)
         progress = NodeProgress(
             console,

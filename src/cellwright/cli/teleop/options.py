@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from cellwright.cli.teleop.sight import Sight
-from cellwright.cli.view.arguments import Look
+from cellwright.cli.view.arguments import PageWish
 from cellwright.contracts.io_teleop import rows as io_teleop
 from cellwright.description.robot.config import RobotConfig
 from cellwright.devices.joint_servos import Motion
@@ -47,7 +47,7 @@ class TeleopOptions:
         sight: what somebody wants to see.
         as_json: print the summary as JSON, and nothing else on stdout.
         verbose: say also how time kept to the wall clock.
-        look: a page on it; None for none.
+        page: a page on it; None for none.
         paused: let time stand until somebody on the page lets it pass.
         record: how it is recorded; None for not at all.
         video: a video to be written; it is not waited for where time keeps to the wall clock.
@@ -69,7 +69,7 @@ class TeleopOptions:
     sight: Sight = field(default_factory=Sight)
     as_json: bool = False
     verbose: bool = False
-    look: Look | None = None
+    page: PageWish | None = None
     paused: bool = False
     record: RecordOptions | None = None
     video: VideoWish | None = None

@@ -50,7 +50,7 @@ Open = Annotated[
 
 
 @dataclass(frozen=True)
-class Look:
+class PageWish:
     """A wish for a page.
 
     Attributes:
@@ -66,7 +66,7 @@ class Look:
     opens: bool = False
 
 
-def look(*, view: bool, host: str | None, port: int | None, opens: bool) -> Look | None:
+def page_wish(*, view: bool, host: str | None, port: int | None, opens: bool) -> PageWish | None:
     """The page that somebody wants; None for none.
 
     Raises:
@@ -80,7 +80,7 @@ def look(*, view: bool, host: str | None, port: int | None, opens: bool) -> Look
     host, port = LOOPBACK if host is None else host, DEFAULT_PORT if port is None else port
     if not 0 <= port <= 65535:
         refuse(f"--view-port {port}: give a port from 0 to 65535")
-    return Look(host, port, "" if _is_local(host) else secrets.token_urlsafe(16), opens)
+    return PageWish(host, port, "" if _is_local(host) else secrets.token_urlsafe(16), opens)
 
 
 def refuse_a_camera(words: Sequence[str], *, view: bool) -> None:

@@ -13,7 +13,7 @@ from cellwright.cli.exit_status import DONE
 from cellwright.cli.serve.trial import ServeOptions, serve_trial
 from cellwright.cli.teleop.node import run_node
 from cellwright.cli.teleop.options import TeleopOptions
-from cellwright.cli.view.arguments import Look, Open, ViewHost, ViewPort, look
+from cellwright.cli.view.arguments import Open, PageWish, ViewHost, ViewPort, page_wish
 from cellwright.cli.view.kind import Kind, kind_of
 from cellwright.cli.view.served import watch
 from cellwright.description.robot.robots import load_robot
@@ -51,11 +51,11 @@ def view(
 
     Exit status: 0 stopped by Ctrl-C; 2 bad input, and nothing was started.
     """
-    wished = look(view=True, host=view_host, port=view_port, opens=open_page) or Look()
+    page = page_wish(view=True, host=view_host, port=view_port, opens=open_page) or PageWish()
     console = Console(highlight=False)
     match kind_of(what):
         case Kind.ADDRESS:
-            watch(options.address("view", what[0]), wished, console)
+            watch(options.address("view", what[0]), page, console)
         case Kind.RECORDING:
             # it takes a moment to load, which the other commands are spared
             from cellwright.cli.replay.play import PlayOptions, play
@@ -63,10 +63,10 @@ def view(
             from cellwright.replay.playing import AtEnd
 
             with Recording(options.paths(what)[0]) as recording:
-                play(recording, PlayOptions(at_end=AtEnd.HOLD, port=0, look=wished, paused=True), console)
+                play(recording, PlayOptions(at_end=AtEnd.HOLD, port=0, page=page, paused=True), console)
         case Kind.ROBOT:
-            raise typer.Exit(run_node(partial(load_robot, what[0]), TeleopOptions(port=0, look=wished)))
+            raise typer.Exit(run_node(partial(load_robot, what[0]), TeleopOptions(port=0, page=page)))
         case Kind.TRIAL:
-            shown = ServeOptions(port=0, competition=False, paused=True, look=wished)
+            shown = ServeOptions(port=0, competition=False, paused=True, page=page)
             raise typer.Exit(serve_trial(partial(options.load, what), shown))
     raise typer.Exit(DONE)

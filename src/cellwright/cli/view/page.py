@@ -7,32 +7,32 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from ipaddress import ip_address
 
-from cellwright.cli.view.arguments import Look, desktop
+from cellwright.cli.view.arguments import PageWish, desktop
 from cellwright.errors import UsageError
 from cellwright.server.server import LOOPBACK, Server
 from cellwright.viewer.web.start import WebPage
 
 
 @contextmanager
-def page_on(server: Server, look: Look | None, title: str, say: Callable[[str], None]) -> Iterator[WebPage | None]:
+def page_on(server: Server, wish: PageWish | None, title: str, say: Callable[[str], None]) -> Iterator[WebPage | None]:
     """Have a page open on what a server serves, if one is wanted.
 
     Args:
         server: what serves; it is closed when there can be no page.
-        look: what page.
+        wish: what page.
         title: what stands above it.
         say: takes a line with the page's address.
 
     Raises:
         UsageError: there can be no page; the text says why.
     """
-    if look is None:
+    if wish is None:
         yield None
         return
     host, port = server.address
     address = (LOOPBACK if ip_address(host).is_unspecified else host, port)
     try:
-        page = open_page(address, look, title, say, key=server.key)
+        page = open_page(address, wish, title, say, key=server.key)
     except UsageError as error:
         server.close(str(error))
         raise
@@ -43,13 +43,13 @@ def page_on(server: Server, look: Look | None, title: str, say: Callable[[str], 
 
 
 def open_page(
-    address: tuple[str, int], look: Look, title: str, say: Callable[[str], None], *, key: str = ""
+    address: tuple[str, int], wish: PageWish, title: str, say: Callable[[str], None], *, key: str = ""
 ) -> WebPage:
     """Open a page on what is served at an address.
 
     Args:
         address: host and port.
-        look: what page.
+        wish: what page.
         title: what stands above it.
         say: takes a line with the page's address.
         key: of the server there, where it tells things to its own page alone.
@@ -62,10 +62,10 @@ def open_page(
         another = "" if key else f"; another one: cellwright view {address[0]}:{address[1]}"
         say(f"the page has ended{another}")
 
-    page = WebPage(address, host=look.host, port=look.port, token=look.token, title=title, key=key, on_gone=tell_end)
+    page = WebPage(address, host=wish.host, port=wish.port, token=wish.token, title=title, key=key, on_gone=tell_end)
     say(f"page: {page.url}")
-    if look.token:
+    if wish.token:
         say("it is open to the network: whoever has this address can look on, and do what the page lets one do")
-    if look.opens and not (desktop() and webbrowser.open(page.url)):
+    if wish.opens and not (desktop() and webbrowser.open(page.url)):
         say("there is no desktop here to open a browser on: open that address yourself")
     return page

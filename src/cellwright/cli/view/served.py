@@ -8,7 +8,7 @@ from rich.console import Console
 
 from cellwright.cli.options import refuse
 from cellwright.cli.signals import Stop, stopped_by_signals
-from cellwright.cli.view.arguments import Look
+from cellwright.cli.view.arguments import PageWish
 from cellwright.cli.view.page import open_page
 from cellwright.errors import CellwrightError
 from cellwright.server.services.names import PANEL
@@ -18,7 +18,7 @@ from cellwright.viewer.web.link import Link
 _NAP = 0.1  # [s]
 
 
-def watch(address: tuple[str, int], look: Look, console: Console) -> None:
+def watch(address: tuple[str, int], wish: PageWish, console: Console) -> None:
     """Show what is served at an address until a signal comes, also when it has gone and come back meanwhile.
 
     Raises:
@@ -31,7 +31,7 @@ def watch(address: tuple[str, int], look: Look, console: Console) -> None:
 
     is_stopped = Stop()
     with stopped_by_signals(is_stopped.stop):
-        page = open_page(address, look, f"{name} · Cellwright", say)
+        page = open_page(address, wish, f"{name} · Cellwright", say)
         try:
             while page.is_open and not is_stopped.has_come:
                 time.sleep(_NAP)
