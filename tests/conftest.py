@@ -5,10 +5,12 @@ import os
 from pathlib import Path
 from typing import Any
 
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 # A slow machine is no failure; and what CI judges is the commit, not the day's luck.
-settings.register_profile("cellwright", deadline=None, derandomize="CI" in os.environ)
+settings.register_profile(
+    "cellwright", deadline=None, suppress_health_check=[HealthCheck.too_slow], derandomize="CI" in os.environ
+)
 settings.load_profile("cellwright")
 
 pytest_plugins = [

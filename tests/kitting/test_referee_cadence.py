@@ -177,7 +177,7 @@ def tell_naively(trial: Trial, story: list[Input]) -> tuple[NaiveReferee, list[b
     return naive, judged
 
 
-@settings(max_examples=400)
+@settings(max_examples=200)
 @given(trials, stories)
 def test_all_cadences_agree_with_the_rules_told_naively(trial: Trial, story: list[Input]) -> None:
     every_tick = Run(trial, "every tick").tell(story)

@@ -109,7 +109,7 @@ pieces = st.one_of(
 )
 
 
-@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(st.booleans(), st.lists(pieces, max_size=6))
 def test_no_bytes_break_it(hall: Hall, is_greeted: bool, said: list[bytes]) -> None:
     with socket.create_connection(hall.server.address) as connection:

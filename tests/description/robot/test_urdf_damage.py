@@ -63,7 +63,7 @@ def damaged(draw: st.DrawFn) -> str:
     return text
 
 
-@settings(max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(text=damaged(), self_collision=st.booleans())
 def test_damage_is_forgiven_or_refused(tmp_path: Path, text: str, self_collision: bool) -> None:
     path = tmp_path / "robot.urdf"

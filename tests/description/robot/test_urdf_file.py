@@ -106,7 +106,7 @@ def test_figures_from_the_environment(tmp_path: Path, monkeypatch: pytest.Monkey
     assert origin.get("rpy") == '1 2 3 "<&'
 
 
-@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(content=st.binary(max_size=200) | st.text("<>/=\"' ar\n&;!-?[]", max_size=60).map(str.encode))
 def test_no_bytes_do_any_harm(tmp_path: Path, content: bytes) -> None:
     told = ""

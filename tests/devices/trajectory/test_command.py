@@ -4,6 +4,7 @@ from math import inf, nan
 
 import pytest
 
+from cellwright.devices.trajectory import command as checks
 from cellwright.devices.trajectory.command import MOST_KEPT, MOST_POINTS, RejectedTrajectoryError, check_trajectory
 from cellwright.devices.trajectory.goal import GoalRequest, GoalResult
 from cellwright.devices.trajectory.trajectory import JointTrajectory, TrajectoryPoint
@@ -127,12 +128,15 @@ def test_more_points_than_are_taken_are_refused_and_the_most_are_followed() -> N
     assert most.get_state() == before
 
 
-def test_commands_for_later_do_not_pile_up_for_ever() -> None:
+def test_commands_for_later_do_not_pile_up_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each leaves one segment more to follow before it begins."""
+    kept = MOST_POINTS + 100  # with all that are kept it takes as many seconds as now tenths of one
+    assert kept < MOST_KEPT
+    monkeypatch.setattr(checks, "MOST_KEPT", kept)
     busy = controller()
     busy.command(with_times(*range(SECOND, SECOND + MOST_POINTS)), 0)
     refused = 0
-    for number in range(MOST_KEPT - MOST_POINTS + 5):
+    for number in range(kept - MOST_POINTS + 5):
         try:
             busy.command(replace(with_times(SECOND), start_ns=2 * SECOND + number), 0)
         except RejectedTrajectoryError as error:

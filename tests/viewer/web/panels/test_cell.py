@@ -97,7 +97,9 @@ def test_a_competition_hides_what_it_refuses_and_says_why() -> None:
 
 
 @given(st.dictionaries(st.sampled_from(sorted(told())), JSON))
-@settings(deadline=None, max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    deadline=None, max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
+)
 def test_a_panel_of_another_version_does_not_end_the_page(
     opened: tuple[Any, CellPanels], strange: dict[str, Any]
 ) -> None:
