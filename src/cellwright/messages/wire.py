@@ -9,6 +9,7 @@ from rosbags.serde import SerdeError
 from rosbags.typesys import TypesysError
 
 from cellwright.errors import MessageError, UsageError
+from cellwright.messages.cdr import writer
 from cellwright.messages.check import checked
 from cellwright.messages.names import Message, short_name, type_of
 from cellwright.messages.types import ros1_store, ros2_store
@@ -25,9 +26,8 @@ def to_cdr(message: Message) -> bytes:
     Raises:
         MessageError: a value does not fit its field.
     """
-    name = message.__msgtype__
     try:
-        return bytes(ros2_store().serialize_cdr(message, name, little_endian=True))
+        return writer(message.__msgtype__)(message)
     except FAULTS as fault:
         raise _unwritable(message, fault) from fault
 
