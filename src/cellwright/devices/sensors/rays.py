@@ -20,6 +20,8 @@ _GROUPS = np.array([group in SOLID_GROUPS for group in range(mujoco.mjNGROUP)], 
 _MARGIN = 1e-6
 """Added to the radius of the ball around a geom [m]: rounding must not make a ray miss what the engine has it meet."""
 
+_AXES: tuple[Vector3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
 _FAR_AWAY = 1e9
 """Coordinate of what is to be out of reach of every ray [m]."""
 
@@ -59,9 +61,13 @@ class Rays:
         self.count = len(directions)
         self._source = np.array(world_T_source.position)
         self._directions = np.array([world_T_source.rotate(direction) for direction in directions])
+        self._axes = np.array([world_T_source.rotate(axis) for axis in _AXES])
+        ends = farthest * np.array([[0.0, 0.0, 0.0], *directions]).T
+        low, high = ends.min(axis=1, keepdims=True), ends.max(axis=1, keepdims=True)
+        self._middle, self._half = self._axes @ self._source[:, None] + (low + high) / 2, (high - low) / 2
         self._model: mujoco.MjModel | None = None
         self._movable: NDArray[np.intp] = np.empty(0, dtype=np.intp)
-        self._radii, self._reaches = np.empty(0), np.empty(0)
+        self._radii, self._reaches = np.empty(0), np.empty((3, 0))
         self._fixed = np.empty(0)
 
     def cast(self, simulation: Simulation) -> NDArray[np.float64]:
@@ -84,14 +90,16 @@ class Rays:
 
     def _near(self, simulation: Simulation) -> NDArray[np.intp]:
         """Numbers of the rays that pass through a ball around something that can move, in ascending order."""
-        offsets = simulation.data.geom_xpos[self._movable] - self._source
-        squares = np.einsum("gi,gi->g", offsets, offsets)
-        within = np.flatnonzero(squares <= self._reaches)
+        places = simulation.data.geom_xpos.take(self._movable, axis=0)
+        # first, and mostly last: what is near the box around all rays, along the axes of the source
+        is_within = np.abs(self._axes @ places.T - self._middle) <= self._reaches
+        within: NDArray[np.intp] = is_within.all(axis=0).nonzero()[0]
         if not within.size:
             return within
+        offsets, radii = places[within] - self._source, self._radii[within]
         # what lies behind the source is as far from a ray as from the source
-        along = np.maximum(self._directions @ offsets[within].T, 0.0)
-        meets = squares[within] - along**2 <= self._radii[within] ** 2
+        along = np.maximum(self._directions @ offsets.T, 0.0)
+        meets = np.einsum("gi,gi->g", offsets, offsets) - along**2 <= radii**2
         return np.flatnonzero(meets.any(axis=1))
 
     def _look_at_fixed(self, simulation: Simulation) -> None:
@@ -100,7 +108,7 @@ class Rays:
         moves = model.body_weldid[model.geom_bodyid] != 0
         self._movable = np.flatnonzero(moves & np.isin(model.geom_group, SOLID_GROUPS))
         self._radii = model.geom_rbound[self._movable] + _MARGIN
-        self._reaches = (self.farthest + self._radii) ** 2
+        self._reaches = self._half + self._radii
         self._model = model
         alone = mujoco.MjData(model)
         mujoco.mj_kinematics(model, alone)
