@@ -94,3 +94,16 @@ def test_parts_out_of_play_are_not_shown() -> None:
     for part in cell.parts.all:
         assert frame.shown[taker.scene.bodies.index(part.name)] == (part.name in cell.parts.in_play)
     assert not frame.shown.all()
+
+
+def test_what_is_shown_is_looked_at_in_each_frame() -> None:
+    simulation = Cell(load_trial("lesson")).simulation
+    hidden: list[int] = []
+    taker = SceneTaker(simulation.model, hidden=lambda: hidden)
+    bodies = [simulation.model.body(name).id for name in taker.scene.bodies[1:3]]
+    shown = []
+    for now in ([], bodies[:1], bodies[:1], bodies, []):
+        hidden[:] = now
+        shown.append(taker.frame(simulation.data, 0).shown)
+        assert (np.flatnonzero(~shown[-1]) == [taker.index(body) for body in now]).all()
+    assert shown[1] is shown[2]  # as long as it is the same, which spares comparing it

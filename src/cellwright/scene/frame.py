@@ -51,9 +51,11 @@ class Frame:
         if before is None or len(before.poses) != count:
             kind, bodies = _WHOLE, np.arange(count)
         else:
-            changed = (self.poses != before.poses).any(axis=1) | (self.shown != before.shown)
-            kind, bodies = _CHANGES, np.flatnonzero(changed)
-        entries = np.zeros(len(bodies), _ENTRY)
+            changed = (self.poses != before.poses).any(axis=1)
+            if self.shown is not before.shown:  # the same array, mostly
+                changed |= self.shown != before.shown
+            kind, bodies = _CHANGES, changed.nonzero()[0]
+        entries = np.empty(len(bodies), _ENTRY)
         entries["body"], entries["shown"], entries["pose"] = bodies, self.shown[bodies], self.poses[bodies]
         return _HEAD.pack(kind, self.time, count, len(bodies)) + entries.tobytes()
 

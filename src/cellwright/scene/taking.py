@@ -44,6 +44,7 @@ class SceneTaker:
         self._bodies = np.concatenate([[0], np.flatnonzero(moving)])
         self._index = {int(body): index for index, body in enumerate(self._bodies)}
         self._hidden = hidden
+        self._newest = [-1], np.empty(0, np.bool_)  # bodies that were hidden last, and what was shown then
         self.scene = Scene(
             name=name,
             bodies=("world", *(model.body(body).name or f"body {body}" for body in self._bodies[1:])),
@@ -58,11 +59,19 @@ class SceneTaker:
     def frame(self, data: mujoco.MjData, time: int) -> Frame:
         """Where the bodies are, as the data's `xpos` and `xquat` say (see `Simulation.refresh`), at `time` [ns]."""
         poses = np.empty((len(self._bodies), 7), np.float32)
-        poses[:, :3] = data.xpos[self._bodies]
-        poses[:, 3:] = data.xquat[self._bodies]
-        shown = np.ones(len(self._bodies), np.bool_)
-        shown[[self._index[body] for body in self._hidden() if body in self._index]] = False
-        return Frame(time, poses, shown)
+        poses[:, :3] = data.xpos.take(self._bodies, axis=0)
+        poses[:, 3:] = data.xquat.take(self._bodies, axis=0)
+        return Frame(time, poses, self._shown())
+
+    def _shown(self) -> NDArray[np.bool_]:
+        """Which bodies are to be seen now: the same array as last time where that has not changed."""
+        hidden, shown = list(self._hidden()), self._newest[1]
+        if hidden != self._newest[0]:
+            shown = np.ones(len(self._bodies), np.bool_)
+            shown[[self._index[body] for body in hidden if body in self._index]] = False
+            shown.flags.writeable = False
+            self._newest = hidden, shown
+        return shown
 
 
 def _moving_bodies(model: mujoco.MjModel) -> NDArray[np.bool_]:

@@ -64,6 +64,29 @@ def test_looking_is_no_submission() -> None:
     assert cell.state_hash() == other.state_hash()
 
 
+@pytest.mark.parametrize("competition", [True, False])
+def test_who_looks_on_all_along_sees_what_somebody_new_sees(*, competition: bool) -> None:
+    """What is kept from one look to the next is not what was true then."""
+    cell = Cell(FAULTY, competition=competition)
+    watching = CellPanel(cell, {"agent": "me"})
+    seen = []
+
+    def look() -> None:
+        seen.append(json.loads(json.dumps(watching.panel())))
+        assert seen[-1] == panel(cell)
+
+    look()
+    start(cell)
+    for _ in range(6):
+        run(cell, 0.3)
+        look()
+    deliver(cell)
+    look()
+    previews = [told["trays"][0]["as_kits"] for told in seen]
+    assert [] in previews
+    assert any(previews)
+
+
 def test_a_kit_that_was_judged_has_its_points_and_a_reason_for_each() -> None:
     cell = Cell(KITTING)
     start(cell)

@@ -34,6 +34,20 @@ ULTRASOUND = 0
 FIELD_OF_VIEW = 0.125
 """sensor_msgs/Range.field_of_view of the proximity sensor [rad]."""
 
+# What is the same in each message of a sensor, in the order of its fields: dozens come in a second.
+_BEAM_RANGES = single(BEAM_START), single(BEAM_START + BEAM_LENGTH)
+_CONE = single(FIELD_OF_VIEW), single(proximity.MIN_RANGE), single(proximity.MAX_RANGE)
+_FAN = (
+    single(-laser_profiler.HALF_ANGLE),
+    single(laser_profiler.HALF_ANGLE),
+    single(2 * laser_profiler.HALF_ANGLE / (laser_profiler.RAY_COUNT - 1)),
+    0.0,  # between two rays [s]
+    0.0,  # between two scans [s]
+    single(laser_profiler.MIN_RANGE),
+    single(laser_profiler.MAX_RANGE),
+)
+_INTENSITIES = singles(np.zeros(laser_profiler.RAY_COUNT))
+
 
 def order_message(order: Order) -> OrderMessage:
     """An order as it is announced."""
@@ -55,9 +69,7 @@ def tray_message(tray_id: str, objects: Sequence[TrayObject]) -> TrayContents:
 
 def beam_message(reading: BeamReading, frame: str) -> Proximity:
     """A break beam's reading. The ranges are those of the ray, seen from the sensor's pose."""
-    return Proximity(
-        header(frame, reading.time_ns), reading.detected, single(BEAM_START), single(BEAM_START + BEAM_LENGTH)
-    )
+    return Proximity(header(frame, reading.time_ns), reading.detected, *_BEAM_RANGES)
 
 
 def range_message(reading: ProximityReading, frame: str) -> Range:
@@ -65,9 +77,7 @@ def range_message(reading: ProximityReading, frame: str) -> Range:
     return Range(
         header(frame, reading.time_ns),
         ULTRASOUND,
-        single(FIELD_OF_VIEW),
-        single(proximity.MIN_RANGE),
-        single(proximity.MAX_RANGE),
+        *_CONE,
         single(reading.range),
         0.0,
     )
@@ -75,19 +85,7 @@ def range_message(reading: ProximityReading, frame: str) -> Range:
 
 def scan_message(reading: ProfileReading, frame: str) -> LaserScan:
     """A laser profiler's reading."""
-    first, last = -laser_profiler.HALF_ANGLE, laser_profiler.HALF_ANGLE
-    return LaserScan(
-        header=header(frame, reading.time_ns),
-        angle_min=single(first),
-        angle_max=single(last),
-        angle_increment=single((last - first) / (laser_profiler.RAY_COUNT - 1)),
-        time_increment=0.0,
-        scan_time=0.0,
-        range_min=single(laser_profiler.MIN_RANGE),
-        range_max=single(laser_profiler.MAX_RANGE),
-        ranges=singles(reading.ranges),
-        intensities=singles(np.zeros(laser_profiler.RAY_COUNT)),
-    )
+    return LaserScan(header(frame, reading.time_ns), *_FAN, singles(reading.ranges), _INTENSITIES)
 
 
 def image_message(reading: CameraReading) -> LogicalCameraImage:

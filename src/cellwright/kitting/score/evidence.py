@@ -182,15 +182,16 @@ def kit_evidence(score: KitScore, could: KitReach, *, is_announced: bool = True)
     return KitEvidence(could, score, parts)
 
 
-def evidence(trial: Trial, score: GameScore, process_time: int = 0) -> Evidence:
+def evidence(trial: Trial, score: GameScore, process_time: int = 0, *, could: TrialReach | None = None) -> Evidence:
     """The evidence for a score.
 
     Args:
         trial: the trial that was played.
         score: its score.
         process_time: from the start to the end of the game [ns].
+        could: what can be earned in it, where that is known already.
     """
-    could = reach(trial)
+    could = could or reach(trial)
     announced = {order.order_id: order for order in score.orders}
     silent = [
         OrderScore(order.order_id, tuple(KitScore(kit.kit_type) for kit in order.kits))

@@ -38,12 +38,15 @@ class CellPanel:
         self._about = {"seed": cell.seed, "servo": cell.servo, **(about or {})}
         self.result: dict[str, Any] | None = None
         """What came of the run, when it is over."""
+        # what takes long to find out, and seldom changes
+        self._could: dict[bool, TrialReach] = {}
+        self._as_kits: dict[tuple[int, str], tuple[tuple[Kit, TrayContents, TrialReach], dict[str, Any]]] = {}
 
     def panel(self) -> dict[str, Any]:
         """The panel as JSON values; times in s."""
         cell = self._cell
         competition, score = cell.competition, cell.competition.score()
-        could = reach(without_faults(self._cell))
+        could = self._reach()
         return {
             "kind": "cell",
             "name": cell.name,
@@ -53,7 +56,7 @@ class CellPanel:
             "end_reason": None if competition.referee.end_reason is None else str(competition.referee.end_reason),
             "time_limit": cell.trial.time_limit if cell.trial.time_limit >= 0 else None,
             "clock": self._clock(score),
-            "score": self._score(score),
+            "score": self._score(score, could),
             "orders": self._orders(),
             "trays": [self._tray(number, could) for number in cell.trays],
             "agvs": [
@@ -81,9 +84,9 @@ class CellPanel:
             "orders": {order.order_id: order.time_taken / 1e9 for order in score.orders},
         }
 
-    def _score(self, score: GameScore) -> dict[str, Any]:
+    def _score(self, score: GameScore, could: TrialReach) -> dict[str, Any]:
         """The score with its evidence, without times, and without orders that nobody may know of yet."""
-        found = evidence_to_json(evidence(without_faults(self._cell), score))
+        found = evidence_to_json(evidence(without_faults(self._cell), score, could=could))
         for key in ("process_time", "part_travel_time"):
             del found[key]
         known = {order.order_id for order in known_orders(self._cell)}
@@ -93,6 +96,13 @@ class CellPanel:
         if len(found["orders"]) < len(self._cell.trial.orders):
             found |= {"reachable": None, "best": None, "reachable_reason": ""}  # they would tell of what is to come
         return found
+
+    def _reach(self) -> TrialReach:
+        """What can be earned in the trial as it may be known."""
+        key = keeps_secrets(self._cell)
+        if key not in self._could:
+            self._could[key] = reach(without_faults(self._cell))
+        return self._could[key]
 
     def _orders(self) -> list[dict[str, Any]]:
         competition = self._cell.competition
@@ -132,15 +142,19 @@ class CellPanel:
         return {
             "number": number,
             "parts": [{"name": each.name, "type": each.type, "faulty": each.is_faulty} for each in contents],
-            "as_kits": [self._as_kit(kit, contents, could) for kit in self._kits_asked_for()],
+            "as_kits": [self._as_kit(number, kit, contents, could) for kit in self._kits_asked_for()],
         }
 
     def _known(self, contents: TrayContents) -> TrayContents:
         """Contents as one may know them: in a competition nobody says beforehand which parts are faulty."""
         return tuple(replace(each, is_faulty=False) for each in contents) if keeps_secrets(self._cell) else contents
 
-    def _as_kit(self, kit: Kit, contents: TrayContents, could: TrialReach) -> dict[str, Any]:
-        return kit_to_json(kit_evidence(score_kit(kit, contents), could.kit(kit.kit_type)))
+    def _as_kit(self, number: int, kit: Kit, contents: TrayContents, could: TrialReach) -> dict[str, Any]:
+        known, found = self._as_kits.get((number, kit.kit_type), (None, {}))
+        if known != (kit, contents, could):
+            found = kit_to_json(kit_evidence(score_kit(kit, contents), could.kit(kit.kit_type)))
+            self._as_kits[number, kit.kit_type] = (kit, contents, could), found
+        return found
 
     def _kits_asked_for(self) -> list[Kit]:
         referee = self._cell.competition.referee
