@@ -4,62 +4,26 @@ from __future__ import annotations
 
 import os
 import subprocess
-import sys
 import tempfile
 import threading
 from collections.abc import Mapping
 from contextlib import suppress
-from pathlib import Path
 from types import TracebackType
-from typing import Any, Generic, TypeVar, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-import cellwright
-from cellwright.errors import RenderingError, showable
+from cellwright.errors import showable
 from cellwright.pose import Vector3
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.way import settled_way
 from cellwright.rendering.worker import wire
+from cellwright.rendering.worker.pending import Pending
 from cellwright.scene import Frame, Scene
 from cellwright.scene.encoded import encode_scene
 
-_PROGRAM = "import sys; sys.path.append(sys.argv[1]); from cellwright.rendering.worker.program import main; main()"
 _TIME_TO_END = 20.0  # [s], for what was asked for last
-
-T = TypeVar("T")
-
-
-class Pending(Generic[T]):
-    """Something that will be there later."""
-
-    def __init__(self) -> None:
-        self._event = threading.Event()
-        self._value: Any = None
-        self._error = ""
-
-    @property
-    def is_done(self) -> bool:
-        """Whether it is there, or has failed."""
-        return self._event.is_set()
-
-    def result(self, timeout: float | None = None) -> T:
-        """What was asked for, waiting for it at most so long [s].
-
-        Raises:
-            RenderingError: it could not be made, or is not there in time.
-        """
-        if not self._event.wait(timeout):
-            raise RenderingError(f"what draws has not answered within {timeout:g} s")
-        if self._error:
-            raise RenderingError(self._error)
-        return cast("T", self._value)
-
-    def settle(self, value: Any, error: str = "") -> None:
-        """Say what has come of it."""
-        self._value, self._error = value, error
-        self._event.set()
 
 
 class RenderWorker:
@@ -84,9 +48,8 @@ class RenderWorker:
         self.error = ""
         self._most = most
         self._log = tempfile.TemporaryFile()  # noqa: SIM115 (closed with the process)
-        command = [sys.executable, "-P", "-c", _PROGRAM, str(Path(cellwright.__file__).parents[1])]
         self._process = subprocess.Popen(  # noqa: S603 (this program, with an argument of ours)
-            command,
+            wire.command(),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._log,

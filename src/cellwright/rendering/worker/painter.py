@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from cellwright.pose import Vector3
 from cellwright.rendering.painter import Drawn, View
-from cellwright.rendering.worker.client import Pending, RenderWorker
+from cellwright.rendering.worker.client import RenderWorker
+from cellwright.rendering.worker.pending import Pending
 from cellwright.scene import Frame, Scene
 
 _TIME_TO_END = 0.5  # [s]

@@ -61,8 +61,7 @@ def _ways(given: list[str]) -> tuple[str, list[str]]:
 
 def _become(ways: list[str]) -> None:
     """Begin anew, another way."""
-    program = "import sys; sys.path.append(sys.argv[1]); from cellwright.rendering.worker.program import main; main()"
-    os.execv(sys.executable, [sys.executable, "-P", "-c", program, sys.argv[1], *ways])  # noqa: S606
+    os.execv(sys.executable, wire.command(ways))  # noqa: S606
 
 
 def _read(pipe: BinaryIO, asked: SimpleQueue[Any]) -> None:

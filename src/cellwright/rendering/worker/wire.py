@@ -1,14 +1,28 @@
-"""What goes through the pipes to and from a process that draws: a head of JSON, and bytes."""
+"""How a process that draws is started, and what goes through the pipes to and from it: a head of JSON, and bytes."""
 
 from __future__ import annotations
 
 import json
 import struct
+import sys
+from collections.abc import Iterable
+from pathlib import Path
 from typing import Any, BinaryIO
 
+import cellwright
 from cellwright.rendering.camera import Camera
 
 _LENGTHS = struct.Struct("<II")
+_PROGRAM = "import sys; sys.path.append(sys.argv[1]); from cellwright.rendering.worker.program import main; main()"
+
+
+def command(ways: Iterable[str] = ()) -> list[str]:
+    """The command of a process that draws.
+
+    Args:
+        ways: those that it tries, in order; none: as is settled, or all that there are.
+    """
+    return [sys.executable, "-P", "-c", _PROGRAM, str(Path(cellwright.__file__).parents[1]), *ways]
 
 
 def write(pipe: BinaryIO, head: dict[str, Any], payload: bytes | memoryview = b"") -> None:
