@@ -10,9 +10,9 @@ from cellwright.rendering.worker.pending import Pending
 
 def test_what_has_come_is_there_for_all_who_ask() -> None:
     pending: Pending[int] = Pending()
-    assert not pending.is_done
+    before = pending.is_done
     pending.settle(7)
-    assert pending.is_done
+    assert (before, pending.is_done) == (False, True)
     assert [pending.result(), pending.result(0.0)] == [7, 7]
 
 

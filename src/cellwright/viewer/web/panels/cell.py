@@ -10,9 +10,10 @@ from cellwright.messages.osrf_gear import AGVControlRequest, ConveyorBeltControl
 from cellwright.messages.std_srvs import TriggerRequest
 from cellwright.scene import Scene
 from cellwright.server.services.names import PANEL
+from cellwright.viewer.web import html
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.page import Page, refused
-from cellwright.viewer.web.panels import cell_html, html
+from cellwright.viewer.web.panels import cell_html
 from cellwright.viewer.web.shown import Shown
 
 ORDERS, SCORE, CELL = "Orders", "Score", "Cell"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from cellwright.viewer.web.panels import html
-from cellwright.viewer.web.panels.html import AMBER, BLUE, GREEN, GREY, RED
+from cellwright.viewer.web import html
+from cellwright.viewer.web.html import AMBER, BLUE, GREEN, GREY, RED
 
 Panel = dict[str, Any]
 

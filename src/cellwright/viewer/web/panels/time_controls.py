@@ -8,10 +8,10 @@ from typing import Any
 from cellwright.errors import CellwrightError
 from cellwright.scene import Scene
 from cellwright.server.services.names import CONTROL
+from cellwright.viewer.web import html
 from cellwright.viewer.web.feature import Feature
+from cellwright.viewer.web.html import AMBER, BLUE, GREEN
 from cellwright.viewer.web.page import Page, refused
-from cellwright.viewer.web.panels import html
-from cellwright.viewer.web.panels.html import AMBER, BLUE, GREEN
 from cellwright.viewer.web.panels.pace import SeenPace
 from cellwright.viewer.web.shown import Shown, set_changed
 
