@@ -54,6 +54,18 @@ def test_each_part_alone(name: str) -> None:
     assert over_time[-1].get_xlabel() == "simulation time [s]"
 
 
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_names_of_a_hostile_recording_are_drawn_and_told_to_no_terminal(
+    suffix: str, tmp_path: Path, recwarn: pytest.WarningsRecorder
+) -> None:
+    hostile = "$\\frac{ \x1b[2J 漢 \x00"
+    write(draw(replace(cell(), title=hostile, note=hostile)), tmp_path / f"a{suffix}")
+    content = (tmp_path / f"a{suffix}").read_bytes()
+    assert content
+    assert suffix != ".svg" or b"\x1b" not in content
+    assert not recwarn.list
+
+
 def test_units_stand_on_the_axes() -> None:
     labels = {axes.get_ylabel() for axes in draw(cell()).axes}
     assert {"points", "position [rad]", "position [m]", "z [m]", "x [m]"} <= labels

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from pathlib import Path
 
 import pytest
@@ -9,8 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cellwright.errors import RecordingError, UnknownNameError
+from cellwright.recording import format as names
 from cellwright.recording import scanned_file
+from cellwright.recording.header import RecordingHeader
+from cellwright.recording.mcap_file import McapFile
 from cellwright.recording.reader import Recording
+from cellwright.recording.scan import LATEST
+from cellwright.recording.unpacking import entries
 from tests.recording.files import SHOUT, TALK, text, write
 
 
@@ -119,6 +125,18 @@ def test_what_is_no_recording_is_refused_in_a_line(tmp_path: Path, content: byte
     (tmp_path / "a.mcap").write_bytes(content)
     with pytest.raises(RecordingError, match=reason):
         Recording(tmp_path / "a.mcap")
+
+
+def test_a_time_that_no_run_comes_to_is_refused(tmp_path: Path) -> None:
+    write(tmp_path / "a.mcap", 3)
+    with McapFile(tmp_path / "late.mcap") as file:
+        file.describe(names.METADATA, RecordingHeader("cell", "small").metadata())
+        file.add(file.channel(TALK), LATEST + 1, text("late"))
+    with pytest.raises(RecordingError, match="nothing sensible of its times"):
+        Recording(tmp_path / "late.mcap")
+    late = struct.pack("<BQHIQQ", 5, 22, 1, 0, LATEST + 1, 0)
+    with pytest.raises(RecordingError, match="which no run comes to"):
+        list(entries(late))
 
 
 def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:

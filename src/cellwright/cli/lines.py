@@ -8,9 +8,13 @@ from typing import TYPE_CHECKING
 import typer
 from rich.console import Console
 
+from cellwright.errors import showable
+
 if TYPE_CHECKING:
     from cellwright.server import Server
     from cellwright.serving import Pace
+
+_LONGEST = 10_000  # characters of a line
 
 
 def warn(what: object) -> None:
@@ -19,8 +23,8 @@ def warn(what: object) -> None:
 
 
 def note(console: Console, name: str, text: str) -> None:
-    """Print a line of a summary."""
-    console.print(f"{name:<10}  {text}", markup=False, soft_wrap=True)
+    """Print a line of a summary; what is told in it may come from a file of somebody else."""
+    console.print(f"{name:<10}  {showable(text, _LONGEST)}", markup=False, soft_wrap=True)
 
 
 def note_files(console: Console, name: str, files: Iterable[object]) -> None:

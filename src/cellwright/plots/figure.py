@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -9,7 +10,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cellwright.errors import UsageError
+from cellwright.errors import UsageError, showable
 from cellwright.plots import joints, score, tool, traffic, trays
 from cellwright.plots.style import INK, SETTINGS
 from cellwright.plots.tracks import Story
@@ -24,6 +25,7 @@ _WIDTH = 8.27  # of the page [in]: A4
 _LEFT, _RIGHT = 1.3, 0.9  # margins [in]: names of rows, names of curves
 _HEAD, _FOOT, _GAP = 0.86, 0.5, 0.42  # above, below and between the drawings [in]
 _DPI = 160
+_LONGEST = 1000  # characters of a text
 _FROM_ABOVE = 2.7  # height of the path from above [in]
 _AXIS = 0.3  # more room, where figures and a name stand below an axis [in]
 
@@ -83,11 +85,15 @@ def write(figure: Figure, path: Path) -> None:
         OSError: it cannot be written.
     """
     import matplotlib as mpl
+    from matplotlib.text import Text
 
+    for words in figure.findobj(Text):  # of a recording that may come from anywhere
+        words.set_text(showable(words.get_text(), _LONGEST))
     held = BytesIO()
     kind = path.suffix.lower().removeprefix(".")
     made: dict[str, Any] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
-    with mpl.rc_context({**SETTINGS, "svg.hashsalt": "cellwright"}):
+    with mpl.rc_context({**SETTINGS, "svg.hashsalt": "cellwright"}), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph ")  # a sign that the font has not is a box, and no news for a terminal
         figure.savefig(held, format=kind, facecolor="white", metadata=made[kind])
     write_whole(path, held.getvalue())
 

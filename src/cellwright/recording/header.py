@@ -7,10 +7,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from cellwright.errors import RecordingError
+from cellwright.errors import RecordingError, showable
 from cellwright.recording.format import FORMAT
 
 _EXPORT = "export"
+_LONGEST_NAME = 200  # characters
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ class RecordingHeader:
             raise RecordingError("it was made for other tools, and is no recording: give the one that it was made of")
         if values.get("format") != FORMAT:
             found = values.get("format", "none")
-            raise RecordingError(f"it is a recording of format {found:.20}, and this version reads {FORMAT}")
+            raise RecordingError(f"it is a recording of format {found!r:.20}, and this version reads {FORMAT}")
         kind, name = values.get("kind", ""), values.get("name", "")
         try:
             facts = json.loads(values.get("header", ""))
@@ -54,4 +55,4 @@ class RecordingHeader:
             facts = None
         if kind not in ("cell", "robot") or not isinstance(facts, dict):
             raise RecordingError("what it says of itself makes no sense")
-        return RecordingHeader(kind, name, facts)
+        return RecordingHeader(kind, " ".join(showable(name, _LONGEST_NAME).split()), facts)

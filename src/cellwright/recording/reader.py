@@ -55,8 +55,12 @@ class Recording:
         }
         """The topics in it by name, those that Cellwright adds among them."""
         self._names = {number: each.topic for number, each in self._layout.channels.items() if each.encoding == "cdr"}
-        if any(each.is_cut and not any(self._entries(each)) for each in self._layout.chunks[-1:]):
-            self._layout.chunks.pop()
+        try:
+            if any(each.is_cut and not any(self._entries(each)) for each in self._layout.chunks[-1:]):
+                self._layout.chunks.pop()
+        except BaseException:
+            self._file.close()
+            raise
 
     # ---------------------------------------------------------------- what it is
 

@@ -12,7 +12,7 @@ from typing import BinaryIO
 
 from mcap.opcode import Opcode
 
-from cellwright.errors import RecordingError
+from cellwright.errors import RecordingError, showable
 from cellwright.recording.format import MAGIC
 
 LARGEST_CHUNK = 256 << 20
@@ -23,6 +23,11 @@ LARGEST_RECORD = 16 << 20
 """Bytes of any other record at most."""
 
 MOST_CHUNKS = 10_000_000
+LATEST = 4 * 10**18
+"""Of times [ns], some 127 years: no run comes to a later one, and no bag can hold it."""
+
+LONGEST_NAME = 1000
+"""Characters of the name of a topic or a type; of a longer one some are left out."""
 
 HEAD = struct.Struct("<BQ")
 """What each record begins with: what it is, and how long."""
@@ -100,6 +105,10 @@ class Fields:
     def text(self) -> str:
         """A text, its length before it."""
         return self.take(self.number(4)).decode(errors="replace")
+
+    def name(self) -> str:
+        """A text that is told to people: whatever stands there, a terminal can show it."""
+        return showable(self.text(), LONGEST_NAME).replace("\n", " ").replace("\t", " ")
 
     def table(self) -> dict[str, str]:
         """Texts by texts."""
@@ -183,6 +192,8 @@ def _chunk(file: BinaryIO, place: int, length: int, size: int) -> ChunkPlace | N
     if len(rest) < named + 8:
         return None
     packed = int.from_bytes(rest[named:], "little")
+    if max(first, last) > LATEST:
+        raise RecordingError("a chunk says nothing sensible of its times")
     begin = place + _CHUNK.size + 4 + len(rest)
     if whole > LARGEST_CHUNK or packed > LARGEST_CHUNK or begin - place + packed != length:
         raise RecordingError("a chunk says nothing sensible of its size")
@@ -216,10 +227,10 @@ def _describe(opcode: int, fields: Fields, layout: Layout, schemas: dict[int, st
         layout.profile = fields.text()
     elif opcode == Opcode.SCHEMA:
         number = fields.number(2)
-        schemas[number] = fields.text()
+        schemas[number] = fields.name()
     elif opcode == Opcode.CHANNEL:
         number, schema = fields.number(2), fields.number(2)
-        topic, encoding = fields.text(), fields.text()
+        topic, encoding = fields.name(), fields.text()
         layout.channels[number] = ChannelRecord(topic, encoding, schemas.get(schema, ""), fields.table())
     else:
         name = fields.text()

@@ -10,7 +10,7 @@ from mcap.opcode import Opcode
 
 from cellwright.errors import RecordingError
 from cellwright.recording.format import Entry
-from cellwright.recording.scan import ChunkPlace
+from cellwright.recording.scan import LATEST, ChunkPlace
 
 _MESSAGE = struct.Struct("<BQHIQQ")
 _HEAD = struct.Struct("<BQ")
@@ -70,5 +70,7 @@ def entries(raw: bytes, channels: Collection[int] | None = None) -> Iterator[Ent
         if end > size:
             return
         if opcode == Opcode.MESSAGE and (channels is None or channel in channels):
+            if time > LATEST:
+                raise RecordingError(f"damaged: a message at {time} ns, which no run comes to")
             yield channel, time, raw[place + head : end]
         place = end

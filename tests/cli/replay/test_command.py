@@ -14,6 +14,11 @@ from rosbags.rosbag1 import Reader
 
 import cellwright as package
 from cellwright.messages import to_cdr
+from cellwright.messages.standard import String
+from cellwright.recording import format as names
+from cellwright.recording.format import RecordedTopic
+from cellwright.recording.header import RecordingHeader
+from cellwright.recording.mcap_file import McapFile
 from cellwright.recording.reader import Recording
 from tests.cli.conftest import CommandLine
 from tests.replay.made import record, short_work
@@ -160,3 +165,26 @@ def test_a_file_for_other_tools_of_a_part_of_it(cellwright: CommandLine, path: P
         1_500_000_000,
     )
     assert {"/cellwright/markers", "/cellwright/tf"} <= {each.topic for each in summary.channels.values()}
+
+
+def test_what_a_hostile_recording_says_is_shown_and_done_by_no_terminal(cellwright: CommandLine) -> None:
+    bad = "go\x1b[2J\nof"
+    with McapFile(Path("a.mcap")) as file:
+        facts = {"agent": bad, "seed": bad, "versions": {bad: bad}}
+        file.describe(names.METADATA, RecordingHeader("cell", bad, facts).metadata())
+        talk = file.channel(RecordedTopic(f"/{bad}", "std_msgs/String", node=bad))
+        end = file.channel(RecordedTopic(names.END, names.TEXT))
+        file.add(talk, 0, to_cdr(String(bad)))
+        file.add(end, 10**9, to_cdr(String(json.dumps({"outcome": bad}))))
+
+    ran = cellwright("replay", "a.mcap")
+
+    assert (ran.status, ran.err) == (0, "")
+    lines = ran.out.split("\n")
+    assert lines[0] == r"cell go\x1b[2J of, recorded in a.mcap"
+    assert all(map(str.isprintable, lines))
+    assert [line.partition(" ")[0] for line in lines if line.startswith(("/", "ended", "agent"))] == [
+        r"/go\x1b[2J",
+        "ended",
+        "agent",
+    ]

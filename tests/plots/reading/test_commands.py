@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.bus import How
+from cellwright.errors import showable
 from cellwright.messages.standard import String
 from cellwright.plots.reading.commands import Commands
 from cellwright.recording.commands import Command
@@ -17,7 +18,7 @@ def test_each_name_with_its_times(called: list[str]) -> None:
     reader, expected = Commands(), dict[str, list[float]]()
     for time, name in enumerate(called):
         reader.take(message(time, String(data=json.dumps({"tick": 3, "name": name, "data": "x" * 9}))))
-        expected.setdefault(name, []).append(float(time))
+        expected.setdefault(showable(name, 200), []).append(float(time))
     assert {track.name: track.times.tolist() for track in reader.tracks()} == expected
 
 

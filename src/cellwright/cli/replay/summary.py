@@ -65,7 +65,7 @@ def show(console: Console, told: dict[str, Any]) -> None:
     console.print()
     for name, text in _notes(told):
         if text:
-            note(console, name, text)
+            note(console, name, " ".join(text.split()))
 
 
 def _topics(told: dict[str, Any], *, is_narrow: bool = False) -> Table:

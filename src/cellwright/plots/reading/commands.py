@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import json
 import re
+from contextlib import suppress
 
 import numpy as np
 
+from cellwright.errors import showable
 from cellwright.plots.reading.reader import SECOND
 from cellwright.plots.tracks import CommandTrack
 from cellwright.recording.format import COMMAND
 from cellwright.recording.reader import RecordedMessage
 
+_LONGEST = 200  # characters of a name
 _NAME = re.compile(rb'"name": ?"((?:[^"\\]|\\.){1,200})"')
 
 
@@ -34,9 +37,8 @@ class Commands:
 
 
 def _plain(name: bytes) -> str:
-    """A name as JSON writes it, in plain text."""
+    """A name as JSON writes it, in plain text that can be shown."""
     text = name.decode(errors="replace")
-    try:
-        return str(json.loads(f'"{text}"'))
-    except ValueError:
-        return text
+    with suppress(ValueError):
+        text = str(json.loads(f'"{text}"'))
+    return showable(text, _LONGEST)

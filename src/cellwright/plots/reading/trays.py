@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from cellwright.errors import MessageError
+from cellwright.errors import MessageError, showable
 from cellwright.plots.reading.competition import tray_name
 from cellwright.plots.reading.reader import SECOND, json_of
 from cellwright.plots.tracks import TrayPart
 from cellwright.recording.format import PANEL
 from cellwright.recording.reader import RecordedMessage
 
+_LONGEST = 200  # characters of a name
 _LATE = 1.5  # a part that was judged may have been reported last so long before [s]
 
 
@@ -66,6 +67,6 @@ def _parts(tray: dict[str, Any]) -> dict[str, bool]:
 
 def _plain(name: str) -> str:
     """A part's name as one says it: `bin7|piston_rod_part_9` is piston rod 9 of bin 7."""
-    place, _, rest = name.rpartition("|")
+    place, _, rest = showable(name, _LONGEST).rpartition("|")
     words = rest.replace("_part", "").replace("_clone", "").replace("_", " ")
     return f"{words} ({'belt' if 'conveyor' in place else place})" if place else words
