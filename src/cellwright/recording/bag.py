@@ -16,6 +16,9 @@ from cellwright.whole_file import in_its_place
 
 _TOLD_EVERY = 500  # messages
 
+_EARLIEST = 1
+"""[ns]: `rosbag play` passes over what is said at 0, such as the fixed frames."""
+
 
 def write_bag(
     recording: Path,
@@ -80,7 +83,7 @@ def _write(source: Recording, path: Path, span: Span, tell: Callable[[float], No
             if message.data != cdr:
                 data = to_ros1(source.decode(message))
                 before[message.topic] = message.data, data
-            writer.write(connections[message.topic], message.time, data)
+            writer.write(connections[message.topic], max(message.time, _EARLIEST), data)
     return left_out
 
 
