@@ -78,7 +78,22 @@ def test_what_makes_no_camera_is_refused(text: str) -> None:
         camera_of(text)
 
 
-@pytest.mark.parametrize("text", ["1,2,3:1,2,3", "nan,0,0:1,1,1", "1,2,3:0,0,0:180", "0,0,1:0,0,0"])
-def test_numbers_that_no_camera_has_are_refused(text: str) -> None:
-    with pytest.raises(UsageError):
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("1,2,3:1,2,3", "cannot look at the point where it stands"),
+        ("nan,0,0:1,1,1", "finite numbers"),
+        ("1e300,2,3:0,0,0", "no number may be above"),
+        ("1,2,3:0,0,0:180", "less than 180 degrees, not by 180"),
+        ("1,2,3:0,0,0:0", "more than 0"),
+        ("1,2,3:0,0,0:nan", "not by nan"),
+    ],
+)
+def test_numbers_that_no_camera_has_are_refused(text: str, reason: str) -> None:
+    with pytest.raises(UsageError, match=f"^{text}: .*{reason}"):
         camera_of(text)
+
+
+@pytest.mark.parametrize(("text", "right"), [("0,0,5:0,0,0", (0.0, -1.0, 0.0)), ("0,0,1:0,0,3", (0.0, 1.0, 0.0))])
+def test_straight_down_and_straight_up(text: str, right: tuple[float, ...]) -> None:
+    assert camera_of(text).world_R_optical[:, 0] == pytest.approx(right)

@@ -9,7 +9,10 @@ from types import MappingProxyType
 from cellwright.errors import UnknownNameError, UsageError
 from cellwright.rendering.camera import Camera
 
-_USUAL = 45.0  # [degrees]
+_USUAL, _WIDEST = 45.0, 180.0  # [degrees]
+_FARTHEST = 1e6  # [m]
+_PLUMB = 1e-6  # [m] beside the vertical, a metre away from it
+_UP, _AHEAD = (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
 
 VIEWS: Mapping[str, Camera] = MappingProxyType(
     {
@@ -38,7 +41,8 @@ def view(name: str) -> Camera:
 def camera_of(text: str) -> Camera:
     """The camera of a name, or of numbers: `x,y,z:x,y,z` for where it stands and what it looks at [m].
 
-    A third part is its vertical opening angle [degrees], as in `-4,-3,3:0,0,0.6:40`.
+    A third part is its vertical opening angle [degrees], as in `-4,-3,3:0,0,0.6:40`. What looks straight down or up has
+    the x axis of the world upwards in the picture, as `overview` looks along it.
 
     Raises:
         UnknownNameError: there is none of that name.
@@ -50,7 +54,16 @@ def camera_of(text: str) -> Camera:
     try:
         x, y, z = (float(number) for number in eye.split(","))
         at_x, at_y, at_z = (float(number) for number in target.split(","))
-        (fov,) = [float(each) for each in angle] or [_USUAL]
+        (degrees,) = [float(each) for each in angle] or [_USUAL]
     except ValueError:
         raise UsageError(f"{text}: give where it stands and what it looks at, such as -4,-3,3:0,0,0.6") from None
-    return Camera((x, y, z), (at_x, at_y, at_z), fov=math.radians(fov))
+    if any(abs(number) > _FARTHEST for number in (x, y, z, at_x, at_y, at_z)):
+        raise UsageError(f"{text}: no number may be above {_FARTHEST:g} m")
+    if not 0 < degrees < _WIDEST:
+        raise UsageError(f"{text}: it opens by more than 0 and less than {_WIDEST:g} degrees, not by {degrees:g}")
+    is_plumb = math.hypot(at_x - x, at_y - y) <= _PLUMB * abs(at_z - z)
+    up = _AHEAD if is_plumb else _UP
+    try:
+        return Camera((x, y, z), (at_x, at_y, at_z), up, math.radians(degrees))
+    except UsageError as error:
+        raise UsageError(f"{text}: {error}") from None
