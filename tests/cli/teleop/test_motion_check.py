@@ -65,6 +65,8 @@ def test_json_holds_no_infinity(cellwright: CommandLine, monkeypatch: pytest.Mon
         (["--sim-time"], "--sim-time"),
         (["--ros1"], "--ros1"),
         (["--snapshot", "x.png"], "--gui, --init-debug and --snapshot"),
+        (["--video", "x.mp4"], "--video"),
+        (["--view"], "--view"),
         (["--watchdog", "0.5"], "the options of safety"),
     ],
 )

@@ -62,6 +62,8 @@ def _refuse_what_runs(wanted: TeleopOptions) -> None:
         "--driver": wanted.driver is not None,
         "--ros1": wanted.ros1,
         "--record": wanted.record is not None,
+        "--video": wanted.video is not None,
+        "--view": wanted.page is not None,
         "--gui, --init-debug and --snapshot": wanted.sight != Sight(),
         "the options of safety": wanted.safety != SafetySettings(),
     }
