@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from cellwright.errors import UsageError
 from cellwright.plots.figure import draw, write
-from cellwright.plots.tracks import JointTrack, Story
+from cellwright.plots.tracks import JointTrack, Mark, Span, Story
 from cellwright.plots.what import SUFFIXES, WHAT
 from tests.plots.stories import cell, robot
 
@@ -86,6 +86,24 @@ def test_a_moment_is_enough() -> None:
     once = np.zeros(1)
     moment = Story("r", "", 0.0, 0.0, joints={"arm": [JointTrack("a", "rad", once, once)]})
     assert titles(draw(moment)) == ["arm"]
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_names_are_names_whatever_is_in_them(suffix: str, tmp_path: Path) -> None:
+    odd = "a $_{x$ & <b> \\frac"
+    times = np.linspace(0.0, 5.0, 50)
+    story = replace(
+        cell(),
+        title=odd,
+        note=odd,
+        joints={odd: [JointTrack(odd, "rad", times, times)]},
+        marks=[Mark(1.0, odd)],
+        states={odd: [Span(0.0, 60.0, odd)]},
+    )
+
+    write(draw(story), tmp_path / f"odd{suffix}")
+
+    assert (tmp_path / f"odd{suffix}").stat().st_size > 1000
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)

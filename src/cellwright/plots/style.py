@@ -37,6 +37,7 @@ SETTINGS: dict[Any, Any] = {
     "xtick.color": INK,
     "ytick.color": INK,
     "text.color": INK,
+    "text.parse_math": False,  # names are names, also with two dollars in them
     "legend.frameon": False,
     "legend.fontsize": 7.5,
     "lines.linewidth": 1.1,
