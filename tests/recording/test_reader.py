@@ -119,7 +119,7 @@ def test_one_that_was_changed_is_read_or_refused(
 
 @pytest.mark.parametrize(
     ("content", "reason"),
-    [(b"", "no MCAP file"), (b"#ROSBAG V2.0\n", "no MCAP file"), (b"\x89MCAP0\r\n", "no recording")],
+    [(b"", "no MCAP file"), (b"#ROSBAG V2.0\n", "a bag of ROS 1"), (b"\x89MCAP0\r\n", "no recording")],
 )
 def test_what_is_no_recording_is_refused_in_a_line(tmp_path: Path, content: bytes, reason: str) -> None:
     (tmp_path / "a.mcap").write_bytes(content)

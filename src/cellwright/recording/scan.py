@@ -32,6 +32,7 @@ LONGEST_NAME = 1000
 HEAD = struct.Struct("<BQ")
 """What each record begins with: what it is, and how long."""
 
+_BAG = b"#ROSBAG V"  # what a bag of ROS 1 begins with
 _CHUNK = struct.Struct("<QQQI")
 _INDEX = struct.Struct("<HI")
 
@@ -139,7 +140,12 @@ def scan(file: BinaryIO, size: int) -> Layout:
         RecordingError: it is no MCAP file, or damaged.
     """
     file.seek(0)
-    if file.read(len(MAGIC)) != MAGIC:
+    begin = file.read(max(len(MAGIC), len(_BAG)))
+    if begin.startswith(_BAG):
+        raise RecordingError(
+            "it is a bag of ROS 1, which rosbag plays; here it takes the MCAP file that --record run.mcap writes"
+        )
+    if not begin.startswith(MAGIC):
         raise RecordingError("it is no MCAP file")
     layout, schemas = Layout(), dict[int, str]()
     place = len(MAGIC)

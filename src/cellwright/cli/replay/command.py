@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -16,7 +16,11 @@ from cellwright.cli.exit_status import DONE
 from cellwright.cli.view.arguments import Open, View, ViewHost, ViewPort, page_wish
 from cellwright.server import DEFAULT_PORT
 from cellwright.server.server import LOOPBACK
-from cellwright.simulation.clock import nanoseconds
+from cellwright.simulation.clock import nanoseconds, seconds
+
+if TYPE_CHECKING:
+    from cellwright.cli.replay.play import PlayOptions
+    from cellwright.recording.reader import Recording
 
 _PLAY, _VERIFY = "Play it", "Run it again"
 
@@ -176,6 +180,7 @@ def replay(
     )
     bag_file, mcap_file = options.output_file("--bag", bag, ".bag"), options.output_file("--mcap", mcap, ".mcap")
     with Recording(file) as recording:
+        _check_times(recording, wanted)
         if not recording.is_complete:
             lines.warn(f"{file}: was cut short; it goes on to {recording.end_time / 1e9:.3f} s")
         if bag_file is not None:
@@ -225,6 +230,17 @@ def replay(
     elif not is_played:
         summary.show(console, told)
     raise typer.Exit(DONE)
+
+
+def _check_times(recording: Recording, wanted: PlayOptions) -> None:
+    """Refuse a part that the recording does not have: it would be over before anybody has seen it."""
+    begin, end = seconds(recording.begin), seconds(recording.end_time)
+    if wanted.start is not None and wanted.start > end:
+        options.refuse(f"--start {wanted.start:g}: {recording.path} ends at {end:.3f} s")
+    if wanted.until is not None and wanted.until < begin:
+        options.refuse(f"--until {wanted.until:g}: {recording.path} begins at {begin:.3f} s")
+    if wanted.start is not None and wanted.until is not None and wanted.until < wanted.start:
+        options.refuse(f"--until {wanted.until:g}: that is before --start {wanted.start:g}")
 
 
 def _time(option: str, value: float | None) -> float | None:
