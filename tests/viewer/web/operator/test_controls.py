@@ -173,6 +173,7 @@ def test_a_real_robot_has_a_stop_and_no_more() -> None:
     tab = Tab(is_real=True)
     tab.see(is_stopped=True)
     assert {each.kind for each in tab.gui.made} == {"button", "html"}
+    assert any("leaves driving to others" in each.content for each in tab.gui.made if each.kind == "html")
     assert not tab.gui.find("button", "End the emergency stop").visible
     tab.gui.find("button", "STOP").use(ME)
     assert tab.stops == 1

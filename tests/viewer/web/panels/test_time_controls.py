@@ -105,6 +105,24 @@ def test_a_recording_has_a_slider_that_follows_and_seeks() -> None:
         assert controls._slider.value == 12.5, "it is not drawn away under somebody's hand"
 
 
+def test_the_slider_is_that_of_what_is_served_there_now() -> None:
+    with page() as found:
+        controls = TimeControls()
+        controls.begin(found, None)  # type: ignore[arg-type]
+
+        def ends() -> tuple[bool, float, float]:
+            return controls._slider.visible, controls._slider.min, controls._slider.max
+
+        recording = {**panel(), "kind": "recording", "begin": 0.0, "end": 20.0, "time": 5.0}
+        del recording["clock"]
+        controls.panel(recording)
+        assert ends() == (True, 0.0, 20.0)
+        controls.panel({**recording, "begin": 30.0, "end": 90.0, "time": 45.0})
+        assert (ends(), controls._slider.value) == ((True, 30.0, 90.0), 45.0)
+        controls.panel(panel())
+        assert not controls._slider.visible, "a cell has none"
+
+
 def test_time_of_each_kind_of_panel() -> None:
     assert seconds_of({"kind": "cell", "clock": {"time": 2.5}}) == 2.5
     assert seconds_of({"kind": "robot", "time": 2_500_000_000}) == 2.5

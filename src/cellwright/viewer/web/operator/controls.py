@@ -9,11 +9,12 @@ from typing import Any
 from cellwright.operators.orders import Ask
 from cellwright.teleop.base import Mode
 from cellwright.viewer.web.operator import drive
-from cellwright.viewer.web.operator.desk import Desk
+from cellwright.viewer.web.operator.desk import READ_ONLY, Desk
 from cellwright.viewer.web.operator.handles import Handles
 from cellwright.viewer.web.operator.robot import Standing
 from cellwright.viewer.web.operator.sliders import Sliders
 from cellwright.viewer.web.operator.state_text import state_html
+from cellwright.viewer.web.panels import html
 from cellwright.viewer.web.shown import Shown, set_changed
 
 _TOP = -30.0  # above all else on the page
@@ -47,8 +48,11 @@ class Controls:
         self._enabled: Any = None
         self._home: Any = None
         self._build_head(stop)
-        if not desk.robot.is_real:
-            with tab():
+        with tab():
+            if desk.robot.is_real:
+                said = html.block(html.dim(f"{READ_ONLY[0].upper()}{READ_ONLY[1:]}."))
+                self._keep(gui.add_html(said))
+            else:
                 self._build()
 
     def remove(self) -> None:

@@ -88,12 +88,17 @@ class TimeControls(Feature):
     def _show_timeline(self, panel: dict[str, Any], now: float) -> None:
         begin, end = panel.get("begin"), panel.get("end")
         if begin is None or end is None or self._page is None:
+            if self._slider is not None:
+                set_changed(self._slider, "visible", False)
             return
+        last = max(end, begin + 0.1)
         if self._slider is None:
             self._slider = self._page.server.gui.add_slider(
-                "at [s]", min=begin, max=max(end, begin + 0.1), step=0.1, initial_value=begin, order=_ORDER + 0.5
+                "at [s]", min=begin, max=last, step=0.1, initial_value=begin, order=_ORDER + 0.5
             )
             self._slider.on_update(self._seek)
+        for name, value in (("visible", True), ("min", begin), ("max", last)):
+            set_changed(self._slider, name, value)  # what is served there may have become another recording
         if time.perf_counter() - self._slid_at > _SETTLED:
             self._slider.value = round(min(max(now, begin), end), 1)
 
