@@ -7,7 +7,8 @@ from cellwright.agents.lesson import LessonAgent
 from cellwright.cell import Cell
 from cellwright.description.gear2017 import load_trial
 from cellwright.rendering.camera import Camera
-from cellwright.rendering.picture import save_picture
+from cellwright.rendering.picture import render
+from cellwright.rendering.png import save
 from cellwright.rendering.views import VIEWS
 from cellwright.run import RunOptions, run_cell
 
@@ -27,7 +28,7 @@ def draw(name: str, config: str, camera: Camera, agent: LessonAgent | None, unti
     """
     cell = Cell(load_trial([CONFIG / f"{config}.yaml"]).trial)
     run_cell(cell, agent, RunOptions(until=until))
-    save_picture(f"docs/images/lesson-{name}.png", *cell.seen, camera, 800, 450, samples=4)
+    save(f"docs/images/lesson-{name}.png", render(*cell.seen, camera, 800, 450, samples=4))
 
 
 draw("first", "first_config", VIEWS["overview"], None, 2.0)

@@ -2,7 +2,6 @@ import math
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -11,9 +10,8 @@ from numpy.typing import NDArray
 
 from cellwright.errors import UsageError
 from cellwright.rendering.camera import Camera
-from cellwright.rendering.picture import render, save_picture
+from cellwright.rendering.picture import render
 from tests.rendering.scenes import FLOOR, clutter, scene
-from tests.rendering.test_png import decode
 
 WIDTH, HEIGHT = 120, 90
 BALL = '<geom type="sphere" size=".5" pos="{}" rgba="1 0 0 1" group="1"/>'
@@ -159,21 +157,6 @@ def test_the_smallest_pictures(size: tuple[int, int]) -> None:
 def test_impossible_pictures_are_refused(width: int, height: int, samples: int, threads: int) -> None:
     with pytest.raises(UsageError, match="picture"):
         render(*scene(FLOOR), CAMERA, width, height, samples=samples, threads=threads)
-
-
-def test_a_picture_is_saved_as_png(tmp_path: Path) -> None:
-    model, data = scene(FLOOR + BALL.format("0 0 .5"))
-    path = tmp_path / "cell.png"
-    save_picture(path, model, data, CAMERA, 40, 30)
-    assert np.array_equal(decode(path.read_bytes()), render(model, data, CAMERA, 40, 30))
-    first = path.read_bytes()
-    save_picture(str(path), model, data, CAMERA, 40, 30)
-    assert path.read_bytes() == first
-
-
-def test_a_picture_that_cannot_be_written_says_where(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match=r"nowhere.*cell\.png.*No such file"):
-        save_picture(tmp_path / "nowhere" / "cell.png", *scene(FLOOR), CAMERA, 8, 6)
 
 
 def test_no_graphics_library_is_loaded() -> None:

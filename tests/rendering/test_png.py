@@ -1,5 +1,6 @@
 import struct
 import zlib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
 from cellwright.errors import UsageError
-from cellwright.rendering.png import encode
+from cellwright.rendering.png import encode, save
 
 
 def chunks_of(png: bytes) -> list[tuple[bytes, bytes]]:
@@ -71,3 +72,15 @@ def test_a_smooth_picture_is_small() -> None:
 def test_what_is_no_picture_is_refused(picture: NDArray[np.uint8]) -> None:
     with pytest.raises(UsageError, match="height, width, 3"):
         encode(picture)
+
+
+def test_a_picture_is_saved_over_what_was_there(tmp_path: Path) -> None:
+    path, picture = tmp_path / "cell.png", np.full((3, 4, 3), 7, np.uint8)
+    for place in (path, str(path)):
+        save(place, picture)
+        assert np.array_equal(decode(path.read_bytes()), picture)
+
+
+def test_a_picture_that_cannot_be_written_says_where(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=r"nowhere.*cell\.png.*No such file"):
+        save(tmp_path / "nowhere" / "cell.png", np.zeros((1, 1, 3), np.uint8))

@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Collection
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from pathlib import Path
 from queue import SimpleQueue
 from typing import TypeAlias
 
@@ -22,7 +21,6 @@ from cellwright.pose import Vector3
 from cellwright.rendering.band import bands, draw_band
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.lamps import disc_lamp, sky
-from cellwright.rendering.png import save
 from cellwright.rendering.raycast import PICTURE_GROUPS, RayCaster
 from cellwright.rendering.shading import Light, Shader, to_screen
 from cellwright.rendering.surfaces import Surfaces
@@ -121,40 +119,6 @@ def check_size(width: int, height: int) -> None:
     for name, value in (("width", width), ("height", height)):
         if not 1 <= value <= LARGEST_SIDE:
             raise UsageError(f"the {name} of a picture is between 1 and {LARGEST_SIDE}, not {value}")
-
-
-def save_picture(
-    path: str | Path,
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    camera: Camera,
-    width: int = 1280,
-    height: int = 720,
-    *,
-    samples: int = 2,
-    groups: Collection[int] = PICTURE_GROUPS,
-    lamp: Vector3 = LAMP,
-    threads: int | None = None,
-    progress: Progress | None = None,
-) -> None:
-    """Writes a picture as `render` makes it to the file `path`, as PNG.
-
-    Raises:
-        UsageError: if an argument is out of range (see `render`) or the file cannot be written.
-    """
-    picture = render(
-        model,
-        data,
-        camera,
-        width,
-        height,
-        samples=samples,
-        groups=groups,
-        lamp=lamp,
-        threads=threads,
-        progress=progress,
-    )
-    save(Path(path), picture)
 
 
 def _shifted(point: Vector3, offset: Vector3) -> Vector3:

@@ -43,14 +43,14 @@ def encode(picture: NDArray[np.uint8]) -> bytes:
     )
 
 
-def save(path: Path, picture: NDArray[np.uint8]) -> None:
+def save(path: str | Path, picture: NDArray[np.uint8]) -> None:
     """Write a picture to a PNG file, whole or not at all.
 
     Raises:
         UsageError: it cannot be written.
     """
     try:
-        write_whole(path, encode(picture))
+        write_whole(Path(path), encode(picture))
     except OSError as error:
         raise UsageError(f"cannot write the picture {path}: {error.strerror or error}") from error
 

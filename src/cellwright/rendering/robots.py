@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from cellwright.errors import UsageError
 from cellwright.pose import Vector3
 from cellwright.rendering.camera import Camera
-from cellwright.rendering.picture import Progress, save_picture
+from cellwright.rendering.picture import Progress, render
+from cellwright.rendering.png import save
 from cellwright.world.robot import RobotWorld, body_of
 from cellwright.world.robot_floor import seen_corners
 
@@ -73,7 +74,7 @@ def save_robot_picture(
     """
     camera = robot_camera(world, data, width, height, turn=turn, tilt=tilt)
     lamp = robot_lamp(camera)
-    save_picture(path, world.model, data, camera, width, height, lamp=lamp, samples=samples, progress=progress)
+    save(path, render(world.model, data, camera, width, height, lamp=lamp, samples=samples, progress=progress))
 
 
 def robot_lamp(camera: Camera) -> Vector3:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.rendering.picture import save_picture
+from cellwright.rendering.picture import render
 from tests.cli.conftest import CommandLine
 from tests.rendering.test_png import decode
 
@@ -97,7 +97,7 @@ def test_json_alone_is_on_stdout(cellwright: CommandLine, agents: str) -> None:
 @pytest.fixture
 def small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures as they are drawn, but quick."""
-    monkeypatch.setattr("cellwright.cli.run.pictures.save_picture", partial(save_picture, width=64, height=36))
+    monkeypatch.setattr("cellwright.cli.run.pictures.render", partial(render, width=64, height=36))
 
 
 @pytest.mark.usefixtures("small_pictures")

@@ -10,7 +10,7 @@ from pathlib import Path
 from cellwright.cell import Cell
 from cellwright.errors import RenderingError, UsageError
 from cellwright.rendering.camera import Camera
-from cellwright.rendering.picture import Progress, save_picture
+from cellwright.rendering.picture import Progress, render
 from cellwright.rendering.png import save
 from cellwright.rendering.video_wish import HEIGHT, WIDTH
 from cellwright.scene.taking import SceneTaker
@@ -67,7 +67,7 @@ class Pictures:
             if self._quality is Quality.FAST:
                 _save_fast(file, cell, self._camera)
             else:
-                save_picture(file, *cell.seen, self._camera, progress=progress)
+                save(file, render(*cell.seen, self._camera, progress=progress))
         # the disk is full, the folder is gone: the run is worth more than its picture
         except (UsageError, RenderingError) as error:
             self._miss(file, str(error))
