@@ -13,7 +13,7 @@ from cellwright.rendering.picture import LAMP, render
 from cellwright.rendering.raycast import RayCaster
 from cellwright.rendering.way import RAYS
 from cellwright.scene import Frame, Scene
-from cellwright.scene.model import SceneModel
+from cellwright.scene.engine_scene import EngineScene
 
 
 class Renderer(Protocol):
@@ -66,7 +66,7 @@ class CastRenderer:
 
     def __init__(self, scene: Scene) -> None:
         self.says = RAYS
-        self._scene = SceneModel(scene)
+        self._scene = EngineScene(scene)
 
     def colour(
         self,

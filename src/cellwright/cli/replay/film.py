@@ -20,7 +20,7 @@ from cellwright.rendering.way import RAYS
 from cellwright.replay.sight import Sight
 from cellwright.scene import Frame, Scene
 from cellwright.scene.encoded import decode_scene
-from cellwright.scene.model import SceneModel
+from cellwright.scene.engine_scene import EngineScene
 from cellwright.simulation.clock import NANOSECONDS, nanoseconds
 from cellwright.viewer.filming import Made
 
@@ -97,7 +97,7 @@ def _camera(recording: Recording, scene: Scene, frame: Frame, wish: VideoWish) -
     """The overview of a cell; for a robot a camera that has it whole."""
     if recording.header.kind == "cell":
         return VIEWS["overview"]
-    shown = SceneModel(scene)
+    shown = EngineScene(scene)
     shown.show(frame)
     return camera_on(shown.model, shown.data, TURN, TILT, wish.width, wish.height)
 

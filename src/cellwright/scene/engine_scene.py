@@ -23,7 +23,7 @@ _TYPES = {
 _OUT_OF_SIGHT = (0.0, 0.0, -1000.0)  # [m]
 
 
-class SceneModel:
+class EngineScene:
     """A model and its data that show a scene.
 
     Args:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from cellwright.scene.encoded import decode_scene, encode_scene
-from cellwright.scene.model import SceneModel
+from cellwright.scene.engine_scene import EngineScene
 from cellwright.scene.scene import SEEN, Layer
 from tests.scene.scenes import small
 
@@ -24,7 +24,7 @@ def points(model: Any, data: Any, geom: int) -> Any:
 
 def test_geoms_are_where_they_were() -> None:
     model, data, taker = small()
-    shown = SceneModel(decode_scene(encode_scene(taker.scene)), layers=tuple(Layer))
+    shown = EngineScene(decode_scene(encode_scene(taker.scene)), layers=tuple(Layer))
     data.joint("swing").qpos[0] = 1.0
     data.qpos[1:4] = (1.0, 2.0, 3.0)
     mujoco.mj_kinematics(model, data)
@@ -38,7 +38,7 @@ def test_geoms_are_where_they_were() -> None:
 
 
 def test_only_what_pictures_show_is_in_it() -> None:
-    shown = SceneModel(small()[2].scene)
+    shown = EngineScene(small()[2].scene)
     assert set(shown.model.geom_group) == {int(layer) for layer in SEEN}
     assert not shown.model.geom_contype.any()
 
@@ -46,7 +46,7 @@ def test_only_what_pictures_show_is_in_it() -> None:
 def test_what_is_not_shown_is_out_of_sight() -> None:
     model, data, _ = small()
     taker = type(small()[2])(model, hidden=lambda: [model.body("ball").id])
-    shown = SceneModel(taker.scene)
+    shown = EngineScene(taker.scene)
     shown.show(taker.frame(data, 0))
     ball = taker.scene.bodies.index("ball")
     assert shown.data.xpos[ball, 2] == -1000.0
