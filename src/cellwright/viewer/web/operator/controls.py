@@ -8,13 +8,13 @@ from typing import Any
 
 from cellwright.operators.orders import Ask
 from cellwright.teleop.base import Mode
+from cellwright.viewer.web import html
 from cellwright.viewer.web.operator import drive
 from cellwright.viewer.web.operator.desk import READ_ONLY, Desk
 from cellwright.viewer.web.operator.handles import Handles
 from cellwright.viewer.web.operator.robot import Standing
 from cellwright.viewer.web.operator.sliders import Sliders
 from cellwright.viewer.web.operator.state_text import state_html
-from cellwright.viewer.web.panels import html
 from cellwright.viewer.web.shown import Shown, set_changed
 
 _TOP = -30.0  # above all else on the page
