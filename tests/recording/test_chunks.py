@@ -14,8 +14,9 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 from cellwright.recording.chunks import ChunkMaker, WrittenChunk
 from cellwright.recording.format import MAGIC, Entry
 from cellwright.recording.records import written
+from cellwright.recording.waiting import HEAD
+from tests.recording.test_waiting import handed_in
 
-HEAD = 31  # bytes before those of a message
 entries = st.lists(
     st.tuples(st.integers(1, 65_535) | st.integers(1, 3), st.integers(0, 2**63 - 1), st.binary(max_size=20)),
     min_size=1,
@@ -37,7 +38,7 @@ def read(chunk: WrittenChunk) -> tuple[Chunk, list[MessageIndex]]:
 
 @given(entries)
 def test_messages_are_in_it_in_their_order(given: list[Entry]) -> None:
-    chunk, _ = read(ChunkMaker().make(given, 0))
+    chunk, _ = read(ChunkMaker().make(handed_in(given), 0))
     found = [each for each in breakup_chunk(chunk, validate_crc=True) if isinstance(each, Message)]
     assert [(each.channel_id, each.log_time, each.data) for each in found] == given
     assert all(each.publish_time == each.log_time and each.sequence == 0 for each in found)
@@ -47,7 +48,7 @@ def test_messages_are_in_it_in_their_order(given: list[Entry]) -> None:
 
 @given(entries, st.integers(0, 1 << 40))
 def test_its_indexes_lead_to_each_of_them(given: list[Entry], offset: int) -> None:
-    made = ChunkMaker().make(given, offset)
+    made = ChunkMaker().make(handed_in(given), offset)
     chunk, indexes = read(made)
     sizes = [HEAD + len(data) for _, _, data in given]
     places = [end - size for end, size in zip(accumulate(sizes), sizes, strict=True)]

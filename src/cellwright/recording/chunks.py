@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import chain
 from typing import Any
@@ -16,8 +16,8 @@ from mcap.opcode import Opcode
 from mcap.records import Chunk, ChunkIndex
 from numpy.typing import NDArray
 
-from cellwright.recording.format import Entry
 from cellwright.recording.records import content
+from cellwright.recording.waiting import Messages
 
 _MESSAGE = np.dtype(
     [
@@ -32,7 +32,6 @@ _MESSAGE = np.dtype(
 """What stands before the bytes of a message."""
 
 _HEAD = 9  # bytes of opcode and length, which the length does not count
-_MESSAGE_FIELDS = _MESSAGE.itemsize - _HEAD
 _AS_BYTES = np.dtype(("V", _MESSAGE.itemsize))
 _INDEX = struct.Struct("<BQHI")  # opcode, length, channel, bytes that follow
 _ZSTD = "zstd"
@@ -62,15 +61,15 @@ class ChunkMaker:
     def __init__(self) -> None:
         self._compressor = zstandard.ZstdCompressor(level=1)
 
-    def make(self, entries: Sequence[Entry], offset: int) -> WrittenChunk:
+    def make(self, messages: Messages, offset: int) -> WrittenChunk:
         """A chunk of these messages, of which there is at least one, at a place in the file."""
-        channels, times, contents = zip(*entries, strict=True)
-        heads = np.empty(len(entries), _MESSAGE)
-        heads["opcode"], heads["channel"], heads["sequence"] = Opcode.MESSAGE, channels, 0
-        heads["log_time"] = heads["publish_time"] = times
-        heads["length"] = _MESSAGE_FIELDS + np.fromiter(map(len, contents), np.uint64, len(contents))
+        sizes = np.diff(messages.ends, prepend=messages.begin)
+        heads = np.empty(len(messages), _MESSAGE)
+        heads["opcode"], heads["sequence"], heads["length"] = Opcode.MESSAGE, 0, sizes - _HEAD
+        heads["channel"] = messages.channels
+        heads["log_time"] = heads["publish_time"] = messages.times
         head_bytes: list[Any] = heads.view(_AS_BYTES).tolist()
-        raw = b"".join(chain.from_iterable(zip(head_bytes, contents, strict=True)))
+        raw = b"".join(chain.from_iterable(zip(head_bytes, messages.contents, strict=True)))
         packed = self._compressor.compress(raw)
         first, last = int(heads["log_time"].min()), int(heads["log_time"].max())
         builder = RecordBuilder()
@@ -84,7 +83,7 @@ class ChunkMaker:
         ).write(builder)
         length = builder.count
         offsets, counts = {}, {}
-        for channel, places in _places(heads):
+        for channel, places in _places(heads, messages.ends - sizes - messages.begin):
             offsets[channel], counts[channel] = offset + builder.count, len(places)
             size = places.nbytes
             builder.write(_INDEX.pack(Opcode.MESSAGE_INDEX, 6 + size, channel, size))
@@ -103,11 +102,10 @@ class ChunkMaker:
         return WrittenChunk(content(builder), index, counts)
 
 
-def _places(heads: NDArray[np.void]) -> Iterator[tuple[int, NDArray[np.uint64]]]:
+def _places(heads: NDArray[np.void], places: NDArray[np.int64]) -> Iterator[tuple[int, NDArray[np.uint64]]]:
     """The channels of these messages; for each, time and place in the chunk of its messages, in their order."""
-    ends = np.cumsum(heads["length"] + np.uint64(_HEAD))
     table = np.empty((len(heads), 2), "<u8")
-    table[:, 0], table[0, 1], table[1:, 1] = heads["log_time"], 0, ends[:-1]
+    table[:, 0], table[:, 1] = heads["log_time"], places
     order = np.argsort(heads["channel"], kind="stable")
     sorted_channels = heads["channel"][order]
     begins = np.flatnonzero(np.diff(sorted_channels)) + 1

@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import time
 import zlib
-from collections import deque
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from threading import Event, Thread
@@ -31,9 +30,10 @@ from cellwright.errors import UsageError
 from cellwright.messages.names import full_name
 from cellwright.messages.types import message_type, ros2_store
 from cellwright.recording.chunks import ChunkMaker
-from cellwright.recording.format import MAGIC, PROFILE, Entry, RecordedTopic
+from cellwright.recording.format import MAGIC, PROFILE, RecordedTopic
 from cellwright.recording.records import written
 from cellwright.recording.summary import Summary
+from cellwright.recording.waiting import HEAD, Messages, Waiting
 
 INTERVAL = 0.25
 """Wall time [s] after which what was handed in is on its way to the file."""
@@ -44,7 +44,6 @@ CHUNK = 1 << 20
 MOST_WAITING = 64 << 20
 """Bytes that may wait for a disk that is slow; whoever hands in more waits for it."""
 
-_OF_A_MESSAGE = 31  # bytes that a message takes besides its own
 _BYTES_AS_THEY_ARE: int = getattr(os, "O_BINARY", 0)
 
 _Record: TypeAlias = Attachment | Channel | Metadata | Schema
@@ -68,8 +67,7 @@ class McapFile:
         self._report = report
         self._failure = ""
         self._is_deaf = False
-        self._waiting: deque[Entry | _Record | Event] = deque()  # append and popleft are atomic
-        self._given = self._taken = 0  # bytes: each is counted by one thread alone
+        self._waiting: Waiting[_Record | Event] = Waiting()
         self._hurry_at = CHUNK
         self._summary = Summary()
         self._schemas: dict[str, int] = {}
@@ -108,18 +106,18 @@ class McapFile:
             schema = self._schemas[topic.type] = len(self._schemas) + 1
             name = full_name(message_type(topic.type).__msgtype__)
             text = ros2_store().generate_msgdef(name, ros_version=2)[0]
-            self._waiting.append(Schema(id=schema, data=text.encode(), encoding="ros2msg", name=name))
+            self._waiting.add_record(Schema(id=schema, data=text.encode(), encoding="ros2msg", name=name))
         self._channels += 1
-        self._waiting.append(Channel(self._channels, topic.name, "cdr", topic.metadata(), schema))
+        self._waiting.add_record(Channel(self._channels, topic.name, "cdr", topic.metadata(), schema))
         return self._channels
 
     def attach(self, name: str, media_type: str, data: bytes) -> None:
         """Add a file within the file."""
-        self._waiting.append(Attachment(0, 0, name, media_type, data))
+        self._waiting.add_record(Attachment(0, 0, name, media_type, data))
 
     def describe(self, name: str, values: Mapping[str, str]) -> None:
         """Add a record of metadata."""
-        self._waiting.append(Metadata(name, dict(values)))
+        self._waiting.add_record(Metadata(name, dict(values)))
 
     def add(self, channel: int, time: int, data: bytes) -> None:
         """Hand in a message.
@@ -131,15 +129,18 @@ class McapFile:
         """
         if self._is_deaf:
             return
-        self._waiting.append((channel, time, data))
-        self._given += _OF_A_MESSAGE + len(data)
-        if self._given >= self._hurry_at:
+        waiting = self._waiting  # not a call of its own: this is done thousands of times a second
+        waiting.channels.append(channel)
+        waiting.times.append(time)
+        waiting.contents.append(data)
+        waiting.given += HEAD + len(data)
+        if waiting.given >= self._hurry_at:
             self._hurry()
 
     def flush(self) -> None:
         """Wait until all that was handed in has gone to the operating system."""
         done = Event()
-        self._waiting.append(done)
+        self._waiting.add_record(done)
         self._wake.set()
         while not done.wait(0.1) and self._thread.is_alive():
             pass
@@ -163,9 +164,10 @@ class McapFile:
 
     def _hurry(self) -> None:
         """A chunk is full: the thread has something to do. Wait where far too much waits."""
-        self._hurry_at = self._given + CHUNK
+        waiting = self._waiting
+        self._hurry_at = waiting.given + CHUNK
         self._wake.set()
-        while self._given - self._taken > MOST_WAITING and self._thread.is_alive():
+        while waiting.given - waiting.taken > MOST_WAITING and self._thread.is_alive():
             time.sleep(0.001)
 
     # ---------------------------------------------------------------- the thread
@@ -191,34 +193,21 @@ class McapFile:
 
     def _drain(self) -> None:
         """Write what was handed in when the call began."""
-        entries: list[Entry] = []
-        size = 0
-        for _ in range(len(self._waiting)):
-            item = self._waiting.popleft()
-            if not isinstance(item, tuple):
-                self._write_chunk(entries)
-                self._taken += size
-                entries, size = [], 0
-                if isinstance(item, Event):
-                    item.set()
-                else:
-                    self._write_record(item)
-                continue
-            entries.append(item)
-            size += _OF_A_MESSAGE + len(item[2])
-            if size >= CHUNK:
-                self._write_chunk(entries)
-                self._taken += size
-                entries, size = [], 0
-        self._write_chunk(entries)
-        self._taken += size
+        for what in self._waiting.take():
+            if isinstance(what, Messages):
+                for part in what.parts(CHUNK):
+                    self._write_chunk(part)
+            elif isinstance(what, Event):
+                what.set()
+            else:
+                self._write_record(what)
 
-    def _write_chunk(self, entries: list[Entry]) -> None:
-        if entries:
-            chunk = self._chunks.make(entries, self._offset)
-            self._pass_on(chunk.data)
-            self._summary.chunks.append(chunk.index)
-            self._summary.count(chunk.counts)
+    def _write_chunk(self, messages: Messages) -> None:
+        chunk = self._chunks.make(messages, self._offset)
+        self._pass_on(chunk.data)
+        self._summary.chunks.append(chunk.index)
+        self._summary.count(chunk.counts)
+        self._waiting.taken = int(messages.ends[-1])
 
     def _write_record(self, record: _Record) -> None:
         data, offset, summary = written(record), self._offset, self._summary
