@@ -5,6 +5,8 @@ BIN := .venv/bin
 # Of three workers one mostly waits, for ROS 1 (tests/schedule.py): enough for two cores.
 JOBS ?= 3
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
+# Hundreds of tests start Python anew, which would compile all that it loads each time.
+unexport PYTHONDONTWRITEBYTECODE
 
 # Asked before .venv is made: one of an older Python would be there to stay.
 IS_NEW_ENOUGH := 'import sys; sys.version_info < (3, 11) and sys.exit("Python 3.11 or newer is needed, and this is \

@@ -2,7 +2,8 @@
 
 A test against ROS 1 mostly waits: for processes to start, for messages, for a cell that runs in real time. So the last
 of three workers or more begins with those, while the others compute; whoever has run out of its own kind takes of the
-other. Files of ROS 1 stay whole, since their tests share a cell, and those of the page, since they share a browser.
+other. Files whose tests share a cell, or something else that takes long to make, stay whole; those of the page have
+one browser for all.
 """
 
 from typing import Any
@@ -20,7 +21,10 @@ WAITING = (*LESSONS, *FOLDERS, "tests/client/test_ros1.py", "tests/docs/test_ros
 TOGETHER = "tests/browser/"
 """Its tests share a browser and what it looks at: they all go to one worker."""
 
-FIRST = (*LESSONS, "tests/ros1/test_catkin.py", *WAITING, TOGETHER)
+SHARING = ("tests/test_packaging.py", "tests/docs/test_site.py", "tests/agents/kitter/test_runs.py")
+"""Files whose tests share what takes long to make, and would make it once for each worker."""
+
+FIRST = (*LESSONS, "tests/ros1/test_catkin.py", *WAITING, TOGETHER, *SHARING)
 """In this order: what takes long must not be what the others wait for in the end."""
 
 FEW = 2
@@ -37,7 +41,7 @@ class Scheduling(LoadScopeScheduling):  # type: ignore[misc]  # xdist says no ty
     def _split_scope(self, nodeid: str) -> str:
         if nodeid.startswith(TOGETHER):
             return TOGETHER
-        return nodeid.partition("::")[0] if nodeid.startswith(FOLDERS) else nodeid
+        return nodeid.partition("::")[0] if nodeid.startswith((*FOLDERS, *SHARING)) else nodeid
 
     def _assign_work_unit(self, node: WorkerController) -> None:
         if self.numnodes > FEW:

@@ -35,6 +35,20 @@ nbclient.NotebookClient(book, timeout=limit, iopub_timeout=limit, raise_on_iopub
 nbformat.write(book, sys.argv[1])
 """
 
+RUN = """
+import sys
+import nbformat
+from nbclient import NotebookClient
+
+file, limit = sys.argv[1:]
+notebook = nbformat.read(file, as_version=4)
+client = NotebookClient(notebook, timeout=int(limit), iopub_timeout=60, raise_on_iopub_timeout=True)
+client.execute()
+nbformat.write(notebook, file)
+"""
+"""Runs a notebook in place. What a cell prints comes by a way of its own, and is left out in silence where it comes
+seconds after the cell is done: on a machine that has much else to do."""
+
 WRITE = "CELLWRIGHT_WRITE_NOTEBOOK"
 """With this variable set, the notebook is written anew, with what it prints."""
 
