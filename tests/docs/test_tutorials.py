@@ -19,8 +19,8 @@ CELLWRIGHT = """
 import sys
 from cellwright.rendering import picture
 
-def small(model, data, camera, width, height, *, samples, **more):
-    return render(model, data, camera, width // 8, height // 8, samples=1, **more)
+def small(model, data, camera, width=1280, height=720, **more):
+    return render(model, data, camera, width // 8, height // 8, **{**more, "samples": 1})
 
 render, picture.render = picture.render, small
 from cellwright.__main__ import main
