@@ -10,6 +10,7 @@ from cellwright.agents.agent import find_agent
 from cellwright.cell import Cell
 from cellwright.description.catalogue import find_trial
 from cellwright.description.gear2017 import load_trial
+from cellwright.errors import UsageError
 from cellwright.rendering.video_wish import VideoWish
 from cellwright.rendering.views import VIEWS
 from cellwright.run import RunOptions, run_cell
@@ -68,6 +69,13 @@ def test_a_time_lapse_takes_fewer(tmp_path: Path) -> None:
     filmed = Filmed(tmp_path / "a.mp4", speed=10.0)
     assert filmed.times == pytest.approx([0.0, 0.4, 0.8], abs=1e-9)
     assert len(read(tmp_path / "a.mp4")) == 3
+
+
+def test_time_goes_no_slower_than_by_a_frame_a_tick(tmp_path: Path) -> None:
+    assert Filmed(tmp_path / "a.mp4", speed=0.05, until=0.02).told["frames"] == 11
+    with pytest.raises(UsageError, match=r"give a speed of 0\.05 or more, not 0\.04"):
+        Filmed(tmp_path / "b.mp4", speed=0.04, until=0.02)
+    assert not (tmp_path / "b.mp4").exists()
 
 
 def test_a_video_that_comes_to_an_end_is_told_once_and_the_run_goes_on(tmp_path: Path) -> None:

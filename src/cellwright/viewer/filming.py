@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 from cellwright.bus.served import Served
-from cellwright.errors import CellwrightError
+from cellwright.errors import CellwrightError, UsageError
 from cellwright.pose import Vector3
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import LAMP
@@ -33,7 +33,7 @@ class Filming:
         lamp: where the light comes from [m], from the point that the camera looks at.
 
     Raises:
-        UsageError: the size is none that a video can have.
+        UsageError: the size or the speed is none that a video can have.
         RenderingError: the file cannot be written.
     """
 
@@ -51,6 +51,11 @@ class Filming:
         self._served, self._camera, self._caption, self._waits, self._warn = served, camera, caption, waits, warn
         self._taker = SceneTaker(served.simulation.model, name=served.name, hidden=served.out_of_sight)
         self._period = period_of(wish.speed, RATE)
+        if self._period < (tick := served.simulation.clock.timestep):
+            raise UsageError(
+                f"{wish.file}: a video shows no more than a frame a tick: give a speed of {float(tick * RATE):g} or more, "
+                f"not {wish.speed:g}"
+            )
         self._video = Video(wish.file, self._taker.scene, wish.width, wish.height, fine=wish.fine, lamp=lamp)
         self._watch: Watch | None = None
         self.is_whole = True
