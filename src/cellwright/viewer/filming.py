@@ -52,8 +52,9 @@ class Filming:
         self._taker = SceneTaker(served.simulation.model, name=served.name, hidden=served.out_of_sight)
         self._period = period_of(wish.speed, RATE)
         if self._period < (tick := served.simulation.clock.timestep):
+            least = float(tick * RATE)
             raise UsageError(
-                f"{wish.file}: a video shows no more than a frame a tick: give a speed of {float(tick * RATE):g} or more, "
+                f"{wish.file}: a video shows no more than a frame a tick: give a speed of {least:g} or more, "
                 f"not {wish.speed:g}"
             )
         self._video = Video(wish.file, self._taker.scene, wish.width, wish.height, fine=wish.fine, lamp=lamp)
