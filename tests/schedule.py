@@ -24,7 +24,7 @@ TOGETHER = "tests/browser/"
 SHARING = ("tests/test_packaging.py", "tests/docs/test_site.py", "tests/agents/kitter/test_runs.py")
 """Files whose tests share what takes long to make, and would make it once for each worker."""
 
-FIRST = (*LESSONS, "tests/ros1/test_catkin.py", *WAITING, TOGETHER, *SHARING)
+FIRST = (*LESSONS, "tests/ros1/test_catkin.py", *WAITING, *SHARING)
 """In this order: what takes long must not be what the others wait for in the end."""
 
 FEW = 2
@@ -57,4 +57,13 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Scheduling |
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put tests in order; those of the page go to the middle.
+
+    A browser without a graphics card draws with all cores, and would starve the lessons, which begin.
+    """
     items.sort(key=lambda item: next((place for place, name in enumerate(FIRST) if item.nodeid.startswith(name)), 99))
+    page = [item for item in items if item.nodeid.startswith(TOGETHER)]
+    others = [item for item in items if not item.nodeid.startswith(TOGETHER)]
+    begun = sum(item.nodeid.startswith(FIRST) for item in others)
+    middle = (begun + len(others)) // 2
+    items[:] = [*others[:middle], *page, *others[middle:]]

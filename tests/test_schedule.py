@@ -59,6 +59,13 @@ def test_order() -> None:
     assert [NAMES.index(name) for name in in_order(NAMES)] == [5, 6, 3, 1, 2, 0, 4]
 
 
+def test_those_of_the_page_come_when_the_lessons_are_over() -> None:
+    page = [f"{TOGETHER}test_a.py::x", f"{TOGETHER}test_b.py::x"]
+    others = [f"tests/d.py::{number}" for number in range(10)]
+    names = in_order([*page, f"{LESSON}::u", *others])
+    assert names == [f"{LESSON}::u", *others[:5], *page, *others[5:]]
+
+
 def test_files_whose_tests_share_something_stay_whole() -> None:
     scheduling = Scheduling.__new__(Scheduling)
     assert scheduling._split_scope(f"{SHARING[0]}::y") == SHARING[0]

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,8 @@ from tests.evaluation.test_evaluate import is_alive
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
 
 COMMAND = [sys.executable, "-m", "cellwright", "eval", "tiny.yaml", "--seeds", "4", "--jobs", "2", "--out", "out"]
+
+RUNNING: list[subprocess.Popen[bytes]] = []
 
 
 def results(folder: Path) -> list[str]:
@@ -45,13 +48,27 @@ def wait_for(condition: object, seconds: float = 30.0) -> None:
         time.sleep(0.01)
 
 
+@pytest.fixture(autouse=True)
+def ended() -> Iterator[None]:
+    """What a test has started is no longer at work when the test is over, however that went."""
+    RUNNING.clear()
+    yield
+    for process in RUNNING:
+        process.kill()
+        process.wait()
+        if process.stdout is not None:
+            process.stdout.close()
+
+
 def start(folder: Path, program: str) -> subprocess.Popen[bytes]:
-    return subprocess.Popen(
+    process = subprocess.Popen(
         [*COMMAND, "--agent", f"programs.py:{program}"],
         cwd=folder,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
     )
+    RUNNING.append(process)
+    return process
 
 
 def test_killed_and_resumed(folder: Path) -> None:
@@ -84,8 +101,8 @@ def test_killed_and_resumed(folder: Path) -> None:
 def test_workers_that_hang_do_not_outlive_it(folder: Path) -> None:
     killed = start(folder, "Hang")
     wait_for(lambda: len(list((folder / "out").glob("logs/tiny-*.log"))) == 2)
+    wait_for(lambda: len(children(killed.pid)) == 2)  # a log is there before its worker
     workers = children(killed.pid)
-    assert len(workers) == 2
     killed.kill()
     killed.communicate()
     wait_for(lambda: not any(map(is_alive, workers)))
