@@ -26,7 +26,7 @@ from cellwright.bench.processes import end
 
 UNTIL, FILMED = 60.0, 8.0
 """Simulation time [s] of a run, and of one with a video, which takes long to draw."""
-REPEATS = 3
+REPEATS = 5
 VIEW_COST = 1.05
 """What a page may cost at most, as a ratio to the bare run."""
 
