@@ -181,6 +181,7 @@ def _start(shell: _Shell, command: Command) -> Cell:
     lines = [
         *shell.preparation(),
         "set -m  # so that Ctrl-C, a signal, reaches it",
+        f": > {shell.log}.log  # nothing of an earlier run",
         f"{command.line} &> {shell.log}.log &",
         f"echo $! > {shell.log}.pid",
         *_look(shell, command),
