@@ -13,13 +13,7 @@ settings.register_profile(
 )
 settings.load_profile("cellwright")
 
-pytest_plugins = [
-    "tests.ros1.requirement",
-    "tests.ros1.fixtures",
-    "tests.schedule",
-    "tests.bridges.ros1.fixtures",
-    "tests.browser.requirement",
-]
+pytest_plugins = ["tests.required", "tests.leftovers", "tests.run_report", "tests.schedule"]
 
 DATA = Path(__file__).parent / "data"
 

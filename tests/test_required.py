@@ -1,14 +1,13 @@
 """Without what its marker asks for a test is skipped, and fails in CI; with it, it runs."""
 
-from types import ModuleType
 from typing import Any
 
 import pytest
 
-from tests.browser import requirement as browser
-from tests.ros1 import requirement as ros1
+from tests import required
+from tests.required import MARKERS, pytest_runtest_setup, reason_to_skip
 
-BOTH = pytest.mark.parametrize(("requirement", "marker"), [(browser, "browser"), (ros1, "ros1")])
+each_marker = pytest.mark.parametrize("marker", MARKERS)
 
 
 class Item:
@@ -21,28 +20,34 @@ class Item:
         return name if name in self.marks else None
 
 
-def setup(requirement: ModuleType, item: Any) -> None:
-    requirement.pytest_runtest_setup(item)
+def setup(*marks: str) -> None:
+    item: Any = Item(*marks)
+    pytest_runtest_setup(item)
 
 
-@BOTH
-def test_skipped_with_the_reason(requirement: ModuleType, marker: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(requirement, "lacking", lambda: "nothing of it")
+@each_marker
+def test_skipped_with_the_reason(marker: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(required, "reason_to_skip", lambda name: f"nothing of {name}")
     monkeypatch.delenv("CI", raising=False)
-    with pytest.raises(pytest.skip.Exception, match="nothing of it"):
-        setup(requirement, Item(marker))
+    with pytest.raises(pytest.skip.Exception, match=f"nothing of {marker}"):
+        setup(marker)
 
 
-@BOTH
-def test_a_failure_in_ci(requirement: ModuleType, marker: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(requirement, "lacking", lambda: "nothing of it")
+@each_marker
+def test_a_failure_in_ci(marker: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(required, "reason_to_skip", lambda _: "nothing of it")
     monkeypatch.setenv("CI", "true")
-    with pytest.raises(pytest.fail.Exception, match=r"CI has to see .* nothing of it"):
-        setup(requirement, Item(marker))
-    setup(requirement, Item("slow"))
+    with pytest.raises(pytest.fail.Exception, match=f"CI has to see {MARKERS[marker]}, but there is nothing of it"):
+        setup(marker)
+    setup("slow")
 
 
-@BOTH
-def test_runs_where_all_is_there(requirement: ModuleType, marker: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(requirement, "lacking", lambda: None)
-    setup(requirement, Item(marker))
+@each_marker
+def test_runs_where_all_is_there(marker: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(required, "reason_to_skip", lambda _: None)
+    setup(marker)
+
+
+def test_a_display_needs_its_program(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", "/nowhere")
+    assert "scripts/install-display" in str(reason_to_skip("display"))

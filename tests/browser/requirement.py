@@ -7,11 +7,6 @@ import os
 import shutil
 from functools import cache
 from pathlib import Path
-from typing import Any
-
-import pytest
-
-from tests.required import cannot_run
 
 VARIABLE = "CELLWRIGHT_BROWSER"
 """Names a browser other than the one that is found."""
@@ -19,8 +14,6 @@ VARIABLE = "CELLWRIGHT_BROWSER"
 NAMES = ("chromium", "google-chrome", "google-chrome-stable", "chromium-browser")
 SCREENSHOTS = Path(__file__).parents[2] / "build" / "screenshots"
 """Where pictures of pages are kept, for people to look at."""
-
-_FOLDER = "tests/browser/"
 
 ARGUMENTS = (
     "--no-sandbox",  # in a container there is none to be had
@@ -43,15 +36,3 @@ def lacking() -> str | None:
     if browser_path() is None:
         return f"no Chromium or Chrome: scripts/install-browser installs one, {VARIABLE} names another"
     return None
-
-
-@pytest.hookimpl(tryfirst=True)
-def pytest_runtest_setup(item: pytest.Item) -> None:
-    if item.get_closest_marker("browser") is not None and (reason := lacking()):
-        cannot_run(reason, "the page")
-
-
-def pytest_terminal_summary(terminalreporter: Any) -> None:
-    shown = [each.nodeid for each in terminalreporter.stats.get("passed", []) if each.nodeid.startswith(_FOLDER)]
-    if shown and (there := sorted(SCREENSHOTS.glob("*.png"))):
-        terminalreporter.write_line(f"{len(there)} screenshots of pages: {SCREENSHOTS}")

@@ -8,8 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from tests.browser.visitor import LIMIT
-from tests.ros1.processes import Process
+from tests.processes import Process
 
 
 class Viewed(Process):
@@ -31,13 +30,13 @@ class Viewed(Process):
     @property
     def address(self) -> tuple[str, int]:
         """Where it serves programs."""
-        found = self.wait_for(r"^ready: .* at ([\d.]+):(\d+)", LIMIT)
+        found = self.wait_for(r"^ready: .* at ([\d.]+):(\d+)")
         return found[1], int(found[2])
 
     @property
     def url(self) -> str:
         """Address of the page, as it is printed."""
-        return self.wait_for(r"^page: (http://\S+)$", LIMIT)[1]
+        return self.wait_for(r"^page: (http://\S+)$")[1]
 
 
 @contextmanager

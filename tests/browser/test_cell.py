@@ -22,8 +22,8 @@ from cellwright.viewer.web.start import WebPage
 from tests.browser.conftest import Visit
 from tests.browser.seen import Hues, Pixels, distance, middle, share
 from tests.browser.visitor import COARSE, HEIGHT, LIMIT, WIDTH, Visitor
-from tests.ros1.ports import free_port
-from tests.ros1.processes import Process
+from tests.ports import free_port
+from tests.processes import Process
 
 pytestmark = pytest.mark.browser
 
@@ -38,7 +38,7 @@ def served(folder: Path, trial: str) -> Iterator[Process]:
     command = [sys.executable, "-m", "cellwright", "serve", trial, "--development-mode", "--port", str(ADDRESS[1])]
     process = Process(command, os.environ, folder)
     try:
-        process.wait_for(r"^ready: ", LIMIT)
+        process.wait_for(r"^ready: ")
         yield process
     finally:
         process.kill()

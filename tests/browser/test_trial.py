@@ -11,7 +11,7 @@ import pytest
 from tests.browser.conftest import Visit
 from tests.browser.serving import viewed
 from tests.browser.visitor import LIMIT
-from tests.ros1.processes import Process
+from tests.processes import Process
 
 pytestmark = pytest.mark.browser
 
@@ -38,7 +38,7 @@ def test_score_orders_and_trays_change_until_the_end_and_the_recording_shows_it_
         onlooker.page.get_by_role("tab", name="Score").click()
         onlooker.read(r"lies [\d.]+ m off the tray")  # why there are no more
         onlooker.close()
-        cell.interrupt(LIMIT)
+        cell.interrupt()
     replayed(tmp_path, visit)
 
 

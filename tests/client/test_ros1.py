@@ -38,7 +38,9 @@ from tests.bridges.ros1.conftest import start_bridge
 from tests.bridges.ros1.fake_cell import FakeCell, heard, out, service
 from tests.ros1.ground import Ground
 from tests.ros1.requirement import ros_python
-from tests.ros1.waiting import until
+from tests.waiting import wait_until
+
+pytest_plugins = ["tests.ros1.fixtures", "tests.bridges.ros1.fixtures"]
 
 pytestmark = pytest.mark.ros1
 
@@ -108,14 +110,14 @@ def test_it_hears_and_time_passes(live: tuple[FakeCell, Ros1Transport]) -> None:
     begin = transport.now()
     assert begin > 0
     leave = transport.subscribe("/words", lambda message: heard_words.append(message.data))
-    until(lambda: cell.listeners("/words") == 1, 5.0, "subscription")  # it is on its way when subscribing is over
+    wait_until(lambda: cell.listeners("/words") == 1, "subscription")  # it is on its way when subscribing is over
     for word in ("one", "two"):
         cell.say("/words", to_ros1(String(word)))
     transport.advance(None, lambda: len(heard_words) == 2)
     assert heard_words == ["one", "two"]
     assert transport.now() > begin
     leave()
-    until(lambda: cell.listeners("/words") == 0, 5.0, "end of the subscription")
+    wait_until(lambda: cell.listeners("/words") == 0, "end of the subscription")
     assert cell.listeners("/clock") > 0
 
 
@@ -133,7 +135,7 @@ def test_it_speaks_under_its_name_and_typed(live: tuple[FakeCell, Ros1Transport]
     cell, transport = live
     for number in range(20):
         transport.publish("/commands", String(str(number)))
-    until(lambda: len(cell.of(Kind.PUBLISH)) == 20, 5.0, "messages")
+    wait_until(lambda: len(cell.of(Kind.PUBLISH)) == 20, "messages")
     frames = cell.of(Kind.PUBLISH)
     assert [from_ros1(frame.payload, String).data for frame in frames] == [str(number) for number in range(20)]
     assert {(frame.node, frame.type) for frame in frames} == {("/team", "std_msgs/String")}
@@ -317,7 +319,7 @@ def test_in_lockstep_the_result_is_that_of_one_process(no_master: Ground) -> Non
     cell = no_master.serve("lesson", "--lockstep", "--seed", "1", "--until", str(seconds), "--json")
     with over_ros(no_master) as transport:
         run_to_the_end(transport)
-    assert cell.finish(20.0) == 0
+    assert cell.finish() == 0
     assert json.loads(cell.out)["state_hash"] == alone.state_hash
 
 

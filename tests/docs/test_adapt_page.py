@@ -11,7 +11,7 @@ import pytest
 
 from tests.docs.pages import Command, Step, steps
 from tests.docs.session import follow
-from tests.ros1.ports import free_port
+from tests.ports import free_port
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "adapt-a-robot.md"

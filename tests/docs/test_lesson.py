@@ -18,6 +18,8 @@ from tests.docs import notebook
 from tests.docs.pages import File, missing, steps
 from tests.docs.session import follow
 
+pytest_plugins = ["tests.ros1.fixtures"]
+
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "lesson.md"
 NOTEBOOK = ROOT / "docs" / "lesson.ipynb"

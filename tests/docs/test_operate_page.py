@@ -12,7 +12,7 @@ import pytest
 
 from tests.docs.pages import Command, Program, Step, steps
 from tests.docs.session import follow
-from tests.ros1.ports import free_port
+from tests.ports import free_port
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "operate.md"

@@ -9,6 +9,8 @@ import pytest
 
 from tests.ros1.ground import Ground
 
+pytest_plugins = ["tests.ros1.fixtures"]
+
 PAGE = (Path(__file__).parents[2] / "docs" / "porting.md").read_text(encoding="utf-8")
 ROWS = [
     [cell.strip() for cell in line.strip("|").split("|")]

@@ -6,9 +6,11 @@ from pathlib import Path
 import pytest
 
 from tests.docs.pages import Command, missing, steps
+from tests.processes import Process
 from tests.ros1.ground import Ground, check_end
-from tests.ros1.processes import Process
-from tests.ros1.waiting import until
+from tests.waiting import wait_until
+
+pytest_plugins = ["tests.ros1.fixtures"]
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGES = ["ros1.md", "robot-node-ros1.md"]
@@ -26,9 +28,9 @@ def test_the_page_can_be_followed(no_master: Ground, page: str) -> None:
             if served is not None:
                 check_end(served)
             served = no_master.cellwright(*arguments, "--port", "0")
-            served.wait_for("^ready", 15.0)
+            served.wait_for("^ready")
             printed = served.out
-            until(lambda: "/rosout" in no_master.tool("rosnode", "list"), 15.0, "rosout")
+            wait_until(lambda: "/rosout" in no_master.tool("rosnode", "list"), "rosout")
         else:
             printed = no_master.tool(command, *arguments, status=step.status)
         assert missing(step.output, printed) is None, f"{step.line}\n{printed}"

@@ -16,7 +16,9 @@ from cellwright.ros1.layout import write_package
 from cellwright.ros1.packages import IO_TELEOP
 from tests.examples.no_ros import install
 from tests.ros1.ground import Ground, ground
-from tests.ros1.waiting import until
+from tests.waiting import wait_until
+
+pytest_plugins = ["tests.ros1.fixtures"]
 
 PACKAGE = Path(__file__).parents[2] / "examples" / "robot_controller"
 SCRIPT = PACKAGE / "scripts" / "openloong_controller_node.py"
@@ -33,7 +35,7 @@ def test_the_class_without_ros(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     robot = runpy.run_path(str(SCRIPT))["OpenLoongController"]("OpenLoong/vr_configs.yml")
     try:
         told = graph.published["/io_teleop/joint_states"]
-        until(lambda: len(told) > 5, 5.0, "joint states")
+        wait_until(lambda: len(told) > 5, "joint states")
         assert len(told[0].name) == len(told[0].position) == len(told[0].velocity) == 75
 
         def position(name: str) -> float:
@@ -42,14 +44,14 @@ def test_the_class_without_ros(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         graph.subscribers["/io_teleop/joint_cmd"](joints(J_arm_r_04=1.2, no_such_joint=1.0))
         graph.subscribers["/openloong/look"](types.SimpleNamespace(x=0.0, y=0.2, z=-0.3))
         graph.subscribers["/io_teleop/target_gripper_status"](types.SimpleNamespace(position=[1.0, 0.0]))
-        until(lambda: abs(position("J_arm_r_04") - 1.2) < 0.01, 5.0, "the elbow")
-        until(lambda: abs(position("J_head_yaw") + 0.3) < 0.01, 5.0, "the look")
-        until(lambda: robot.grippers[0].status > 0.5 > 0.1 > robot.grippers[1].status, 5.0, "the right hand")
+        wait_until(lambda: abs(position("J_arm_r_04") - 1.2) < 0.01, "the elbow")
+        wait_until(lambda: abs(position("J_head_yaw") + 0.3) < 0.01, "the look")
+        wait_until(lambda: robot.grippers[0].status > 0.5 > 0.1 > robot.grippers[1].status, "the right hand")
         monkeypatch.setattr(time, "sleep", lambda _seconds: None)
         answer = graph.services["io_teleop_reset_robot"](None)
         assert (answer.success, answer.message) == (True, "Service successfully triggered!")
         monkeypatch.undo()
-        until(lambda: abs(position("J_arm_r_04") - 1.7) < 0.01, 5.0, "home")
+        wait_until(lambda: abs(position("J_arm_r_04") - 1.7) < 0.01, "home")
     finally:
         graph.is_over = True
         for thread in threading.enumerate():  # else it may be asking while the robot is closed
@@ -103,7 +105,7 @@ def test_the_node_at_a_real_roscore(ros: Ground, tmp_path: Path) -> None:
     (share / "robot_controller").symlink_to(PACKAGE)
     packages = f"{share}:/usr/share"
     node = ros.start(["rosrun", "robot_controller", SCRIPT.name], ROS_PACKAGE_PATH=packages)
-    node.wait_for("ready: 75 joints", 30.0)
+    node.wait_for("ready: 75 joints")
     listed = ros.tool("rostopic", "list").split()
     names = {"joint_cmd", "joint_states", "target_gripper_status", "target_joint_from_vr"}
     assert {f"/io_teleop/{name}" for name in names} | {"/openloong/look"} <= set(listed)
@@ -118,7 +120,7 @@ def test_the_node_at_a_real_roscore(ros: Ground, tmp_path: Path) -> None:
     begun = time.monotonic()
     node.interrupt()
     assert time.monotonic() - begun < 3.0
-    until(lambda: not node.relatives(), 3.0, "end of the robot's process")
+    wait_until(lambda: not node.relatives(), "end of the robot's process")
 
 
 def test_the_script_is_a_program() -> None:

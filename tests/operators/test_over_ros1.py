@@ -19,6 +19,8 @@ from cellwright.operators.services import Services
 from tests.ros1.ground import Ground
 from tests.ros1.requirement import ros_python
 
+pytest_plugins = ["tests.ros1.fixtures"]
+
 pytestmark = pytest.mark.ros1
 
 
@@ -54,7 +56,7 @@ def signal(master: Ground, *arguments: str) -> dict[str, Any]:
     """What a test signal found."""
     quick = ("--frequency", "1", "--duration", "1", "--amplitude", "0.2", "--json", "--ros1")
     process = master.cellwright("operate", "signal", *arguments, *quick)
-    assert process.finish(60.0) == 0, process.err
+    assert process.finish() == 0, process.err
     found: dict[str, Any] = json.loads(process.out)
     return found
 

@@ -1,13 +1,12 @@
 """A little scene: a red ball on a body of its own, above a grey floor."""
 
-import os
-
 import numpy as np
-import pytest
 
 from cellwright.pose import Pose
 from cellwright.rendering.worker import RenderWorker
 from cellwright.scene import Form, Frame, Layer, Scene, Shape
+from tests.required import cannot_run
+from tests.waiting import TIMEOUT
 
 AT_HOME = Pose((0, 0, 0), (1, 0, 0, 0))
 BALL = Scene(
@@ -31,5 +30,5 @@ def ball_at(x: float, y: float, z: float, *, shown: bool = True, time: int = 0) 
 
 def skip_without_opengl(worker: RenderWorker) -> None:
     """Where there is no OpenGL what it draws cannot be tested; in CI it has to be there."""
-    if worker.ready.result(60) == "rays" and not os.environ.get("CI"):
-        pytest.skip("there is no OpenGL here; scripts/install-display installs one")
+    if worker.ready.result(TIMEOUT) == "rays":
+        cannot_run("no OpenGL: scripts/install-display installs it", "what OpenGL draws")

@@ -10,7 +10,9 @@ import pytest
 
 from cellwright.recording.reader import Recording
 from tests.replay.made import record, short_work
-from tests.ros1.ground import READY, Ground, ground
+from tests.ros1.ground import Ground, ground
+
+pytest_plugins = ["tests.ros1.fixtures"]
 
 pytestmark = pytest.mark.ros1
 
@@ -24,7 +26,7 @@ def played(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> Ite
     path = record(folder / "run.mcap", short_work)
     with ground(folder, ros1_messages) as made:
         player = made.cellwright("replay", str(path), "--ros1", "--loop", "--speed", "3", "--port", "0")
-        player.wait_for("^ready", READY)
+        player.wait_for("^ready")
         yield made, path
 
 
@@ -62,7 +64,7 @@ def listen() -> dict[str, Any]:
 
 def test_a_subscriber_hears_what_was_recorded(played: tuple[Ground, Path]) -> None:
     master, path = played
-    heard = master.client(listen).value(90.0)
+    heard = master.client(listen).value()
 
     with Recording(path) as recording:
         states = [recording.decode(each) for each in recording.messages([STATES])]

@@ -9,8 +9,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from tests.ros1.processes import Process
+from tests.processes import Process
 from tests.ros1.requirement import ros_python
+from tests.waiting import wait_until
 
 _RESULT = "result of the client: "
 _CALL = """
@@ -42,7 +43,8 @@ class Client(Process):
         assert python is not None
         if callable(program):
             text = (
-                "from __future__ import annotations\n"
+                "from __future__ import annotations\n\nimport time\n\n\nTIMEOUT = 60.0\n"
+                + inspect.getsource(wait_until)
                 + textwrap.dedent(inspect.getsource(program))
                 + _CALL.format(result=_RESULT, name=program.__name__)
             )
@@ -54,13 +56,9 @@ class Client(Process):
         path.write_text(text)
         super().__init__([python, str(path), *said], environment, folder)
 
-    def value(self, within: float = 30.0) -> Any:
-        """What the function returned, through JSON; a traceback of the client fails the test.
-
-        Args:
-            within: the limit [s].
-        """
-        status = self.finish(within)
+    def value(self) -> Any:
+        """What the function returned, through JSON; a traceback of the client fails the test."""
+        status = self.finish()
         lines = [line for line in self.out.splitlines() if line.startswith(_RESULT)]
         assert (status, len(lines)) == (0, 1), self._tell(f"status {status}")
         assert "Traceback" not in self.err, self._tell("a traceback")

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import pytest
 
+from tests.processes import FAMILY, members, name_of
 from tests.ros1.ground import Ground, ground
 from tests.ros1.messages import generate
-from tests.ros1.processes import FAMILY, members, name_of
-from tests.ros1.waiting import until
+from tests.waiting import wait_until
 
 
 @pytest.fixture(scope="session")
@@ -65,4 +65,4 @@ def newcomer(no_master: Ground) -> Iterator[dict[str, str]]:
     kept = {name: value for name, value in no_master.environment.items() if name not in foreign}
     family = f"newcomer at {no_master.port}"
     yield {**kept, "PATH": f"{programs}:{kept['PATH']}", "HOME": str(home), FAMILY: family}
-    until(lambda: not members(family), 10.0, f"end of {[name_of(pid) for pid in members(family)]}")
+    wait_until(lambda: not members(family), "end of all processes", seen=lambda: list(map(name_of, members(family))))

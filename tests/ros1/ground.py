@@ -13,14 +13,11 @@ from pathlib import Path
 from typing import Any, cast
 
 import cellwright
+from tests.ports import free_port
+from tests.processes import Process, name_of
 from tests.ros1.client import Client
-from tests.ros1.ports import free_port
-from tests.ros1.processes import Process, name_of
 from tests.ros1.requirement import system_path
-from tests.ros1.waiting import until
-
-READY = 40.0
-"""How long a cell may take until it is ready [s]; the product promises 5 on a machine that does nothing else."""
+from tests.waiting import TIMEOUT, wait_until
 
 _OURS = ("ROS", "PYTHON", "VIRTUAL_ENV", "CMAKE_PREFIX_PATH", "CELLWRIGHT", "ARIAC", "COLUMNS")
 
@@ -83,15 +80,15 @@ class Ground:
         """Start the master, and wait until it answers. It keeps its port when it was stopped before."""
         options = ["roscore", "-p"] if self._roscore else ["rosmaster", "--core", "-p"]
         self.process = self.start([*options, str(self.port)])
-        until(self._answers, 20.0, f"answer of the master at {self.uri}")
+        wait_until(self._answers, f"answer of the master at {self.uri}")
         if self._roscore:
-            until(lambda: self._has("/rosout"), 20.0, "rosout")
+            wait_until(lambda: self._has("/rosout"), "rosout")
 
     def stop_master(self, number: int = signal.SIGINT) -> None:
         """End the master by a signal, and wait until it is gone."""
         assert self.process is not None
         self.process.signal(number)
-        self.process.finish(20.0)
+        self.process.finish()
         self.process = None
 
     def start(self, command: list[str], *, folder: Path | None = None, **more: str) -> Process:
@@ -108,12 +105,11 @@ class Ground:
         self._started.append(process)
         return process
 
-    def tool(self, *command: str, within: float = 30.0, status: int = 0, **more: str) -> str:
+    def tool(self, *command: str, status: int = 0, **more: str) -> str:
         """Run a system program to its end; what it printed.
 
         Args:
             command: program and arguments.
-            within: the limit [s].
             status: the exit status that is expected.
             more: further variables of its environment.
         """
@@ -125,7 +121,7 @@ class Ground:
             cwd=where,
             capture_output=True,
             text=True,
-            timeout=within,
+            timeout=TIMEOUT,
             check=False,
         )
         said = f"{done.stdout}\n{done.stderr}\n-- cells --\n{self.log()[-4000:]}"
@@ -177,7 +173,7 @@ class Ground:
             more: further variables of its environment.
         """
         cell = self.cellwright("serve", trial, "--ros1", "--port", "0", *options, **more)
-        cell.wait_for("^ready", READY)
+        cell.wait_for("^ready")
         return cell
 
     def teleop(self, robot: str, *options: str, **more: str) -> Process:
@@ -189,7 +185,7 @@ class Ground:
             more: further variables of its environment.
         """
         node = self.cellwright("teleop", robot, "--ros1", "--port", "0", *options, **more)
-        node.wait_for("^ready", READY)
+        node.wait_for("^ready")
         return node
 
     def log(self) -> str:
@@ -220,22 +216,21 @@ class Ground:
         return any(node in nodes for role in self.ask("getSystemState") for _, nodes in role)
 
 
-def check_end(cell: Process, within: float = 10.0, gone_within: float = 3.0) -> None:
-    """End a cell as Ctrl-C does, and check how: in time, status 0, no traceback, nothing left behind.
+def check_end(cell: Process, timeout: float = TIMEOUT) -> None:
+    """End a cell as Ctrl-C does, and check how: status 0, no traceback, nothing left behind.
 
     Args:
         cell: may have ended before.
-        within: how long it may take to end [s].
-        gone_within: how long its own processes may outlive it [s].
+        timeout: bound for its end, and again for that of its own processes [s].
     """
     was_running = cell.running
-    status = cell.interrupt(within)
+    status = cell.interrupt(timeout)
     said = f"\n-- out --\n{cell.out[-4000:]}\n-- err --\n{cell.err[-4000:]}"
     assert "Traceback" not in cell.out + cell.err, said
     if was_running:
         assert status == 0, f"status {status}{said}"
     try:
-        until(lambda: not cell.relatives(), gone_within, "end of all processes")
+        wait_until(lambda: not cell.relatives(), "end of all processes", timeout=timeout)
     except AssertionError:
         raise AssertionError(f"left behind: {[name_of(pid) for pid in cell.relatives()]}{said}") from None
 

@@ -9,10 +9,6 @@ import subprocess
 from functools import cache
 from pathlib import Path
 
-import pytest
-
-from tests.required import cannot_run
-
 HOW = "scripts/install-ros1 installs it"
 
 
@@ -46,9 +42,3 @@ def _lacking(python: str) -> bool:
     asked = "import importlib.util, sys; sys.exit(importlib.util.find_spec('rospy') is None)"
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
     return subprocess.run([python, "-c", asked], env=environment, timeout=30, check=False).returncode != 0
-
-
-@pytest.hookimpl(tryfirst=True)
-def pytest_runtest_setup(item: pytest.Item) -> None:
-    if item.get_closest_marker("ros1") is not None and (reason := lacking()):
-        cannot_run(reason, "real ROS 1")

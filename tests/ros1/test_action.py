@@ -8,6 +8,8 @@ import pytest
 
 from tests.ros1.ground import Ground, ground
 
+pytest_plugins = ["tests.ros1.fixtures"]
+
 pytestmark = pytest.mark.ros1
 
 NAMES = [

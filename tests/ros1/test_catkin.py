@@ -11,9 +11,11 @@ from pathlib import Path
 
 import pytest
 
+from tests.processes import Process
 from tests.ros1.ground import READY, Ground, ground
-from tests.ros1.processes import Process
 from tests.ros1.requirement import system_path
+
+pytest_plugins = ["tests.ros1.fixtures"]
 
 pytestmark = pytest.mark.ros1
 
@@ -191,7 +193,7 @@ class Workspace:
             launch.wait_for(f"^ready: {trial} ", 2 * READY)
             yield
         finally:
-            launch.interrupt(20.0)
+            launch.interrupt()
         assert not launch.relatives()
         assert "Traceback" not in launch.out + launch.err
 
@@ -270,8 +272,8 @@ def test_the_example_node_in_cpp(workspace: Workspace) -> None:
             "source devel/setup.bash; unset ROSCONSOLE_CONFIG_FILE; export ROSCONSOLE_STDOUT_LINE_BUFFERED=1; "
             "exec rosrun ariac_example ariac_example_node"
         )
-        node.wait_for("the competition has started", 30.0)
-        node.wait_for("sending the arm to its zero position", 30.0)
+        node.wait_for("the competition has started")
+        node.wait_for("sending the arm to its zero position")
         node.interrupt()
 
 

@@ -9,7 +9,9 @@ import pytest
 
 from tests.conftest import load_cases
 from tests.ros1.ground import Ground, ground
-from tests.ros1.waiting import until
+from tests.waiting import wait_until
+
+pytest_plugins = ["tests.ros1.fixtures"]
 
 pytestmark = pytest.mark.ros1
 
@@ -105,7 +107,7 @@ def test_cheats_are_refused(cell: Ground, service: str) -> None:
     said = len(cell.log())
     assert "success: False" in cell.tool("rosservice", "call", service, CHEATS[service])
     who = rf"refused {service} from /rosservice\w+: not allowed in a competition"
-    until(lambda: re.search(who, cell.log()[said:]), 5.0, f"word about {service}")
+    wait_until(lambda: re.search(who, cell.log()[said:]), f"word about {service}")
 
 
 def test_every_cheat_is_among_them() -> None:

@@ -8,6 +8,8 @@ import pytest
 
 from tests.ros1.ground import Ground
 
+pytest_plugins = ["tests.ros1.fixtures"]
+
 pytestmark = pytest.mark.ros1
 
 TRIAL = """\
@@ -169,7 +171,7 @@ def test_a_trial_from_start_to_score(full_master: Ground, tmp_path: Path) -> Non
     source = str(Path(__file__).parents[2] / "src")
     paths = f'eval "$(PYTHONPATH={source} {sys.executable} -m cellwright ros1-env --dir {tmp_path}/env)"'
     program = full_master.start(["bash", "-c", f"{paths} && exec {tmp_path}/kitting.py"], PYTHONPATH="")
-    assert program.finish(90.0) == 0, program.out + program.err + full_master.log()
+    assert program.finish() == 0, program.out + program.err + full_master.log()
     found = json.loads(program.wait_for("^found: (.*)$")[1])
     assert found["states"][-2:] in (["go", "done"], ["end_game", "done"])
     assert found["orders"] == ["order_0"]

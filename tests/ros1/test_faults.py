@@ -8,7 +8,9 @@ from typing import Any
 import pytest
 
 from tests.ros1.ground import Ground, ground
-from tests.ros1.waiting import until
+from tests.waiting import wait_until
+
+pytest_plugins = ["tests.ros1.fixtures"]
 
 pytestmark = pytest.mark.ros1
 
@@ -110,7 +112,7 @@ def flood(rate: float, seconds: float) -> dict[str, float]:
 
 
 def test_ten_thousand_commands_a_second(cell: Ground) -> None:
-    found = cell.client(flood, 10_000, 4.0).value(60.0)
+    found = cell.client(flood, 10_000, 4.0).value()
     assert found["rate"] > 5_000  # how fast a client gets rid of them depends on the machine
     assert found["waits"] >= 10
     assert found["wait"] < 1.0
@@ -163,7 +165,7 @@ def test_a_malformed_command_is_told_and_moves_nothing(cell: Ground, name: str) 
     case, word = BAD_COMMANDS[name]
     before, said = cell.client(posture).value(), len(cell.log())
     cell.client(send_bad, case).value()
-    until(lambda: "/ariac/arm/command" in cell.log()[said:], 5.0, lambda: f"word about it: {cell.log()[said:]}")
+    wait_until(lambda: "/ariac/arm/command" in cell.log()[said:], "line about it", seen=lambda: cell.log()[said:])
     assert word in cell.log()[said:]
     assert "clumsy" in cell.log()[said:], "whose command it was"
     assert cell.client(posture).value() == pytest.approx(before, abs=0.01)
@@ -190,7 +192,7 @@ def bytes_that_are_no_message() -> None:
 def test_bytes_that_are_no_message(cell: Ground) -> None:
     said = len(cell.log())
     cell.client(bytes_that_are_no_message).value()
-    until(lambda: "/ariac/arm/command" in cell.log()[said:], 5.0, "word about it")
+    wait_until(lambda: "/ariac/arm/command" in cell.log()[said:], "word about it")
     assert_well(cell)
 
 
@@ -221,5 +223,5 @@ def switch_gripper(count: int) -> int:
 
 def test_two_clients_at_once(cell: Ground) -> None:
     clients = [cell.client(switch_gripper, 200) for _ in range(2)]
-    assert [client.value(60.0) for client in clients] == [200, 200]
+    assert [client.value() for client in clients] == [200, 200]
     assert_well(cell)

@@ -9,10 +9,12 @@ from cellwright.messages import md5
 from cellwright.ros1.packages import IO_TELEOP
 from cellwright.ros1.system import find_system
 from cellwright.ros1.tree import ensure_tree, variables
+from tests.processes import Process
 from tests.ros1.ground import READY, Ground
-from tests.ros1.processes import Process
 from tests.ros1.requirement import system_path
-from tests.ros1.waiting import until
+from tests.waiting import wait_until
+
+pytest_plugins = ["tests.ros1.fixtures"]
 
 pytestmark = pytest.mark.ros1
 
@@ -173,8 +175,8 @@ def test_a_program_of_the_time_and_the_end_of_its_trial(shell: Shell, tmp_path: 
     program = tmp_path / "program.py"
     program.write_text(PROGRAM)
     program.chmod(program.stat().st_mode | stat.S_IXUSR)
-    assert "all went well\n" in shell.tool(str(program), within=60.0)
-    assert launch.finish(30.0) == 0
+    assert "all went well\n" in shell.tool(str(program))
+    assert launch.finish() == 0
     assert not launch.relatives()
     log = (tmp_path / ".ariac" / "log" / "performance.log").read_text()
     assert "<game_score>\nTotal game score: [0]\n" in log
@@ -186,14 +188,14 @@ def test_a_program_of_the_time_and_the_end_of_its_trial(shell: Shell, tmp_path: 
 def test_the_launch_file_that_is_written_starts_the_same_cell(shell: Shell, tmp_path: Path) -> None:
     launch = shell.launched(tmp_path)
     assert (tmp_path / "out" / "config.yaml").is_file()
-    launch.interrupt(20.0)
+    launch.interrupt()
     assert not launch.relatives()
     again = shell.start("roslaunch", str(tmp_path / "out" / "gear.launch"))
     ready = again.wait_for(r"^ready: (\S+) ", 2 * READY)
     assert ready[1] == "config"
     topics = shell.tool("rostopic", "list").split()
     assert "/ariac/logical_camera_over_agv1" in topics
-    again.interrupt(20.0)
+    again.interrupt()
     assert not again.relatives()
 
 
@@ -201,15 +203,15 @@ def test_the_example_node_in_python(shell: Shell, tmp_path: Path) -> None:
     """It lies in the package as the launcher does, and moves the arm to zero."""
     launch = shell.launched(tmp_path)
     node = shell.start("rosrun", "ariac_example", "ariac_example_node.py")
-    until(lambda: "competition state: go" in node.out + node.err, 20.0, "start of the competition")
+    wait_until(lambda: "competition state: go" in node.out + node.err, "start of the competition")
 
     def position() -> list[float]:
         text = shell.tool("rostopic", "echo", "-n1", "/ariac/joint_states/position")
         return [float(number) for number in text.splitlines()[0].strip("[]()").split(",")]
 
-    until(lambda: max(map(abs, position())) < 0.1, 20.0, "arm at zero")
+    wait_until(lambda: max(map(abs, position())) < 0.1, "arm at zero")
     node.interrupt()
-    launch.interrupt(20.0)
+    launch.interrupt()
 
 
 def test_a_robot_s_node_from_a_launch_file(alone: Shell, tmp_path: Path) -> None:
@@ -221,19 +223,19 @@ def test_a_robot_s_node_from_a_launch_file(alone: Shell, tmp_path: Path) -> None
     launch.wait_for(r"^ready: tandem at .* as /left_cell$", 2 * READY)
     assert alone.tool("rosnode", "list").split() == ["/left_cell", "/rosout"]
     assert "success: True" in alone.tool("rosservice", "call", "/io_teleop_reset_robot")
-    launch.interrupt(20.0)
+    launch.interrupt()
     assert not launch.relatives()
     assert "Traceback" not in launch.said
 
 
 def test_the_qinglong_s_node(alone: Shell) -> None:
     unknown = alone.start("rosrun", IO_TELEOP, "general_sim_robot_control_node.py", "--robot_name", "Nobody")
-    assert unknown.finish(20.0) == 2
+    assert unknown.finish() == 2
     assert unknown.err == "error: unknown robot 'Nobody' (known: OpenLoong, tandem)\n"
     node = alone.start("rosrun", IO_TELEOP, "openloong_controller_node.py")
     node.wait_for("^ready: QingLong at .* as /openloong_controller_node$", 2 * READY)
     assert "/io_teleop/target_joint_from_vr" in alone.tool("rostopic", "list").split()
-    assert node.interrupt(20.0) == 0
+    assert node.interrupt() == 0
     assert not node.relatives()
 
 
@@ -241,13 +243,13 @@ def test_ctrl_c_while_it_starts(shell: Shell, tmp_path: Path) -> None:
     for later in (False, True):
         gear = shell.start("rosrun", "osrf_gear", "gear.py", "-o", str(tmp_path / "out"))
         if later:
-            until(lambda: (tmp_path / "out" / "gear.launch").exists(), 20.0, "files")
-        gear.interrupt(20.0)
+            wait_until(lambda: (tmp_path / "out" / "gear.launch").exists(), "files")
+        gear.interrupt()
         assert "Traceback" not in gear.out + gear.err
         assert not gear.relatives()
 
 
 def test_a_configuration_with_errors(alone: Shell) -> None:
     gear = alone.start("rosrun", "osrf_gear", "gear.py", "-f", "/nowhere.yaml")
-    assert gear.finish(20.0) == 1
+    assert gear.finish() == 1
     assert gear.err == "Error: /nowhere.yaml: cannot be read: No such file or directory\n"

@@ -10,11 +10,13 @@ from pathlib import Path
 
 import pytest
 
+from tests.ports import free_port
+from tests.processes import Process, name_of
 from tests.ros1.ground import Ground, check_end
 from tests.ros1.listening import addresses
-from tests.ros1.ports import free_port
-from tests.ros1.processes import Process, name_of
-from tests.ros1.waiting import until
+from tests.waiting import wait_until
+
+pytest_plugins = ["tests.ros1.fixtures"]
 
 TALKS = "import time, sys\nprint('here', flush=True)\nwhile True: time.sleep(0.1)"
 ENDS_WELL = f"import signal, sys; signal.signal(signal.SIGINT, lambda *_: sys.exit())\n{TALKS}"
@@ -85,7 +87,7 @@ def test_generated_messages_have_the_originals_checksums(no_master: Ground) -> N
 @pytest.mark.ros1
 def test_everything_listens_on_the_loopback_only(master: Ground) -> None:
     listener = master.client(hear, "/words", 1)
-    until(lambda: "/listener" in master.tool("rosnode", "list"), 20.0, "listener")
+    wait_until(lambda: "/listener" in master.tool("rosnode", "list"), "listener")
     assert master.process is not None
     for pid in (master.process.pid, listener.pid):
         assert addresses(pid) == {"127.0.0.1"}
@@ -161,22 +163,22 @@ def test_a_bad_end_is_noticed(program: str, match: str, python: Callable[[str], 
     process = python(program)
     process.wait_for("^here$")
     with pytest.raises(AssertionError, match=match):
-        check_end(process, 1.0, 0.5)
+        check_end(process, 1.0)
 
 
 def test_a_good_end_is_no_failure(python: Callable[[str], Process]) -> None:
     process = python(ENDS_WELL)
     process.wait_for("^here$")
-    check_end(process, 5.0)
+    check_end(process)
 
 
 def test_a_family_is_found_whole(python: Callable[[str], Process]) -> None:
     process = python("import subprocess as s; s.Popen(['sh', '-c', 'sleep 61 & sleep 62'], start_new_session=True)")
     assert process.finish() == 0
-    until(lambda: len(process.relatives()) == 3, 5.0, "grandchildren")
+    wait_until(lambda: len(process.relatives()) == 3, "grandchildren")
     assert {"sleep 61", "sleep 62"} < {name_of(pid) for pid in process.relatives()}
     process.kill()
-    until(lambda: not process.relatives(), 5.0, "end of them")
+    wait_until(lambda: not process.relatives(), "end of them")
 
 
 def test_free_ports_are_free_and_differ() -> None:

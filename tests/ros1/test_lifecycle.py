@@ -8,9 +8,11 @@ import time
 
 import pytest
 
+from tests.processes import Process, name_of
 from tests.ros1.ground import Ground, check_end
-from tests.ros1.processes import Process, name_of
-from tests.ros1.waiting import until
+from tests.waiting import wait_until
+
+pytest_plugins = ["tests.ros1.fixtures"]
 
 pytestmark = pytest.mark.ros1
 
@@ -51,10 +53,10 @@ def test_a_bridge_that_is_killed_is_started_again(master: Ground) -> None:
     killed = bridge_of(process)
     begin = time.monotonic()
     os.kill(killed, signal.SIGKILL)
-    until(
-        lambda: master.ask("lookupNode", "/gazebo") and bridge_of_or_none(process) not in (None, killed), 10.0, "bridge"
+    wait_until(
+        lambda: master.ask("lookupNode", "/gazebo") and bridge_of_or_none(process) not in (None, killed), "bridge"
     )
-    until(lambda: is_answering(master), 10.0, "answer of the new bridge")
+    wait_until(lambda: is_answering(master), "answer of the new bridge")
     after = simulated(master)
     assert after - before == pytest.approx(time.monotonic() - begin, abs=2.0), "the cell went on meanwhile"
     assert set(master.tool("rosnode", "list").split()) >= NODES
@@ -81,11 +83,11 @@ def test_a_master_that_stops_and_comes_back(master: Ground, number: int) -> None
     process = master.serve("lesson", "-d")
     assert "success: True" in master.tool("rosservice", "call", "/ariac/start_competition")
     master.stop_master(number)
-    process.wait_for("(?i)master .*", 10.0)
+    process.wait_for("(?i)master .*")
     lost = len(master.log())
     master.start_master()
-    until(lambda: is_whole(master), 20.0, lambda: f"registration at the new master: {master.log()}")
-    until(lambda: is_answering(master), 10.0, "answer of the bridge")
+    wait_until(lambda: is_whole(master), "registration at the new master", seen=master.log)
+    wait_until(lambda: is_answering(master), "answer of the bridge")
     assert master.log()[lost:], "it says that the master is back"
     assert master.ask("getParam", "/use_sim_time") is True
     assert master.ask("getParam", "/robot_description").startswith("<")
@@ -103,12 +105,12 @@ def test_sigint_at_any_moment(master: Ground) -> None:
             end(process)
         except AssertionError as error:
             raise AssertionError(f"after {moment:.2f} s: {error}") from None
-        until(lambda: not published(master), 5.0, lambda: f"end of the registrations {published(master)}")
+        wait_until(lambda: not published(master), "end of the registrations", seen=lambda: published(master))
 
 
 def end(process: Process) -> None:
     """Ctrl-C. Before the command has begun the program dies of the signal, or says no more than that."""
-    status = process.interrupt(10.0)
+    status = process.interrupt()
     said = process.out + process.err
     if status == -signal.SIGINT or (status, said) == (1, "interrupted\n"):
         return
@@ -130,12 +132,12 @@ def test_sigkill_leaves_nothing(no_master: Ground, moment: float | None) -> None
     """The operating system ends the cell's process, and all that it started, a roscore too, ends by itself."""
     process = no_master.cellwright("serve", "lesson", "--ros1", "--port", "0")
     if moment is None:
-        process.wait_for("^ready", 20.0)
+        process.wait_for("^ready")
     else:
         time.sleep(moment)
     process.signal(signal.SIGKILL)
     process.finish()
-    until(lambda: not process.relatives(), 5.0, lambda: f"end of {names(process)}")
+    wait_until(lambda: not process.relatives(), "end of all processes", seen=lambda: names(process))
     with pytest.raises(ConnectionRefusedError):
         no_master.ask("getPid")
     assert "Traceback" not in process.out + process.err

@@ -13,6 +13,8 @@ import pytest
 
 from tests.ros1.ground import Ground
 
+pytest_plugins = ["tests.ros1.fixtures"]
+
 pytestmark = pytest.mark.ros1
 
 

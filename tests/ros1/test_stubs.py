@@ -8,6 +8,8 @@ import pytest
 from cellwright.ros1.stubs import unseen, write_stubs
 from tests.ros1.ground import Ground
 
+pytest_plugins = ["tests.ros1.fixtures"]
+
 
 @pytest.fixture
 def share(tmp_path: Path) -> Path:

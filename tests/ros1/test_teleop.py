@@ -13,6 +13,8 @@ from cellwright.messages import md5
 from tests.ros1.ground import Ground, ground
 from tests.ros1.handshake import publisher_header, service_header
 
+pytest_plugins = ["tests.ros1.fixtures"]
+
 pytestmark = pytest.mark.ros1
 
 NODE = "/sim_robot_controller_node"

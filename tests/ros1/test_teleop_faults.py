@@ -12,7 +12,9 @@ from typing import Any, cast
 import pytest
 
 from tests.ros1.ground import Ground, ground
-from tests.ros1.waiting import until
+from tests.waiting import wait_until
+
+pytest_plugins = ["tests.ros1.fixtures"]
 
 pytestmark = pytest.mark.ros1
 
@@ -121,9 +123,9 @@ def misbehave(count: int) -> int:
 
 
 def test_a_thousand_malformed_messages_move_nothing(robot: Ground) -> None:
-    assert robot.client(misbehave, 1000).value(60.0) == 1000
+    assert robot.client(misbehave, 1000).value() == 1000
     for word in ("/io_teleop/joint_cmd", "clumsy"):
-        until(lambda word=word: word in robot.log(), 5.0, f"word of {word}")  # type: ignore[misc]
+        wait_until(lambda word=word: word in robot.log(), f"word of {word}")  # type: ignore[misc]
     assert_well(robot, at=HOME)
 
 
@@ -180,7 +182,7 @@ def flood(rate: float, seconds: float) -> dict[str, float]:
 
 
 def test_ten_thousand_commands_a_second(robot: Ground) -> None:
-    found = robot.client(flood, 10_000, 2.0).value(60.0)
+    found = robot.client(flood, 10_000, 2.0).value()
     assert found["rate"] > 3_000  # how fast a program gets rid of them depends on the machine
     assert found["states"] == pytest.approx(100.0, rel=0.03)
     arrived = robot.client(look, 0.2, 1.3).value()

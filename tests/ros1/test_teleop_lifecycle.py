@@ -8,9 +8,11 @@ import time
 
 import pytest
 
+from tests.processes import Process, name_of
 from tests.ros1.ground import Ground
-from tests.ros1.processes import Process, name_of
-from tests.ros1.waiting import until
+from tests.waiting import wait_until
+
+pytest_plugins = ["tests.ros1.fixtures"]
 
 pytestmark = pytest.mark.ros1
 
@@ -57,7 +59,7 @@ def registered(ground: Ground) -> set[str]:
 def test_ctrl_c_in_mid_motion_ends_all_within_a_second(master: Ground) -> None:
     robot = moving(master)
     begin = time.monotonic()
-    assert robot.interrupt(5.0) == 0
+    assert robot.interrupt() == 0
     assert time.monotonic() - begin < LIMIT
     assert robot.relatives() == []
     assert registered(master) == set()
@@ -73,7 +75,9 @@ def test_a_node_that_is_killed_in_mid_motion_leaves_nothing(no_master: Ground) -
         assert 0 <= int(no_master.tool("rostopic", "echo", "-n", "1", seconds).split()[0]) < 60
     robot.signal(signal.SIGKILL)
     robot.finish()
-    until(lambda: not robot.relatives(), 5.0, lambda: f"end of {[name_of(pid) for pid in robot.relatives()]}")
+    wait_until(
+        lambda: not robot.relatives(), "end of all processes", seen=lambda: [name_of(pid) for pid in robot.relatives()]
+    )
     with pytest.raises(OSError):  # noqa: PT011 - whatever it is, nobody answers
         no_master.ask("getPid")
 
@@ -84,9 +88,9 @@ def test_a_master_that_is_stopped_and_started_again(master: Ground) -> None:
     assert second.finish() == 2
     assert "a node /openloong_controller_node is there already" in second.err
     master.stop_master()
-    robot.wait_for("the ROS master at .* is gone", 10.0)
+    robot.wait_for("the ROS master at .* is gone")
     master.start_master()
-    robot.wait_for("everything is registered again", 10.0)
+    robot.wait_for("everything is registered again")
     assert "/openloong_controller_node" in master.tool("rosnode", "list").split()
     assert '<robot name="QingLong">' in master.ask("getParam", "/robot_description")
     assert not master.ask("hasParam", "/use_sim_time")

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.ros1_host.children import Child, Lines, Patience, how_it_ended
-from tests.ros1.waiting import until
+from tests.waiting import wait_until
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="ROS 1 is not there")
 
@@ -34,7 +34,7 @@ def child(program: str, said: list[str] | None = None, errors: list[str] | None 
 
 def ended(process: Child) -> int:
     """Its exit status, when it has ended."""
-    until(lambda: process.poll() is not None, LIMIT, "end")
+    wait_until(lambda: process.poll() is not None, "end")
     status = process.poll()
     assert status is not None
     process.stop()
@@ -71,7 +71,7 @@ def test_all_that_it_said_is_there_when_it_has_ended() -> None:
 def test_one_that_says_much_cannot_block_its_parent() -> None:
     said: list[str] = []
     process = child("while True: print('x' * 1000)", said)
-    until(lambda: process.poll() is None and len(said) > 100, LIMIT, "output")
+    wait_until(lambda: process.poll() is None and len(said) > 100, "output")
     slowest = 0.0
     for _ in range(20):
         begin = time.perf_counter()
@@ -111,7 +111,7 @@ print('there', flush=True)
 time.sleep(60)
 """
     process = child(program, said)
-    until(lambda: process.poll() is None and said == ["there"], LIMIT, "start")
+    wait_until(lambda: process.poll() is None and said == ["there"], "start")
     process.stop()
     assert process.poll() == 7
 
@@ -120,7 +120,7 @@ def test_who_does_not_listen_is_ended_by_force_in_time() -> None:
     said: list[str] = []
     program = "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); print('there', flush=True)\n"
     process = child(f"{program}time.sleep(60)", said)
-    until(lambda: process.poll() is None and said == ["there"], LIMIT, "start")
+    wait_until(lambda: process.poll() is None and said == ["there"], "start")
     begin = time.monotonic()
     process.stop([(signal.SIGTERM, 0.2), (signal.SIGKILL, LIMIT)])
     assert process.poll() == -signal.SIGKILL
@@ -162,7 +162,7 @@ os.kill(os.getpid(), 9)
     ran = subprocess.run([sys.executable, "-c", parent], capture_output=True, text=True, timeout=LIMIT, check=False)
     assert ran.returncode == -signal.SIGKILL
     pid = int(ran.stdout)
-    until(lambda: not is_alive(pid), LIMIT, "end of the child")
+    wait_until(lambda: not is_alive(pid), "end of the child")
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ import pytest
 
 from cellwright.errors import UsageError
 from cellwright.ros1_host.master import Master, MasterError
-from tests.ros1.ports import free_port
+from tests.ports import free_port
 
 PATIENCE = 0.5
 

@@ -17,7 +17,9 @@ from cellwright.ros1_host.installation import Installation
 from cellwright.ros1_host.master import Master
 from cellwright.ros1_host.own_master import OwnMaster
 from tests.ros1.ground import Ground
-from tests.ros1.waiting import until
+from tests.waiting import wait_until
+
+pytest_plugins = ["tests.ros1.fixtures"]
 
 LIMIT = 15.0
 
@@ -72,14 +74,14 @@ def test_where_somebody_else_runs_one_meanwhile_it_is_left_to_them(own: Own, no_
     made, master, said = own
     made.wait(never)
     os.kill(no_master.ask("getPid"), signal.SIGKILL)
-    until(lambda: not master.is_port_taken(), LIMIT, "end of the master")
+    wait_until(lambda: not master.is_port_taken(), "end of the master")
     no_master.start_master()
 
     def has_said_both() -> bool:
         made.poll()
         return len(said) == 2
 
-    until(has_said_both, LIMIT, "two reports")
+    wait_until(has_said_both, "two reports")
     assert "was ended by SIGKILL; it is started again" in said[0]
     assert "somebody else listens" in said[1]
     made.poll()

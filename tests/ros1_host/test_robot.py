@@ -11,6 +11,8 @@ from cellwright.ros1_host import Ros1
 from cellwright.ros1_host.identity import robot
 from tests.ros1.ground import Ground
 
+pytest_plugins = ["tests.ros1.fixtures"]
+
 pytestmark = pytest.mark.ros1
 
 

@@ -14,11 +14,13 @@ import pytest
 
 from cellwright.errors import UsageError
 from cellwright.ros1_host import Ros1
+from tests.ports import free_port
+from tests.processes import Process
 from tests.ros1.ground import Ground, check_end
 from tests.ros1.listening import addresses
-from tests.ros1.ports import free_port
-from tests.ros1.processes import Process
-from tests.ros1.waiting import until
+from tests.waiting import wait_until
+
+pytest_plugins = ["tests.ros1.fixtures"]
 
 pytestmark = pytest.mark.ros1
 
@@ -53,7 +55,7 @@ def command_of(pid: int) -> str:
 def refused(ground: Ground, *options: str, **more: str) -> str:
     """The one line with which a cell that cannot be served is refused."""
     cell = ground.cellwright("serve", "lesson", "--ros1", "--port", "0", *options, **more)
-    assert cell.finish(LIMIT) == 2
+    assert cell.finish() == 2
     lines = [line for line in (cell.out + cell.err).splitlines() if line.strip()]
     assert len(lines) == 1, lines
     return lines[0]
@@ -76,20 +78,20 @@ def test_it_is_ready_with_everything_there(master: Ground) -> None:
 
 def test_time_is_said_to_be_simulated_before_the_cell_is_there(master: Ground) -> None:
     cell = master.cellwright("serve", "lesson", "--ros1", "--port", "0")
-    until(lambda: master.ask("hasParam", "/use_sim_time"), LIMIT, "use_sim_time")
+    wait_until(lambda: master.ask("hasParam", "/use_sim_time"), "use_sim_time")
     assert not master.ask("hasParam", "/robot_description")
     assert "ready" not in cell.out
-    cell.wait_for("^ready", LIMIT)
+    cell.wait_for("^ready")
 
 
 def test_a_master_is_started_where_there_is_none_and_ends_with_the_cell(no_master: Ground) -> None:
     cell = no_master.serve("lesson")
-    until(lambda: "/rosout" in nodes(no_master), LIMIT, "rosout")
+    wait_until(lambda: "/rosout" in nodes(no_master), "rosout")
     assert no_master.ask("hasParam", "/run_id")
     (rosout,) = [pid for pid in cell.relatives() if re.search("/rosout", command_of(pid))]
     os.kill(rosout, signal.SIGKILL)
-    cell.wait_for("the node /rosout was ended by SIGKILL; it is started again", LIMIT)
-    until(lambda: any(re.search("/rosout", command_of(pid)) for pid in cell.relatives()), LIMIT, "another")
+    cell.wait_for("the node /rosout was ended by SIGKILL; it is started again")
+    wait_until(lambda: any(re.search("/rosout", command_of(pid)) for pid in cell.relatives()), "another")
     check_end(cell)
     with pytest.raises(OSError):  # noqa: PT011 - whatever it is, nobody answers
         no_master.ask("getPid")
@@ -115,7 +117,7 @@ def test_a_second_simulator_at_the_same_master_is_refused(master: Ground) -> Non
 def test_one_that_was_killed_does_not_stand_in_the_way(master: Ground) -> None:
     first = master.serve("lesson")
     first.signal(signal.SIGKILL)
-    first.finish(LIMIT)
+    first.finish()
     assert master.serve("lesson").running
 
 
@@ -134,24 +136,24 @@ def test_a_master_elsewhere_must_be_there(no_master: Ground) -> None:
 
 def test_something_else_at_the_master_s_address(no_master: Ground) -> None:
     other = no_master.start(["python3", "-m", "http.server", "--bind", "127.0.0.1", str(no_master.port)])
-    other.wait_for("Serving HTTP", LIMIT)
+    other.wait_for("Serving HTTP")
     assert f"what listens at http://127.0.0.1:{no_master.port} is no ROS master" in refused(no_master)
 
 
 def test_a_bad_file_is_refused_before_a_master_is_started(no_master: Ground) -> None:
     cell = no_master.cellwright("serve", "no-such-trial", "--ros1", "--port", "0")
-    assert cell.finish(LIMIT) == 2
+    assert cell.finish() == 2
     assert not cell.relatives()
     assert "no-such-trial" in cell.err
 
 
 def test_a_socket_that_cannot_be_had(master: Ground) -> None:
     port = free_port()
-    master.cellwright("serve", "lesson", "--port", str(port)).wait_for("^ready", LIMIT)
+    master.cellwright("serve", "lesson", "--port", str(port)).wait_for("^ready")
     cell = master.cellwright("serve", "lesson", "--ros1", "--port", str(port))
-    assert cell.finish(LIMIT) == 2
+    assert cell.finish() == 2
     assert f"127.0.0.1:{port}" in cell.err
-    until(lambda: GAZEBO not in nodes(master), LIMIT, "node less")
+    wait_until(lambda: GAZEBO not in nodes(master), "node less")
 
 
 # ---------------------------------------------------------------- faults
@@ -160,8 +162,8 @@ def test_a_socket_that_cannot_be_had(master: Ground) -> None:
 def test_a_bridge_that_is_killed_comes_back(master: Ground) -> None:
     cell = master.serve("lesson")
     os.kill(pid_of(cell, "bridges/ros1/__main__.py"), signal.SIGKILL)
-    cell.wait_for("the ROS 1 bridge was ended by SIGKILL; it is started again", LIMIT)
-    cell.wait_for("everything is registered again", LIMIT)
+    cell.wait_for("the ROS 1 bridge was ended by SIGKILL; it is started again")
+    cell.wait_for("everything is registered again")
     state = master.tool("rostopic", "echo", "-n", "1", "/ariac/competition_state")
     assert "init" in state
     assert nodes(master) >= {GAZEBO, PUBLISHER}
@@ -170,12 +172,12 @@ def test_a_bridge_that_is_killed_comes_back(master: Ground) -> None:
 def test_a_master_that_is_stopped_and_started_again(master: Ground) -> None:
     cell = master.serve("lesson")
     master.stop_master()
-    lost = cell.wait_for(".*master at .* is gone.*", LIMIT)[0]
+    lost = cell.wait_for(".*master at .* is gone.*")[0]
     assert "parameters" in lost
     assert cell.running
     master.start_master()
-    cell.wait_for("everything is registered again at", LIMIT)
-    until(lambda: nodes(master) >= {GAZEBO, PUBLISHER}, LIMIT, "nodes")
+    cell.wait_for("everything is registered again at")
+    wait_until(lambda: nodes(master) >= {GAZEBO, PUBLISHER}, "nodes")
     assert parameter(master, "/use_sim_time") is True
     assert parameter(master, "/ariac/arm/type") == "effort_controllers/JointTrajectoryController"
     assert "init" in master.tool("rostopic", "echo", "-n", "1", "/ariac/competition_state")
@@ -185,8 +187,8 @@ def test_a_master_of_our_own_that_is_killed_is_started_again(no_master: Ground) 
     cell = no_master.serve("lesson")
     run = parameter(no_master, "/run_id")
     os.kill(pid_of(cell, "rosmaster"), signal.SIGKILL)
-    cell.wait_for("the ROS master at .* was ended by SIGKILL; it is started again", LIMIT)
-    cell.wait_for("everything is registered again at", LIMIT)
+    cell.wait_for("the ROS master at .* was ended by SIGKILL; it is started again")
+    cell.wait_for("everything is registered again at")
     assert nodes(no_master) >= {GAZEBO, PUBLISHER}
     assert parameter(no_master, "/run_id") != run
 
@@ -194,7 +196,7 @@ def test_a_master_of_our_own_that_is_killed_is_started_again(no_master: Ground) 
 def test_a_node_that_is_told_to_end_comes_back(master: Ground) -> None:
     cell = master.serve("lesson")
     master.tool("rosnode", "kill", GAZEBO)
-    cell.wait_for("everything is registered again", LIMIT)
+    cell.wait_for("everything is registered again")
     assert GAZEBO in nodes(master)
 
 
@@ -202,13 +204,13 @@ def test_another_simulator_that_takes_the_name_is_given_way_to(master: Ground) -
     cell = master.serve("lesson")
     program = "import rospy; rospy.init_node('gazebo'); print('there', flush=True); rospy.spin()"
     usurper = master.client(program)
-    usurper.wait_for("there", LIMIT)
-    cell.wait_for("another node has taken the place of /gazebo", LIMIT)
+    usurper.wait_for("there")
+    cell.wait_for("another node has taken the place of /gazebo")
     assert cell.running
     assert "registered again" not in cell.out
     usurper.signal(signal.SIGKILL)
-    usurper.finish(LIMIT)
-    cell.wait_for("everything is registered again", LIMIT)
+    usurper.finish()
+    cell.wait_for("everything is registered again")
 
 
 # ---------------------------------------------------------------- end
@@ -230,31 +232,31 @@ def test_it_can_be_ended_at_any_moment(no_master: Ground, number: signal.Signals
     # where glfw is installed the engine loads it unprompted, which starts a process that fails when its parent is gone
     cell = no_master.cellwright("serve", "lesson", "--ros1", "--port", "0", MUJOCO_GL="disable")
     if part == 2:
-        cell.wait_for("^ready", LIMIT)
+        cell.wait_for("^ready")
     else:
         with_limit(moment, cell)
     cell.signal(number)
-    status = cell.finish(10.0)
+    status = cell.finish()
     assert status in (0, -number) or (status, cell.err) == (1, "interrupted\n")
     assert "Traceback" not in cell.out + cell.err
     assert "error" not in cell.out + cell.err
-    until(lambda: not cell.relatives(), 5.0, "end of all processes")
+    wait_until(lambda: not cell.relatives(), "end of all processes")
 
 
 def with_limit(moment: float, cell: Process) -> None:
     """Wait for a moment [s] of the start."""
     with pytest.raises(AssertionError):
-        until(lambda: not cell.running, moment, "end")
+        wait_until(lambda: not cell.running, "end")
 
 
 def test_a_cell_in_the_background_of_a_script_ends_too(no_master: Ground) -> None:
     """A shell without job control has its background programs ignore Ctrl-C, and their children after them."""
     script = f"{sys.executable} -m cellwright serve lesson --ros1 --port 0 & wait"
     shell = no_master.start(["sh", "-c", script], PYTHONPATH=os.environ.get("PYTHONPATH", ""))
-    shell.wait_for("^ready", LIMIT)
+    shell.wait_for("^ready")
     os.kill(pid_of(shell, "-m cellwright serve"), signal.SIGTERM)
-    assert shell.finish(10.0) == 0
-    until(lambda: not shell.relatives(), 5.0, "end of all processes")
+    assert shell.finish() == 0
+    wait_until(lambda: not shell.relatives(), "end of all processes")
 
 
 def test_what_cannot_be_started_just_now_is_tried_again(master: Ground, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -274,6 +276,6 @@ def test_what_cannot_be_started_just_now_is_tried_again(master: Ground, monkeypa
             ros.poll()
             return len(said) >= count
 
-        until(lambda: has_said(3), LIMIT, "three reports")
+        wait_until(lambda: has_said(3), "three reports")
     assert {line.partition(":")[0] for line in said} == {"a program of ROS 1 could not be started"}
     assert parameter(master, "/x") == 1

@@ -12,6 +12,8 @@ from cellwright.contracts.gear.urdf import robot_description
 from tests.contracts.urdf_chain import joints_of, world_T
 from tests.ros1.ground import Ground
 
+pytest_plugins = ["tests.ros1.fixtures"]
+
 pytestmark = pytest.mark.ros1
 
 PUBLISHER = "/robot_state_publisher"
@@ -89,7 +91,7 @@ def test_every_frame_has_the_parent_the_sender_and_the_rate_of_the_original(mast
 def test_tf_echo(master: Ground, text: str) -> None:
     master.serve("lesson")
     echo = master.start(["rosrun", "tf", "tf_echo", "world", "vacuum_gripper_link"])
-    found = echo.wait_for(r"Translation: \[(.*), (.*), (.*)\]", 30.0)
+    found = echo.wait_for(r"Translation: \[(.*), (.*), (.*)\]")
     initial = dict(zip((joint.name for joint in joints_of(text) if joint.kind != "fixed"),
                        (0.0, 3.14, -1.13, 1.51, 3.77, -1.51, 0.0), strict=False))  # fmt: skip
     expected = world_T(text, "vacuum_gripper_link", initial)[:3, 3]

@@ -9,6 +9,8 @@ import pytest
 
 from tests.docs.terminal import Terminal
 
+pytest_plugins = ["tests.ros1.fixtures"]
+
 pytestmark = pytest.mark.ros1
 
 ROOT = Path(__file__).parents[2]

@@ -2,7 +2,6 @@
 
 import importlib.util
 import math
-import shutil
 import subprocess
 import sys
 import threading
@@ -26,10 +25,7 @@ from cellwright.teleop.node import RobotNode
 from cellwright.teleop.safety.settings import SafetySettings
 from cellwright.viewer.window import Window, WindowError, hindrance
 from cellwright.viewer.window_program import NODE, RobotPicture, _keep_up
-from tests.required import cannot_run
 from tests.teleop.robots import two_arms
-
-PROGRAM = shutil.which("Xvfb")
 
 
 @pytest.fixture(scope="module")
@@ -40,9 +36,7 @@ def node() -> RobotNode:
 @pytest.fixture
 def display(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """A display that nobody sees."""
-    if PROGRAM is None or importlib.util.find_spec("glfw") is None:
-        cannot_run("no Xvfb or no glfw: scripts/install-display and the extra `gui` bring them", "a real window")
-    command = [PROGRAM, "-displayfd", "1", "-screen", "0", "640x480x24", "-nolisten", "tcp"]
+    command = ["Xvfb", "-displayfd", "1", "-screen", "0", "640x480x24", "-nolisten", "tcp"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
     assert process.stdout is not None
     monkeypatch.setenv("DISPLAY", f":{process.stdout.readline().decode().strip()}")
@@ -140,6 +134,7 @@ def test_a_slider_whose_target_is_refused_goes_back_and_the_window_stays() -> No
     assert window.shown[-1] == 0.1, "no stamp of another clock is in its way"
 
 
+@pytest.mark.display
 @pytest.mark.usefixtures("display")
 def test_a_real_window_opens_and_ends_with_the_node(capfd: pytest.CaptureFixture[str]) -> None:
     node = RobotNode(two_arms())
@@ -172,6 +167,7 @@ def test_a_real_window_opens_and_ends_with_the_node(capfd: pytest.CaptureFixture
     assert capfd.readouterr().err == ""
 
 
+@pytest.mark.display
 @pytest.mark.usefixtures("display")
 def test_a_display_that_is_not_there(monkeypatch: pytest.MonkeyPatch, node: RobotNode) -> None:
     monkeypatch.setenv("DISPLAY", ":54321")

@@ -10,8 +10,8 @@ import pytest
 import cellwright
 from tests.bridges.ros1.fake_cell import FakeCell
 from tests.bridges.ros1.wire import OPENED
+from tests.processes import Process
 from tests.ros1.ground import Ground
-from tests.ros1.processes import Process
 from tests.ros1.requirement import ros_python
 
 PROGRAM = Path(cellwright.__file__).parent / "bridges/ros1/__main__.py"
@@ -24,7 +24,7 @@ def start_bridge(
     command = [str(ros_python()), str(PROGRAM), "--connect", cell.address, "--robot-state-publisher", frames, *options]
     process = ground.start(command, folder=None, **more)
     if ready:
-        process.wait_for("^ready$", 15.0)
+        process.wait_for("^ready$")
     return process
 
 

@@ -17,11 +17,13 @@ from cellwright.messages.standard import String
 from tests.bridges.ros1.conftest import start_bridge
 from tests.bridges.ros1.fake_cell import FakeCell, heard, out, service
 from tests.bridges.ros1.wire import Calls, subscribe
+from tests.processes import name_of
 from tests.ros1.ground import Ground
 from tests.ros1.listening import addresses
-from tests.ros1.processes import name_of
 from tests.ros1.requirement import ros_python
-from tests.ros1.waiting import until
+from tests.waiting import wait_until
+
+pytest_plugins = ["tests.ros1.fixtures", "tests.bridges.ros1.fixtures"]
 
 pytestmark = pytest.mark.ros1
 
@@ -100,9 +102,9 @@ def test_the_graph_with_robot_state_publisher(master: Ground, cell: FakeCell) ->
     assert frame.node == "/gazebo"
     assert 'child_frame_id: "bin1_frame"' in master.tool("rostopic", "echo", "-n", "1", "/tf_static")
     bridge.signal(signal.SIGINT)
-    assert bridge.finish(5.0) == 0
+    assert bridge.finish() == 0
     assert not is_registered(master)
-    until(lambda: not bridge.relatives(), 3.0, "end of its child")
+    wait_until(lambda: not bridge.relatives(), "end of its child")
 
 
 def test_ready_is_said_when_the_joint_states_are_heard(master: Ground, cell: FakeCell, tmp_path: Path) -> None:
@@ -142,14 +144,14 @@ def test_robot_state_publisher_is_started_again(master: Ground, cell: FakeCell) 
     bridge = start_bridge(master, cell, frames=PROGRAM)
     (child,) = [pid for pid in bridge.relatives() if "robot_state_publisher" in name_of(pid)]
     os.kill(child, signal.SIGKILL)
-    bridge.wait_for("robot_state_publisher has ended with status -9; it is started again in 2 s", 5.0)
-    until(lambda: any(pid != child for pid in bridge.relatives()), 10.0, "second one")
+    bridge.wait_for("robot_state_publisher has ended with status -9; it is started again in 2 s")
+    wait_until(lambda: any(pid != child for pid in bridge.relatives()), "second one")
 
 
 def test_without_a_description_it_says_so_and_goes_on(master: Ground, cell: FakeCell) -> None:
     bridge = start_bridge(master, cell, frames=PROGRAM)
     bridge.wait_for("until it does, the frames of the arm are missing")
-    bridge.wait_for("robot_state_publisher: .*robot_description", 5.0)
+    bridge.wait_for("robot_state_publisher: .*robot_description")
     assert Calls(master, "/ariac/start_competition").call(b"")[0]
 
 
@@ -166,7 +168,7 @@ def test_a_signal_ends_it_in_order(number: int, master: Ground, cell: FakeCell) 
     subscribe(master, "/ariac/joint_states")
     begin = time.monotonic()
     bridge.signal(number)
-    assert bridge.finish(5.0) == 0
+    assert bridge.finish() == 0
     assert time.monotonic() - begin < 3.0  # some 0.4 s on a machine that does nothing else
     assert not is_registered(master)
     assert bridge.err == ""
@@ -179,15 +181,15 @@ def test_a_signal_at_any_moment_of_its_start(master: Ground, cell: FakeCell) -> 
         while time.monotonic() < end:
             time.sleep(0.01)
         bridge.signal(signal.SIGTERM)
-        assert bridge.finish(5.0) in (0, -signal.SIGTERM)  # python itself may not have been up yet
+        assert bridge.finish() in (0, -signal.SIGTERM)  # python itself may not have been up yet
         assert "Traceback" not in bridge.err
-        until(lambda bridge=bridge: not bridge.relatives(), 3.0, "end of its child")  # type: ignore[misc]
+        wait_until(lambda bridge=bridge: not bridge.relatives(), "end of its child")  # type: ignore[misc]
 
 
 def test_it_ends_with_the_cell(master: Ground, cell: FakeCell) -> None:
     bridge = start_bridge(master, cell)
     cell.send(Frame(Kind.ENDED, payload=b"the run is over"))
-    assert bridge.finish(5.0) == 0
+    assert bridge.finish() == 0
     assert bridge.err == ""
     assert not is_registered(master)
 
@@ -196,15 +198,15 @@ def test_it_ends_when_the_cell_is_gone(master: Ground, cell: FakeCell) -> None:
     master.ask("setParam", "robot_description", URDF)
     bridge = start_bridge(master, cell, frames=PROGRAM)
     cell.hang_up()
-    assert bridge.finish(5.0) == 0
+    assert bridge.finish() == 0
     assert bridge.err.splitlines()[-1] == "the cell is gone"
-    until(lambda: not bridge.relatives(), 3.0, "end of its child")
+    wait_until(lambda: not bridge.relatives(), "end of its child")
 
 
 def test_it_ends_when_the_cell_talks_nonsense(master: Ground, cell: FakeCell) -> None:
     bridge = start_bridge(master, cell)
     cell.send_bytes(b"\xff" * 100)
-    assert bridge.finish(5.0) == 0
+    assert bridge.finish() == 0
     assert "what the cell says makes no sense" in bridge.err
 
 
@@ -212,7 +214,7 @@ def test_killed_and_started_again_it_takes_the_name_over(master: Ground, cell: F
     first = start_bridge(master, cell, frames=PROGRAM)
     first.signal(signal.SIGKILL)
     first.finish()
-    until(lambda: not first.relatives(), 3.0, "end of its child")
+    wait_until(lambda: not first.relatives(), "end of its child")
     start_bridge(master, cell)
     orders = subscribe(master, "/ariac/orders")
     cell.say("/ariac/orders", to_ros1(String("x")))
@@ -223,7 +225,7 @@ def test_killed_and_started_again_it_takes_the_name_over(master: Ground, cell: F
 def test_another_node_of_its_name_replaces_it(master: Ground, cell: FakeCell, make_cell: MakeCell) -> None:
     first = start_bridge(master, cell)
     start_bridge(master, make_cell(TOPICS, SERVICES))
-    assert first.finish(5.0) == 0
+    assert first.finish() == 0
     assert Calls(master, "/ariac/start_competition").call(b"")[0]
 
 
@@ -231,11 +233,11 @@ def test_a_master_that_goes_and_comes_back(master: Ground, cell: FakeCell) -> No
     bridge = start_bridge(master, cell)
     joints = subscribe(master, "/ariac/joint_states")
     master.stop_master(signal.SIGKILL)
-    bridge.wait_for("the ROS master at .* is gone, and with it all parameters", 10.0)
+    bridge.wait_for("the ROS master at .* is gone, and with it all parameters")
     cell.say("/ariac/joint_states", bytes(20))
     assert joints.piece()  # connections that stand go on
     master.start_master()
-    assert bridge.finish(10.0) == 75
+    assert bridge.finish() == 75
     assert "a new ROS master answers" in bridge.err
     assert "Traceback" not in bridge.err
     start_bridge(master, cell)
@@ -245,16 +247,16 @@ def test_a_master_that_was_restarted_unseen(master: Ground, cell: FakeCell) -> N
     bridge = start_bridge(master, cell)
     master.stop_master(signal.SIGKILL)
     master.start_master()
-    assert bridge.finish(10.0) == 75
+    assert bridge.finish() == 75
 
 
 def test_a_master_that_only_sleeps_is_no_new_one(master: Ground, cell: FakeCell) -> None:
     bridge = start_bridge(master, cell)
     assert master.process is not None
     master.process.signal(signal.SIGSTOP)
-    bridge.wait_for("is gone", 15.0)
+    bridge.wait_for("is gone")
     master.process.signal(signal.SIGCONT)
-    bridge.wait_for("answers again, and has forgotten nothing", 10.0)
+    bridge.wait_for("answers again, and has forgotten nothing")
     assert Calls(master, "/ariac/start_competition").call(b"")[0]
 
 
@@ -263,13 +265,13 @@ def test_it_ends_in_time_though_the_master_sleeps(master: Ground, cell: FakeCell
     assert master.process is not None
     master.process.signal(signal.SIGSTOP)
     bridge.signal(signal.SIGINT)
-    assert bridge.finish(5.0) == 0
+    assert bridge.finish() == 0
     master.process.signal(signal.SIGCONT)
 
 
 def test_without_a_master_it_says_so(no_master: Ground, cell: FakeCell) -> None:
     bridge = start_bridge(no_master, cell, ready=False)
-    assert bridge.finish(15.0) == 1
+    assert bridge.finish() == 1
     assert bridge.err.startswith(f"no ROS master answers at {no_master.uri}")
     assert len(bridge.err.splitlines()) == 1
 
@@ -277,7 +279,7 @@ def test_without_a_master_it_says_so(no_master: Ground, cell: FakeCell) -> None:
 def test_without_a_cell_it_says_so(master: Ground, cell: FakeCell) -> None:
     cell.close()
     bridge = start_bridge(master, cell, ready=False)
-    assert bridge.finish(15.0) == 1
+    assert bridge.finish() == 1
     assert bridge.err.startswith(f"no cell answers at {cell.address}")
 
 
@@ -288,7 +290,7 @@ def test_what_is_no_cell_is_said_so(master: Ground, cell: FakeCell) -> None:
         connection, _ = listener.accept()
         with connection:
             connection.sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n")
-            assert bridge.finish(15.0) == 1
+            assert bridge.finish() == 1
     assert bridge.err.startswith(f"what answers at {cell.address} is no cell")
 
 
@@ -301,5 +303,5 @@ def test_it_listens_on_loopback_when_the_master_does(master: Ground, cell: FakeC
 def test_a_bad_address_is_refused(address: str, no_master: Ground, cell: FakeCell) -> None:
     cell.address = address
     bridge = start_bridge(no_master, cell, ready=False)
-    assert bridge.finish(15.0) == 2
+    assert bridge.finish() == 2
     assert "is no address: it must look like 127.0.0.1:11399" in bridge.err

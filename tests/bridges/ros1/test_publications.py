@@ -16,7 +16,9 @@ from tests.bridges.ros1.conftest import start_bridge
 from tests.bridges.ros1.fake_cell import FakeCell, out
 from tests.bridges.ros1.wire import Connection, subscribe
 from tests.ros1.ground import Ground
-from tests.ros1.waiting import until
+from tests.waiting import wait_until
+
+pytest_plugins = ["tests.ros1.fixtures", "tests.bridges.ros1.fixtures"]
 
 pytestmark = pytest.mark.ros1
 
@@ -69,7 +71,7 @@ def test_the_cell_is_asked_only_while_somebody_listens(master: Ground, make_cell
     cell.say_heard("/words", text("one"))
     assert word(second) == "one"
     second.close()
-    until(lambda: cell.listeners("/words") == 0, 5.0, "end of the subscription")
+    wait_until(lambda: cell.listeners("/words") == 0, "end of the subscription")
     assert cell.listeners("/once") == 1
 
 
@@ -94,7 +96,7 @@ def test_what_grew_old_unheard_is_not_latched(master: Ground, make_cell: MakeCel
     cell.say_heard("/words", text("stale"))
     assert word(first) == "stale"
     first.close()
-    until(lambda: cell.listeners("/words") == 0, 5.0, "end of the subscription")
+    wait_until(lambda: cell.listeners("/words") == 0, "end of the subscription")
     late = subscribe(master, "/words")
     assert late.is_silent(0.2)
     cell.say_heard("/words", text("fresh"))
@@ -175,7 +177,7 @@ def test_a_thousand_a_second_reach_rospy_without_loss(master: Ground, make_cell:
     start_bridge(master, cell)
     count = 2000
     client = master.client(hear_with_rospy, "/words", count)
-    until(lambda: cell.listeners("/words") == 1, 10.0, "subscription")
+    wait_until(lambda: cell.listeners("/words") == 1, "subscription")
     begin = time.monotonic()
     for number in range(count):
         cell.say_heard("/words", text(str(number)))
@@ -191,7 +193,7 @@ def test_the_tools_know_it(master: Ground, make_cell: MakeCell) -> None:
     assert 'data: "so"' in master.tool("rostopic", "echo", "-n", "1", "/words")
     assert master.tool("rostopic", "type", "/words") == "std_msgs/String\n"
     listener = master.start(["rostopic", "echo", "/words"])
-    listener.wait_for("so", 10.0)
+    listener.wait_for("so")
     info = master.tool("rosnode", "info", "/gazebo")
     assert "* /words [std_msgs/String]" in info
     assert "* topic: /words\n    * to: /rostopic_" in info

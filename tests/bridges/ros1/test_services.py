@@ -15,7 +15,9 @@ from tests.bridges.ros1.conftest import start_bridge
 from tests.bridges.ros1.fake_cell import FakeCell, heard, out, service
 from tests.bridges.ros1.wire import Calls, address_of_service, encoded, subscribe
 from tests.ros1.ground import Ground
-from tests.ros1.waiting import until
+from tests.waiting import wait_until
+
+pytest_plugins = ["tests.ros1.fixtures", "tests.bridges.ros1.fixtures"]
 
 pytestmark = pytest.mark.ros1
 
@@ -79,14 +81,14 @@ def test_an_answer_that_takes_its_time_holds_up_nobody(master: Ground, make_cell
     cell.wait_for_listener("/words")
     waiting = Calls(master, "/home", caller="/patient")
     waiting.ask(b"")
-    until(lambda: cell.of(Kind.CALL), 5.0, "call")
+    wait_until(lambda: cell.of(Kind.CALL), "call")
     (asked,) = cell.of(Kind.CALL)
     assert Calls(master, "/other").call(b"") == (True, b"")
     assert Calls(master, "/home", probe="1").header["type"] == "std_srvs/Trigger"
     cell.say("/words", b"\2\0\0\0up")
     assert words.piece() == b"\2\0\0\0up"
     master.client(COMMAND)
-    until(lambda: cell.of(Kind.PUBLISH), 5.0, "command")
+    wait_until(lambda: cell.of(Kind.PUBLISH), "command")
     assert waiting.is_silent(0.0)
     cell.send(Frame(Kind.ANSWER, asked.number, payload=b"home"))
     assert waiting.answer() == (True, b"home")
@@ -98,7 +100,7 @@ def test_in_lockstep_an_answer_may_be_promised_first(master: Ground, make_cell: 
     start_bridge(master, cell)
     waiting = Calls(master, "/home")
     waiting.ask(b"")
-    until(lambda: cell.of(Kind.CALL), 5.0, "call")
+    wait_until(lambda: cell.of(Kind.CALL), "call")
     assert waiting.is_silent(0.2)
     cell.send(Frame(Kind.ANSWER, cell.of(Kind.CALL)[0].number, payload=b"home"))
     assert waiting.answer() == (True, b"home")
@@ -134,7 +136,7 @@ def test_a_caller_that_is_killed_in_mid_service_harms_nobody(master: Ground, cel
     cell.answer = keep
     calls = Calls(master, START)
     calls.ask(b"")
-    until(lambda: waiting, 5.0, "call")
+    wait_until(lambda: waiting, "call")
     calls.close()
     cell.send(Frame(Kind.ANSWER, waiting[0].number, payload=b"\1"))
     answering(cell, Kind.ANSWER, b"\2")

@@ -17,7 +17,9 @@ from tests.bridges.ros1.conftest import start_bridge
 from tests.bridges.ros1.fake_cell import FakeCell, heard, out
 from tests.bridges.ros1.wire import Calls, subscribe
 from tests.ros1.ground import Ground
-from tests.ros1.waiting import until
+from tests.waiting import wait_until
+
+pytest_plugins = ["tests.ros1.fixtures", "tests.bridges.ros1.fixtures"]
 
 pytestmark = pytest.mark.ros1
 
@@ -113,7 +115,7 @@ def speak(topic: str, count: int) -> None:
 
 def test_a_step_waits_for_what_was_published(master: Ground, cell: FakeCell) -> None:
     speaker = master.client(speak, "/commands", 20)
-    until(lambda: "/speaker" in str(master.ask("getSystemState")), 10.0, "speaker")
+    wait_until(lambda: "/speaker" in str(master.ask("getSystemState")), "speaker")
     calls = Calls(master, STEP, caller="/speaker")
     calls.ask(request(TICK, commands=20))
     assert calls.is_silent(0.2)
@@ -158,7 +160,7 @@ def test_a_caller_that_is_gone_stops_time(master: Ground, cell: FakeCell) -> Non
     tick_by_tick(cell)
     calls = Calls(master, STEP)
     calls.ask(request(2_000_000 * SECOND))
-    until(lambda: len(cell.of(Kind.ADVANCE)) > 10, 5.0, "progress")
+    wait_until(lambda: len(cell.of(Kind.ADVANCE)) > 10, "progress")
     calls.close()
     assert step(master, TICK).success
 

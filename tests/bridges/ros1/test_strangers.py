@@ -16,9 +16,11 @@ from cellwright.link.frames import Kind
 from tests.bridges.ros1.conftest import start_bridge
 from tests.bridges.ros1.fake_cell import FakeCell, out, service
 from tests.bridges.ros1.wire import Connection, address_of, address_of_service, encoded
+from tests.processes import Process
 from tests.ros1.ground import Ground
-from tests.ros1.processes import Process
-from tests.ros1.waiting import until
+from tests.waiting import wait_until
+
+pytest_plugins = ["tests.ros1.fixtures", "tests.bridges.ros1.fixtures"]
 
 pytestmark = pytest.mark.ros1
 
@@ -100,7 +102,7 @@ def test_strangers_at_both_ports(master: Ground, make_cell: MakeCell, connection
         for arguments in ((), (None,), (1, 2, 3), ("/x", "/words", [["TCPROS"] * 1000])):
             body = xmlrpc.client.dumps(arguments, method, allow_none=True).encode()
             stranger(xml, posted(body))
-    until(lambda: is_well(master), 20.0, "an answer")
+    wait_until(lambda: is_well(master), "an answer")
     assert memory(bridge) - before < 60 * MEGABYTE
     assert len(cell.of(Kind.CALL)) >= 2
 

@@ -13,7 +13,9 @@ from cellwright.messages.standard import String
 from tests.bridges.ros1.conftest import start_bridge
 from tests.bridges.ros1.fake_cell import FakeCell, heard
 from tests.ros1.ground import Ground
-from tests.ros1.waiting import until
+from tests.waiting import wait_until
+
+pytest_plugins = ["tests.ros1.fixtures", "tests.bridges.ros1.fixtures"]
 
 pytestmark = pytest.mark.ros1
 
@@ -41,7 +43,7 @@ def test_commands_come_whole_in_order_and_by_name(master: Ground, make_cell: Mak
     cell = make_cell([heard("/words")])
     start_bridge(master, cell)
     master.client(say, "team", "/words", 50).value()
-    until(lambda: len(cell.of(Kind.PUBLISH)) == 50, 5.0, "messages")
+    wait_until(lambda: len(cell.of(Kind.PUBLISH)) == 50, "messages")
     assert words(cell) == [("/team", str(number)) for number in range(50)]
     frame = cell.of(Kind.PUBLISH)[0]
     assert (frame.name, frame.type) == ("/words", "std_msgs/String")
@@ -65,7 +67,7 @@ def test_one_at_a_time_and_the_oldest_dropped(master: Ground, make_cell: MakeCel
     bridge.wait_for(r"\d+ messages on /words dropped: they come faster than they are taken")
     is_open.set()
     cell.send(Frame(Kind.REFUSED, held[0].number, name="MessageError", payload=b"no"))
-    until(lambda: len(cell.of(Kind.PUBLISH)) == 101, 5.0, "rest")
+    wait_until(lambda: len(cell.of(Kind.PUBLISH)) == 101, "rest")
     assert [word for _, word in words(cell)] == ["0", *map(str, range(400, 500))]
 
 
@@ -88,7 +90,7 @@ def test_a_message_too_long_costs_its_connection(master: Ground, make_cell: Make
     bridge = start_bridge(master, cell)
     master.client(say_too_much, "team", "/words", 17 << 20)
     bridge.wait_for("messages on /words are too long, and not taken")
-    until(lambda: cell.of(Kind.PUBLISH), 10.0, "messages after it")
+    wait_until(lambda: cell.of(Kind.PUBLISH), "messages after it")
     assert {word for _, word in words(cell)} == {"short"}
 
 
@@ -96,7 +98,7 @@ def test_in_lockstep_nothing_is_dropped(master: Ground, make_cell: MakeCell) -> 
     cell = make_cell([heard("/words")], lockstep=True)
     start_bridge(master, cell)
     master.client(say, "team", "/words", 3000).value()
-    until(lambda: len(cell.of(Kind.PUBLISH)) == 3000, 20.0, "messages")
+    wait_until(lambda: len(cell.of(Kind.PUBLISH)) == 3000, "messages")
     assert [word for _, word in words(cell)] == list(map(str, range(3000)))
 
 
@@ -104,5 +106,5 @@ def test_rostopic_pub(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([heard("/words")])
     start_bridge(master, cell)
     master.tool("rostopic", "pub", "-1", "/words", "std_msgs/String", "hello")
-    until(lambda: cell.of(Kind.PUBLISH), 5.0, "message")
+    wait_until(lambda: cell.of(Kind.PUBLISH), "message")
     assert words(cell)[0][1] == "hello"

@@ -9,9 +9,12 @@ import subprocess
 import threading
 import time
 import uuid
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import IO
+
+from tests.waiting import TIMEOUT
 
 FAMILY = "CELLWRIGHT_TEST_FAMILY"
 """A variable that a process gives on to all that it starts, so that they are found even when it is gone."""
@@ -78,16 +81,16 @@ class Process:
     def running(self) -> bool:
         return self._process.poll() is None
 
-    def wait_for(self, pattern: str, within: float = 20.0, *, after: int = 0) -> re.Match[str]:
+    def wait_for(self, pattern: str, timeout: float = TIMEOUT, *, after: int = 0) -> re.Match[str]:
         """Wait for a pattern in what it prints, on either stream.
 
         Args:
             pattern: a regular expression, `^` and `$` stand for ends of lines.
-            within: the limit [s].
+            timeout: bound [s].
             after: how many times it has been seen already.
         """
         search = re.compile(pattern, re.MULTILINE)
-        end = time.monotonic() + within
+        end = time.monotonic() + timeout
         while True:
             with self._changed:
                 found = list(search.finditer("".join(self._both)))
@@ -95,42 +98,38 @@ class Process:
                     return found[after]
                 left = end - time.monotonic()
                 if left <= 0 or not (self.running or self._reading()):
-                    raise AssertionError(self._tell(f"no {pattern!r} within {within:g} s"))
+                    raise AssertionError(self._tell(f"no {pattern!r} within {timeout:g} s"))
                 self._changed.wait(min(left, 0.2))
 
     def signal(self, number: int) -> None:
         self._process.send_signal(number)
 
-    def finish(self, within: float = 20.0) -> int:
+    def finish(self, timeout: float = TIMEOUT) -> int:
         """Wait for its end and the end of its output.
 
         Args:
-            within: the limit [s]; a process that takes longer is a failure.
+            timeout: bound [s]; a process that takes longer is a failure.
 
         Returns:
             Its exit status.
         """
         try:
-            status = self._process.wait(within)
+            status = self._process.wait(timeout)
         except subprocess.TimeoutExpired:
-            raise AssertionError(self._tell(f"still there after {within:g} s")) from None
+            raise AssertionError(self._tell(f"still there after {timeout:g} s")) from None
         for reader in self._readers:
             reader.join(0.5)  # somebody whom it has left behind may hold the pipes
         return status
 
-    def interrupt(self, within: float = 10.0) -> int:
+    def interrupt(self, timeout: float = TIMEOUT) -> int:
         """End it as Ctrl-C does; its exit status."""
         if self.running:
             self.signal(signal.SIGINT)
-        return self.finish(within)
+        return self.finish(timeout)
 
     def kill(self) -> None:
         """End it at once, and all that it has started."""
-        for pid in [self.pid] * self.running + self.relatives():
-            try:
-                os.kill(pid, signal.SIGKILL)
-            except ProcessLookupError:
-                continue
+        kill([self.pid] * self.running + self.relatives())
         self._process.wait()
 
     def relatives(self) -> list[int]:
@@ -162,12 +161,25 @@ def name_of(pid: int) -> str:
 
 def members(family: str) -> list[int]:
     """The processes that are there and have the variable `FAMILY` with this value."""
-    mark = f"{FAMILY}={family}".encode()
-    found = []
+    return [pid for pid, value in with_variable(FAMILY).items() if value == family]
+
+
+def with_variable(name: str) -> dict[int, str]:
+    """The running processes that were started with an environment variable, and its value in each."""
+    start = f"{name}=".encode()
+    found = {}
     for folder in Path("/proc").glob("[0-9]*"):
         try:
-            if mark in (folder / "environ").read_bytes().split(b"\0"):
-                found.append(int(folder.name))
-        except OSError:  # it has ended meanwhile, or is a zombie
+            variables = (folder / "environ").read_bytes().split(b"\0")
+        except OSError:  # it has ended meanwhile, or belongs to another user
             continue
+        if value := next((each for each in variables if each.startswith(start)), b""):
+            found[int(folder.name)] = value.removeprefix(start).decode(errors="replace")
     return found
+
+
+def kill(pids: Iterable[int]) -> None:
+    """Send SIGKILL to processes; those that have ended already are passed over."""
+    for pid in pids:
+        with suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)

@@ -1,0 +1,159 @@
+"""Cleanup of a run: the processes of a test carry its mark and end with it, and nothing of a run outlives the run.
+
+A test that passed must have ended its processes; after one that failed they are killed. The controller of a run looks
+once more when all tests are over, removes the run's temporary files, and kills what earlier runs left when they died.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Generator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.processes import kill, name_of, with_variable
+from tests.waiting import wait_until
+
+MARK = "TEST_MARK"
+"""Environment variable of every process that a test starts: the run's identity, a space, and the test or fixture."""
+
+_RUN = "TEST_RUN"
+_FAILED = pytest.StashKey[bool]()
+_STARTS = ("subprocess.Popen", "os.fork", "os.forkpty", "os.posix_spawn")
+
+
+class Starts:
+    """Counter of the processes that this one starts: a test that starts none needs no look at the system's table."""
+
+    total = 0
+    checked = 0
+
+    @classmethod
+    def count(cls, event: str, _: tuple[object, ...]) -> None:
+        """Audit hook of the interpreter."""
+        cls.total += event in _STARTS
+
+
+def marked(run: str, owner: str | None = None) -> list[int]:
+    """Processes with the mark of a run; with `owner` those that this test or fixture started."""
+    marks = {pid: mark.partition(" ")[::2] for pid, mark in with_variable(MARK).items()}
+    return [pid for pid, mark in marks.items() if mark[0] == run and owner in (None, mark[1])]
+
+
+def identity(pid: int) -> str:
+    """A name of a process that no later one gets: its number and its start; empty when it is gone."""
+    try:
+        stat = Path(f"/proc/{pid}/stat").read_text(encoding="ascii", errors="replace")
+    except OSError:
+        return ""
+    return f"{pid}@{stat.rpartition(')')[2].split()[19]}"
+
+
+def end_orphans() -> list[str]:
+    """Kill the processes of runs whose controller is gone; their command lines."""
+    runs = {pid: mark.partition(" ")[0] for pid, mark in with_variable(MARK).items()}
+    orphans = [pid for pid, run in runs.items() if identity(int(run.partition("@")[0])) != run]
+    names = [name_of(pid) for pid in orphans]
+    kill(orphans)
+    return names
+
+
+def end_processes(run: str, owner: str, *, failed: bool) -> None:
+    """End the processes of a test.
+
+    Args:
+        run: identity of the run.
+        owner: the test.
+        failed: kill them at once; otherwise each has to end without help.
+
+    Raises:
+        AssertionError: the test passed, and a process of it did not end.
+    """
+
+    def names() -> list[str]:
+        return [name_of(pid) for pid in marked(run, owner)]
+
+    try:
+        if not failed:
+            wait_until(lambda: not names(), "end of the processes that the test started", seen=names)
+    finally:
+        kill(marked(run, owner))
+
+
+class Controller:
+    """The process that runs all tests, or the workers that do."""
+
+    def __init__(self) -> None:
+        self.folder = tempfile.mkdtemp(prefix="cellwright-tests-")
+        os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", tempfile.gettempdir())  # kept, for whoever looks into a failure
+        os.environ["TMPDIR"] = tempfile.tempdir = self.folder
+        self.run = os.environ[_RUN] = identity(os.getpid())
+        self.orphans = end_orphans()
+        self.left: list[str] = []
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_sessionfinish(self, session: pytest.Session) -> None:
+        """Workers have ended. What has a mark now is a fault of a shared fixture, and fails the run."""
+        left = marked(self.run)
+        self.left = [name_of(pid) for pid in left]
+        kill(left)
+        shutil.rmtree(self.folder, ignore_errors=True)
+        if left and session.exitstatus == pytest.ExitCode.OK:
+            session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+    def pytest_terminal_summary(self, terminalreporter: Any) -> None:
+        for name in self.orphans:
+            terminalreporter.write_line(f"left by an earlier run, and killed: {name}")
+        for name in self.left:
+            terminalreporter.write_line(f"ERROR left at the end of this run, and killed: {name}")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    sys.addaudithook(Starts.count)
+    if not hasattr(config, "workerinput"):
+        config.pluginmanager.register(Controller(), "leftovers-controller")
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, Any, Any]:
+    os.environ[MARK] = f"{os.environ[_RUN]} {item.nodeid}"
+    try:
+        return (yield)
+    finally:
+        del os.environ[MARK]
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_fixture_setup(fixturedef: pytest.FixtureDef[Any]) -> Generator[None, Any, Any]:
+    """What a shared fixture starts outlives the test that needed it first."""
+    mark = os.environ[MARK]
+    if fixturedef.scope != "function":
+        os.environ[MARK] = f"{os.environ[_RUN]} fixture {fixturedef.argname}"
+    try:
+        return (yield)
+    finally:
+        os.environ[MARK] = mark
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    report = yield
+    item.stash[_FAILED] = item.stash.get(_FAILED, False) or report.failed
+    return report
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_runtest_teardown(item: pytest.Item) -> Generator[None, None, None]:
+    failed = True
+    try:
+        yield
+        failed = item.stash.get(_FAILED, False)
+    finally:
+        if Starts.checked != Starts.total:
+            Starts.checked = Starts.total
+            end_processes(os.environ[_RUN], item.nodeid, failed=failed)

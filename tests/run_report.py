@@ -1,0 +1,73 @@
+"""What a run of the tests says beside their results: what it will skip, how much it started, how to run a red one."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.required import MARKERS, reason_to_skip
+
+_KINDS = ("Python", "ROS 1 master", "page", "browser", "other program")
+_COUNTS = pytest.StashKey[Counter[str]]()
+
+
+def kind_of(command: list[str]) -> str:
+    """Which kind of program a command starts; a start of Cellwright with a page counts as a page."""
+    words = [Path(word).name for word in command]
+    if {"roscore", "rosmaster"} & set(words[:2]):
+        return "ROS 1 master"
+    if "--view" in words or words[1:4] == ["-m", "cellwright", "view"]:
+        return "page"
+    if words[0].startswith("python"):
+        return "Python"
+    return "browser" if words[0] == "node" else "other program"  # a driver under Node starts the browser
+
+
+def pytest_report_header() -> list[str]:
+    """Say before the first test what cannot run here, and why."""
+    reasons = {marker: reason_to_skip(marker) for marker in MARKERS}
+    lines = [f"tests marked {marker}: skipped, {reason}" for marker, reason in reasons.items() if reason]
+    return lines or [f"tests marked {', '.join(MARKERS)}: all can run"]
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    counts = config.stash[_COUNTS] = Counter()
+
+    def count(event: str, arguments: tuple[Any, ...]) -> None:
+        if event == "subprocess.Popen":
+            command = arguments[1]
+            counts[kind_of([command] if isinstance(command, str) else [str(word) for word in command])] += 1
+
+    sys.addaudithook(count)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any) -> None:
+    """A worker of xdist hands its counts to the controller."""
+    node.config.stash[_COUNTS].update(getattr(node, "workeroutput", {}).get("starts", {}))
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    if (output := getattr(session.config, "workeroutput", None)) is not None:
+        output["starts"] = dict(session.config.stash[_COUNTS])
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    counts = config.stash[_COUNTS]
+    told = ", ".join(f"{counts[kind]} {kind}" for kind in _KINDS)
+    terminalreporter.write_line(f"starts by tests, without what those start in turn: {told}")
+    red = [report for kind in ("failed", "error") for report in terminalreporter.stats.get(kind, [])]
+    if red:
+        terminalreporter.section(f"{len(red)} red, each with the command that runs it alone")
+    for report in red:
+        crash = getattr(report.longrepr, "reprcrash", None)
+        words = (crash.message if crash else report.longreprtext).strip().splitlines() or [""]
+        terminalreporter.write_line(report.nodeid)
+        terminalreporter.write_line(f"    {words[0][:200]}")
+        terminalreporter.write_line(f"    .venv/bin/pytest {shlex.quote(report.nodeid)}")
