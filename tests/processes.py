@@ -43,6 +43,7 @@ class Process:
             text=True,
             errors="replace",
             start_new_session=True,
+            preexec_fn=default_signals,
         )
         self._changed = threading.Condition()
         self._out: list[str] = []
@@ -149,6 +150,12 @@ class Process:
 
     def _tell(self, what: str) -> str:
         return f"{what}: {' '.join(self.command)}\n-- out --\n{self.out[-4000:]}\n-- err --\n{self.err[-4000:]}"
+
+
+def default_signals() -> None:
+    """Undo in a child that Ctrl-C and a hang-up are ignored, as in what a shell starts in the background."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 def name_of(pid: int) -> str:

@@ -6,16 +6,17 @@ from pathlib import Path
 
 from tests.docs.pages import INTERRUPT, Command, File, Step, missing
 from tests.docs.terminal import Terminal
+from tests.waiting import TIMEOUT
 
 
-def follow(taken: Iterable[Step], home: Path, environment: Mapping[str, str], limit: float) -> None:
+def follow(taken: Iterable[Step], home: Path, environment: Mapping[str, str], timeout: float = TIMEOUT) -> None:
     """Take the steps of a page in order, and compare what is printed with what it shows.
 
     Args:
         taken: the steps; programs in Python are for reading here.
         home: the folder that files are named from, where every terminal opens.
         environment: of each terminal, whole.
-        limit: how long a command may take [s].
+        timeout: bound for each command [s].
 
     Raises:
         AssertionError: something else was printed, a command failed, or it took too long.
@@ -29,10 +30,10 @@ def follow(taken: Iterable[Step], home: Path, environment: Mapping[str, str], li
                 case Command():
                     if step.terminal not in terminals:
                         terminals[step.terminal] = opened.enter_context(Terminal(home, environment))
-                    _take(step, terminals[step.terminal], limit)
+                    _take(step, terminals[step.terminal], timeout)
 
 
-def _take(step: Command, terminal: Terminal, limit: float) -> None:
+def _take(step: Command, terminal: Terminal, timeout: float) -> None:
     if step.line == INTERRUPT:
         terminal.interrupt()
     elif step.line:
@@ -42,7 +43,7 @@ def _take(step: Command, terminal: Terminal, limit: float) -> None:
     def is_enough() -> bool:
         return terminal.status is not None or (step.goes_on and missing(step.output, terminal.printed) is None)
 
-    assert terminal.wait(is_enough, limit), f"{step.line}\ntook longer than {limit} s:\n{terminal.printed}"
+    terminal.wait(is_enough, f"end of {step.line!r}, or of what the page shows of it", timeout)
     assert missing(step.output, terminal.printed) is None, f"{step.line}\n{terminal.printed}"
     if step.line and step.line != INTERRUPT and not step.goes_on:
         assert terminal.status == step.status, f"{step.line}\nexit status {terminal.status}:\n{terminal.printed}"

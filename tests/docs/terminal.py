@@ -7,10 +7,13 @@ import re
 import select
 import signal
 import subprocess
-import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
+
+from tests.processes import default_signals
+from tests.waiting import TIMEOUT, wait_until
 
 _PROMPT = re.compile(r"«(\d+)»$")
 _ESCAPES = re.compile(r"\x1b\][^\x07]*\x07|\x1b\[[0-9;?]*[A-Za-z]")
@@ -41,12 +44,13 @@ class Terminal:
             stdin=follower,
             stdout=follower,
             stderr=follower,
+            preexec_fn=default_signals,
         )
         os.close(follower)
         self._decoder = codecs.getincrementaldecoder("utf-8")(errors="replace")
         self._printed = ""
         self._type(_PREPARE)
-        self.wait(lambda: "«0»" in self._printed, 20.0)
+        self.wait(lambda: "«0»" in self._printed, "prompt")
 
     @property
     def printed(self) -> str:
@@ -69,14 +73,18 @@ class Terminal:
         self._printed = ""
         os.write(self._leader, b"\x03")
 
-    def wait(self, condition: Callable[[], bool], limit: float) -> bool:
-        """Read until a condition holds, at most for a while [s]; whether it holds."""
-        end = time.monotonic() + limit
-        while not condition():
-            left = end - time.monotonic()
-            if left <= 0 or not self._read(min(left, 1.0)):
-                return condition()
-        return True
+    def wait(self, condition: Callable[[], object], what: str, timeout: float = TIMEOUT) -> None:
+        """Read until a condition holds.
+
+        Args:
+            condition: asked whenever something was printed.
+            what: noun of what is expected.
+            timeout: bound [s].
+
+        Raises:
+            AssertionError: the condition never held; the text has what was printed.
+        """
+        wait_until(condition, what, seen=lambda: self.printed, between=self._read, timeout=timeout)
 
     def __enter__(self) -> "Terminal":
         return self
@@ -84,14 +92,15 @@ class Terminal:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close the window: what still runs in it hears of it, and is not waited for longer than a few seconds."""
+        """Close the window: the command that still runs in it is interrupted."""
         for _ in range(5):  # a command that has only just been typed may miss the first
             if self.status is None:
                 self.interrupt()
-                self.wait(lambda: self.status is not None, 5.0)
+                with suppress(AssertionError):
+                    self.wait(lambda: self.status is not None, "end of the command", timeout=5.0)
         os.close(self._leader)
         try:
-            self._process.wait(10.0)
+            self._process.wait(TIMEOUT)
         except subprocess.TimeoutExpired:
             os.killpg(self._process.pid, signal.SIGKILL)
             self._process.wait()
@@ -99,13 +108,12 @@ class Terminal:
     def _type(self, line: str) -> None:
         os.write(self._leader, line.encode() + b"\n")
 
-    def _read(self, limit: float) -> bool:
-        """Read what there is; False when nothing will come any more."""
-        if not select.select([self._leader], [], [], limit)[0]:
-            return True
+    def _read(self) -> None:
+        """Read what there is, or comes within a second."""
+        if not select.select([self._leader], [], [], 1.0)[0]:
+            return
         try:
             data = os.read(self._leader, 65536)
-        except OSError:  # bash has ended
-            return False
+        except OSError:
+            raise AssertionError(f"the shell has ended:\n{self.printed}") from None
         self._printed += self._decoder.decode(data)
-        return True

@@ -29,7 +29,7 @@ def test_the_page_can_be_followed(tmp_path: Path) -> None:
         (programs / name).chmod(0o755)
     environment = {"PATH": f"{programs}:{os.environ['PATH']}", "HOME": str(home), "COLUMNS": "100", "LANG": "C.UTF-8"}
     port = free_port()
-    follow([_at(step, port) for step in steps(PAGE)], home, environment, 60.0)
+    follow([_at(step, port) for step in steps(PAGE)], home, environment)
     assert (home / "picker.png").read_bytes().startswith(b"\x89PNG")
 
 

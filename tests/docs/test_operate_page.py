@@ -28,7 +28,7 @@ def test_the_page_can_be_followed(tmp_path: Path) -> None:
     (programs / "cellwright").chmod(0o755)
     environment = {"PATH": f"{programs}:{os.environ['PATH']}", "HOME": str(home), "COLUMNS": "100", "LANG": "C.UTF-8"}
     port = free_port()
-    follow([_at(step, port) for step in steps(PAGE)], home, environment, 60.0)
+    follow([_at(step, port) for step in steps(PAGE)], home, environment)
 
 
 def _at(step: Step, port: int) -> Step:

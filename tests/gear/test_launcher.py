@@ -5,7 +5,10 @@ from pathlib import Path
 import pytest
 import yaml
 
+from cellwright.cli.options import SPEED
+from cellwright.cli.serve.trial import ServeOptions
 from cellwright.description.catalogue import find_trial
+from cellwright.gear import launcher
 from cellwright.gear.launcher import main
 
 SAMPLE = str(find_trial("sample"))
@@ -90,3 +93,19 @@ def test_an_output_that_cannot_be_written_is_a_warning(
     warning, error = capsys.readouterr().err.splitlines()
     assert warning.startswith("Warning: out: cannot be written: ")
     assert error.startswith("Error: ")
+
+
+@pytest.mark.parametrize(("variables", "speed"), [({}, 1.0), ({SPEED: "2.5"}, 2.5), ({SPEED: "max"}, None)])
+def test_speed_comes_from_the_environment(
+    variables: dict[str, str], speed: float | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    served: list[ServeOptions] = []
+    monkeypatch.setattr(launcher, "serve_trial", lambda _trial, options, _follow: served.append(options) or 0)
+    assert main(["-o", "out"], variables) == 0
+    assert [options.speed for options in served] == [speed]
+
+
+def test_a_wrong_speed_starts_nothing(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert main(["-o", "out"], {SPEED: "fast"}) == 1
+    assert capsys.readouterr().err.startswith("Error: CELLWRIGHT_SPEED fast: ")
+    assert not (tmp_path / "out").exists()

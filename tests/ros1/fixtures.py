@@ -17,6 +17,8 @@ from tests.ros1.ground import Ground, ground
 from tests.ros1.messages import generate
 from tests.waiting import wait_until
 
+SMALL_PICTURES = Path(__file__).parents[1] / "small_pictures.py"
+
 
 @pytest.fixture(scope="session")
 def ros1_messages(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -51,15 +53,16 @@ def no_master(tmp_path: Path, ros1_messages: Path) -> Iterator[Ground]:
 def newcomer(no_master: Ground) -> Iterator[dict[str, str]]:
     """The environment of somebody who has installed Cellwright and ROS 1, and done nothing else yet.
 
-    Their home folder is empty; of this Python there is the command `cellwright` on their path. In the end nothing that
-    they have started may be left.
+    Their home folder is empty; of this Python there is the command `cellwright` on their path, which draws small
+    pictures. In the end nothing that they have started may be left.
     """
     programs, home = no_master.folder / "bin", no_master.folder / "home"
     for folder in (programs, home):
         folder.mkdir()
     command = programs / "cellwright"
     modules = f"PYTHONPATH={shlex.quote(os.environ['PYTHONPATH'])} " if "PYTHONPATH" in os.environ else ""
-    command.write_text(f'#!/bin/sh\n{modules}exec {shlex.quote(sys.executable)} -m cellwright "$@"\n')
+    program = shlex.join([sys.executable, "-P", str(SMALL_PICTURES)])
+    command.write_text(f'#!/bin/sh\n{modules}exec {program} "$@"\n')
     command.chmod(0o755)
     foreign = ("PYTHONPATH", "ROSCONSOLE_CONFIG_FILE")
     kept = {name: value for name, value in no_master.environment.items() if name not in foreign}

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.processes import Process
-from tests.ros1.ground import READY, Ground, ground
+from tests.ros1.ground import Ground, ground
 from tests.ros1.requirement import system_path
 
 pytest_plugins = ["tests.ros1.fixtures"]
@@ -190,7 +190,7 @@ class Workspace:
         """
         launch = self.start(f"source {setup}; exec roslaunch industrial_control simulate.launch {arguments}")
         try:
-            launch.wait_for(f"^ready: {trial} ", 2 * READY)
+            launch.wait_for(f"^ready: {trial} ")
             yield
         finally:
             launch.interrupt()

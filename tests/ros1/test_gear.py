@@ -10,7 +10,7 @@ from cellwright.ros1.packages import IO_TELEOP
 from cellwright.ros1.system import find_system
 from cellwright.ros1.tree import ensure_tree, variables
 from tests.processes import Process
-from tests.ros1.ground import READY, Ground
+from tests.ros1.ground import Ground
 from tests.ros1.requirement import system_path
 from tests.waiting import wait_until
 
@@ -113,7 +113,7 @@ class Shell:
         file = folder / "simulate.launch"
         file.write_text(LAUNCH.format(more=more, out=folder / "out"))
         launch = self.start("roslaunch", str(file), exits=exits)
-        launch.wait_for("^ready: sample ", 2 * READY)
+        launch.wait_for("^ready: sample ")
         return launch
 
 
@@ -191,7 +191,7 @@ def test_the_launch_file_that_is_written_starts_the_same_cell(shell: Shell, tmp_
     launch.interrupt()
     assert not launch.relatives()
     again = shell.start("roslaunch", str(tmp_path / "out" / "gear.launch"))
-    ready = again.wait_for(r"^ready: (\S+) ", 2 * READY)
+    ready = again.wait_for(r"^ready: (\S+) ")
     assert ready[1] == "config"
     topics = shell.tool("rostopic", "list").split()
     assert "/ariac/logical_camera_over_agv1" in topics
@@ -220,7 +220,7 @@ def test_a_robot_s_node_from_a_launch_file(alone: Shell, tmp_path: Path) -> None
     file = tmp_path / "robot.launch"
     file.write_text(ROBOT_LAUNCH)
     launch = alone.start("roslaunch", str(file))
-    launch.wait_for(r"^ready: tandem at .* as /left_cell$", 2 * READY)
+    launch.wait_for(r"^ready: tandem at .* as /left_cell$")
     assert alone.tool("rosnode", "list").split() == ["/left_cell", "/rosout"]
     assert "success: True" in alone.tool("rosservice", "call", "/io_teleop_reset_robot")
     launch.interrupt()
@@ -233,7 +233,7 @@ def test_the_qinglong_s_node(alone: Shell) -> None:
     assert unknown.finish() == 2
     assert unknown.err == "error: unknown robot 'Nobody' (known: OpenLoong, tandem)\n"
     node = alone.start("rosrun", IO_TELEOP, "openloong_controller_node.py")
-    node.wait_for("^ready: QingLong at .* as /openloong_controller_node$", 2 * READY)
+    node.wait_for("^ready: QingLong at .* as /openloong_controller_node$")
     assert "/io_teleop/target_joint_from_vr" in alone.tool("rostopic", "list").split()
     assert node.interrupt() == 0
     assert not node.relatives()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import stat
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import NoReturn, get_args
@@ -138,13 +138,22 @@ def _number(text: str) -> float:
         return math.nan
 
 
-def speed(text: str) -> float | None:
+SPEED = "CELLWRIGHT_SPEED"
+"""Environment variable: real-time factor of cells that are served, for launch files, which cannot pass an option."""
+
+
+def default_speed(variables: Mapping[str, str]) -> float | None:
+    """Simulated seconds a second where no option gives them: those of the environment, or real time."""
+    return speed(variables.get(SPEED, "1"), SPEED)
+
+
+def speed(text: str, name: str = "--speed") -> float | None:
     """Simulated seconds a second; None for `max`."""
     if text == "max":
         return None
     value = _number(text)
     if not 0.0 < value < math.inf:
-        refuse(f"--speed {text}: give a factor above 0, such as 1 for real time, or max")
+        refuse(f"{name} {text}: give a factor above 0, such as 1 for real time, or max")
     return value
 
 

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from cellwright.cell import Cell
+from cellwright.cli.options import default_speed
 from cellwright.cli.serve.trial import EXIT_ON_COMPLETION, ServeOptions, serve_trial
 from cellwright.description.gear2017 import Loaded, load_trial
 from cellwright.description.reading.texts import read_texts
@@ -39,6 +40,7 @@ def main(arguments: Sequence[str], variables: Mapping[str, str] = os.environ) ->
 
 
 def _launch(wanted: Arguments, variables: Mapping[str, str]) -> int:
+    speed = default_speed(variables)
     text, loaded = _load(wanted)
     for warning in loaded.warnings:
         _warn(str(warning))
@@ -54,7 +56,7 @@ def _launch(wanted: Arguments, variables: Mapping[str, str]) -> int:
     if wanted.verbose:
         sys.stdout.write(files["gear.yaml"])
         sys.stdout.flush()
-    return _serve(loaded, wanted, variables)
+    return _serve(loaded, wanted, variables, speed)
 
 
 def _load(wanted: Arguments) -> tuple[str, Loaded]:
@@ -65,7 +67,7 @@ def _load(wanted: Arguments) -> tuple[str, Loaded]:
     return read_texts(paths).content, load_trial(paths)
 
 
-def _serve(loaded: Loaded, wanted: Arguments, variables: Mapping[str, str]) -> int:
+def _serve(loaded: Loaded, wanted: Arguments, variables: Mapping[str, str], speed: float | None) -> int:
     log = PerformanceLog(log_path(Path.home()), _warn)
     cells: list[Cell] = []
 
@@ -78,6 +80,7 @@ def _serve(loaded: Loaded, wanted: Arguments, variables: Mapping[str, str]) -> i
         ends_when_done=EXIT_ON_COMPLETION in variables,
         port=0,
         ros1=True,
+        speed=speed,
         verbose=wanted.verbose,
     )
     try:

@@ -39,7 +39,7 @@ def serve(
         str | None,
         typer.Option(
             metavar="FACTOR",
-            help="Simulated seconds a second, or `max`; 1 when left out, and `max` in lockstep.",
+            help=f"Simulated seconds a second, or `max`. Default: {options.SPEED}, else 1; in lockstep `max`.",
             rich_help_panel=WORK,
         ),
     ] = None,
@@ -142,7 +142,7 @@ def serve(
     wanted = ServeOptions(
         files=files,
         record=None if kept is None else replace(kept, is_varied=vary),
-        speed=options.speed(("max" if lockstep else "1") if speed is None else speed),
+        speed=_speed(speed, lockstep=lockstep),
         lockstep=lockstep,
         servo=servo,
         seed=options.seed(seed),
@@ -161,3 +161,9 @@ def serve(
         page=page_wish(view=view, host=view_host, port=view_port, opens=open_page),
     )
     raise typer.Exit(serve_trial(partial(options.trial, files, seed, is_varied=vary), wanted))
+
+
+def _speed(text: str | None, *, lockstep: bool) -> float | None:
+    if text is None and not lockstep:
+        return options.default_speed(os.environ)
+    return options.speed(text or "max")
