@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 from tests.processes import kill, name_of, with_variable
-from tests.waiting import wait_until
+from tests.waiting import TIMEOUT, wait_until
 
 MARK = "TEST_MARK"
 """Environment variable of every process that a test starts: the run's identity, a space, and the test or fixture."""
@@ -80,7 +80,7 @@ def end_processes(run: str, owner: str, *, failed: bool) -> None:
 
     try:
         if not failed:
-            wait_until(lambda: not names(), "end of the processes that the test started", seen=names)
+            wait_until(lambda: not names(), "end of the processes that the test started", seen=names, timeout=TIMEOUT)
     finally:
         kill(marked(run, owner))
 
@@ -93,6 +93,7 @@ class Controller:
         os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", tempfile.gettempdir())  # kept, for whoever looks into a failure
         os.environ["TMPDIR"] = tempfile.tempdir = self.folder
         self.run = os.environ[_RUN] = identity(os.getpid())
+        os.environ.pop(MARK, None)  # of the test that started this run
         self.orphans = end_orphans()
         self.left: list[str] = []
 

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 import sys
 from collections import Counter
+from collections.abc import Generator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from tests.leftovers import MARK
 from tests.required import MARKERS, reason_to_skip
 
 _KINDS = ("Python", "ROS 1 master", "page", "browser", "other program")
@@ -39,7 +42,7 @@ def pytest_configure(config: pytest.Config) -> None:
     counts = config.stash[_COUNTS] = Counter()
 
     def count(event: str, arguments: tuple[Any, ...]) -> None:
-        if event == "subprocess.Popen":
+        if event == "subprocess.Popen" and MARK in os.environ:  # not the workers that run the tests
             command = arguments[1]
             counts[kind_of([command] if isinstance(command, str) else [str(word) for word in command])] += 1
 
@@ -57,8 +60,10 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
         output["starts"] = dict(session.config.stash[_COUNTS])
 
 
-@pytest.hookimpl(trylast=True)
-def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Generator[None, None, None]:
+    """Come last, after the summary of pytest itself."""
+    yield
     counts = config.stash[_COUNTS]
     told = ", ".join(f"{counts[kind]} {kind}" for kind in _KINDS)
     terminalreporter.write_line(f"starts by tests, without what those start in turn: {told}")

@@ -1,0 +1,87 @@
+"""Cleanup of a run: whatever became of its test or of the run itself, no process of it goes on."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests import leftovers
+from tests.leftovers import MARK, end_processes, identity, marked
+from tests.processes import Process, name_of
+from tests.waiting import wait_until
+
+ROOT = Path(__file__).parents[1]
+LEAVES = """
+import subprocess, sys
+
+def start():
+    program = "print('here', flush=True); import time; time.sleep(600)"  # lives until it is killed
+    child = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, start_new_session=True)
+    child.stdout.readline()
+    open({pids!r}, "a").write(f"{{child.pid}}\\n")
+    return child
+
+def test_that_fails():
+    start()
+    assert False, "as it should"
+
+def test_that_passes():
+    start().kill()
+"""
+PLUGINS = ["-p", "tests.leftovers", "-p", "no:cacheprovider", "-p", "no:xdist"]
+
+
+def run_in(folder: Path, *arguments: str) -> Process:
+    """Run pytest as a run of its own, on the tests in a folder."""
+    command = [sys.executable, "-m", "pytest", "--rootdir", str(folder), *PLUGINS, *arguments, str(folder)]
+    return Process(command, {**os.environ, "PYTHONPATH": str(ROOT)}, folder)
+
+
+def test_a_failed_test_leaves_no_process(tmp_path: Path) -> None:
+    pids = tmp_path / "pids"
+    (tmp_path / "test_leaves.py").write_text(LEAVES.format(pids=str(pids)))
+    ran = run_in(tmp_path)
+    assert ran.finish() == 1
+    assert "1 failed, 1 passed" in ran.out
+    for pid in pids.read_text().split():
+        wait_until(lambda pid=pid: not name_of(int(pid)), f"end of process {pid}")  # type: ignore[misc]
+
+
+def test_a_passed_test_that_leaves_a_process_is_red(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    child = subprocess.Popen(["sleep", "600"], env={**os.environ, MARK: "run test_x"})
+    monkeypatch.setattr(leftovers, "TIMEOUT", 0.2)
+    with pytest.raises(AssertionError, match=r"no end of the processes(?s:.*)sleep 600"):
+        end_processes("run", "test_x", failed=False)
+    assert child.wait() == -signal.SIGKILL
+
+
+def test_processes_of_others_are_left_alone() -> None:
+    child = subprocess.Popen(["sleep", "600"], env={**os.environ, MARK: "run fixture browser"})
+    end_processes("run", "test_x", failed=True)
+    assert child.poll() is None
+    assert marked("run") == marked("run", "fixture browser") == [child.pid]
+    child.kill()
+    child.wait()
+
+
+def test_a_run_that_was_killed_is_cleaned_up_by_the_next(tmp_path: Path) -> None:
+    pids = tmp_path / "pids"
+    (tmp_path / "test_leaves.py").write_text(LEAVES.format(pids=str(pids)) + "    start().wait()\n")
+    first = run_in(tmp_path, "-k", "passes")
+    wait_until(lambda: pids.exists() and len(pids.read_text().splitlines()) == 2, "child that lives on")
+    first.signal(signal.SIGKILL)
+    assert first.finish() == -signal.SIGKILL
+    child = int(pids.read_text().split()[1])
+    assert name_of(child)
+    assert run_in(tmp_path, "-k", "nothing").finish() == pytest.ExitCode.NO_TESTS_COLLECTED
+    wait_until(lambda: not name_of(child), "end of the child")
+
+
+def test_an_identity_is_of_one_process() -> None:
+    mine = identity(os.getpid())
+    assert mine.startswith(f"{os.getpid()}@")
+    assert identity(os.getpid()) == mine != identity(1)
+    assert identity(0) == ""
