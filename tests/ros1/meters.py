@@ -2,66 +2,84 @@
 
 from typing import Any
 
+from tests.waiting import TIMEOUT, wait_until
 
-def measure_rates(topics: list[str], seconds: float) -> dict[str, dict[str, float]]:
-    """How often topics speak, in simulation time.
 
-    What is stale (the first message of each) does not count. Trays and frames are counted each for itself.
+def count_messages(publishers: dict[str, int], periods: int) -> dict[str, dict[str, int]]:
+    """Let time pass in a cell in lockstep, and count what is published meanwhile.
+
+    A step lasts as long as the cell's joint states are apart. The next one waits for all messages that the bridge has
+    sent, and for the frames that robot_state_publisher makes of the joint states: it drops those that it is late for.
 
     Args:
-        topics: full names; they have to be there.
-        seconds: simulation time, from the moment at which all have spoken.
+        publishers: topics by full name, each with its number of publishers.
+        periods: steps of 20 ms.
 
     Returns:
-        For each topic its speakers ("node", or "node what") with messages a second.
+        For each topic its speakers ("node", or "node what") with their messages. Trays and frames are counted each
+        for itself.
     """
     import threading
 
     import rospy
     import rostopic
-    from rosgraph_msgs.msg import Clock
+    from cellwright_msgs.srv import Step
     from tf2_msgs.msg import TFMessage
 
-    now, heard, change = [0.0], {}, threading.Condition()  # type: ignore[var-annotated]
-
-    def take_time(message: Any) -> None:
-        with change:
-            now[0] = message.clock.to_sec()
-            change.notify_all()
+    counts: dict[str, dict[str, int]] = {topic: {} for topic in publishers}
+    sent_by_bridge = dict.fromkeys(publishers, 0)
+    frames: set[int] = set()
+    lock = threading.Lock()
 
     def take(message: Any, topic: str) -> None:
-        whats = [""]
+        node, whats = message._connection_header["callerid"], [""]
         if topic == "/ariac/trays":
             whats = [message.tray]
         elif topic == "/tf":
             whats = [transform.child_frame_id for transform in message.transforms]
-        node = message._connection_header["callerid"]
-        with change:
+        with lock:
             for what in whats:
-                heard.setdefault(topic, {}).setdefault(f"{node} {what}".strip(), []).append(now[0])
+                who = f"{node} {what}".strip()
+                counts[topic][who] = counts[topic].get(who, 0) + 1
+            if node == "/gazebo":
+                sent_by_bridge[topic] += 1
+            else:
+                frames.add(message.transforms[0].header.stamp.to_nsec())
 
+    # No node on simulation time: it would wait for time that only it lets pass.
     rospy.init_node("meter", anonymous=True)
-    rospy.Subscriber("/clock", Clock, take_time, tcp_nodelay=True)
-    for topic in topics:
+    subscribers = {}
+    for topic in publishers:
         # The raw bytes are enough, but where they have to be told apart.
         kind = TFMessage if topic == "/tf" else rospy.AnyMsg
         if topic == "/ariac/trays":
             kind = rostopic.get_topic_class(topic)[0]
-        rospy.Subscriber(topic, kind, take, callback_args=topic, tcp_nodelay=True)
-    with change:
-        there = lambda: all(max(map(len, heard.get(topic, {"": []}).values())) > 1 for topic in topics)  # noqa: E731
-        if not change.wait_for(there, 20.0):
-            return {"silent": {topic: 0.0 for topic in topics if topic not in heard}}
-        end = now[0] + seconds
-        change.wait_for(lambda: now[0] >= end, 60.0)
-        return {
-            topic: {
-                who: (len(times) - 2) / (times[-1] - times[1])
-                for who, times in speakers.items()
-                if len(times) > 2 and times[-1] - times[1] > seconds / 2
-            }
-            for topic, speakers in heard.items()
-        }
+        subscribers[topic] = rospy.Subscriber(topic, kind, take, callback_args=topic, tcp_nodelay=True)
+    step = rospy.ServiceProxy("/cellwright/step", Step, persistent=True)
+    step.wait_for_service(TIMEOUT)
+    wait_until(
+        lambda: all(subscribers[topic].get_num_connections() == count for topic, count in publishers.items()),
+        "connections",
+        seen=lambda: {topic: each.get_num_connections() for topic, each in subscribers.items()},
+    )
+    begin: dict[str, dict[str, int]] = {}
+    for number in range(periods + 1):
+        answer = step(rospy.Duration(0, 20_000_000), list(publishers), [0] * len(publishers))
+        assert answer.success, answer.message
+        sent = dict(zip(answer.topics, answer.sent))  # noqa: B905 - the Python of ROS may be an old one
+        wait_until(
+            lambda sent=sent, number=number: (
+                all(sent_by_bridge[topic] >= count for topic, count in sent.items()) and len(frames) > number
+            ),
+            "messages",
+            seen=lambda sent=sent: (sent, sent_by_bridge, len(frames)),
+        )
+        if number == 0:  # what is latched, or a first, does not count
+            begin = {topic: dict(speakers) for topic, speakers in counts.items()}
+    return {
+        topic: {who: count - begin[topic].get(who, 0) for who, count in speakers.items()}
+        for topic, speakers in counts.items()
+    }
 
 
 def subscriber_headers(types: dict[str, str]) -> dict[str, list[dict[str, str]]]:
@@ -70,8 +88,6 @@ def subscriber_headers(types: dict[str, str]) -> dict[str, list[dict[str, str]]]
     Args:
         types: the type of each topic, by full name.
     """
-    import time
-
     import rospy
     from roslib.message import get_message_class
     from rospy.impl.tcpros_pubsub import TCPROSHandler
@@ -86,7 +102,5 @@ def subscriber_headers(types: dict[str, str]) -> dict[str, list[dict[str, str]]]
     TCPROSHandler.topic_connection_handler = watched
     rospy.init_node("publisher", anonymous=True)
     publishers = [rospy.Publisher(topic, get_message_class(kind), queue_size=1) for topic, kind in types.items()]
-    end = time.monotonic() + 10.0  # not by the clock of ROS, which may jump from 0 far ahead with the first message
-    while time.monotonic() < end and not all(each.get_num_connections() for each in publishers):
-        rospy.rostime.wallsleep(0.02)
+    wait_until(lambda: all(each.get_num_connections() for each in publishers), "connections", seen=lambda: said)
     return said
