@@ -6,7 +6,6 @@ import json
 import os
 import signal
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -38,7 +37,7 @@ from tests.bridges.ros1.conftest import start_bridge
 from tests.bridges.ros1.fake_cell import FakeCell, heard, out, service
 from tests.ros1.ground import Ground
 from tests.ros1.requirement import ros_python
-from tests.waiting import wait_until
+from tests.waiting import TIMEOUT, wait_until
 
 pytest_plugins = ["tests.ros1.fixtures", "tests.bridges.ros1.fixtures"]
 
@@ -59,7 +58,7 @@ TOPICS = [
 
 @contextmanager
 def over_ros(master: Ground, **more: Any) -> Iterator[Ros1Transport]:
-    transport = Ros1Transport(str(ros_python()), environment=master.environment, patience=5.0, **more)
+    transport = Ros1Transport(str(ros_python()), environment=master.environment, patience=TIMEOUT, **more)
     try:
         yield transport
     finally:
@@ -68,7 +67,7 @@ def over_ros(master: Ground, **more: Any) -> Iterator[Ros1Transport]:
 
 @contextmanager
 def ticking(cell: FakeCell) -> Iterator[None]:
-    """Let time pass in the cell, much faster than the wall's."""
+    """Let time pass in the cell, by the wall's clock, a tick every few milliseconds."""
     is_over = threading.Event()
 
     def tick() -> None:
@@ -204,14 +203,12 @@ def test_in_lockstep_nothing_overtakes_a_command(locked: tuple[FakeCell, Ros1Tra
     cell.answer = lambda frame: (
         Frame(Kind.ANSWER, frame.number, payload=empty) if frame.kind is Kind.CALL else cell.usual(frame)
     )
-    begun = time.monotonic()
     for number in range(10):
         transport.publish("/commands", String(str(number)))
         if number % 2:
             transport.call(START, TriggerRequest())
         else:
             transport.advance(transport.now() + TICK)
-    assert time.monotonic() - begun < 5.0  # no call waits as long as it may, nor does any of the steps before them
     kinds = [frame.kind for frame in cell.frames if frame.kind in (Kind.PUBLISH, Kind.CALL)]
     assert kinds == [Kind.PUBLISH, Kind.PUBLISH, Kind.CALL] * 5
     published = 0
@@ -232,7 +229,7 @@ def test_the_end_of_the_cell_ends_the_run(in_lockstep: bool, master: Ground, mak
     cell = make_cell(TOPICS, [service(START)], lockstep=in_lockstep)
     start_bridge(master, cell)
     with ticking(cell):
-        transport = Ros1Transport(str(ros_python()), environment=master.environment, patience=5.0)
+        transport = Ros1Transport(str(ros_python()), environment=master.environment, patience=TIMEOUT)
     cell.answer = lambda frame: None if frame.kind is Kind.ADVANCE else cell.usual(frame)
     cell.send(Frame(Kind.ENDED, payload=b"over"))
     with pytest.raises(RunEndedError, match="the cell has ended"):

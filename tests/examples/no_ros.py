@@ -43,7 +43,7 @@ def install(monkeypatch: pytest.MonkeyPatch, package: Path) -> Graph:
             self.period = 1.0 / hertz
 
         def sleep(self) -> None:
-            sleep(self.period)
+            sleep(self.period)  # stands for no condition: it is what a rate does
 
     modules: dict[str, dict[str, Any]] = {
         "rospy": {

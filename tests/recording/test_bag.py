@@ -17,6 +17,7 @@ from cellwright.recording.format import END, TEXT, RecordedTopic
 from cellwright.recording.mcap_file import McapFile
 from cellwright.recording.reader import Recording
 from tests.recording.files import TALK, text, write
+from tests.waiting import TIMEOUT
 
 
 def test_everything_said_is_in_it(tmp_path: Path) -> None:
@@ -85,7 +86,7 @@ def test_the_tool_of_ros_reads_it(tmp_path: Path) -> None:
     write(tmp_path / "a.mcap", 40)
     write_bag(tmp_path / "a.mcap", tmp_path / "a.bag")
     command = [rosbag, "info", "--yaml", str(tmp_path / "a.bag")]
-    said = subprocess.run(command, capture_output=True, text=True, timeout=100, check=True).stdout
+    said = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=True).stdout
     assert "messages: 40\n" in said
     assert f"md5: {md5('std_msgs/String')}" in said
     assert "topic: /shout" in said

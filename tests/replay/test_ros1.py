@@ -11,6 +11,7 @@ import pytest
 from cellwright.recording.reader import Recording
 from tests.replay.made import record, short_work
 from tests.ros1.ground import Ground, ground
+from tests.waiting import TIMEOUT
 
 pytest_plugins = ["tests.ros1.fixtures"]
 
@@ -58,7 +59,7 @@ def listen() -> dict[str, Any]:
     rospy.Subscriber("/ariac/orders", Order, lambda m: note("orders", m.order_id))
     rospy.Subscriber("/ariac/arm/command", JointTrajectory, lambda m: note("goals", list(m.points[0].positions)))
     with change:
-        assert change.wait_for(lambda: len(heard["ends"]) >= 2, 60.0)
+        assert change.wait_for(lambda: len(heard["ends"]) >= 2, TIMEOUT)
     return heard
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from tests.processes import Process
 from tests.ros1.requirement import ros_python
-from tests.waiting import wait_until
+from tests.waiting import TIMEOUT, wait_until
 
 _RESULT = "result of the client: "
 _CALL = """
@@ -43,7 +43,8 @@ class Client(Process):
         assert python is not None
         if callable(program):
             text = (
-                "from __future__ import annotations\n\nimport time\n\n\nTIMEOUT = 60.0\n"
+                # a client gives up first: its traceback says more than "still there"
+                f"from __future__ import annotations\n\nimport time\n\n\nTIMEOUT = {TIMEOUT / 2}\n"
                 + inspect.getsource(wait_until)
                 + textwrap.dedent(inspect.getsource(program))
                 + _CALL.format(result=_RESULT, name=program.__name__)

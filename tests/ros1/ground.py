@@ -216,12 +216,13 @@ class Ground:
         return any(node in nodes for role in self.ask("getSystemState") for _, nodes in role)
 
 
-def check_end(cell: Process, timeout: float = TIMEOUT) -> None:
+def check_end(cell: Process, timeout: float = TIMEOUT, *, children: float = TIMEOUT) -> None:
     """End a cell as Ctrl-C does, and check how: status 0, no traceback, nothing left behind.
 
     Args:
         cell: may have ended before.
-        timeout: bound for its end, and again for that of its own processes [s].
+        timeout: bound of its end [s].
+        children: bound of the end of its own processes [s].
     """
     was_running = cell.running
     status = cell.interrupt(timeout)
@@ -230,7 +231,7 @@ def check_end(cell: Process, timeout: float = TIMEOUT) -> None:
     if was_running:
         assert status == 0, f"status {status}{said}"
     try:
-        wait_until(lambda: not cell.relatives(), "end of all processes", timeout=timeout)
+        wait_until(lambda: not cell.relatives(), "end of all processes", timeout=children)
     except AssertionError:
         raise AssertionError(f"left behind: {[name_of(pid) for pid in cell.relatives()]}{said}") from None
 

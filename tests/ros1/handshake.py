@@ -10,8 +10,7 @@ from typing import Any, cast
 from urllib.parse import urlparse
 
 from tests.ros1.ground import Ground
-
-_LIMIT = 10.0
+from tests.waiting import TIMEOUT
 
 
 def publisher_header(ground: Ground, topic: str, node: str) -> dict[str, str]:
@@ -47,7 +46,7 @@ def service_header(ground: Ground, service: str) -> dict[str, str]:
 def _exchange(address: tuple[str, int], said: dict[str, str]) -> dict[str, str]:
     fields = [f"{name}={value}".encode() for name, value in {"callerid": "/probe", **said}.items()]
     body = b"".join(struct.pack("<I", len(field)) + field for field in fields)
-    with socket.create_connection(address, _LIMIT) as connection:
+    with socket.create_connection(address, TIMEOUT) as connection:
         connection.sendall(struct.pack("<I", len(body)) + body)
         (length,) = struct.unpack("<I", _exactly(connection, 4))
         answer, found = _exactly(connection, length), {}

@@ -5,6 +5,7 @@ from importlib.resources import as_file, files
 from pathlib import Path
 
 from tests.ros1.requirement import ros_python, system_path
+from tests.waiting import TIMEOUT
 
 PACKAGES = ("osrf_gear", "control_msgs", "cellwright_msgs")
 _KINDS = (("msg", "genmsg_py.py"), ("srv", "gensrv_py.py"))
@@ -41,7 +42,7 @@ def _run(generator: Path, *arguments: str) -> None:
         env={"PATH": system_path()},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=TIMEOUT,
         check=False,
     )
     assert done.returncode == 0, done.stdout + done.stderr

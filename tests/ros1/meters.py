@@ -2,66 +2,76 @@
 
 from typing import Any
 
+from tests.waiting import TIMEOUT, wait_until
 
-def measure_rates(topics: list[str], seconds: float) -> dict[str, dict[str, float]]:
-    """How often topics speak, in simulation time.
 
-    What is stale (the first message of each) does not count. Trays and frames are counted each for itself.
+def count_messages(topics: list[str], seconds: int) -> dict[str, dict[str, int]]:
+    """Let time pass in a cell in lockstep, and count what is published meanwhile.
 
     Args:
-        topics: full names; they have to be there.
-        seconds: simulation time, from the moment at which all have spoken.
+        topics: full names.
+        seconds: simulation time.
 
     Returns:
-        For each topic its speakers ("node", or "node what") with messages a second.
+        For each topic its speakers ("node", or "node what") with their messages. Trays and frames are counted each
+        for itself.
     """
     import threading
 
     import rospy
     import rostopic
-    from rosgraph_msgs.msg import Clock
+    from cellwright_msgs.srv import Step
     from tf2_msgs.msg import TFMessage
 
-    now, heard, change = [0.0], {}, threading.Condition()  # type: ignore[var-annotated]
-
-    def take_time(message: Any) -> None:
-        with change:
-            now[0] = message.clock.to_sec()
-            change.notify_all()
+    counts: dict[str, dict[str, int]] = {topic: {} for topic in topics}
+    come = dict.fromkeys(topics, 0)
+    lock = threading.Lock()
 
     def take(message: Any, topic: str) -> None:
-        whats = [""]
+        node, whats = message._connection_header["callerid"], [""]
         if topic == "/ariac/trays":
             whats = [message.tray]
         elif topic == "/tf":
             whats = [transform.child_frame_id for transform in message.transforms]
-        node = message._connection_header["callerid"]
-        with change:
+        with lock:
             for what in whats:
-                heard.setdefault(topic, {}).setdefault(f"{node} {what}".strip(), []).append(now[0])
+                who = f"{node} {what}".strip()
+                counts[topic][who] = counts[topic].get(who, 0) + 1
+            come[topic] += 1
 
+    # No node on simulation time: it would wait for time that only it lets pass.
     rospy.init_node("meter", anonymous=True)
-    rospy.Subscriber("/clock", Clock, take_time, tcp_nodelay=True)
+    subscribers = {}
     for topic in topics:
         # The raw bytes are enough, but where they have to be told apart.
         kind = TFMessage if topic == "/tf" else rospy.AnyMsg
         if topic == "/ariac/trays":
             kind = rostopic.get_topic_class(topic)[0]
-        rospy.Subscriber(topic, kind, take, callback_args=topic, tcp_nodelay=True)
-    with change:
-        there = lambda: all(max(map(len, heard.get(topic, {"": []}).values())) > 1 for topic in topics)  # noqa: E731
-        if not change.wait_for(there, 20.0):
-            return {"silent": {topic: 0.0 for topic in topics if topic not in heard}}
-        end = now[0] + seconds
-        change.wait_for(lambda: now[0] >= end, 60.0)
-        return {
-            topic: {
-                who: (len(times) - 2) / (times[-1] - times[1])
-                for who, times in speakers.items()
-                if len(times) > 2 and times[-1] - times[1] > seconds / 2
-            }
-            for topic, speakers in heard.items()
-        }
+        subscribers[topic] = rospy.Subscriber(topic, kind, take, callback_args=topic, tcp_nodelay=True)
+    step = rospy.ServiceProxy("/cellwright/step", Step, persistent=True)
+    step.wait_for_service(TIMEOUT)
+    wait_until(
+        lambda: all(each.get_num_connections() for each in subscribers.values()),
+        "connections",
+        seen=lambda: {topic: each.get_num_connections() for topic, each in subscribers.items()},
+    )
+    begin: dict[str, dict[str, int]] = {}
+    for number in range(10 * seconds + 1):
+        answer = step(rospy.Duration(0, 100_000_000), list(topics), [0] * len(topics))
+        assert answer.success, answer.message
+        sent = dict(zip(answer.topics, answer.sent))  # noqa: B905 - the Python of ROS may be an old one
+        wait_until(
+            lambda sent=sent: all(come[topic] >= count for topic, count in sent.items() if topic != "/clock"),
+            "messages",
+            seen=lambda sent=sent: (sent, come),
+        )
+        counts["/clock"] = {"/gazebo": sent["/clock"]}  # of which rospy, that reads it too, takes the newest alone
+        if number == 0:  # what is latched does not count
+            begin = {topic: dict(speakers) for topic, speakers in counts.items()}
+    return {
+        topic: {who: count - begin[topic].get(who, 0) for who, count in speakers.items()}
+        for topic, speakers in counts.items()
+    }
 
 
 def subscriber_headers(types: dict[str, str]) -> dict[str, list[dict[str, str]]]:
@@ -70,8 +80,6 @@ def subscriber_headers(types: dict[str, str]) -> dict[str, list[dict[str, str]]]
     Args:
         types: the type of each topic, by full name.
     """
-    import time
-
     import rospy
     from roslib.message import get_message_class
     from rospy.impl.tcpros_pubsub import TCPROSHandler
@@ -86,7 +94,5 @@ def subscriber_headers(types: dict[str, str]) -> dict[str, list[dict[str, str]]]
     TCPROSHandler.topic_connection_handler = watched
     rospy.init_node("publisher", anonymous=True)
     publishers = [rospy.Publisher(topic, get_message_class(kind), queue_size=1) for topic, kind in types.items()]
-    end = time.monotonic() + 10.0  # not by the clock of ROS, which may jump from 0 far ahead with the first message
-    while time.monotonic() < end and not all(each.get_num_connections() for each in publishers):
-        rospy.rostime.wallsleep(0.02)
+    wait_until(lambda: all(each.get_num_connections() for each in publishers), "connections", seen=lambda: said)
     return said

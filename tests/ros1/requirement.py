@@ -9,6 +9,8 @@ import subprocess
 from functools import cache
 from pathlib import Path
 
+from tests.waiting import TIMEOUT
+
 HOW = "scripts/install-ros1 installs it"
 
 
@@ -41,4 +43,4 @@ def system_path() -> str:
 def _lacking(python: str) -> bool:
     asked = "import importlib.util, sys; sys.exit(importlib.util.find_spec('rospy') is None)"
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
-    return subprocess.run([python, "-c", asked], env=environment, timeout=30, check=False).returncode != 0
+    return subprocess.run([python, "-c", asked], env=environment, timeout=TIMEOUT, check=False).returncode != 0

@@ -9,7 +9,7 @@ import pytest
 
 from tests.conftest import load_cases
 from tests.ros1.ground import Ground, ground
-from tests.waiting import wait_until
+from tests.waiting import TIMEOUT, wait_until
 
 pytest_plugins = ["tests.ros1.fixtures"]
 
@@ -28,64 +28,84 @@ CHEATS = {
 
 @pytest.fixture(scope="module")
 def cell(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> Iterator[Ground]:
-    """The lesson, its competition started."""
+    """The lesson in competition mode; in lockstep, so that times are exact."""
     with ground(tmp_path_factory.mktemp("competition"), ros1_messages) as made:
-        made.serve("lesson")
+        made.serve("lesson", "--lockstep")
         yield made
 
 
-def start_and_watch() -> dict[str, Any]:
-    """Start the competition with ears open, as a program does; times are simulation time."""
-    import threading
-
+def take_part(cheats: dict[str, str]) -> dict[str, Any]:
+    """Start the competition with ears open, as a program does, then cheat; times are simulation time."""
+    import genpy
     import rospy
-    from osrf_gear.msg import Order
+    import rosservice
+    import yaml
+    from cellwright_msgs.srv import Step
+    from osrf_gear.msg import Order, TrayContents
     from std_msgs.msg import String
     from std_srvs.srv import Trigger
 
-    rospy.init_node("team", anonymous=True)
-    heard, change = {"orders": [], "late": [], "states": []}, threading.Condition()  # type: ignore[var-annotated]
-
-    def note(kind: str, what: str) -> None:
-        with change:
-            heard[kind].append((what, rospy.get_time()))
-            change.notify_all()
-
-    def states() -> list[str]:
-        return [what for what, _ in heard["states"]]
-
-    rospy.Subscriber("/ariac/orders", Order, lambda message: note("orders", message.order_id))
-    rospy.Subscriber("/ariac/competition_state", String, lambda message: note("states", message.data))
-    with change:
-        assert change.wait_for(lambda: "init" in states(), 10.0)
+    # No node on simulation time: it would wait for time that only it lets pass.
+    rospy.init_node("team")
+    heard: dict[str, list[str]] = {"orders": [], "late": [], "states": [], "trays": []}
+    step = rospy.ServiceProxy("/cellwright/step", Step, persistent=True)
     start = rospy.ServiceProxy("/ariac/start_competition", Trigger)
+    for service in (step, start):
+        service.wait_for_service(TIMEOUT)
+    subscribers = [
+        rospy.Subscriber("/ariac/orders", Order, lambda message: heard["orders"].append(message.order_id)),
+        rospy.Subscriber("/ariac/competition_state", String, lambda message: heard["states"].append(message.data)),
+        rospy.Subscriber("/ariac/trays", TrayContents, lambda message: heard["trays"].append(message.tray)),
+    ]
+    wait_until(lambda: all(each.get_num_connections() for each in subscribers), "connections")
+
+    def let_pass(periods: int) -> None:
+        """Tenths of a second, which the competition state is told in each."""
+        for _ in range(periods):
+            before = len(heard["states"])
+            assert step(rospy.Duration(0, 100_000_000), [], []).success
+            wait_until(lambda before=before: len(heard["states"]) > before, "competition state", seen=lambda: heard)
+
+    let_pass(2)
     answers = [start()]
-    begun = rospy.get_time()
-    with change:
-        assert change.wait_for(lambda: "go" in states() and heard["orders"], 10.0)
-    rospy.Subscriber("/ariac/orders", Order, lambda message: note("late", message.order_id))
-    with change:
-        assert change.wait_for(lambda: heard["late"], 10.0)
+    let_pass(2)
+    wait_until(lambda: heard["orders"], "order")
+    rospy.Subscriber("/ariac/orders", Order, lambda message: heard["late"].append(message.order_id))
+    wait_until(lambda: heard["late"], "order for one that comes late")
     answers.append(start())
-    rospy.sleep(1.0)
+    let_pass(25)
+
+    def call(name: str, text: str) -> Any:
+        kind = rosservice.get_service_class_by_name(name)
+        request = kind._request_class()
+        genpy.message.fill_message_args(request, [yaml.safe_load(text)])
+        return rospy.ServiceProxy(name, kind)(request)
+
     return {
+        **heard,
         "answers": [[answer.success, answer.message] for answer in answers],
-        "begun": begun,
-        "orders": heard["orders"],
-        "late": heard["late"],
-        "go": next(time for what, time in heard["states"] if what == "go"),
+        "cheats": {name: call(name, text).success for name, text in cheats.items()},
     }
 
 
-def test_the_start_as_programs_of_the_time_expect_it(cell: Ground) -> None:
-    found = cell.client(start_and_watch).value()
+@pytest.fixture(scope="module")
+def found(cell: Ground) -> dict[str, Any]:
+    """What a team found that started the competition, and cheated."""
+    seen: dict[str, Any] = cell.client(take_part, CHEATS).value()
+    return seen
+
+
+def test_the_start_as_programs_of_the_time_expect_it(found: dict[str, Any]) -> None:
     assert found["answers"] == [
         [True, "competition started successfully!"],
         [False, "cannot start if not in 'init' state"],
     ]
-    assert found["go"] - found["begun"] < 0.5
-    assert [what for what, _ in found["orders"]] == ["order_0"]
-    assert [what for what, _ in found["late"]] == ["order_0"]
+    states = found["states"]
+    assert states[:2] == ["init", "init"]
+    assert set(states[states.index("go") :]) == {"go"}
+    assert states.index("go") <= 4
+    assert found["orders"] == ["order_0"]
+    assert found["late"] == ["order_0"]
 
 
 def test_names_are_those_of_development_but_for_the_population(cell: Ground) -> None:
@@ -103,11 +123,10 @@ def test_the_simulators_own_services_are_shut_off(cell: Ground) -> None:
 
 
 @pytest.mark.parametrize("service", CHEATS)
-def test_cheats_are_refused(cell: Ground, service: str) -> None:
-    said = len(cell.log())
-    assert "success: False" in cell.tool("rosservice", "call", service, CHEATS[service])
-    who = rf"refused {service} from /rosservice\w+: not allowed in a competition"
-    wait_until(lambda: re.search(who, cell.log()[said:]), f"word about {service}")
+def test_cheats_are_refused(cell: Ground, found: dict[str, Any], service: str) -> None:
+    assert found["cheats"][service] is False
+    who = rf"refused {service} from /team: not allowed in a competition"
+    wait_until(lambda: re.search(who, cell.log()), f"word about {service}", seen=cell.log)
 
 
 def test_every_cheat_is_among_them() -> None:
@@ -115,17 +134,7 @@ def test_every_cheat_is_among_them() -> None:
     assert marked == set(CHEATS)
 
 
-def listen_to_trays() -> int:
-    """How many messages come within two seconds of simulation."""
-    import rospy
-    from osrf_gear.msg import TrayContents
-
-    rospy.init_node("peeping", anonymous=True)
-    heard: list[Any] = []
-    rospy.Subscriber("/ariac/trays", TrayContents, heard.append)
-    rospy.sleep(2.5)
-    return len(heard)
-
-
-def test_the_trays_say_nothing(cell: Ground) -> None:
-    assert cell.client(listen_to_trays).value() == 0
+def test_the_trays_say_nothing(found: dict[str, Any]) -> None:
+    """Once a second where they do."""
+    assert len(found["states"]) > 25
+    assert found["trays"] == []

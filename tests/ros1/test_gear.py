@@ -55,7 +55,7 @@ names = competition.arm_joint_names
 def arrived():
     at = dict(zip(competition.current_joint_state.name, competition.current_joint_state.position))
     return all(abs(at[name] - value) < 0.05 for name, value in zip(names, goal))
-end = rospy.Time.now() + rospy.Duration(10)
+end = rospy.Time.now() + rospy.Duration(100)
 while not arrived():
     assert rospy.Time.now() < end
     rospy.sleep(0.02)
@@ -91,15 +91,14 @@ class Shell:
             list(command), folder=None, PATH=path, PYTHONPATH=python, ROS_PACKAGE_PATH=packages, **more
         )
 
-    def tool(self, *command: str, within: float = 30.0) -> str:
+    def tool(self, *command: str) -> str:
         """What a program printed that ended well.
 
         Args:
             command: program and arguments.
-            within: the limit [s].
         """
         program = self.start(*command)
-        assert program.finish(within) == 0, program.out + program.err
+        assert program.finish() == 0, program.out + program.err
         return program.out
 
     def launched(self, folder: Path, more: str = "", *, exits: bool = False) -> Process:

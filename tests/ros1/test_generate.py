@@ -14,6 +14,7 @@ from cellwright.ros1.layout import write_package
 from cellwright.ros1.packages import MESSAGE_PACKAGES
 from cellwright.ros1.system import RosSystem, environment, find_system
 from tests.ros1.fake_system import fake_system
+from tests.waiting import TIMEOUT
 
 __all__ = ["fake_system"]
 
@@ -49,5 +50,5 @@ def test_generated_types_are_the_originals(tmp_path: Path) -> None:
         "    print(getattr(importlib.import_module(package + '.' + namespace), last)._md5sum)\n"
     )
     command = [str(ros.python), "-c", program, str(tmp_path / "python"), *names]
-    ran = subprocess.run(command, env=environment(ros), capture_output=True, text=True, timeout=60, check=True)
+    ran = subprocess.run(command, env=environment(ros), capture_output=True, text=True, timeout=TIMEOUT, check=True)
     assert ran.stdout.split() == [md5(short_name(name)) for name in names]

@@ -4,7 +4,6 @@ import os
 import signal
 import socket
 import sys
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -18,7 +17,7 @@ from tests.waiting import wait_until
 
 pytest_plugins = ["tests.ros1.fixtures"]
 
-TALKS = "import time, sys\nprint('here', flush=True)\nwhile True: time.sleep(0.1)"
+TALKS = "import time, sys\nprint('here', flush=True)\nwhile True: time.sleep(0.1)"  # it shall just live on
 ENDS_WELL = f"import signal, sys; signal.signal(signal.SIGINT, lambda *_: sys.exit())\n{TALKS}"
 
 
@@ -28,12 +27,10 @@ def say(topic: str, words: list[str]) -> int:
 
     rospy.init_node("speaker")
     publisher = rospy.Publisher(topic, String, queue_size=10)
-    while publisher.get_num_connections() == 0:
-        rospy.sleep(0.01)
+    wait_until(publisher.get_num_connections, "connection")
     for word in words:
         publisher.publish(word)
-    while publisher.get_num_connections() > 0:
-        rospy.sleep(0.01)
+    wait_until(lambda: publisher.get_num_connections() == 0, "end of the connection")
     return len(words)
 
 
@@ -44,8 +41,7 @@ def hear(topic: str, count: int) -> list[str]:
     rospy.init_node("listener")
     heard: list[str] = []
     subscriber = rospy.Subscriber(topic, String, lambda message: heard.append(message.data))
-    while len(heard) < count:
-        rospy.sleep(0.01)
+    wait_until(lambda: len(heard) >= count, "words", seen=lambda: heard)
     subscriber.unregister()
     return heard
 
@@ -133,17 +129,15 @@ def python(tmp_path: Path) -> Iterator[Callable[[str], Process]]:
 def test_waiting_for_a_line_has_a_limit(python: Callable[[str], Process]) -> None:
     process = python(TALKS)
     process.wait_for("^here$")
-    begin = time.monotonic()
     with pytest.raises(AssertionError, match=r"no 'there' within 0\.3 s"):
         process.wait_for("there", 0.3)
-    assert time.monotonic() - begin < 5.0
 
 
 def test_waiting_for_a_line_of_a_dead_process_ends_at_once(python: Callable[[str], Process]) -> None:
     process = python("print('here')")
     process.wait_for("^here$")
     with pytest.raises(AssertionError, match="no 'there'"):
-        process.wait_for("there", 60.0)
+        process.wait_for("there")
 
 
 @pytest.mark.parametrize(
@@ -162,8 +156,9 @@ def test_waiting_for_a_line_of_a_dead_process_ends_at_once(python: Callable[[str
 def test_a_bad_end_is_noticed(program: str, match: str, python: Callable[[str], Process]) -> None:
     process = python(program)
     process.wait_for("^here$")
+    bounds = {"timeout": 1.0} if match == "still there" else {"children": 0.3}
     with pytest.raises(AssertionError, match=match):
-        check_end(process, 1.0)
+        check_end(process, **bounds)
 
 
 def test_a_good_end_is_no_failure(python: Callable[[str], Process]) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.ros1.ground import Ground, ground
+from tests.waiting import TIMEOUT
 
 pytest_plugins = ["tests.ros1.fixtures"]
 
@@ -58,16 +59,16 @@ def count(seconds: int) -> dict[str, list[float]]:
         for topic, kind in (("/ariac/joint_states", JointState), ("/ariac/laser_profiler", LaserScan))
     ]
     step = rospy.ServiceProxy("/cellwright/step", Step, persistent=True)
-    step.wait_for_service(10.0)
+    step.wait_for_service(TIMEOUT)
     with change:
-        assert change.wait_for(lambda: all(each.get_num_connections() for each in subscribers), 10.0)
+        assert change.wait_for(lambda: all(each.get_num_connections() for each in subscribers), TIMEOUT)
     for _ in range(10 * seconds):
         answer = step(rospy.Duration(0, 100_000_000), list(stamps), [0, 0])
         assert answer.success, answer.message
         with change:
             for topic, sent in zip(answer.topics, answer.sent, strict=True):
                 if topic in stamps:
-                    assert change.wait_for(partial(is_come, topic, sent), 5.0), (topic, sent, len(stamps[topic]))
+                    assert change.wait_for(partial(is_come, topic, sent), TIMEOUT), (topic, sent, len(stamps[topic]))
     return stamps
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from tests.ros1.ground import Ground
+from tests.waiting import TIMEOUT
 
 pytest_plugins = ["tests.ros1.fixtures"]
 
@@ -22,7 +23,7 @@ def ran(folder: Path, *arguments: str, **more: str) -> dict[str, Any]:
     """The result of a run, as JSON."""
     command = [sys.executable, "-m", "cellwright", "run", "lesson", "--json", "--no-picture", *arguments]
     done = subprocess.run(
-        command, cwd=folder, env={**os.environ, **more}, capture_output=True, text=True, timeout=300, check=False
+        command, cwd=folder, env={**os.environ, **more}, capture_output=True, text=True, timeout=TIMEOUT, check=False
     )
     assert "Traceback" not in done.stderr
     result: dict[str, Any] = json.loads(done.stdout)

@@ -14,6 +14,7 @@ from cellwright.errors import UsageError
 from cellwright.ros1.system import RosSystem
 from cellwright.ros1.tree import cache_folder, ensure_tree, shell_lines, variables
 from tests.ros1.fake_system import fake_system
+from tests.waiting import TIMEOUT
 
 __all__ = ["fake_system"]
 
@@ -67,7 +68,7 @@ def test_several_at_once(fake_system: RosSystem, tmp_path: Path) -> None:
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join(60.0)
+        thread.join(TIMEOUT)
     assert len(trees) == 4
     assert len(set(trees)) == 1
     assert [path.name for path in (tmp_path / "cache").iterdir()] == [trees[0].name]
@@ -122,7 +123,7 @@ def test_bash_evaluates_the_lines(tmp_path: Path) -> None:
         ["bash", "-c", 'eval "$1"; printf %s "$PYTHONPATH"', "bash", shell_lines({"PYTHONPATH": awkward}, "sh")],
         capture_output=True,
         text=True,
-        timeout=20,
+        timeout=TIMEOUT,
         check=True,
     )
     assert ran.stdout == awkward

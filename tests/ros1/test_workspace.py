@@ -9,6 +9,7 @@ from cellwright.errors import UsageError
 from cellwright.ros1.system import RosSystem
 from cellwright.ros1.workspace import NEEDED, build, lack, lay_out, missing
 from tests.ros1.fake_system import fake_system
+from tests.waiting import TIMEOUT
 
 __all__ = ["fake_system"]
 
@@ -39,7 +40,7 @@ def test_a_shell_finds_the_python_of_ros_once(fake_system: RosSystem, tmp_path: 
         env={"PATH": "/usr/bin:/bin"},
         capture_output=True,
         text=True,
-        timeout=20,
+        timeout=TIMEOUT,
         check=True,
     )
     assert ran.stdout == f"{tmp_path}/.cellwright/bin:/usr/bin:/bin"
@@ -67,7 +68,7 @@ def test_install_stands_in_for_devel(fake_system: RosSystem, tmp_path: Path) -> 
     (folder / "devel").mkdir()
     (folder / "devel" / "setup.bash").write_text("export SEEN=devel\n")
     command = ["bash", "-c", 'source "$1/install/setup.bash"; printf %s "$SEEN"', "bash", str(folder)]
-    ran = subprocess.run(command, capture_output=True, text=True, timeout=20, check=True)
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=True)
     assert ran.stdout == "devel"
 
 

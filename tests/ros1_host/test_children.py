@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -14,11 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.ros1_host.children import Child, Lines, Patience, how_it_ended
-from tests.waiting import wait_until
+from tests.waiting import TIMEOUT, wait_until
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="ROS 1 is not there")
-
-LIMIT = 10.0
 
 
 def child(program: str, said: list[str] | None = None, errors: list[str] | None = None) -> Child:
@@ -72,12 +69,10 @@ def test_one_that_says_much_cannot_block_its_parent() -> None:
     said: list[str] = []
     process = child("while True: print('x' * 1000)", said)
     wait_until(lambda: process.poll() is None and len(said) > 100, "output")
-    slowest = 0.0
     for _ in range(20):
-        begin = time.perf_counter()
-        assert process.poll() is None
-        slowest = max(slowest, time.perf_counter() - begin)
-    assert slowest < 0.5
+        before = len(said)
+        assert process.poll() is None  # it says on and on: who read all of it would never come back
+        assert len(said) - before < 1000
     process.stop()
     assert process.poll() == -signal.SIGTERM
 
@@ -108,7 +103,7 @@ def test_it_is_told_to_end() -> None:
 import signal, sys, time
 signal.signal(signal.SIGTERM, lambda *_: sys.exit(7))
 print('there', flush=True)
-time.sleep(60)
+time.sleep(60)  # it shall just live on
 """
     process = child(program, said)
     wait_until(lambda: process.poll() is None and said == ["there"], "start")
@@ -121,10 +116,8 @@ def test_who_does_not_listen_is_ended_by_force_in_time() -> None:
     program = "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); print('there', flush=True)\n"
     process = child(f"{program}time.sleep(60)", said)
     wait_until(lambda: process.poll() is None and said == ["there"], "start")
-    begin = time.monotonic()
-    process.stop([(signal.SIGTERM, 0.2), (signal.SIGKILL, LIMIT)])
+    process.stop([(signal.SIGTERM, 0.2), (signal.SIGKILL, TIMEOUT)])
     assert process.poll() == -signal.SIGKILL
-    assert 0.2 <= time.monotonic() - begin < LIMIT / 2
 
 
 def test_to_stop_what_has_ended_does_nothing() -> None:
@@ -150,7 +143,7 @@ def test_the_terminal_s_ctrl_c_is_not_for_it() -> None:
 @pytest.mark.skipif(sys.platform != "linux", reason="the kernel ties no process to its parent")
 @pytest.mark.parametrize("is_early", [False, True], ids=["later", "at once"])
 def test_it_ends_with_its_parent_even_when_that_is_killed(*, is_early: bool) -> None:
-    pause = "" if is_early else "time.sleep(0.3)"
+    pause = "" if is_early else "time.sleep(0.3)"  # stands for no condition: by then the child is tied as a rule
     parent = f"""
 import os, sys, time
 from cellwright.ros1_host.children import Child
@@ -159,7 +152,7 @@ child = Child([sys.executable, '-c', 'import time; time.sleep(60)'], os.environ,
 print(child.pid, flush=True)
 os.kill(os.getpid(), 9)
 """
-    ran = subprocess.run([sys.executable, "-c", parent], capture_output=True, text=True, timeout=LIMIT, check=False)
+    ran = subprocess.run([sys.executable, "-c", parent], capture_output=True, text=True, timeout=TIMEOUT, check=False)
     assert ran.returncode == -signal.SIGKILL
     pid = int(ran.stdout)
     wait_until(lambda: not is_alive(pid), "end of the child")

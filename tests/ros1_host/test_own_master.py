@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shutil
 import signal
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -20,8 +19,6 @@ from tests.ros1.ground import Ground
 from tests.waiting import wait_until
 
 pytest_plugins = ["tests.ros1.fixtures"]
-
-LIMIT = 15.0
 
 
 def never() -> bool:
@@ -48,11 +45,9 @@ Own = tuple[OwnMaster, Master, list[str]]
 
 
 @pytest.mark.ros1
-def test_it_answers_in_time_and_has_an_id(own: Own, no_master: Ground) -> None:
+def test_it_answers_and_has_an_id(own: Own, no_master: Ground) -> None:
     made, master, said = own
-    begin = time.monotonic()
     made.wait(never)
-    assert time.monotonic() - begin < 5.0
     made.mark()
     first = no_master.ask("getParam", "/run_id")
     made.mark()
@@ -63,10 +58,10 @@ def test_it_answers_in_time_and_has_an_id(own: Own, no_master: Ground) -> None:
 
 @pytest.mark.ros1
 def test_a_wish_to_end_is_not_kept_waiting(own: Own) -> None:
-    made, _, _ = own
-    begin = time.monotonic()
-    made.wait(lambda: True)
-    assert time.monotonic() - begin < 1.0
+    made, master, _ = own
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(master, "answers", lambda: False)  # it would be waited for in vain, and that is an error
+        made.wait(lambda: True)
 
 
 @pytest.mark.ros1
@@ -106,7 +101,7 @@ def test_one_that_ends_at_once_is_told_with_what_it_said(tmp_path: Path) -> None
 
 
 def test_one_that_never_answers_is_given_up(tmp_path: Path) -> None:
-    silent = script(tmp_path / "rosmaster", "exec sleep 60")
+    silent = script(tmp_path / "rosmaster", "exec sleep 60")  # it shall just live on
     made = OwnMaster(silent, Master("http://127.0.0.1:9", 0.2), lambda _line: None)
     with pytest.raises(UsageError, match="does not answer"):
         made.wait(never, limit=0.5)

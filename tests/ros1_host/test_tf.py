@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import re
 from typing import Any
 
@@ -43,7 +44,7 @@ FIXED = {
 
 
 def listen(seconds: float) -> object:
-    """What comes on /tf and /tf_static for so long [s of simulation time]: by sender, (child, parent, stamp [ns])."""
+    """Messages of /tf and /tf_static in some seconds of simulation: by sender, (child, parent, stamp [ns])."""
     import rospy
     from tf2_msgs.msg import TFMessage
 
@@ -82,9 +83,11 @@ def test_every_frame_has_the_parent_the_sender_and_the_rate_of_the_original(mast
     assert cameras["logical_camera_over_agv1_agv1_frame"] == "logical_camera_over_agv1_frame"
     assert not cameras.keys() & (CHAIN.keys() | FIXED.keys())
     stamps = sorted(message[0][2] for message in heard["/tf"][PUBLISHER])
-    assert len(stamps) == len(set(stamps))
-    rate = (len(stamps) - 1) / (stamps[-1] - stamps[0]) * 1e9
-    assert rate == pytest.approx(50.0, rel=0.05)
+    assert len(stamps) > 2
+    # a multiple where robot_state_publisher was busy: it skips joint states that it has no time for
+    gaps = [round(gap / 1e6, 3) for gap in map(operator.sub, stamps[1:], stamps)]
+    assert min(gaps) == 20.0
+    assert all(gap % 20.0 == 0.0 for gap in gaps)
     assert not re.search(r"robot_state_publisher: \[", cell.out + cell.err)  # it has nothing to complain of
 
 

@@ -11,6 +11,7 @@ from typing import Any
 
 from cellwright.link.frames import Decoder, Frame, Kind, time_frame
 from cellwright.messages import definition, md5
+from tests.waiting import TIMEOUT
 
 TICK = 2_000_000
 """Of time [ns]."""
@@ -102,7 +103,7 @@ class FakeCell:
     def wait_for_listener(self, topic: str) -> None:
         """Wait until a topic is subscribed to."""
         with self._has_come:
-            assert self._has_come.wait_for(lambda: self.subscribed.get(topic), 10.0), f"nobody listens to {topic}"
+            assert self._has_come.wait_for(lambda: self.subscribed.get(topic), TIMEOUT), f"nobody listens to {topic}"
 
     def send(self, frame: Frame) -> None:
         """Send a frame as it is."""
@@ -139,7 +140,7 @@ class FakeCell:
         if self._connection is not None:
             with contextlib.suppress(OSError):
                 self.hang_up()
-        self._thread.join(5.0)
+        self._thread.join(TIMEOUT)
 
     def _serve(self) -> None:
         while True:

@@ -40,7 +40,7 @@ import time
 import rospy
 rospy.init_node("robot_state_publisher")
 frames = rospy.Publisher("/tf_static", rospy.AnyMsg, queue_size=1, latch=True)
-time.sleep(1.0)
+time.sleep(1.0)  # late on purpose: it must be waited for
 states = rospy.Subscriber("joint_states", rospy.AnyMsg, lambda message: None)
 rospy.spin()
 """
@@ -166,10 +166,8 @@ def test_ready_is_said_when_all_is_there(master: Ground, cell: FakeCell) -> None
 def test_a_signal_ends_it_in_order(number: int, master: Ground, cell: FakeCell) -> None:
     bridge = start_bridge(master, cell)
     subscribe(master, "/ariac/joint_states")
-    begin = time.monotonic()
     bridge.signal(number)
     assert bridge.finish() == 0
-    assert time.monotonic() - begin < 3.0  # some 0.4 s on a machine that does nothing else
     assert not is_registered(master)
     assert bridge.err == ""
 
@@ -177,9 +175,7 @@ def test_a_signal_ends_it_in_order(number: int, master: Ground, cell: FakeCell) 
 def test_a_signal_at_any_moment_of_its_start(master: Ground, cell: FakeCell) -> None:
     for delay in (0.1, 0.2, 0.3, 0.4, 0.5, 0.7):
         bridge = start_bridge(master, cell, frames=PROGRAM, ready=False)
-        end = time.monotonic() + delay
-        while time.monotonic() < end:
-            time.sleep(0.01)
+        time.sleep(delay)  # stands for no condition: the signal is to meet any moment
         bridge.signal(signal.SIGTERM)
         assert bridge.finish() in (0, -signal.SIGTERM)  # python itself may not have been up yet
         assert "Traceback" not in bridge.err

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from cellwright.bridges.ros1.loop import Loop
 from cellwright.bridges.ros1.outlet import Outlet
+from tests.waiting import TIMEOUT
 
 
 class Line:
@@ -41,7 +42,7 @@ class Line:
 
         self.loop.watch(self.there, look)
         self.loop.later(0.02, look)
-        self.loop.later(10.0, lambda: self.loop.stop(1))
+        self.loop.later(TIMEOUT, lambda: self.loop.stop(1))
         assert self.loop.run() == 0
         return self.got
 

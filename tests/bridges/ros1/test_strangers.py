@@ -18,7 +18,7 @@ from tests.bridges.ros1.fake_cell import FakeCell, out, service
 from tests.bridges.ros1.wire import Connection, address_of, address_of_service, encoded
 from tests.processes import Process
 from tests.ros1.ground import Ground
-from tests.waiting import wait_until
+from tests.waiting import TIMEOUT, wait_until
 
 pytest_plugins = ["tests.ros1.fixtures", "tests.bridges.ros1.fixtures"]
 
@@ -73,7 +73,7 @@ def test_strangers_at_both_ports(master: Ground, make_cell: MakeCell, connection
     before = memory(bridge)
 
     def stranger(address: tuple[str, int], *pieces: bytes) -> socket.socket:
-        connection = connections.enter_context(socket.create_connection(address, timeout=20.0))
+        connection = connections.enter_context(socket.create_connection(address, timeout=TIMEOUT))
         with suppress(OSError):  # it may have been hung up on
             for piece in pieces:
                 connection.sendall(piece)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 from collections.abc import Callable
 
@@ -28,11 +29,10 @@ def say(node: str, topic: str, count: int) -> None:
 
     rospy.init_node(node)
     publisher = rospy.Publisher(topic, RosString, queue_size=count, tcp_nodelay=True)
-    while publisher.get_num_connections() == 0:
-        rospy.sleep(0.01)
+    wait_until(publisher.get_num_connections, "connection")
     for number in range(count):
         publisher.publish(str(number))
-    rospy.sleep(0.5)  # the queue empties in a thread of its own
+    rospy.spin()  # the queue empties in a thread of its own
 
 
 def words(cell: FakeCell) -> list[tuple[str, str]]:
@@ -42,7 +42,7 @@ def words(cell: FakeCell) -> list[tuple[str, str]]:
 def test_commands_come_whole_in_order_and_by_name(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([heard("/words")])
     start_bridge(master, cell)
-    master.client(say, "team", "/words", 50).value()
+    master.client(say, "team", "/words", 50)
     wait_until(lambda: len(cell.of(Kind.PUBLISH)) == 50, "messages")
     assert words(cell) == [("/team", str(number)) for number in range(50)]
     frame = cell.of(Kind.PUBLISH)[0]
@@ -62,9 +62,10 @@ def test_one_at_a_time_and_the_oldest_dropped(master: Ground, make_cell: MakeCel
 
     cell.answer = answer
     bridge = start_bridge(master, cell)
-    master.client(say, "team", "/words", 500).value()
+    master.client(say, "team", "/words", 500)
+    dropped = re.compile(r"^(\d+) messages on /words dropped: they come faster than they are taken$", re.MULTILINE)
+    wait_until(lambda: sum(map(int, dropped.findall(bridge.said))) == 399, "count of all", seen=lambda: bridge.said)
     assert len(cell.of(Kind.PUBLISH)) == 1
-    bridge.wait_for(r"\d+ messages on /words dropped: they come faster than they are taken")
     is_open.set()
     cell.send(Frame(Kind.REFUSED, held[0].number, name="MessageError", payload=b"no"))
     wait_until(lambda: len(cell.of(Kind.PUBLISH)) == 101, "rest")
@@ -77,12 +78,11 @@ def say_too_much(node: str, topic: str, length: int) -> None:
 
     rospy.init_node(node)
     publisher = rospy.Publisher(topic, RosString, queue_size=10)
-    while publisher.get_num_connections() == 0:
-        rospy.sleep(0.01)
+    wait_until(publisher.get_num_connections, "connection")
     publisher.publish("x" * length)
     while not rospy.is_shutdown():  # it is connected to again after a second
         publisher.publish("short")
-        rospy.sleep(0.05)
+        rospy.sleep(0.05)  # stands for no condition: one that speaks again and again
 
 
 def test_a_message_too_long_costs_its_connection(master: Ground, make_cell: MakeCell) -> None:
@@ -97,7 +97,7 @@ def test_a_message_too_long_costs_its_connection(master: Ground, make_cell: Make
 def test_in_lockstep_nothing_is_dropped(master: Ground, make_cell: MakeCell) -> None:
     cell = make_cell([heard("/words")], lockstep=True)
     start_bridge(master, cell)
-    master.client(say, "team", "/words", 3000).value()
+    master.client(say, "team", "/words", 3000)
     wait_until(lambda: len(cell.of(Kind.PUBLISH)) == 3000, "messages")
     assert [word for _, word in words(cell)] == list(map(str, range(3000)))
 

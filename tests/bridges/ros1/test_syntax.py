@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import cellwright
+from tests.waiting import TIMEOUT
 
 PACKAGE = Path(cellwright.__file__).parent
 FILES = sorted(path for room in ("link", "bridges") for path in (PACKAGE / room).rglob("*.py"))
@@ -35,4 +36,4 @@ def test_the_link_loads_without_anything_installed() -> None:
         "import sys, types; package = types.ModuleType('cellwright'); package.__path__ = [sys.argv[1]]; "
         "sys.modules['cellwright'] = package; import cellwright.link.frames"
     )
-    subprocess.run([sys.executable, "-I", "-S", "-c", program, str(PACKAGE)], check=True, timeout=30)
+    subprocess.run([sys.executable, "-I", "-S", "-c", program, str(PACKAGE)], check=True, timeout=TIMEOUT)

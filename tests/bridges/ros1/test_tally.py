@@ -1,23 +1,31 @@
+from types import SimpleNamespace
+
 import pytest
 
 from cellwright.bridges.ros1.loop import Loop
-from cellwright.bridges.ros1.tally import Tally
+from cellwright.bridges.ros1.tally import PERIOD, Tally
 
 
 def test_the_first_at_once_the_others_after_a_second(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("cellwright.bridges.ros1.tally.PERIOD", 0.05)
+    now = [0.0]
+    monkeypatch.setattr("cellwright.bridges.ros1.loop.time", SimpleNamespace(monotonic=lambda: now[0]))
     loop = Loop()
     tally = Tally(loop, "{count} of {subject}")
+
+    def run_to(seconds: float) -> str:
+        now[0] = seconds
+        loop.call(loop.stop, 0)
+        loop.run()
+        return capsys.readouterr().err
+
     for _ in range(5):
         tally.count("apples")
     tally.count("pears")
-    loop.later(0.02, lambda: loop.stop(0))
-    loop.run()
-    assert capsys.readouterr().err == "1 of apples\n1 of pears\n"
-    loop.later(0.2, lambda: loop.stop(0))
-    loop.run()
-    assert capsys.readouterr().err == "4 of apples\n"
+    assert run_to(0.0) == "1 of apples\n1 of pears\n"
+    assert run_to(0.9 * PERIOD) == ""
+    assert run_to(PERIOD) == "4 of apples\n"
+    assert run_to(2 * PERIOD) == ""
     assert not tally._counts  # what has come to rest is forgotten
     loop.close()

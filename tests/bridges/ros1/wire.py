@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import select
 import socket
 import struct
 import xmlrpc.client
 from typing import Any, cast
 
 from tests.ros1.ground import Ground
+from tests.waiting import TIMEOUT
 
 
 def address_of(ground: Ground, topic: str, node: str = "/gazebo") -> tuple[str, int]:
@@ -44,7 +44,7 @@ class Connection:
         OPENED.append(self)
         if receive_buffer:
             self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, receive_buffer)
-        self.socket.settimeout(10.0)
+        self.socket.settimeout(TIMEOUT)
         self.socket.connect(address)
         self.socket.sendall(encoded(fields))
         data = self.piece()
@@ -70,19 +70,23 @@ class Connection:
         (length,) = struct.unpack("<I", self.read(4))
         return self.read(length)
 
-    def is_silent(self, seconds: float) -> bool:
-        """Whether nothing comes for so long."""
-        return not select.select([self.socket], [], [], seconds)[0]
-
     def close(self) -> None:
         """Hang up."""
         self.socket.close()
 
 
-def subscribe(ground: Ground, topic: str, *, caller: str = "/test", receive_buffer: int = 0, **more: str) -> Connection:
-    """Subscribe to a topic of /gazebo."""
+def subscribe(
+    ground: Ground,
+    topic: str,
+    *,
+    node: str = "/gazebo",
+    caller: str = "/test",
+    receive_buffer: int = 0,
+    **more: str,
+) -> Connection:
+    """Subscribe to a topic of a node."""
     fields = {"topic": topic, "md5sum": "*", "type": "*", "callerid": caller} | more
-    return Connection(address_of(ground, topic), fields, receive_buffer=receive_buffer)
+    return Connection(address_of(ground, topic, node), fields, receive_buffer=receive_buffer)
 
 
 class Calls(Connection):

@@ -1,0 +1,40 @@
+"""A look at a cell over ROS 1 without a client's process: the newest message of a topic, the answer of a service."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from typing import TypeVar
+
+from cellwright.messages import from_ros1
+from tests.bridges.ros1.wire import Calls, subscribe
+from tests.ros1.ground import Ground
+
+Message = TypeVar("Message")
+
+
+def glance(ground: Ground, topic: str, kind: type[Message], count: int = 1, *, node: str = "/gazebo") -> list[Message]:
+    """The next messages of a topic.
+
+    Args:
+        ground: where the cell lives.
+        topic: its full name.
+        kind: type of the messages.
+        count: number of messages.
+        node: the publisher.
+    """
+    with closing(subscribe(ground, topic, node=node)) as connection:
+        return [from_ros1(connection.piece(), kind) for _ in range(count)]
+
+
+def answer(ground: Ground, service: str, request: bytes) -> bytes:
+    """The response of a service that succeeds.
+
+    Args:
+        ground: where the cell lives.
+        service: its full name.
+        request: its bytes.
+    """
+    with closing(Calls(ground, service)) as calls:
+        succeeded, response = calls.call(request)
+    assert succeeded, response
+    return response
