@@ -6,11 +6,12 @@ import os
 import re
 import signal
 import subprocess
+import sys
 import threading
 import time
 import uuid
-from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO
 
@@ -18,6 +19,27 @@ from tests.waiting import TIMEOUT
 
 FAMILY = "CELLWRIGHT_TEST_FAMILY"
 """A variable that a process gives on to all that it starts, so that they are found even when it is gone."""
+
+
+@contextmanager
+def default_signals() -> Iterator[None]:
+    """Processes that are started meanwhile end with Ctrl-C and with a hangup, though the shell of the run ignores them.
+
+    A new process goes on to ignore a signal that its parent ignores, and goes back to the default of one that its
+    parent handles. So this process handles both meanwhile, and does nothing about them. `preexec_fn` is no way here:
+    newer versions of Python warn of it in a process that has threads.
+    """
+    ignored = []
+    if threading.current_thread() is threading.main_thread():
+        numbers = [signal.SIGINT, *([signal.SIGHUP] if sys.platform != "win32" else [])]
+        ignored = [number for number in numbers if signal.getsignal(number) is signal.SIG_IGN]
+    for number in ignored:
+        signal.signal(number, lambda *_: None)
+    try:
+        yield
+    finally:
+        for number in ignored:
+            signal.signal(number, signal.SIG_IGN)
 
 
 class Process:
@@ -33,17 +55,18 @@ class Process:
         """
         self.command = list(command)
         self.family = uuid.uuid4().hex
-        self._process = subprocess.Popen(
-            self.command,
-            env={**environment, FAMILY: self.family, "PYTHONUNBUFFERED": "1"},
-            cwd=folder,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            errors="replace",
-            start_new_session=True,
-        )
+        with default_signals():
+            self._process = subprocess.Popen(
+                self.command,
+                env={**environment, FAMILY: self.family, "PYTHONUNBUFFERED": "1"},
+                cwd=folder,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=True,
+                errors="replace",
+                start_new_session=True,
+            )
         self._changed = threading.Condition()
         self._out: list[str] = []
         self._err: list[str] = []

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.waiting import TIMEOUT
+
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "src" / "cellwright"
 
@@ -50,7 +52,9 @@ def run(command: list[str], folder: Path, *, path: Path | None = None, status: i
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     if path is not None:
         environment["PYTHONPATH"] = str(path)
-    ran = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=300, check=False)
+    ran = subprocess.run(
+        command, cwd=folder, env=environment, capture_output=True, text=True, timeout=TIMEOUT, check=False
+    )
     assert ran.returncode == status, f"{command}\n{ran.stdout}{ran.stderr}"
     return ran.stdout
 
