@@ -52,6 +52,7 @@ def test_it_stops_at_the_time_that_was_asked_for(cellwright: CommandLine, tmp_pa
     assert (log[0], log[-1]) == ("run", "result")
 
 
+@pytest.mark.usefixtures("small_pictures")
 def test_a_picture_is_taken_at_the_end(cellwright: CommandLine, tmp_path: Path) -> None:
     options = ["--port", "0", "--speed", "max", "--until", "0.1", "--json"]
     seen = {}
