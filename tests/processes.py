@@ -20,6 +20,18 @@ FAMILY = "CELLWRIGHT_TEST_FAMILY"
 """A variable that a process gives on to all that it starts, so that they are found even when it is gone."""
 
 
+def restore_signals_in_children() -> None:
+    """Give children the default answer to Ctrl-C and hang-up where the shell of the run ignores both.
+
+    A child inherits that a signal is ignored. It does not inherit a handler, so this process handles both from now on,
+    and does nothing about them.
+    """
+    for name in ("SIGINT", "SIGHUP"):
+        number = getattr(signal, name, None)  # Windows has no SIGHUP
+        if number is not None and signal.getsignal(number) is signal.SIG_IGN:
+            signal.signal(number, lambda *_: None)
+
+
 class Process:
     """A process whose output is read as it comes."""
 
@@ -43,7 +55,6 @@ class Process:
             text=True,
             errors="replace",
             start_new_session=True,
-            preexec_fn=default_signals,
         )
         self._changed = threading.Condition()
         self._out: list[str] = []
@@ -150,12 +161,6 @@ class Process:
 
     def _tell(self, what: str) -> str:
         return f"{what}: {' '.join(self.command)}\n-- out --\n{self.out[-4000:]}\n-- err --\n{self.err[-4000:]}"
-
-
-def default_signals() -> None:
-    """Undo in a child that Ctrl-C and a hang-up are ignored, as in what a shell starts in the background."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 def name_of(pid: int) -> str:

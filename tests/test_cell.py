@@ -25,6 +25,7 @@ from cellwright.simulation.snapshot import (
 )
 from tests.cells import ARM_ONLY, BARE, KITTING, SENSORS, WHOLE, Ear, run, start, with_seed
 from tests.scenario import END, MIDDLE, TRIAL, listen_to_all, play
+from tests.waiting import TIMEOUT
 
 ROOT = Path(__file__).parents[1]
 
@@ -39,7 +40,9 @@ def elsewhere(*arguments: str) -> str:
     """What another process prints of the scenario."""
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT / "src"), str(ROOT)])}
     command = [sys.executable, "-m", "tests.scenario", *arguments]
-    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=100, check=False)
+    done = subprocess.run(
+        command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=TIMEOUT, check=False
+    )
     assert done.returncode == 0, done.stderr
     return done.stdout.strip()
 

@@ -1,5 +1,6 @@
 """What is built can be installed elsewhere, and runs there."""
 
+import email
 import json
 import os
 import subprocess
@@ -8,9 +9,14 @@ import tarfile
 import tomllib
 import venv
 import zipfile
+from contextlib import suppress
+from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
+
+from tests.waiting import TIMEOUT
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "src" / "cellwright"
@@ -50,7 +56,9 @@ def run(command: list[str], folder: Path, *, path: Path | None = None, status: i
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     if path is not None:
         environment["PYTHONPATH"] = str(path)
-    ran = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=300, check=False)
+    ran = subprocess.run(
+        command, cwd=folder, env=environment, capture_output=True, text=True, timeout=TIMEOUT, check=False
+    )
     assert ran.returncode == status, f"{command}\n{ran.stdout}{ran.stderr}"
     return ran.stdout
 
@@ -90,12 +98,43 @@ def contents(wheel: Path) -> dict[str, bytes]:
     return {name: archive.read(name) for name in archive.namelist()}
 
 
+def link_requirements(wheel: Path, site: Path) -> None:
+    """Link what a wheel says that it requires, and what that requires, from this environment into another one.
+
+    pip then finds it there and fetches nothing. What the wheel does not name is not there; what this environment lacks,
+    or has in another version, pip fetches.
+    """
+    (metadata,) = [name for name in zipfile.ZipFile(wheel).namelist() if name.endswith(".dist-info/METADATA")]
+    message = email.message_from_bytes(zipfile.ZipFile(wheel).read(metadata))
+    waiting = [(Requirement(line), "") for line in message.get_all("Requires-Dist", [])]
+    linked: set[tuple[str, str]] = set()
+    while waiting:
+        required, extra = waiting.pop()
+        if required.marker is not None and not required.marker.evaluate({"extra": extra}):
+            continue
+        for wanted in {"", *required.extras} - {extra for name, extra in linked if name == required.name}:
+            linked.add((required.name, wanted))
+            with suppress(PackageNotFoundError):
+                found = distribution(required.name)
+                link_files(found, site)
+                waiting += [(Requirement(line), wanted) for line in found.requires or []]
+
+
+def link_files(found: Distribution, site: Path) -> None:
+    """Link the packages and modules of a distribution into a folder."""
+    for name in {file.parts[0] for file in found.files or []} - {"..", "__pycache__"}:
+        if not (site / name).exists():
+            (site / name).symlink_to(Path(str(found.locate_file(name))))
+
+
 @pytest.fixture(scope="module")
 def scripts(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Where the programs of a fresh environment are, into which the wheel was installed."""
     folder = tmp_path_factory.mktemp("fresh")
     venv.create(folder / "venv")
     scripts = folder / "venv" / ("Scripts" if sys.platform == "win32" else "bin")
+    (site,) = (folder / "venv").glob("**/site-packages")
+    link_requirements(wheel, site)
     pip = [sys.executable, "-m", "pip", "--python", str(scripts / "python")]
     run([*pip, "install", "--quiet", "--no-compile", str(wheel)], folder)
     return scripts

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from cellwright import link
+from tests.waiting import TIMEOUT
 
 ROOT = Path(link.__file__).parents[2]
 """Where the package is imported from."""
@@ -49,7 +50,7 @@ def python(folder: Path, *arguments: str, status: int = 0) -> subprocess.Complet
         env={**environment, "PYTHONIOENCODING": "cp1252"},
         encoding="cp1252",
         capture_output=True,
-        timeout=120,
+        timeout=TIMEOUT,
         check=False,
     )
     assert ran.returncode == status, ran.stdout + ran.stderr

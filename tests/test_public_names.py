@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import cellwright
+from tests.waiting import TIMEOUT
 
 SOURCE = Path(cellwright.__file__)
 PUBLIC = [name for name in cellwright.__all__ if name != "__version__"]
@@ -16,7 +17,7 @@ PUBLIC = [name for name in cellwright.__all__ if name != "__version__"]
 def run(program: str) -> str:
     path = str(SOURCE.parents[1])
     command = [sys.executable, "-S", "-E", "-c", f"import sys; sys.path.insert(0, {path!r})\n{program}"]
-    return subprocess.run(command, capture_output=True, text=True, check=True, timeout=30).stdout
+    return subprocess.run(command, capture_output=True, text=True, check=True, timeout=TIMEOUT).stdout
 
 
 def test_nothing_is_loaded_before_it_is_asked_for() -> None:

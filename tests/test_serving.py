@@ -15,6 +15,8 @@ from pathlib import Path
 import pytest
 
 from cellwright.link.frames import Decoder, Frame, Kind, advance, hello, read_time
+from tests.processes import default_signals
+from tests.waiting import TIMEOUT
 
 COMMAND = [sys.executable, "-m", "cellwright", "serve"]
 
@@ -24,19 +26,20 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no such signals
 @contextmanager
 def serving(folder: Path, *arguments: str, **more: str) -> Iterator[tuple[subprocess.Popen[str], tuple[str, int]]]:
     """A process that serves, and the address at which it is ready."""
-    process = subprocess.Popen(
-        [*COMMAND, *arguments, "--port", "0"],
-        cwd=folder,
-        env={**os.environ, "PYTHONUNBUFFERED": "1", "COLUMNS": "80", **more},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    with default_signals():
+        process = subprocess.Popen(
+            [*COMMAND, *arguments, "--port", "0"],
+            cwd=folder,
+            env={**os.environ, "PYTHONUNBUFFERED": "1", "COLUMNS": "80", **more},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
     try:
         lines = process.stderr if "--json" in arguments else process.stdout
         assert lines is not None
         ready = lines.readline()
-        assert ready.startswith("ready: "), ready + process.communicate(timeout=10)[1]
+        assert ready.startswith("ready: "), ready + process.communicate(timeout=TIMEOUT)[1]
         host, _, port = ready.split()[3].rstrip(",").rpartition(":")
         yield process, (host, int(port))
     finally:
@@ -44,10 +47,18 @@ def serving(folder: Path, *arguments: str, **more: str) -> Iterator[tuple[subpro
         process.communicate()
 
 
+def hear(connection: socket.socket, decoder: Decoder) -> list[Frame]:
+    """The next frames; a long one may come in pieces."""
+    frames: list[Frame] = []
+    while not frames and (data := connection.recv(1 << 20)):
+        frames = decoder.feed(data)
+    return frames
+
+
 def ended(process: subprocess.Popen[str], number: int = signal.SIGINT) -> tuple[int, str, str]:
     """Ask a process to end; its status, and what it said."""
     process.send_signal(number)
-    out, err = process.communicate(timeout=30)
+    out, err = process.communicate(timeout=TIMEOUT)
     assert "Traceback" not in out + err
     return process.returncode, out, err
 
@@ -56,14 +67,14 @@ def ended(process: subprocess.Popen[str], number: int = signal.SIGINT) -> tuple[
 def test_it_serves_until_it_is_told_to_end_and_prints_the_score(number: int, tmp_path: Path) -> None:
     with (
         serving(tmp_path, "lesson", "-v") as (process, address),
-        socket.create_connection(address, timeout=10) as connection,
+        socket.create_connection(address, timeout=TIMEOUT) as connection,
     ):
         connection.sendall(hello("/me", "cdr").encode())
         decoder = Decoder()
-        (welcome,) = decoder.feed(connection.recv(1 << 20))
+        (welcome,) = hear(connection, decoder)
         assert welcome.json()["trial"] == "lesson"
         status, out, _ = ended(process, number)
-        (end,) = decoder.feed(connection.recv(1 << 20))
+        (end,) = hear(connection, decoder)
         assert end.kind is Kind.ENDED
     assert status == 0
     assert "score       0 of 12 points" in out
@@ -72,16 +83,16 @@ def test_it_serves_until_it_is_told_to_end_and_prints_the_score(number: int, tmp
 
 def test_in_lockstep_time_stands_until_it_is_asked_for(tmp_path: Path) -> None:
     with serving(tmp_path, "lesson", "--lockstep", "--json") as (process, address):
-        with socket.create_connection(address, timeout=10) as connection:
+        with socket.create_connection(address, timeout=TIMEOUT) as connection:
             connection.sendall(hello("/me", "cdr").encode())
             decoder = Decoder()
-            (welcome,) = decoder.feed(connection.recv(1 << 20))
+            (welcome,) = hear(connection, decoder)
             assert welcome.json()["lockstep"]
             connection.sendall(advance(1, 100_000_000, each_tick=False).encode())
-            (answer,) = decoder.feed(connection.recv(1 << 20))
+            (answer,) = hear(connection, decoder)
             assert read_time(answer) == 100_000_000
             connection.sendall(advance(2, 200_000_000, each_tick=True).encode())
-            (answer,) = decoder.feed(connection.recv(1 << 20))
+            (answer,) = hear(connection, decoder)
             assert read_time(answer) == 102_000_000
         status, out, _ = ended(process)
     assert status == 0
@@ -95,11 +106,11 @@ def test_it_ends_with_the_competition_when_that_is_asked_for(way: str, tmp_path:
     more = {"ARIAC_EXIT_ON_COMPLETION": ""} if way == "environment" else {}
     with (
         serving(tmp_path, *arguments, "--json", **more) as (process, address),
-        socket.create_connection(address, timeout=10) as connection,
+        socket.create_connection(address, timeout=TIMEOUT) as connection,
     ):
         connection.sendall(hello("/me", "ros1").encode())
         connection.sendall(Frame(Kind.CALL, 1, "/ariac/end_competition", "std_srvs/Trigger").encode())
-        out, _ = process.communicate(timeout=60)
+        out, _ = process.communicate(timeout=TIMEOUT)
     result = json.loads(out)
     assert (process.returncode, result["competition_state"], result["outcome"]) == (0, "done", "done")
 
@@ -108,7 +119,12 @@ def test_a_port_in_use_is_one_line(tmp_path: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])
         ran = subprocess.run(
-            [*COMMAND, "lesson", "--port", port], cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False
+            [*COMMAND, "lesson", "--port", port],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            timeout=TIMEOUT,
+            check=False,
         )
     assert ran.returncode == 2
     assert ran.stderr.startswith(f"error: 127.0.0.1:{port}: cannot be listened at: ")

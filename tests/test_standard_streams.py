@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from cellwright.standard_streams import NOT_SAID, Outlet, StandardStreams
+from tests.waiting import TIMEOUT
 
 FULL = Path("/dev/full")
 ON_POSIX = pytest.mark.skipif(sys.platform == "win32", reason="no such shell there")
@@ -123,6 +124,6 @@ def test_a_command_whose_result_finds_no_room() -> None:
 @ON_POSIX
 def test_a_command_with_everything_closed() -> None:
     ran = subprocess.run(
-        ["sh", "-c", 'exec "$0" -m cellwright trials <&- >&- 2>&-', sys.executable], check=False, timeout=60
+        ["sh", "-c", 'exec "$0" -m cellwright trials <&- >&- 2>&-', sys.executable], check=False, timeout=TIMEOUT
     )
     assert ran.returncode == 0

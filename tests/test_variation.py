@@ -22,6 +22,7 @@ from cellwright.errors import UnknownNameError, UsageError
 from cellwright.pose import Pose
 from cellwright.variation import CLEARANCE, USUAL, Bounds, vary, vary_parts
 from tests.cells import ROD_IN_REACH, WHOLE, is_sound, run, start
+from tests.waiting import TIMEOUT
 
 SEEDS = st.integers(0, 2**63 - 1)
 LESSON = load_trial([find_trial("lesson")]).trial
@@ -140,7 +141,7 @@ def test_a_variation_is_the_same_in_any_process() -> None:
         "from cellwright.variation import vary\n"
         "print(vary(load_trial([find_trial('lesson')]).trial, 12))"
     )
-    told = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=60)
+    told = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=TIMEOUT)
     assert told.stdout.strip() == str(vary(LESSON, 12))
 
 

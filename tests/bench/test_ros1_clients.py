@@ -7,7 +7,9 @@ import pytest
 
 from cellwright.bench import ros1_clients
 from cellwright.bench.ros1_clients import Clients
+from tests.waiting import TIMEOUT
 
+# the clients sleep only so that they live on
 HEAD = "import sys, time\nif sys.argv[1] == 'echo':\n    print('ready', flush=True)\n    time.sleep(600)\n"
 
 
@@ -17,7 +19,7 @@ def clients_of(folder: Path) -> Clients:
 
 def ran(clients: Clients) -> Clients:
     clients.start()
-    clients._thread.join(60)
+    clients._thread.join(TIMEOUT)
     assert clients.is_done
     return clients
 

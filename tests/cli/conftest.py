@@ -3,10 +3,14 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from cellwright.cli.main import main
+from cellwright.rendering.picture import render
 
 
 @dataclass(frozen=True)
@@ -33,6 +37,18 @@ def cellwright(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.C
         return Ran(status, out, err)
 
     return run
+
+
+@pytest.fixture
+def small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures of a run are small: a whole one takes many seconds of a processor."""
+
+
+    def small(model: Any, data: Any, camera: Any, *_size: int, **more: Any) -> NDArray[np.uint8]:
+        return render(model, data, camera, 64, 36, **more)
+
+    for module in ("cellwright.cli.run.pictures", "cellwright.rendering.robots"):
+        monkeypatch.setattr(f"{module}.render", small)
 
 
 AGENTS = """

@@ -6,7 +6,6 @@ import json
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from tests.cli.conftest import CommandLine
@@ -36,11 +35,8 @@ def on_a_full_disk(name: str) -> str:
         ("--checkpoint", "a.npz", "checkpoint a.npz: cannot be written: No space left on device"),
     ],
 )
-def test_a_file_that_finds_no_room(
-    option: str, name: str, said: str, cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    drawn = np.zeros((2, 2, 3), np.uint8)  # drawing takes seconds
-    monkeypatch.setattr("cellwright.rendering.picture.render", lambda *_given, **_more: drawn)
+@pytest.mark.usefixtures("small_pictures")
+def test_a_file_that_finds_no_room(option: str, name: str, said: str, cellwright: CommandLine) -> None:
     file = on_a_full_disk(name)
     ran = cellwright(*RUN, "--no-picture", "--json", option, file if option in PLAIN else f"0.1:{file}")
     assert ran.status == 1
@@ -51,9 +47,8 @@ def test_a_file_that_finds_no_room(
 
 
 @full
-def test_a_picture_of_a_robot_that_finds_no_room(cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
-    drawn = np.zeros((2, 2, 3), np.uint8)
-    monkeypatch.setattr("cellwright.rendering.picture.render", lambda *_given, **_more: drawn)
+@pytest.mark.usefixtures("small_pictures")
+def test_a_picture_of_a_robot_that_finds_no_room(cellwright: CommandLine) -> None:
     ran = cellwright("teleop", "tandem", "--port", "0", "--until", "0.1", "--snapshot", on_a_full_disk("a.png"))
     assert (ran.status, ran.err) == (1, "error: cannot write the picture a.png: No space left on device\n")
 

@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 
 from cellwright.recording.json_lines import read_json_lines
+from tests.processes import Process
+from tests.waiting import TIMEOUT
 
 COMMAND = [sys.executable, "-m", "cellwright"]
 
@@ -16,7 +18,13 @@ COMMAND = [sys.executable, "-m", "cellwright"]
 def run(*arguments: str, folder: Path, **more: str) -> subprocess.CompletedProcess[str]:
     environment = {**os.environ, "COLUMNS": "80", "PYTHONIOENCODING": "utf-8", **more}
     return subprocess.run(
-        [*COMMAND, *arguments], cwd=folder, env=environment, capture_output=True, text=True, timeout=120, check=False
+        [*COMMAND, *arguments],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT,
+        check=False,
     )
 
 
@@ -47,24 +55,22 @@ def test_a_terminal_that_knows_only_ascii(tmp_path: Path) -> None:
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signal there")
 @pytest.mark.parametrize("number", ["SIGINT", "SIGTERM", "SIGHUP"])
 def test_a_wish_to_end_ends_a_run_with_its_score(number: str, tmp_path: Path) -> None:
-    process = subprocess.Popen(
+    process = Process(
         [*COMMAND, "run", "lesson", "--agent", "none", "--until", "1e6", "--speed", "1", "--log", "a.jsonl"],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONUNBUFFERED": "1"},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
+        os.environ,
+        tmp_path,
     )
-    assert process.stdout is not None
-    assert process.stdout.readline().startswith("trial lesson")
-    assert "real time" in process.stdout.readline()  # it is under way
-    process.send_signal(getattr(signal, number))
-    out, err = process.communicate(timeout=60)
-    assert process.returncode == 1
+    try:
+        process.wait_for("^trial lesson(.*\n)+.*real time")  # it is under way
+        process.signal(getattr(signal, number))
+        status = process.finish()
+    finally:
+        process.kill()
+    assert status == 1
     assert read_json_lines(tmp_path / "a.jsonl")[-1]["outcome"] == "interrupted"
-    assert "outcome     interrupted\n" in out
-    assert "state hash" in out
-    assert "Traceback" not in err
+    assert "outcome     interrupted\n" in process.out
+    assert "state hash" in process.out
+    assert "Traceback" not in process.err
     assert not (tmp_path / "lesson.png").exists()
 
 
@@ -78,7 +84,7 @@ def test_who_has_a_closed_terminal_ignored_goes_on(tmp_path: Path) -> None:
         cwd=tmp_path,
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=TIMEOUT,
         check=False,
     )
     assert ran.returncode == 0, ran.stderr
@@ -86,10 +92,15 @@ def test_who_has_a_closed_terminal_ignored_goes_on(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such shell there")
 def test_a_run_goes_on_though_nobody_reads(tmp_path: Path) -> None:
-    run_it = "$0 -m cellwright run lesson --agent none --until 5 --no-picture --log a.jsonl"
+    run_it = '"$0" -m cellwright run lesson --agent none --until 5 --no-picture --log a.jsonl'
     command = f"exec 3>&1; {{ {run_it}; echo $? >&3; }} | head -n 1"
     ran = subprocess.run(
-        ["bash", "-c", command, sys.executable], cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False
+        ["bash", "-c", command, sys.executable],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT,
+        check=False,
     )
     assert sorted(ran.stdout.split("\n")) == ["", "0", "trial lesson, agent none, seed 0, servo original"]
     assert ran.stderr == ""
@@ -98,12 +109,11 @@ def test_a_run_goes_on_though_nobody_reads(tmp_path: Path) -> None:
 
 def test_a_pipe_that_closes_early(tmp_path: Path) -> None:
     ran = subprocess.run(
-        f"{sys.executable} -m cellwright check lesson --json | head -n 1",
-        shell=True,
+        ["sh", "-c", '"$0" -m cellwright check lesson --json | head -n 1', sys.executable],
         cwd=tmp_path,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=TIMEOUT,
         check=False,
     )
     assert ran.stdout == "{\n"

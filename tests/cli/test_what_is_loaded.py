@@ -11,6 +11,8 @@ from typing import Any
 
 import pytest
 
+from tests.waiting import TIMEOUT
+
 HEAVY = ("OpenGL", "av", "glfw", "matplotlib", "rospy", "viser", "websockets")
 
 OF_OURS = tuple(f"cellwright.{room}" for room in ("remote", "rendering.video", "rendering.worker", "server", "teleop"))
@@ -47,7 +49,7 @@ def _ended(asked: str, arguments: list[str], folder: Path) -> Any:
         capture_output=True,
         text=True,
         check=True,
-        timeout=300,
+        timeout=TIMEOUT,
         cwd=folder,
     )
     return json.loads(done.stdout.splitlines()[-1])

@@ -12,6 +12,7 @@ import pytest
 
 from cellwright.endurance.leg import FACES, Leg, run_leg
 from cellwright.simulation.snapshot import CheckpointError
+from tests.waiting import TIMEOUT
 
 Told = dict[str, list[Any]]
 
@@ -65,4 +66,4 @@ def test_the_process_ends_with_who_started_it() -> None:
     ) as process:
         assert process.stdin is not None
         process.stdin.close()
-        assert process.wait(60) == 1
+        assert process.wait(TIMEOUT) == 1

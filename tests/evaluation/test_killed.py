@@ -7,13 +7,14 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from tests.evaluation.test_evaluate import is_alive
+from tests.processes import default_signals
+from tests.waiting import TIMEOUT, wait_until
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
 
@@ -40,14 +41,6 @@ def children(process: int) -> list[int]:
     return found
 
 
-def wait_for(condition: object, seconds: float = 30.0) -> None:
-    assert callable(condition)
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, "it does not come to be"
-        time.sleep(0.01)
-
-
 @pytest.fixture(autouse=True)
 def ended() -> Iterator[None]:
     """What a test has started is no longer at work when the test is over, however that went."""
@@ -61,31 +54,34 @@ def ended() -> Iterator[None]:
 
 
 def start(folder: Path, program: str) -> subprocess.Popen[bytes]:
-    process = subprocess.Popen(
-        [*COMMAND, "--agent", f"programs.py:{program}"],
-        cwd=folder,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-    )
+    with default_signals():
+        process = subprocess.Popen(
+            [*COMMAND, "--agent", f"programs.py:{program}"],
+            cwd=folder,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+        )
     RUNNING.append(process)
     return process
 
 
 def test_killed_and_resumed(folder: Path) -> None:
+    (folder / "hold").touch()
     killed = start(folder, "Noted")
-    wait_for(lambda: len(results(folder)) >= 1)
-    wait_for(lambda: len(children(killed.pid)) == 2)
+    wait_until(lambda: results(folder), "first result")
+    wait_until(lambda: len(children(killed.pid)) == 2, "two workers")
     workers = children(killed.pid)
     killed.send_signal(signal.SIGKILL)
     killed.communicate()
-    wait_for(lambda: not any(map(is_alive, workers)))
+    wait_until(lambda: not any(map(is_alive, workers)), "end of the workers")
     before = results(folder)
     assert 1 <= len(before) < 4
     with (folder / "out" / "results.jsonl").open("a") as file:
         file.write(before[0][: len(before[0]) // 2])  # as if it had been killed while it wrote
 
+    (folder / "hold").unlink()
     resumed = start(folder, "Noted")
-    out, _ = resumed.communicate(timeout=60)
+    out, _ = resumed.communicate(timeout=TIMEOUT)
     assert resumed.returncode == 0, out
     assert f"{len(before)} of them have a result from before".encode() in out
     after = results(folder)
@@ -93,29 +89,30 @@ def test_killed_and_resumed(folder: Path) -> None:
     seeds = [json.loads(line)["seed"] for line in after]
     assert sorted(seeds) == [1, 2, 3, 4]
     again = start(folder, "Noted")
-    out, _ = again.communicate(timeout=60)
+    out, _ = again.communicate(timeout=TIMEOUT)
     assert b"4 of them have a result from before" in out
     assert results(folder) == after
 
 
 def test_workers_that_hang_do_not_outlive_it(folder: Path) -> None:
     killed = start(folder, "Hang")
-    wait_for(lambda: len(list((folder / "out").glob("logs/tiny-*.log"))) == 2)
-    wait_for(lambda: len(children(killed.pid)) == 2)  # a log is there before its worker
+    wait_until(lambda: len(list((folder / "out").glob("logs/tiny-*.log"))) == 2, "two logs")
+    wait_until(lambda: len(children(killed.pid)) == 2, "two workers")  # a log is there before its worker
     workers = children(killed.pid)
     killed.kill()
     killed.communicate()
-    wait_for(lambda: not any(map(is_alive, workers)))
+    wait_until(lambda: not any(map(is_alive, workers)), "end of the workers")
     assert results(folder) == []
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_asked_to_end_it_keeps_what_there_is(number: int, folder: Path) -> None:
+    (folder / "hold").touch()
     process = start(folder, "Noted")
-    wait_for(lambda: len(results(folder)) >= 1)
+    wait_until(lambda: results(folder), "first result")
     workers = children(process.pid)
     process.send_signal(number)
-    out, _ = process.communicate(timeout=60)
+    out, _ = process.communicate(timeout=TIMEOUT)
     assert process.returncode == 1
     assert b"Traceback" not in out
     assert b"interrupted: " in out
@@ -127,10 +124,10 @@ def test_asked_to_end_it_keeps_what_there_is(number: int, folder: Path) -> None:
 
 def test_one_evaluation_at_a_time_has_a_folder(folder: Path) -> None:
     first = start(folder, "Hang")
-    wait_for(lambda: (folder / "out" / "logs").exists())
+    wait_until((folder / "out" / "logs").exists, "folder of logs")
     second = start(folder, "Hang")
-    out, _ = second.communicate(timeout=60)
+    out, _ = second.communicate(timeout=TIMEOUT)
     assert second.returncode == 2
     assert b"error: out: another evaluation is at work in this folder" in out
     os.kill(first.pid, signal.SIGINT)
-    first.communicate(timeout=60)
+    first.communicate(timeout=TIMEOUT)

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from cellwright import link
+from tests.waiting import TIMEOUT
 
 TETHER = Path(link.__file__).with_name("tether.py")
 
@@ -20,7 +21,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="a process does 
 def tied(*program: str, parent: int | None = None) -> subprocess.CompletedProcess[str]:
     """Run a program by way of the tether."""
     command = [sys.executable, "-I", "-S", str(TETHER), str(parent or os.getpid()), str(int(signal.SIGKILL)), *program]
-    return subprocess.run(command, capture_output=True, text=True, timeout=20, check=False)
+    return subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=False)
 
 
 def test_it_is_the_program_and_keeps_its_arguments() -> None:

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from cellwright.recording.line_file import LineFile
+from tests.waiting import TIMEOUT
 
 FULL = Path("/dev/full")
 
@@ -41,7 +42,7 @@ def test_what_was_written_outlives_a_program_that_is_killed(tmp_path: Path) -> N
         "for number in range(100): file.write(str(number))\n"
         "os.kill(os.getpid(), signal.SIGKILL)"
     )
-    killed = subprocess.run([sys.executable, "-c", code, str(path)], check=False, timeout=60, env=dict(os.environ))
+    killed = subprocess.run([sys.executable, "-c", code, str(path)], check=False, timeout=TIMEOUT, env=dict(os.environ))
     assert killed.returncode == -signal.SIGKILL
     assert path.read_text().split() == [str(number) for number in range(100)]
 

@@ -17,6 +17,7 @@ from cellwright.recording.json_lines import read_json_lines
 from cellwright.recording.run_log import RunLog
 from cellwright.run import RunOptions, RunResult, run_cell
 from tests.cells import KITTING
+from tests.waiting import TIMEOUT
 
 KILLED = """
 class Works:
@@ -110,7 +111,7 @@ def test_after_sigkill_the_log_has_all_that_had_happened(tmp_path: Path) -> None
             assert any(line.strip() == "told" for line in process.stdout)
         finally:
             process.send_signal(signal.SIGKILL)
-            process.wait(30)
+            process.wait(TIMEOUT)
     lines = read_json_lines(tmp_path / "a.jsonl")
     assert [line["kind"] for line in lines][:6] == ["run", "state", "state", "conveyor", "population", "order"]
     (judged,) = [line for line in lines if line["kind"] == "kit"]

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import signal
-import subprocess
 import sys
-import threading
-import time
 from pathlib import Path
 
 import pytest
@@ -17,6 +15,8 @@ from cellwright.remote.child import AgentProcess
 from cellwright.remote.hosting import Host
 from cellwright.run import Outcome, RunOptions, run_cell
 from tests.cells import KITTING
+from tests.processes import Process
+from tests.waiting import TIMEOUT, wait_until
 
 AGENTS = """
 import logging, os, sys, time
@@ -33,6 +33,7 @@ class Delivers:
 class Waits:
     def run(self, client):
         client.start_competition()
+        print("waiting")
         try:
             client.wait_until(lambda: False)
         except Exception:
@@ -57,7 +58,7 @@ class Clings:
             try:
                 client.sleep(1.0)
             except BaseException:
-                time.sleep(0.1)
+                time.sleep(0.1)  # for nothing: it clings on, and does not keep a core busy meanwhile
 
 class CannotBeMade:
     def __init__(self, name):
@@ -89,7 +90,7 @@ def test_without_lockstep_time_keeps_to_the_clock(agents: str) -> None:
     result = Host(Cell(KITTING), f"{agents}:Delivers").run(RunOptions(speed=5.0))
     assert result.outcome is Outcome.DONE
     assert result.score.total > 0
-    assert result.wall > result.simulated / 5.0 * 0.9
+    assert 0.0 < result.real_time_factor < 5.1  # a slow machine falls behind, none runs ahead
 
 
 @pytest.mark.parametrize("lockstep", [True, False])
@@ -119,26 +120,21 @@ def test_an_agent_that_cannot_be_made_is_bad_input(agents: str) -> None:
         Host(Cell(KITTING), f"{agents}:CannotBeMade", lockstep=True).run(RunOptions())
 
 
-def test_it_can_be_interrupted_at_any_moment(agents: str) -> None:
-    host = Host(Cell(KITTING), f"{agents}:Waits")
-    timer = threading.Timer(1.5, host.interrupt)
-    timer.start()
+def test_it_can_be_interrupted_while_its_agent_waits(agents: str) -> None:
+    host = Host(Cell(KITTING), f"{agents}:Waits", say=lambda _: host.interrupt())
     result = host.run(RunOptions(speed=1.0))
-    timer.join()
     assert result.outcome is Outcome.INTERRUPTED
 
 
 def test_an_agent_that_clings_to_its_cell_is_ended(agents: str) -> None:
     said: list[str] = []
     child = AgentProcess(f"{agents}:Clings", ("127.0.0.1", 1), node="/agent", level=30, say=said.append)
-    child.end(20.0)
+    child.end(TIMEOUT)
     with pytest.raises(AgentError, match="nobody answers"):
         child.worked()
     host = Host(Cell(KITTING), f"{agents}:Clings")
-    begin = time.monotonic()
     result = host.run(RunOptions(until=0.2, speed=1.0))
     assert result.outcome is Outcome.UNTIL
-    assert time.monotonic() - begin < 15.0
 
 
 def test_a_killed_parent_leaves_no_agent_behind(agents: str, tmp_path: Path) -> None:
@@ -153,18 +149,12 @@ def test_a_killed_parent_leaves_no_agent_behind(agents: str, tmp_path: Path) -> 
         "            client.sleep(0.05)\n"
     )
     command = [sys.executable, "-m", "cellwright", "run", "lesson", "--over", "socket", "--no-picture"]
-    parent = subprocess.Popen(
-        [*command, "--agent", f"{tmp_path}/beating.py:Beats"], cwd=tmp_path, stdout=subprocess.DEVNULL
-    )
-    deadline = time.monotonic() + 30
-    while not beat.exists():
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
-    parent.send_signal(signal.SIGKILL)
-    parent.wait(10)
-    last, still = "", 0
-    while still < 10:  # for half a second
-        assert time.monotonic() < deadline
-        now = beat.read_text()
-        still, last = (still + 1 if now == last else 0), now
-        time.sleep(0.05)
+    parent = Process([*command, "--agent", f"{tmp_path}/beating.py:Beats"], os.environ, tmp_path)
+    try:
+        wait_until(beat.exists, "first beat", seen=lambda: parent.said)
+        assert parent.relatives()
+        parent.signal(signal.SIGKILL)
+        parent.finish()
+        wait_until(lambda: not parent.relatives(), "end of the agent", seen=lambda: parent.relatives())
+    finally:
+        parent.kill()

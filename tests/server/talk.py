@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import socket
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -14,9 +13,7 @@ from cellwright.bus.served import Served
 from cellwright.link.frames import Decoder, Frame, Kind, hello
 from cellwright.messages import Message, to_cdr, to_ros1, type_of
 from cellwright.server import Server
-
-LIMIT = 60.0
-"""So long [s] an answer is waited for, on a machine that has much else to do."""
+from tests.waiting import wait_until
 
 
 class Talker:
@@ -54,12 +51,13 @@ class Talker:
             self.connection.setblocking(True)
 
     def wait_until(self, condition: Callable[[], bool]) -> None:
-        """Have the server serve until something is so."""
-        deadline = time.monotonic() + LIMIT
-        while not condition():
-            assert time.monotonic() < deadline, f"not so after {LIMIT} s; heard {self.heard[-3:]}"
+        """Let the server serve until a condition holds."""
+
+        def serve() -> None:
             self.server.wait(0.001)
             self.listen()
+
+        wait_until(condition, "such state of the server and its guest", seen=lambda: self.heard[-3:], between=serve)
 
     def wait_for(self, kind: Kind, number: int = 0) -> Frame:
         """The next frame of a kind with a number, taken out of what was heard."""

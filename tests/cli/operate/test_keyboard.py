@@ -5,7 +5,6 @@ import select
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -19,11 +18,11 @@ from cellwright.operators.robot import OperatedRobot
 from cellwright.teleop.node import RobotNode
 from tests.cli.conftest import CommandLine
 from tests.operators.nodes import robot, served
+from tests.processes import default_signals
+from tests.waiting import TIMEOUT, wait_until
 
 pty = pytest.importorskip("pty")
 termios = pytest.importorskip("termios")
-
-LIMIT = 30.0  # [s]
 
 
 class Terminal:
@@ -34,23 +33,25 @@ class Terminal:
         termios.tcsetwinsize(self.own, (24, 80))
         self.before = termios.tcgetattr(self.other)
         source = str(Path(package.__file__).parents[1])
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "cellwright", "operate", "keyboard", "--connect", address],
-            stdin=self.other,
-            stdout=self.other,
-            stderr=self.other,
-            env={**os.environ, "PYTHONPATH": source, "TERM": "xterm"},
-            start_new_session=True,
-        )
+        with default_signals():
+            self.process = subprocess.Popen(
+                [sys.executable, "-m", "cellwright", "operate", "keyboard", "--connect", address],
+                stdin=self.other,
+                stdout=self.other,
+                stderr=self.other,
+                env={**os.environ, "PYTHONPATH": source, "TERM": "xterm"},
+                start_new_session=True,
+            )
         self.text = ""
 
     def read(self, until: Callable[[], bool]) -> None:
-        """Take in what it shows until something is so."""
-        end = time.monotonic() + LIMIT
-        while not until():
-            assert time.monotonic() < end, self.text[-3000:]
+        """Take in what it shows until a condition holds."""
+
+        def take() -> None:
             if select.select([self.own], (), (), 0.05)[0]:
                 self.text += os.read(self.own, 65536).decode(errors="replace")
+
+        wait_until(until, "such state of the terminal", seen=lambda: self.text[-3000:], between=take)
 
     def type(self, text: str) -> None:
         os.write(self.own, text.encode())
@@ -88,9 +89,9 @@ def test_keys_drive_the_robot_and_the_terminal_is_put_back_whatever_ends_it() ->
         with terminal(f"{host}:{port}") as first:
             assert is_raw(first)
             first.type("\x1b[B+\x1b[C")
-            assert session.wait_until(lambda: there.positions["right_2"] > 0.64, LIMIT)
+            assert session.wait_until(lambda: there.positions["right_2"] > 0.64, TIMEOUT)
             first.type(" ")
-            assert session.wait_until(lambda: there.status.emergency_stop, LIMIT)
+            assert session.wait_until(lambda: there.status.emergency_stop, TIMEOUT)
             os.kill(first.process.pid, signal.SIGINT)  # what the shell's terminal makes of Ctrl-C
             assert first.status() == 0
             assert termios.tcgetattr(first.other) == first.before

@@ -13,6 +13,7 @@ from cellwright.teleop.node import RobotNode
 from tests.cli.conftest import CommandLine
 from tests.cli.operate.conftest import UNCHECKED
 from tests.operators.nodes import robot, served
+from tests.waiting import wait_until
 
 QUICK = ("--frequency", "1", "--duration", "1")
 
@@ -102,8 +103,14 @@ def test_where_no_node_is_it_says_how_to_start_one(cellwright: CommandLine) -> N
 
 def test_a_node_that_ends_meanwhile_is_told_of(cellwright: CommandLine) -> None:
     with ExitStack() as stack:
-        host, port = stack.enter_context(served(RobotNode(robot())))
-        end = threading.Timer(1.5, stack.close)
+        node = RobotNode(robot())
+        host, port = stack.enter_context(served(node))
+
+        def end_it() -> None:
+            wait_until(lambda: node.counts.taken > 5, "signal under way", seen=lambda: node.counts)
+            stack.close()
+
+        end = threading.Thread(target=end_it)
         end.start()
         ran = cellwright("operate", "signal", "right_6", "right_5", "--duration", "30", "--connect", f"{host}:{port}")
         end.join()

@@ -9,6 +9,7 @@ from cellwright.cli.ros1 import env as ros1_env
 from cellwright.ros1.system import RosSystem
 from tests.cli.conftest import CommandLine
 from tests.ros1.fake_system import fake_system
+from tests.waiting import TIMEOUT
 
 __all__ = ["fake_system"]
 
@@ -24,7 +25,7 @@ def test_bash_has_the_paths_then(cellwright: CommandLine) -> None:
     assert (ran.status, ran.err) == (0, "")
     shell = 'eval "$1"; command -v python; python -c "import osrf_gear.msg; print(osrf_gear.msg.Order.__name__)"'
     found = subprocess.run(
-        ["bash", "-c", shell, "bash", ran.out], capture_output=True, text=True, timeout=20, check=True
+        ["bash", "-c", shell, "bash", ran.out], capture_output=True, text=True, timeout=TIMEOUT, check=True
     )
     python, name = found.stdout.splitlines()
     assert Path(python).parent.name == "bin"

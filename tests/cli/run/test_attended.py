@@ -7,7 +7,6 @@ import os
 import signal
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -25,9 +24,10 @@ from cellwright.run import Outcome, RunOptions, run_cell
 from cellwright.viewer.web.link import Link
 from tests.cells import KITTING
 from tests.cli.conftest import CommandLine
+from tests.waiting import wait_until
 
-LIMIT = 60.0
-"""So long [s] something is waited for, on a machine that has much else to do."""
+SLOW = 0.05
+"""A speed at which a run of 2 s is not over before the test has acted on it."""
 
 
 class Sends:
@@ -90,10 +90,11 @@ def looking(crowd: Attended, act: Callable[[Link], None]) -> Iterator[None]:
     try:
         yield
     finally:
-        end = time.monotonic() + LIMIT
-        while thread.is_alive() and time.monotonic() < end:
-            crowd.server.wait(0.02, until_asked=False)
-        assert not thread.is_alive()
+        wait_until(
+            lambda: not thread.is_alive(),
+            "end of the thread that looks on",
+            between=lambda: crowd.server.wait(0.02, until_asked=False),
+        )
         assert not wrong, wrong
 
 
@@ -106,11 +107,14 @@ def panel(link: Link) -> dict[str, Any]:
 
 
 def until(link: Link, condition: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
-    end = time.monotonic() + LIMIT
-    while not condition(told := panel(link)):
-        assert time.monotonic() < end, told
-        time.sleep(0.01)
-    return told
+    seen: list[dict[str, Any]] = []
+
+    def holds() -> bool:
+        seen[:] = [panel(link)]
+        return condition(seen[0])
+
+    wait_until(holds, "such state on the panel", seen=lambda: seen)
+    return seen[0]
 
 
 def test_pauses_steps_and_speeds_leave_the_run_as_it_is() -> None:
@@ -122,13 +126,13 @@ def test_pauses_steps_and_speeds_leave_the_run_as_it_is() -> None:
         control(link, action="pause")
         before = panel(link)["clock"]["tick"]
         assert panel(link)["clock"]["tick"] == before
+        control(link, action="speed", factor="max")
         control(link, action="step", ticks=25)
         assert until(link, lambda told: not told["control"]["ticks_left"])["clock"]["tick"] == before + 25
         assert panel(link)["intention"]["text"] == "looking around"
-        control(link, action="speed", factor="max")
         control(link, action="resume")
 
-    with looked_at(crowd_cell, speed=1.0) as crowd, looking(crowd, meddle):
+    with looked_at(crowd_cell, speed=SLOW) as crowd, looking(crowd, meddle):
         result = crowd.run(Sends(), RunOptions())
     assert (result.outcome, result.score.total) == (Outcome.DONE, 6.0)
     assert result.state_hash == alone.state_hash
@@ -144,7 +148,7 @@ def test_a_run_that_begins_anew_ends_for_its_agent_at_once() -> None:
         assert until(link, lambda told: told["control"]["resets"] == 1)["control"]["paused"]
         control(link, action="resume")
 
-    with looked_at(cell, speed=1.0) as crowd:
+    with looked_at(cell, speed=SLOW) as crowd:
         with looking(crowd, begin_anew):
             crowd.run(Sends(), RunOptions())
             assert crowd.stays(), "it begins anew at once, wherever standard input is"
@@ -161,7 +165,7 @@ def test_ctrl_c_ends_a_run_whose_time_stands() -> None:
         control(link, action="pause")
         os.kill(os.getpid(), signal.SIGINT)
 
-    with looked_at(Cell(KITTING), speed=1.0) as crowd, looking(crowd, pause_and_end):
+    with looked_at(Cell(KITTING), speed=SLOW) as crowd, looking(crowd, pause_and_end):
         result = crowd.run(Sends(), RunOptions())
     assert result.outcome is Outcome.INTERRUPTED
 

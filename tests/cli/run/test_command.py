@@ -2,12 +2,10 @@
 
 import json
 import re
-from functools import partial
 from pathlib import Path
 
 import pytest
 
-from cellwright.rendering.picture import render
 from tests.cli.conftest import CommandLine
 from tests.rendering.test_png import decode
 
@@ -92,12 +90,6 @@ def test_json_alone_is_on_stdout(cellwright: CommandLine, agents: str) -> None:
     assert document["score"]["best"] == 12.0
     assert document["score"]["orders"][0]["kits"][0]["submitted"] is False
     assert set(document["versions"]) == {"cellwright", "mujoco", "numpy", "python", "platform"}
-
-
-@pytest.fixture
-def small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Pictures as they are drawn, but quick."""
-    monkeypatch.setattr("cellwright.cli.run.pictures.render", partial(render, width=64, height=36))
 
 
 @pytest.mark.usefixtures("small_pictures")

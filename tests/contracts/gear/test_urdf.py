@@ -24,6 +24,7 @@ from tests.cells import ARM_ONLY, BARE, JOINTS, WHOLE
 from tests.conftest import DATA
 from tests.contracts.gear.test_frames import heard, in_world, matrix
 from tests.contracts.urdf_chain import joints_of, world_T
+from tests.waiting import TIMEOUT
 
 FK = json.loads((DATA / "ur10_rail_fk.json").read_text())["cases"]
 TEXT = robot_description(WHOLE)
@@ -125,7 +126,7 @@ def test_a_name_cannot_break_the_text() -> None:
 def test_the_reader_of_ros_accepts_it(trial: Any, tmp_path: Path) -> None:
     file = tmp_path / "cell.urdf"
     file.write_text(robot_description(trial), encoding="utf-8")
-    checked = subprocess.run(["check_urdf", file], capture_output=True, text=True, timeout=20, check=False)
+    checked = subprocess.run(["check_urdf", file], capture_output=True, text=True, timeout=TIMEOUT, check=False)
     assert checked.returncode == 0, checked.stderr
     assert "Successfully Parsed XML" in checked.stdout
     assert not checked.stderr
