@@ -20,6 +20,15 @@ FAMILY = "CELLWRIGHT_TEST_FAMILY"
 """A variable that a process gives on to all that it starts, so that they are found even when it is gone."""
 
 
+def default_signals() -> None:
+    """Give a child the default reaction to Ctrl-C and a lost terminal; for `preexec_fn`.
+
+    A shell that starts the tests in the background has them ignored, and children inherit that.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
 class Process:
     """A process whose output is read as it comes."""
 
@@ -43,6 +52,7 @@ class Process:
             text=True,
             errors="replace",
             start_new_session=True,
+            preexec_fn=default_signals,
         )
         self._changed = threading.Condition()
         self._out: list[str] = []

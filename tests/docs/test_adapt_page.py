@@ -12,6 +12,7 @@ import pytest
 from tests.docs.pages import Command, Step, steps
 from tests.docs.session import follow
 from tests.ports import free_port
+from tests.waiting import TIMEOUT
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "adapt-a-robot.md"
@@ -29,7 +30,7 @@ def test_the_page_can_be_followed(tmp_path: Path) -> None:
         (programs / name).chmod(0o755)
     environment = {"PATH": f"{programs}:{os.environ['PATH']}", "HOME": str(home), "COLUMNS": "100", "LANG": "C.UTF-8"}
     port = free_port()
-    follow([_at(step, port) for step in steps(PAGE)], home, environment, 60.0)
+    follow([_at(step, port) for step in steps(PAGE)], home, environment, TIMEOUT)
     assert (home / "picker.png").read_bytes().startswith(b"\x89PNG")
 
 
