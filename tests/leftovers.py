@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 
-from tests.processes import kill, name_of, with_variable
+from tests.processes import kill, name_of, restore_signals_in_children, with_variable
 from tests.waiting import TIMEOUT, wait_until
 
 MARK = "TEST_MARK"
@@ -116,6 +116,7 @@ class Controller:
 
 def pytest_configure(config: pytest.Config) -> None:
     sys.addaudithook(Starts.count)
+    restore_signals_in_children()
     if not hasattr(config, "workerinput"):
         config.pluginmanager.register(Controller(), "leftovers-controller")
 

@@ -15,7 +15,6 @@ from pathlib import Path
 import pytest
 
 from cellwright.link.frames import Decoder, Frame, Kind, advance, hello, read_time
-from tests.processes import default_signals
 from tests.waiting import TIMEOUT
 
 COMMAND = [sys.executable, "-m", "cellwright", "serve"]
@@ -26,15 +25,14 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no such signals
 @contextmanager
 def serving(folder: Path, *arguments: str, **more: str) -> Iterator[tuple[subprocess.Popen[str], tuple[str, int]]]:
     """A process that serves, and the address at which it is ready."""
-    with default_signals():
-        process = subprocess.Popen(
-            [*COMMAND, *arguments, "--port", "0"],
-            cwd=folder,
-            env={**os.environ, "PYTHONUNBUFFERED": "1", "COLUMNS": "80", **more},
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
+    process = subprocess.Popen(
+        [*COMMAND, *arguments, "--port", "0"],
+        cwd=folder,
+        env={**os.environ, "PYTHONUNBUFFERED": "1", "COLUMNS": "80", **more},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
     try:
         lines = process.stderr if "--json" in arguments else process.stdout
         assert lines is not None

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import cellwright
 from cellwright.ros1.packages import IO_TELEOP, package_files
+from tests.waiting import TIMEOUT
 
 BARE = """
 import sys, types
@@ -19,7 +20,7 @@ print(AssembledRobot.__name__, *sorted(name for name in ("numpy", "yaml", "mujoc
 
 def run(program: str, *arguments: str) -> str:
     command = [sys.executable, "-S", "-E", "-c", program, *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=True, timeout=30).stdout
+    return subprocess.run(command, capture_output=True, text=True, check=True, timeout=TIMEOUT).stdout
 
 
 def test_it_loads_with_the_standard_library_alone() -> None:

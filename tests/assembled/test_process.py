@@ -15,14 +15,14 @@ from cellwright.assembled import services
 from cellwright.errors import CellwrightError, UsageError
 from cellwright.teleop import AssembledRobot
 from tests.assembled.robots import configs, write_urdf
-from tests.assembled.test_robot import until
+from tests.waiting import TIMEOUT, wait_until
 
 PROGRAM = """
-import json, sys, time
+import json, signal, sys
 from cellwright.teleop import AssembledRobot
 robot = AssembledRobot(sys.argv[1], json.loads(sys.argv[2]))
 print(robot._process._process.pid, flush=True)
-time.sleep(60)
+signal.pause()
 """
 
 
@@ -66,9 +66,9 @@ def test_it_ends_with_its_program(urdf: Path, number: signal.Signals) -> None:
         os.killpg(program.pid, number)  # as a terminal's Ctrl-C does
     else:
         program.send_signal(number)
-    program.wait(10.0)
+    program.wait(TIMEOUT)
     program.stdout.close()
-    until(lambda: not Path(f"/proc/{pid}").exists(), 3.0)
+    wait_until(lambda: not Path(f"/proc/{pid}").exists(), "end of the robot's process")
 
 
 def test_when_it_is_gone_that_is_said(urdf: Path) -> None:

@@ -1,7 +1,6 @@
 """The class that controller nodes are made of: its names are those of the io_teleop stack, its robot moves."""
 
 import threading
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from cellwright.client.transports.socket import SocketTransport
 from cellwright.errors import CellwrightError, UnknownNameError, UsageError
 from cellwright.teleop import AssembledRobot
 from tests.assembled.robots import configs, write_urdf
+from tests.waiting import TIMEOUT, wait_until
 
 
 @pytest.fixture(scope="module")
@@ -35,11 +35,9 @@ def robot(shared: AssembledRobot) -> AssembledRobot:
     return shared
 
 
-def until(condition: Callable[[], object], within: float = 5.0) -> None:
-    end = time.monotonic() + within
-    while not condition():
-        assert time.monotonic() < end, "it has not happened"
-        time.sleep(0.005)
+def wait_for_joints(robot: AssembledRobot, condition: Callable[[], object]) -> None:
+    """Wait until the joints are somewhere."""
+    wait_until(condition, "end of the motion", seen=lambda: robot.joint_states().positions)
 
 
 def test_names_and_indices(robot: AssembledRobot) -> None:
@@ -65,9 +63,11 @@ def test_parts_are_those_of_the_configuration(robot: AssembledRobot) -> None:
 
 def test_joints_go_where_they_are_told(robot: AssembledRobot) -> None:
     robot.move_j([1, 0], [-0.5, 0.2], [1.0], [5.0])
-    until(lambda: abs(robot.arms[0].joint_pos[0] + 0.5) < 1e-3 and abs(robot.dorsal.height - 0.2) < 1e-3)
+    wait_for_joints(
+        robot, lambda: abs(robot.arms[0].joint_pos[0] + 0.5) < 1e-3 and abs(robot.dorsal.height - 0.2) < 1e-3
+    )
     robot.move_j(1, np.float64(9.0))  # one joint needs no list; it stops at its limit
-    until(lambda: abs(robot.arms[0].joint_pos[0] - 2.0) < 1e-3)
+    wait_for_joints(robot, lambda: abs(robot.arms[0].joint_pos[0] - 2.0) < 1e-3)
     robot.reset_j(np.array([1]), np.array([0.25]))
     assert robot.arms[0].joint_pos == [0.25]
 
@@ -76,7 +76,7 @@ def test_grippers_close_and_open(robot: AssembledRobot) -> None:
     (gripper,) = robot.grippers
     assert gripper.joint_pos_from_status(0.5) == [0.02, 0.01]
     gripper.move(1.7)
-    until(lambda: gripper.status > 0.999)
+    wait_for_joints(robot, lambda: gripper.status > 0.999)
     assert gripper.joint_pos == pytest.approx([0.04, 0.02], abs=1e-4)
     gripper.reset(0.25)
     assert gripper.status == pytest.approx(0.25)
@@ -88,9 +88,9 @@ def test_head_and_lift(robot: AssembledRobot) -> None:
 
     robot.head.move([9.0, 0.3, -0.4])  # it cannot roll
     robot.dorsal.move(0.3)
-    until(lambda: is_at([0.0, 0.3, -0.4], 0.3))
+    wait_for_joints(robot, lambda: is_at([0.0, 0.3, -0.4], 0.3))
     robot.reset_home()
-    until(lambda: is_at([0.0, 0.1, 0.2], 0.1))
+    wait_for_joints(robot, lambda: is_at([0.0, 0.1, 0.2], 0.1))
 
 
 def test_poses(robot: AssembledRobot) -> None:
@@ -112,9 +112,9 @@ def test_a_tip_goes_to_a_pose(robot: AssembledRobot) -> None:
     quarter = np.sqrt(0.5)
     turn = [-quarter * half[0], quarter * half[0], quarter * half[1], quarter * half[1]]
     robot.arms[0].move_ee(((0.0, 0.1 + 0.3 * c, 0.7 - 0.3 * s), turn))
-    until(lambda: abs(robot.arms[0].joint_pos[0] - 0.8) < 0.01)
+    wait_for_joints(robot, lambda: abs(robot.arms[0].joint_pos[0] - 0.8) < 0.01)
     robot.move_j([1], [0.2])  # a later command ends it
-    until(lambda: abs(robot.arms[0].joint_pos[0] - 0.2) < 0.01)
+    wait_for_joints(robot, lambda: abs(robot.arms[0].joint_pos[0] - 0.2) < 0.01)
 
 
 def test_the_base(robot: AssembledRobot) -> None:
@@ -172,9 +172,9 @@ def test_from_many_threads(robot: AssembledRobot) -> None:
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join(20.0)
+        thread.join(TIMEOUT)
     assert errors == []
-    until(lambda: abs(robot.arms[0].joint_pos[0] - 0.049) < 1e-3)
+    wait_for_joints(robot, lambda: abs(robot.arms[0].joint_pos[0] - 0.049) < 1e-3)
 
 
 @pytest.mark.parametrize(

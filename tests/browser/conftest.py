@@ -12,7 +12,8 @@ from playwright.sync_api import Browser, Error, ViewportSize, sync_playwright
 
 from cellwright.viewer.web.stage import PLAIN
 from tests.browser.requirement import ARGUMENTS, browser_path
-from tests.browser.visitor import COARSE, HEIGHT, LIMIT, WIDTH, Visitor
+from tests.browser.visitor import COARSE, HEIGHT, WIDTH, Visitor
+from tests.waiting import TIMEOUT
 
 Visit = Callable[..., Visitor]
 """Opens a page in a window of its own: `visit(url)`, or `visit(url, scale=1.0)` for a picture to look at."""
@@ -31,7 +32,7 @@ def browser() -> Iterator[Browser]:
     """Chromium, without a display."""
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(
-            executable_path=browser_path(), args=[*ARGUMENTS], timeout=LIMIT * 1e3, chromium_sandbox=False
+            executable_path=browser_path(), args=[*ARGUMENTS], timeout=TIMEOUT * 1e3, chromium_sandbox=False
         )
         yield browser
         browser.close()

@@ -14,7 +14,7 @@ from cellwright.viewer.web.link import Link
 from cellwright.viewer.web.start import WebPage
 from tests.browser.conftest import Visit
 from tests.browser.seen import Hues, of_hue
-from tests.browser.visitor import COARSE, LIMIT, Visitor
+from tests.browser.visitor import COARSE, Visitor
 from tests.viewer.web.operator.robots import served
 
 pytestmark = pytest.mark.browser
@@ -55,23 +55,27 @@ def robot() -> Iterator[Robot]:
 def drag_a_hand_up(visitor: Visitor, robot: Robot) -> None:
     """Take hold of the arrow that reaches highest, and pull."""
     mouse, before = visitor.page.mouse, robot.height()
-    for _ in range(10):  # the page may not have drawn yet what is there
+
+    def is_higher() -> bool:
+        return robot.height() > before + 0.02
+
+    def drag() -> bool:
+        """One attempt: the page may not have drawn yet what is there, or not have noticed the mouse on the arrow."""
         rows, columns = np.nonzero(of_hue(visitor.canvas(), UPWARD))
         if len(rows) < _LEAST:
-            visitor.page.wait_for_timeout(500)
-            continue
+            return False
         x, y = (float(np.median(columns[rows <= rows.min() + 2])) + 0.5) / COARSE, (float(rows.min()) + 2.0) / COARSE
         mouse.move(x + 3.0, y + 3.0)
         mouse.move(x, y)
-        visitor.page.wait_for_timeout(300)
+        visitor.frames(5)
         mouse.down()
         mouse.move(x, y - 20.0, steps=4)
         mouse.move(x, y - 60.0, steps=4)
-        visitor.page.wait_for_timeout(1000)
+        visitor.frames(30, until=is_higher)
         mouse.up()
-        if robot.height() > before + 0.02:
-            return
-    raise AssertionError(f"the hand was at {before:.3f} m, and is at {robot.height():.3f} m")
+        return is_higher()
+
+    visitor.wait(drag, "hand that is dragged up", seen=lambda: f"{before:.3f} m before, {robot.height():.3f} m after")
 
 
 def test_a_robot_is_driven_in_a_browser(visit: Visit, robot: Robot) -> None:
@@ -89,10 +93,10 @@ def test_a_robot_is_driven_in_a_browser(visit: Visit, robot: Robot) -> None:
     field = visitor.page.locator("input.mantine-NumberInput-input:visible").last
     field.fill("0.1")
     field.press("Enter")
-    visitor.wait(lambda: abs(robot.panel()["positions"][lift] - 0.1) < 5e-3, LIMIT, lambda: "lift at 0.1 m")
+    visitor.wait(lambda: abs(robot.panel()["positions"][lift] - 0.1) < 5e-3, "lift at 0.1 m")
 
     visitor.press("STOP")
-    visitor.wait(lambda: robot.panel()["stopped"], LIMIT, lambda: "emergency stop")
+    visitor.wait(lambda: robot.panel()["stopped"], "emergency stop")
     visitor.read("emergency stop by /browser_operator")
     visitor.press("End the emergency stop")
-    visitor.wait(lambda: not robot.panel()["stopped"], LIMIT, lambda: "end of the stop")
+    visitor.wait(lambda: not robot.panel()["stopped"], "end of the stop")

@@ -6,7 +6,6 @@ Screenshots are kept in `build/screenshots`, for people to look at.
 from __future__ import annotations
 
 import re
-import time
 from base64 import b64decode
 from collections.abc import Callable
 from pathlib import Path
@@ -16,6 +15,7 @@ from playwright.sync_api import BrowserContext, Error, Locator, Page
 
 from tests.browser.requirement import SCREENSHOTS
 from tests.browser.seen import Pixels, change, pixels, variety
+from tests.waiting import TIMEOUT, Value, wait_until
 
 WIDTH, HEIGHT = 1000, 640
 """Of the window, as the page sees it [px]."""
@@ -28,9 +28,6 @@ _DRAWN = """() => new Promise(done => requestAnimationFrame(() => {
   done(largest && largest.width ? largest.toDataURL('image/png').split(',')[1] : '');
 }))"""
 """What is drawn in three dimensions, as base64: much faster than a screenshot, which composes the whole window."""
-
-LIMIT = 120.0
-"""How long to wait for anything [s]: generous, since the machine may have much else to do."""
 
 
 class Visitor:
@@ -45,7 +42,7 @@ class Visitor:
         self._context = context
         self._scale = scale
         self.page: Page = context.new_page()
-        self.page.set_default_timeout(LIMIT * 1e3)
+        self.page.set_default_timeout(TIMEOUT * 1e3)
         self.errors: list[str] = []
         """What went wrong in the page's own programs."""
         self.page.on("pageerror", lambda error: self.errors.append(str(error)))
@@ -53,7 +50,7 @@ class Visitor:
     def open(self, url: str) -> None:
         """Go to a page; its scene may not be there yet."""
         url += f"{'&' if '?' in url else '?'}fixedDpr={self._scale}"  # viser's own: it would draw 1 at least
-        self.page.goto(url, timeout=LIMIT * 1e3, wait_until="domcontentloaded")
+        self.page.goto(url, timeout=TIMEOUT * 1e3, wait_until="domcontentloaded")
 
     def close(self) -> None:
         self._context.close()
@@ -68,31 +65,39 @@ class Visitor:
         """A pattern in what can be read; `^` and `$` stand for ends of lines."""
         return re.search(pattern, self.text(), re.MULTILINE)
 
-    def read(self, pattern: str, within: float = LIMIT) -> re.Match[str]:
+    def read(self, pattern: str, within: float = TIMEOUT) -> re.Match[str]:
         """Wait for a pattern in what can be read.
 
         Args:
             pattern: a regular expression.
             within: the limit [s].
         """
-        self.wait(lambda: self.find(pattern), within, lambda: f"{pattern!r} on the page, which says:\n{self.text()}")
-        found = self.find(pattern)
-        return found if found is not None else self.read(pattern, within)
+        found = self.wait(lambda: self.find(pattern), f"{pattern!r} on the page", seen=self.text, within=within)
+        assert found is not None
+        return found
 
-    def wait(self, condition: Callable[[], object], within: float, what: Callable[[], str]) -> None:
-        """Wait until a condition holds; meanwhile the page goes on.
+    def wait(
+        self,
+        condition: Callable[[], Value],
+        what: str,
+        *,
+        seen: Callable[[], object] = lambda: "",
+        within: float = TIMEOUT,
+    ) -> Value:
+        """Wait until a condition holds, and return its value; meanwhile the page goes on.
 
         Args:
             condition: asked about ten times a second.
+            what: noun of what is expected, for the message when it does not come.
+            seen: what was seen last, for that message.
             within: the limit [s].
-            what: what is waited for, for the message when it does not come.
         """
-        end = time.monotonic() + within
-        while not condition():
-            if time.monotonic() > end:
-                self.shot("failed")
-                raise AssertionError(f"no {what()} within {within:g} s; errors of the page: {self.errors}")
-            self.page.wait_for_timeout(100)
+
+        def failed() -> str:
+            self.shot("failed")
+            return f"{seen()}\nerrors of the page: {self.errors}"
+
+        return wait_until(condition, what, seen=failed, between=lambda: self.page.wait_for_timeout(100), timeout=within)
 
     # ---------------------------------------------------------------- looking
 
@@ -101,11 +106,17 @@ class Visitor:
         drawn = b64decode(self.page.evaluate(_DRAWN))
         return pixels(drawn) if drawn else np.zeros((1, 1, 3), np.uint8)
 
-    def scene(self, within: float = LIMIT, least: int = 8) -> Pixels:
+    def frames(self, count: int, until: Callable[[], bool] = lambda: False) -> None:
+        """Let the page draw some frames, or fewer when a condition holds before."""
+        for _ in range(count):
+            if until():
+                return
+            self.page.evaluate("() => new Promise(requestAnimationFrame)")
+
+    def scene(self, least: int = 8) -> Pixels:
         """Wait until a scene has appeared; what is seen then.
 
         Args:
-            within: the limit [s].
             least: how many colours it has.
         """
         seen: list[Pixels] = []
@@ -114,7 +125,7 @@ class Visitor:
             seen.append(self.canvas())
             return len(seen) > 1 and min(variety(seen[-1]), variety(seen[-2])) >= least
 
-        self.wait(has_appeared, within, lambda: f"scene: {variety(seen[-1])} colours")
+        self.wait(has_appeared, "scene", seen=lambda: f"{variety(seen[-1])} colours")
         return seen[-1]
 
     def change(self, before: Pixels, least: float = 0.001) -> Pixels:
@@ -130,7 +141,7 @@ class Visitor:
             seen.append(self.canvas())
             return seen[-1].shape == before.shape and change(before, seen[-1]) > least
 
-        self.wait(has_changed, LIMIT, lambda: f"other scene: {change(before, seen[-1]):.2%} of it have changed")
+        self.wait(has_changed, "other scene", seen=lambda: f"{change(before, seen[-1]):.2%} of it have changed")
         return seen[-1]
 
     def shot(self, name: str) -> Path:
@@ -139,7 +150,7 @@ class Visitor:
         path = SCREENSHOTS / f"{name}.png"
         try:
             self._be_at_ease()
-            self.page.screenshot(path=path, timeout=LIMIT * 1e3)
+            self.page.screenshot(path=path, timeout=TIMEOUT * 1e3)
         except Error as error:  # the page has crashed: what the test has to say is worth more
             self.errors.append(str(error))
         return path

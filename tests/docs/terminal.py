@@ -12,7 +12,6 @@ from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 
-from tests.processes import default_signals
 from tests.waiting import TIMEOUT, wait_until
 
 _PROMPT = re.compile(r"«(\d+)»$")
@@ -44,7 +43,6 @@ class Terminal:
             stdin=follower,
             stdout=follower,
             stderr=follower,
-            preexec_fn=default_signals,
         )
         os.close(follower)
         self._decoder = codecs.getincrementaldecoder("utf-8")(errors="replace")

@@ -7,6 +7,7 @@ import pytest
 
 from tests.docs.pages import File, Program, steps
 from tests.docs.test_tutorials import take
+from tests.warm import WarmStart
 from tests.workshop import describe
 
 PAGES = sorted((Path(__file__).parents[2] / "docs" / "how-to").glob("*.md"))
@@ -14,14 +15,14 @@ LONGEST = 60
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_a_page_can_be_followed(page: Path, tmp_path: Path) -> None:
+def test_a_page_can_be_followed(page: Path, tmp_path: Path, warm: WarmStart) -> None:
     taken = steps(page)
     for file in taken:
         if isinstance(file, File) and file.name == "pyproject.toml":  # as `pip install -e .` would, from a folder
             project = tomllib.loads(file.text)["project"]
             describe(tmp_path, project["name"], project["entry-points"])
     assert any(not isinstance(step, File | Program) for step in taken)
-    take(taken, tmp_path)
+    take(taken, tmp_path, warm)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)

@@ -13,6 +13,7 @@ import pytest
 from tests.docs.pages import Command, Program, Step, steps
 from tests.docs.session import follow
 from tests.ports import free_port
+from tests.waiting import TIMEOUT
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "operate.md"
@@ -45,7 +46,12 @@ def test_its_program_runs() -> None:
     (program,) = [step for step in steps(PAGE) if isinstance(step, Program)]
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
     ran = subprocess.run(
-        [sys.executable, "-c", program.text], env=environment, capture_output=True, text=True, timeout=60, check=False
+        [sys.executable, "-c", program.text],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT,
+        check=False,
     )
     assert ran.returncode == 0, ran.stderr
     assert ran.stdout.endswith(" ms late\n")

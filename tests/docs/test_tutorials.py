@@ -1,17 +1,15 @@
 """What the documentation asks its readers to type does what it says."""
 
-import os
 import re
 import shlex
 import shutil
-import subprocess
-import sys
 from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
 
 from tests.docs.pages import Command, File, Program, Step, missing, steps
+from tests.warm import WarmStart
 from tests.workshop import install
 
 ROOT = Path(__file__).parents[2]
@@ -19,10 +17,14 @@ CELLWRIGHT = """
 import sys
 from cellwright.rendering import picture
 
-def small(model, data, camera, width=1280, height=720, **more):
-    return render(model, data, camera, width // 8, height // 8, **{**more, "samples": 1})
+original = picture.render
 
-render, picture.render = picture.render, small
+def small(model, data, camera, width=1280, height=720, **more):
+    return original(model, data, camera, width // 8, height // 8, **{**more, "samples": 1})
+
+for module in [*sys.modules.values()]:  # those that have been loaded, and by `picture` those that will be
+    if getattr(module, "render", None) is original:
+        module.render = small
 from cellwright.__main__ import main
 sys.argv[0] = "cellwright"
 sys.exit(main())
@@ -54,38 +56,37 @@ PAGES = [
 
 
 @pytest.mark.parametrize("name", PAGES)
-def test_a_page_can_be_followed(name: str, tmp_path: Path) -> None:
+def test_a_page_can_be_followed(name: str, tmp_path: Path, warm: WarmStart) -> None:
     taken = steps(ROOT / name)
     if name == "docs/plugins.md":
         install(tmp_path)
     elif (example := ROOT / "docs" / "examples" / Path(name).stem.replace("-", "_")).is_dir():
         shutil.copytree(example, tmp_path, dirs_exist_ok=True)
     assert any(isinstance(step, Command) for step in taken)
-    take(taken, tmp_path)
+    take(taken, tmp_path, warm)
 
 
-def take(taken: Iterable[Step], folder: Path) -> None:
-    """Take the steps of a page in a folder, and compare what is printed with what it shows."""
+def take(taken: Iterable[Step], folder: Path, warm: WarmStart) -> None:
+    """Take the steps of a page in a folder, and compare what is printed with what it shows.
+
+    Args:
+        taken: the steps.
+        folder: where commands and programs run.
+        warm: runs them; their start is not what a page is about.
+    """
     for step in taken:
         match step:
             case File(file, text):
                 (folder / file).write_text(text, encoding="utf-8")
             case Program(text):
-                ran = follow([sys.executable, "-c", text], folder)
+                ran = warm.run(text, folder=folder)
                 assert ran.returncode == 0, ran.stderr
             case Command(line, output, status):
                 command, *arguments = shlex.split(line)
                 assert command == "cellwright"
-                ran = follow([sys.executable, "-c", CELLWRIGHT, *arguments], folder)
+                ran = warm.run(CELLWRIGHT, *arguments, folder=folder)
                 assert ran.returncode == status, f"{line}\n{ran.stdout}{ran.stderr}"
                 assert missing(output, ran.stdout) is None, f"{line}\n{ran.stdout}"
-
-
-def follow(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "COLUMNS": "80", "PYTHONIOENCODING": "utf-8"}
-    return subprocess.run(
-        command, cwd=folder, env=environment, capture_output=True, text=True, encoding="utf-8", timeout=120, check=False
-    )
 
 
 def test_the_output_of_a_command_is_compared() -> None:

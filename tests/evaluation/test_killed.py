@@ -13,7 +13,6 @@ from pathlib import Path
 import pytest
 
 from tests.evaluation.test_evaluate import is_alive
-from tests.processes import default_signals
 from tests.waiting import TIMEOUT, wait_until
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
@@ -54,13 +53,12 @@ def ended() -> Iterator[None]:
 
 
 def start(folder: Path, program: str) -> subprocess.Popen[bytes]:
-    with default_signals():
-        process = subprocess.Popen(
-            [*COMMAND, "--agent", f"programs.py:{program}"],
-            cwd=folder,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-        )
+    process = subprocess.Popen(
+        [*COMMAND, "--agent", f"programs.py:{program}"],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
     RUNNING.append(process)
     return process
 

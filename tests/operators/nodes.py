@@ -13,6 +13,7 @@ from cellwright.pose import Pose
 from cellwright.server import Server
 from cellwright.server.timekeeper import Timekeeper
 from cellwright.teleop.node import RobotNode
+from tests.waiting import TIMEOUT
 
 _ARM = ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
@@ -54,12 +55,12 @@ def robot() -> RobotConfig:
 def served(node: RobotNode, *, lockstep: bool = False) -> Iterator[tuple[str, int]]:
     """The address at which a node is reached, in real time or in lockstep."""
     server = Server(node, port=0, lockstep=lockstep)
-    keeper = Timekeeper(node, server, patience=5.0)
+    keeper = Timekeeper(node, server, patience=TIMEOUT)
     thread = threading.Thread(target=keeper.run, args=(lambda: float("inf"),))
     thread.start()
     try:
         yield server.address
     finally:
         keeper.is_stopped = True
-        thread.join(10)
+        thread.join(TIMEOUT)
         server.close("the test is over")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from itertools import pairwise
 
@@ -21,6 +20,7 @@ from cellwright.operators.robot import OperatedRobot
 from cellwright.operators.services import Services
 from cellwright.teleop.node import RobotNode
 from tests.operators.nodes import robot, served
+from tests.waiting import wait_until
 
 LIMITS = JointLimits.of(robot().robot)
 RIGHT, LEFT, DOWN = "\x1b[C", "\x1b[D", "\x1b[B"
@@ -132,9 +132,9 @@ def test_the_panel_shows_what_is_chosen_in_a_terminal_of_any_size(operator: Keyb
 
 @pytest.fixture
 def far(node: RobotNode) -> Iterator[Keyboard]:
-    """The same over a socket, with services of its own connection; time is the wall's."""
+    """The same over a socket in lockstep: time passes while the operator waits. Services have their own connection."""
     node.simulation.reset()
-    with served(node) as address:
+    with served(node, lockstep=True) as address:
         session = Session(SocketTransport(address, node="/operator"))
         there = OperatedRobot(session)
         services = Services(lambda: Session(SocketTransport(address, node="/operator_services")))
@@ -144,10 +144,12 @@ def far(node: RobotNode) -> Iterator[Keyboard]:
 
 
 def wait_for(operator: Keyboard, said: str) -> None:
-    end = time.monotonic() + 10.0
-    while said not in operator.message and time.monotonic() < end:
-        typed(operator, "", pause=0.02)
-    assert said in operator.message
+    wait_until(
+        lambda: said in operator.message,
+        f"message {said!r}",
+        seen=lambda: operator.message,
+        between=lambda: typed(operator, "", pause=0.02),
+    )
 
 
 def test_services_do_not_make_the_operator_wait(far: Keyboard) -> None:

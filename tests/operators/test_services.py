@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
@@ -13,6 +12,7 @@ from cellwright.client.session import Session
 from cellwright.errors import RunEndedError, UsageError
 from cellwright.operators.orders import Ask
 from cellwright.operators.services import Services
+from tests.waiting import wait_until
 
 
 class Way:
@@ -31,11 +31,7 @@ class Way:
 
 def answer(services: Services) -> str:
     """What comes of the call that is under way."""
-    end = time.monotonic() + 20.0
-    while not (said := services.answer()):
-        assert time.monotonic() < end, "no answer"
-        time.sleep(0.001)
-    return said
+    return wait_until(services.answer, "answer")
 
 
 def raising(error: BaseException) -> Callable[[], Any]:

@@ -3,7 +3,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +13,7 @@ from cellwright.rendering.video import Video
 from cellwright.rendering.worker import RenderingError
 from tests.rendering.scenes_of_shapes import BALL, ball_at
 from tests.rendering.worker.test_film import read
+from tests.waiting import TIMEOUT, wait_until
 
 CAMERA = Camera((0, -4, 2), (0, 0, 1), fov=math.radians(40))
 SIZE = (64, 48)
@@ -44,7 +44,7 @@ def test_where_nobody_may_wait_a_picture_is_shown_longer(tmp_path: Path) -> None
     os.kill(video._worker._process.pid, signal.SIGSTOP)
     took = [video.take(ball_at(number / 40 - 0.5, 0, 1), CAMERA, waits=False) for number in range(20)]
     os.kill(video._worker._process.pid, signal.SIGCONT)
-    assert video._worker.wait_for_room(60)
+    assert video._worker.wait_for_room(TIMEOUT)
     video.take(ball_at(0.5, 0, 1), CAMERA, waits=False)
     video.close()
     assert took.count(True) + 1 == video.taken < 20
@@ -100,14 +100,11 @@ def test_whoever_gives_frames_may_be_killed(tmp_path: Path) -> None:
         [sys.executable, "-c", _GIVES_FRAMES, str(file)],
         cwd=Path(__file__).parents[2],
         stdout=subprocess.PIPE,
-        timeout=120,
+        timeout=TIMEOUT,
         check=False,
     )
     assert ran.returncode == -signal.SIGKILL
-    end = time.monotonic() + 60
-    while _is_there(int(ran.stdout)) and time.monotonic() < end:
-        time.sleep(0.02)
-    assert not _is_there(int(ran.stdout))  # what draws has ended by itself
+    wait_until(lambda: not _is_there(int(ran.stdout)), "end of the process that draws")  # by itself
     assert len(read(file)) == 30
     assert file.read_bytes().index(b"moov") < file.read_bytes().index(b"mdat")  # and has finished the file
 

@@ -2,10 +2,11 @@
 
 import importlib.util
 import math
+import os
+import signal
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, nullcontext
 from typing import Any
@@ -26,6 +27,7 @@ from cellwright.teleop.safety.settings import SafetySettings
 from cellwright.viewer.window import Window, WindowError, hindrance
 from cellwright.viewer.window_program import NODE, RobotPicture, _keep_up
 from tests.teleop.robots import two_arms
+from tests.waiting import wait_until
 
 
 @pytest.fixture(scope="module")
@@ -148,20 +150,17 @@ def test_a_real_window_opens_and_ends_with_the_node(capfd: pytest.CaptureFixture
 
     server.offer(STATE, state)
     shown = Window(node.world.model, server.address, sliders=True)
-    end = time.monotonic() + 20.0
-
-    def look() -> None:
-        keeper.is_stopped = len(asked) > 20 or time.monotonic() > end or not shown.is_open
-
-    keeper = Timekeeper(node, server, on_poll=look)
-    keeper.run(lambda: NEVER)
-    assert len(asked) > 20, capfd.readouterr().err
-    assert keeper.pacer.factor > 0.8, "the physics waited for the window"
+    keeper = Timekeeper(node, server)
+    wait_until(lambda: len(asked) > 20 or not shown.is_open, "questions of the window", between=keeper.tick)
+    assert shown.is_open, capfd.readouterr().err
+    os.kill(shown._process.pid, signal.SIGSTOP)
+    for _ in range(24):
+        keeper.tick()  # the physics does not wait for the window
+    os.kill(shown._process.pid, signal.SIGCONT)
+    answered = len(asked)
+    wait_until(lambda: len(asked) > answered, "more questions of the window", between=keeper.tick)
     server.close("it is over")
-    end = time.monotonic() + 10.0
-    while shown.is_open and time.monotonic() < end:
-        time.sleep(0.01)
-    assert not shown.is_open
+    wait_until(lambda: not shown.is_open, "end of the window")
     shown.close()
     node.close()
     assert capfd.readouterr().err == ""

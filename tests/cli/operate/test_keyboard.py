@@ -18,7 +18,6 @@ from cellwright.operators.robot import OperatedRobot
 from cellwright.teleop.node import RobotNode
 from tests.cli.conftest import CommandLine
 from tests.operators.nodes import robot, served
-from tests.processes import default_signals
 from tests.waiting import TIMEOUT, wait_until
 
 pty = pytest.importorskip("pty")
@@ -33,15 +32,14 @@ class Terminal:
         termios.tcsetwinsize(self.own, (24, 80))
         self.before = termios.tcgetattr(self.other)
         source = str(Path(package.__file__).parents[1])
-        with default_signals():
-            self.process = subprocess.Popen(
-                [sys.executable, "-m", "cellwright", "operate", "keyboard", "--connect", address],
-                stdin=self.other,
-                stdout=self.other,
-                stderr=self.other,
-                env={**os.environ, "PYTHONPATH": source, "TERM": "xterm"},
-                start_new_session=True,
-            )
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "cellwright", "operate", "keyboard", "--connect", address],
+            stdin=self.other,
+            stdout=self.other,
+            stderr=self.other,
+            env={**os.environ, "PYTHONPATH": source, "TERM": "xterm"},
+            start_new_session=True,
+        )
         self.text = ""
 
     def read(self, until: Callable[[], bool]) -> None:

@@ -17,7 +17,6 @@ from cellwright.link.frames import Decoder, Frame, Kind, advance, hello, read_ti
 from cellwright.messages import to_cdr
 from cellwright.messages.build import joint_state
 from tests.cli.conftest import CommandLine
-from tests.processes import default_signals
 from tests.test_serving import hear
 from tests.waiting import TIMEOUT
 
@@ -75,14 +74,13 @@ def test_the_same_run_has_the_same_hash(cellwright: CommandLine) -> None:
 @contextmanager
 def running(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], socket.socket, Decoder]]:
     """A node in a process of its own, and a guest that has been welcomed."""
-    with default_signals():
-        process = subprocess.Popen(
-            [*COMMAND, *arguments],
-            env={**os.environ, "PYTHONUNBUFFERED": "1"},
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
+    process = subprocess.Popen(
+        [*COMMAND, *arguments],
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
     try:
         assert process.stderr is not None
         ready = process.stderr.readline()

@@ -17,7 +17,6 @@ import pytest
 from cellwright.server.services.onlookers import ITS_OWN_PAGE
 from cellwright.viewer.web.link import Link
 from tests.cli.conftest import CommandLine
-from tests.processes import default_signals
 from tests.test_serving import serving
 from tests.waiting import TIMEOUT
 
@@ -25,15 +24,14 @@ from tests.waiting import TIMEOUT
 @contextmanager
 def viewing(folder: Path, *arguments: str) -> Iterator[subprocess.Popen[str]]:
     """A process that shows something."""
-    with default_signals():
-        process = subprocess.Popen(
-            [sys.executable, "-m", "cellwright", "view", *arguments, "--view-port", "0"],
-            cwd=folder,
-            env={**os.environ, "PYTHONUNBUFFERED": "1"},
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
+    process = subprocess.Popen(
+        [sys.executable, "-m", "cellwright", "view", *arguments, "--view-port", "0"],
+        cwd=folder,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
     try:
         yield process
     finally:

@@ -13,9 +13,9 @@ from cellwright.rendering.renderer import CastRenderer
 from cellwright.rendering.way import WAY
 from cellwright.rendering.worker import RenderingError, RenderWorker
 from tests.rendering.scenes_of_shapes import BALL, ball_at, skip_without_opengl
+from tests.waiting import TIMEOUT
 
 CAMERA = Camera((0, -4, 2), (0, 0, 1), fov=math.radians(40))
-PATIENCE = 60.0  # [s]
 
 
 @pytest.fixture(scope="module")
@@ -30,9 +30,9 @@ def is_red(picture: np.ndarray) -> np.ndarray:
 
 
 def test_it_draws_much_what_rays_draw(worker: RenderWorker) -> None:
-    assert "OpenGL" in worker.ready.result(PATIENCE)
+    assert "OpenGL" in worker.ready.result(TIMEOUT)
     frame = ball_at(0.3, 0, 1)
-    drawn = worker.colour(frame, CAMERA, 160, 120, samples=4).result(PATIENCE).astype(float)
+    drawn = worker.colour(frame, CAMERA, 160, 120, samples=4).result(TIMEOUT).astype(float)
     cast = CastRenderer(BALL).colour(frame, CAMERA, 160, 120)
     assert drawn.shape == (120, 160, 3)
     assert (is_red(drawn) ^ is_red(cast)).mean() < 0.01  # a rim of pixels
@@ -41,7 +41,7 @@ def test_it_draws_much_what_rays_draw(worker: RenderWorker) -> None:
 
 def test_depths_are_those_that_rays_measure(worker: RenderWorker) -> None:
     frame = ball_at(0.3, 0, 1)
-    drawn = worker.depth(frame, CAMERA, 64, 48).result(PATIENCE)
+    drawn = worker.depth(frame, CAMERA, 64, 48).result(TIMEOUT)
     cast = CastRenderer(BALL).depth(frame, CAMERA, 64, 48)
     assert drawn.dtype == np.float32
     both = np.isfinite(drawn) & np.isfinite(cast) & (cast < 40)
@@ -53,8 +53,8 @@ def test_depths_are_those_that_rays_measure(worker: RenderWorker) -> None:
 
 
 def test_what_is_hidden_is_not_drawn_and_what_moves_is_drawn_where_it_is(worker: RenderWorker) -> None:
-    gone = worker.colour(ball_at(0, 0, 1, shown=False), CAMERA, 160, 120).result(PATIENCE)
-    left, right = (worker.colour(ball_at(x, 0, 1), CAMERA, 160, 120).result(PATIENCE) for x in (-0.5, 0.5))
+    gone = worker.colour(ball_at(0, 0, 1, shown=False), CAMERA, 160, 120).result(TIMEOUT)
+    left, right = (worker.colour(ball_at(x, 0, 1), CAMERA, 160, 120).result(TIMEOUT) for x in (-0.5, 0.5))
     assert not is_red(gone).any()
     assert np.nonzero(is_red(left))[1].mean() < 70 < 90 < np.nonzero(is_red(right))[1].mean()
 
@@ -62,7 +62,7 @@ def test_what_is_hidden_is_not_drawn_and_what_moves_is_drawn_where_it_is(worker:
 def test_shadows_can_be_left_out(worker: RenderWorker) -> None:
     above = Camera((0.01, 0, 8), (0, 0, 0), fov=math.radians(50))
     with_them, without = (
-        worker.colour(ball_at(0, 0, 1), above, 120, 90, shadows=shadows).result(PATIENCE).astype(float)
+        worker.colour(ball_at(0, 0, 1), above, 120, 90, shadows=shadows).result(TIMEOUT).astype(float)
         for shadows in (True, False)
     )
     assert (without.mean(axis=2) - with_them.mean(axis=2) > 25).sum() > 30
@@ -70,14 +70,14 @@ def test_shadows_can_be_left_out(worker: RenderWorker) -> None:
 
 def test_the_same_frame_gives_the_same_picture(worker: RenderWorker) -> None:
     pictures = [worker.colour(ball_at(0, 0, 1), CAMERA, 160, 120) for _ in range(3)]
-    assert len({pending.result(PATIENCE).tobytes() for pending in pictures}) == 1
+    assert len({pending.result(TIMEOUT).tobytes() for pending in pictures}) == 1
 
 
 def test_light_that_several_cameras_share_is_that_of_the_frame_drawn(worker: RenderWorker) -> None:
     above = Camera((0.01, 0, 8), (0, 0, 0), fov=math.radians(50))
 
     def drawn(x: float, camera: Camera) -> bytes:
-        return worker.colour(ball_at(x, 0, 1), camera, 80, 60, about=(0, 0, 0)).result(PATIENCE).tobytes()
+        return worker.colour(ball_at(x, 0, 1), camera, 80, 60, about=(0, 0, 0)).result(TIMEOUT).tobytes()
 
     alone = {x: drawn(x, above) for x in (0.0, 0.5)}
     assert alone[0.0] != alone[0.5]
@@ -88,13 +88,13 @@ def test_light_that_several_cameras_share_is_that_of_the_frame_drawn(worker: Ren
 def test_what_cannot_be_drawn_is_told_and_the_rest_is_drawn(worker: RenderWorker) -> None:
     bad, good = worker.colour(ball_at(0, 0, 1), CAMERA, -3, 120), worker.depth(ball_at(0, 0, 1), CAMERA, 8, 6)
     with pytest.raises(RenderingError, match="-3"):
-        bad.result(PATIENCE)
-    assert good.result(PATIENCE).shape == (6, 8)
+        bad.result(TIMEOUT)
+    assert good.result(TIMEOUT).shape == (6, 8)
 
 
 def test_one_that_is_killed_fails_what_waits_and_what_comes() -> None:
     with RenderWorker(BALL, most=2) as worker:
-        worker.ready.result(PATIENCE)
+        worker.ready.result(TIMEOUT)
         os.kill(worker._process.pid, signal.SIGSTOP)
         waiting = [worker.depth(ball_at(0, 0, 1), CAMERA, 8, 6) for _ in range(2)]
         assert not worker.has_room
@@ -104,19 +104,19 @@ def test_one_that_is_killed_fails_what_waits_and_what_comes() -> None:
         os.kill(worker._process.pid, signal.SIGKILL)
         for pending in waiting:
             with pytest.raises(RenderingError, match="has ended"):
-                pending.result(PATIENCE)
+                pending.result(TIMEOUT)
         assert worker.error
         with pytest.raises(RenderingError, match="has ended"):
-            worker.depth(ball_at(0, 0, 1), CAMERA, 8, 6).result(PATIENCE)
+            worker.depth(ball_at(0, 0, 1), CAMERA, 8, 6).result(TIMEOUT)
 
 
 @pytest.mark.parametrize("way", ["rays", "osmesa"])
 def test_without_a_graphics_library_rays_take_over(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(WAY, way)
     with RenderWorker(BALL) as worker:
-        said = worker.ready.result(PATIENCE)
+        said = worker.ready.result(TIMEOUT)
         assert said == "rays" or (way == "osmesa" and "OpenGL" in said)
-        picture = worker.colour(ball_at(0, 0, 1), CAMERA, 40, 30, samples=1).result(PATIENCE)
+        picture = worker.colour(ball_at(0, 0, 1), CAMERA, 40, 30, samples=1).result(TIMEOUT)
         assert is_red(picture).any()
 
 
@@ -125,4 +125,4 @@ def test_whoever_asks_loads_no_graphics() -> None:
         "import sys\nfrom cellwright.rendering.worker import RenderWorker\n"
         "assert not {'OpenGL', 'av', 'matplotlib'} & {*sys.modules}\n"
     )
-    subprocess.run([sys.executable, "-c", program], check=True, timeout=PATIENCE)
+    subprocess.run([sys.executable, "-c", program], check=True, timeout=TIMEOUT)

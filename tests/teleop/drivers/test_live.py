@@ -1,7 +1,7 @@
 """A driver of one's own: what it is given, what is known of it, and what happens when it fails."""
 
 import sys
-import time
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -17,6 +17,9 @@ from cellwright.teleop.node import RobotNode
 from cellwright.teleop.safety.settings import SafetySettings
 from tests.teleop.robots import two_arms
 from tests.teleop.talk import Talk
+from tests.waiting import wait_until
+
+pytestmark = pytest.mark.usefixtures("patient")
 
 NAMES = ("elbow_left", "lift")  # neither all of the joints nor in their order
 
@@ -46,14 +49,14 @@ class Hardware:
         self.closed += 1
 
 
-def until(condition: Callable[[], object], within: float = 5.0) -> None:
-    end = time.monotonic() + within
-    while not condition():
-        assert time.monotonic() < end, "it has not happened"
-        time.sleep(0.002)
+def until(condition: Callable[[], object]) -> None:
+    """Wait for the thread of a driver."""
+    wait_until(condition, "effect of the driver's thread")
 
 
 def step_until(node: RobotNode, condition: Callable[[], object]) -> None:
+    """Step a node until a condition holds; the thread of its driver gets time between the steps."""
+
     def stepped() -> object:
         node.simulation.step()
         return condition()
@@ -98,6 +101,7 @@ def test_targets_and_readings_go_by_name(config: RobotConfig) -> None:
     assert hardware.told == [[-0.5, 0.3]]
     assert not live.fault
     live.close()
+    until(lambda: hardware.closed)  # where the thread is late, `close` does not wait for it
     assert hardware.closed == 1
 
 
@@ -122,18 +126,21 @@ def test_targets_and_readings_go_by_name(config: RobotConfig) -> None:
 def test_what_is_no_driver_of_this_robot(config: RobotConfig, hardware: Hardware, reason: str) -> None:
     with pytest.raises(DriverError, match=reason):
         LiveDriver(config, hardware)
-    assert hardware.closed == 1, "nobody lets go of the robot"
+    until(lambda: hardware.closed)  # where the thread is late, the constructor does not wait for it
+    assert hardware.closed == 1
 
 
 def test_a_node_that_cannot_be_lets_go_of_the_robot(config: RobotConfig) -> None:
     hardware = Hardware()
     with pytest.raises(UnknownNameError, match="tail"):
         RobotNode(config, driver=hardware, safety=SafetySettings(max_speeds=(("tail", 1.0),)))
+    until(lambda: hardware.closed)
     assert hardware.closed == 1
     wheel, *others = config.robot.joints
     twice = replace(config, robot=replace(config.robot, joints=(replace(wheel, name="lift"), *others)))
     with pytest.raises(DescriptionError):
         RobotNode(twice, driver=(hardware := Hardware()))
+    until(lambda: hardware.closed)
     assert hardware.closed == 1
 
 
@@ -190,13 +197,14 @@ def test_a_hold_that_does_not_get_through_is_said_again(config: RobotConfig) -> 
 def test_a_driver_that_is_stuck_is_not_waited_for(config: RobotConfig) -> None:
     hardware = Hardware()
     live = LiveDriver(config, hardware, patience=0.05)
-    hardware.on_read = lambda: time.sleep(0.4)
-    before = time.monotonic()
+    free = threading.Event()
+    hardware.on_read = free.wait
     until(lambda: live.fault)
-    assert time.monotonic() - before < 0.3
     assert live.fault == "it has said nothing for 0.05 s"
-    hardware.on_read = lambda: None
     live.close()
+    assert not hardware.closed, "it waited for the driver"
+    free.set()
+    until(lambda: hardware.closed)
 
 
 def test_a_node_drives_it_and_shows_it(config: RobotConfig) -> None:
@@ -221,6 +229,7 @@ def test_a_node_drives_it_and_shows_it(config: RobotConfig) -> None:
     assert node.commander.desired[number] == 0.35, "it would jump when the driver is back"
     assert all(told == [-1.0, 0.35] for told in hardware.told)
     node.close()
+    until(lambda: hardware.closed)
     assert hardware.closed == 1
 
 

@@ -12,6 +12,8 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
+from tests.waiting import TIMEOUT
+
 CAMERA = {
     "type": "ViewerCameraMessage",
     "wxyz": (1.0, 0.0, 0.0, 0.0),
@@ -36,7 +38,7 @@ class Onlooker:
     def __init__(self, url: str) -> None:
         protocol = Subprotocol(f"viser-v{viser.__version__}")
         address = url.replace("http://", "ws://")
-        self._line = connect(address, subprotocols=[protocol], max_size=None, open_timeout=60)
+        self._line = connect(address, subprotocols=[protocol], max_size=None, open_timeout=TIMEOUT)
         self.nodes: dict[str, dict[str, Any]] = {}
         """Properties of the nodes that there are."""
         self.texts: list[str] = []
@@ -62,7 +64,7 @@ class Onlooker:
     def close(self) -> None:
         """Look away."""
         self._line.close()
-        self._thread.join(60)
+        self._thread.join(TIMEOUT)
 
     def _listen(self) -> None:
         try:

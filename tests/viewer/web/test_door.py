@@ -15,6 +15,7 @@ from websockets.typing import Origin
 from cellwright.errors import UsageError
 from cellwright.viewer.web.door import Door
 from cellwright.viewer.web.program import Server
+from tests.waiting import TIMEOUT
 
 SECRET = "a1b2c3"
 
@@ -102,7 +103,7 @@ def test_viser_stands_behind_the_door() -> None:
     protocol = websockets.Subprotocol(f"viser-v{viser.__version__}")
     with page(SECRET) as found:
         for path, status in (("/", 403), (f"/?token={SECRET}", 200)):
-            line = http.client.HTTPConnection(found.host, found.port, timeout=30)
+            line = http.client.HTTPConnection(found.host, found.port, timeout=TIMEOUT)
             line.request("GET", path)
             answer = line.getresponse()
             body = answer.read()
@@ -117,7 +118,7 @@ def test_viser_stands_behind_the_door() -> None:
         with pytest.raises(InvalidStatus, match="403"):
             connect(address, subprotocols=[protocol], additional_headers=shown, origin=Origin("http://evil.example"))
         with connect(address, subprotocols=[protocol], additional_headers=shown) as browser:
-            assert browser.recv(timeout=30)
+            assert browser.recv(timeout=TIMEOUT)
 
 
 def test_what_a_browser_sends_ends_nobody_else() -> None:
@@ -130,12 +131,12 @@ def test_what_a_browser_sends_ends_nobody_else() -> None:
                     try:
                         bad.send(nonsense)
                         for _ in range(100):
-                            bad.recv(timeout=30)
+                            bad.recv(timeout=TIMEOUT)
                     except (ConnectionClosed, TimeoutError):
                         continue
             with connect(address) as of_another_version, pytest.raises(ConnectionClosed):
-                of_another_version.recv(timeout=30)
-            assert good.recv(timeout=30)
+                of_another_version.recv(timeout=TIMEOUT)
+            assert good.recv(timeout=TIMEOUT)
 
 
 def test_a_viser_that_cannot_be_guarded_is_none() -> None:

@@ -5,6 +5,7 @@ from base64 import b64encode
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from cellwright.viewer.web.asking import Asking
 from cellwright.viewer.web.link import AwayError, Link
 from tests.cells import KITTING
 from tests.teleop.robots import two_arms
+from tests.waiting import TIMEOUT, wait_until
 
 
 @contextmanager
@@ -108,14 +110,41 @@ def test_questions_bring_the_scene_once_and_frames_after_it() -> None:
         asking = Asking(Link(server.address), lambda: {"contacts": True})
         asking.is_watched = True
         asking.start()
-        scene, about = asking.found.get(timeout=60)
+        scene, about = asking.found.get(timeout=TIMEOUT)
         assert isinstance(scene, Scene)
         assert about["kind"] == "cell"
         for _ in range(3):
-            wall, frame, answer = asking.found.get(timeout=60)
+            wall, frame, answer = asking.found.get(timeout=TIMEOUT)
             assert isinstance(frame, Frame)
             assert "contacts" in answer
             assert wall > 0
+        asking.close()
+
+
+class Pause(threading.Event):
+    """A pause between two questions that notes its length, and ends when the test ends it."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.lengths: list[float | None] = []
+
+    def wait(self, timeout: float | None = None) -> bool:
+        self.lengths.append(timeout)
+        return super().wait(TIMEOUT)
+
+
+def test_questions_are_rare_until_there_is_a_browser(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cellwright.viewer.web.asking.time", SimpleNamespace(perf_counter=lambda: 1.0))
+    with hosted(Cell(KITTING)) as server:
+        asking = Asking(Link(server.address), dict)
+        pause = asking._wake = Pause()
+        asking.start()
+        wait_until(lambda: len(pause.lengths) == 1, "first pause")
+        assert pause.lengths[0] == 2.0
+        asking.is_watched = True
+        asking.wake()
+        wait_until(lambda: len(pause.lengths) == 2, "second pause", seen=lambda: pause.lengths)
+        assert pause.lengths[1] == pytest.approx(1 / 30)
         asking.close()
 
 
@@ -129,7 +158,7 @@ def test_what_answers_with_nonsense_counts_as_nobody(answer: dict[str, Any]) -> 
         server.offer("cellwright/frame", lambda _asked: answer)
         asking = Asking(Link(server.address), dict)
         asking.start()
-        found = asking.found.get(timeout=60)
+        found = asking.found.get(timeout=TIMEOUT)
         assert isinstance(found, CellwrightError)
         asking.close()
 
@@ -150,13 +179,13 @@ def test_frames_of_another_scene_and_runs_that_are_none_are_not_shown() -> None:
             server.offer("cellwright/frame", partial(answered, answer))
             asking = Asking(Link(server.address), dict)
             asking.start()
-            scene, _about = asking.found.get(timeout=60)
+            scene, _about = asking.found.get(timeout=TIMEOUT)
             assert isinstance(scene, Scene)
-            assert isinstance(asking.found.get(timeout=60), AwayError), wrong
+            assert isinstance(asking.found.get(timeout=TIMEOUT), AwayError), wrong
             server.offer("cellwright/frame", services.frame)
             asking.wake()
-            found = asking.found.get(timeout=60)
+            found = asking.found.get(timeout=TIMEOUT)
             while isinstance(found, AwayError):
-                found = asking.found.get(timeout=60)
+                found = asking.found.get(timeout=TIMEOUT)
             assert isinstance(found[0], Scene | float), "it finds back"
             asking.close()

@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -17,15 +16,15 @@ from cellwright.bus.served import Served
 from cellwright.cell import Cell
 from cellwright.errors import UsageError
 from cellwright.server import Server
-from cellwright.server.services.names import FOR_ONLOOKERS, FRAME
+from cellwright.server.services.names import FOR_ONLOOKERS, FRAME, PANEL
 from cellwright.server.services.scene import SceneServices
 from cellwright.teleop.node import RobotNode
 from cellwright.viewer.web.start import WebPage
 from tests.cells import KITTING, WHOLE
 from tests.teleop.robots import two_arms
 from tests.viewer.web.onlooker import Onlooker
+from tests.waiting import TIMEOUT, wait_until
 
-LIMIT = 90.0  # [s]
 TRAY = "bodies/agv1::kit_tray_1::kit_tray_1::tray"
 
 
@@ -49,10 +48,7 @@ class Hall:
 
     def until(self, condition: Callable[[], object]) -> None:
         """Let time pass and serve, until something is so."""
-        deadline = time.monotonic() + LIMIT
-        while not condition():
-            assert time.monotonic() < deadline, f"not so after {LIMIT:g} s"
-            self.step()
+        wait_until(condition, "change on the page", seen=lambda: f"{len(self.asked)} questions", between=self.step)
 
     def step(self) -> None:
         """Let a tick pass, and serve."""
@@ -108,15 +104,22 @@ def test_a_page_that_was_given_the_key_is_told_what_others_are_not() -> None:
         hall.server.close("the test is over")
 
 
-def test_nobody_looks_on_and_hardly_anything_is_asked() -> None:
+def test_a_page_asks_little_until_there_is_a_browser() -> None:
+    """Its panel's questions are counted here; the pauses between two questions are tested with `Asking`."""
+    panels: list[dict[str, Any]] = []
+
+    def panel(asked: dict[str, Any]) -> dict[str, Any]:
+        panels.append(asked)
+        return {"kind": "none"}
+
     with shown(Cell(KITTING)) as (hall, page):
-        hall.until(lambda: len(hall.asked) >= 2)
-        begun, before = time.monotonic(), len(hall.asked)
-        while time.monotonic() < begun + 1.5:
-            hall.step()
-        assert len(hall.asked) - before <= 2
+        hall.server.offer(PANEL, panel)
+        hall.until(lambda: len(hall.asked) >= 3)
+        assert len(panels) <= 2  # those of its features when there is another scene
+        before = len(hall.asked)
         someone = Onlooker(page.url)
         hall.until(lambda: len(hall.asked) > before + 10)
+        hall.until(lambda: len(panels) > 4)
         someone.close()
 
 
@@ -128,10 +131,11 @@ def test_the_page_finds_back_to_what_was_gone_and_shows_what_is_there_now() -> N
         someone = Onlooker(page.url)
         hall.until(lambda: someone.sees(TRAY))
         hall.server.close("the run is over")
-        deadline = time.monotonic() + LIMIT
-        while not any("Not connected" in text and "the run is over" in text for text in someone.texts):
-            assert time.monotonic() < deadline
-            time.sleep(0.02)
+        wait_until(
+            lambda: any("Not connected" in text and "the run is over" in text for text in someone.texts),
+            "notice that the cell is gone",
+            seen=lambda: someone.texts,
+        )
         hall = Hall(RobotNode(two_arms()), port)
         hall.until(lambda: someone.sees("bodies/world") and not someone.sees(TRAY))
         someone.close()
@@ -190,15 +194,17 @@ def test_whoever_has_a_page_hears_when_it_dies_and_not_when_it_is_closed() -> No
     gone = threading.Event()
     page = WebPage(("127.0.0.1", 1), port=0, on_gone=gone.set)
     os.kill(page.pid, signal.SIGTERM)
-    assert gone.wait(60.0)
+    assert gone.wait(TIMEOUT)
     assert not page.is_open
     page.close()
 
     gone.clear()
+    before = threading.enumerate()
     page = WebPage(("127.0.0.1", 1), port=0, on_gone=gone.set)
     page.close()
     assert not page.is_open
-    assert not gone.wait(0.2)
+    wait_until(lambda: {*threading.enumerate()} <= {*before}, "end of the thread that watches the page")
+    assert not gone.is_set()
 
 
 def test_a_page_that_nobody_waits_for_any_more_ends_without_a_word() -> None:
@@ -209,6 +215,6 @@ def test_a_page_that_nobody_waits_for_any_more_ends_without_a_word() -> None:
     os.close(writer)
     os.close(reader)
 
-    _, said = process.communicate(json.dumps(asked).encode() + b"\n", timeout=120)
+    _, said = process.communicate(json.dumps(asked).encode() + b"\n", timeout=TIMEOUT)
 
     assert (process.returncode, said) == (0, b"")

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import threading
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
@@ -18,6 +17,7 @@ from cellwright.server.timekeeper import Timekeeper
 from cellwright.teleop.node import RobotNode
 from cellwright.viewer.web.operator.robot import SeenRobot, Standing
 from tests.operators.nodes import robot
+from tests.waiting import TIMEOUT
 
 
 @cache
@@ -71,13 +71,5 @@ def served(node: RobotNode, port: int = 0) -> Iterator[tuple[str, int]]:
         yield server.address
     finally:
         keeper.is_stopped = True
-        thread.join(30)
+        thread.join(TIMEOUT)
         server.close("the test is over")
-
-
-def wait_for(condition: Callable[[], bool], what: str) -> None:
-    """Wait until something is so; the test fails where that takes very long."""
-    deadline = time.monotonic() + 60.0
-    while not condition():
-        assert time.monotonic() < deadline, what
-        time.sleep(0.005)

@@ -12,7 +12,8 @@ from cellwright.teleop.node import RobotNode
 from cellwright.viewer.web.operator.feature import TAB, Operator
 from tests.operators.nodes import robot
 from tests.viewer.web.operator.fakes import FakePage
-from tests.viewer.web.operator.robots import served, wait_for
+from tests.viewer.web.operator.robots import served
+from tests.waiting import wait_until
 
 SCENE = Scene("two arms", ("world",), (), ())
 
@@ -30,7 +31,7 @@ def built(operator: Operator, page: Any) -> None:
         operator.told({})
         return bool(page.server.gui.made)
 
-    wait_for(is_built, "nothing is built")
+    wait_until(is_built, "panel of the operator")
 
 
 def test_a_cell_gets_no_operator() -> None:

@@ -17,7 +17,8 @@ from cellwright.viewer.web.operator.reach import angle
 from cellwright.viewer.web.operator.robot import Standing
 from cellwright.viewer.web.operator.worker import NODE, Worker
 from tests.operators.nodes import robot
-from tests.viewer.web.operator.robots import number, served, wait_for
+from tests.viewer.web.operator.robots import number, served
+from tests.waiting import wait_until
 
 ME = 1
 ELBOW = number("right_3")
@@ -33,7 +34,7 @@ def node() -> Iterator[RobotNode]:
 def at_work(worker: Worker) -> Desk:
     """Its desk, once the robot has told how it stands."""
     worker.start()
-    wait_for(lambda: worker.desk is not None and worker.desk.is_at_rest, "no robot is heard of that rests")
+    wait_until(lambda: worker.desk is not None and worker.desk.is_at_rest, "robot at rest")
     assert worker.desk is not None
     return worker.desk
 
@@ -53,14 +54,14 @@ def test_a_dragged_hand_gets_there_and_the_other_one_stays(node: RobotNode) -> N
         for share in np.linspace(0.0, 1.0, 20):
             x, y, z = np.add(right.position, share * np.subtract(world_T_aim.position, right.position)).tolist()
             desk.drag(0, ME, Pose((x, y, z), right.quaternion))
-        wait_for(lambda: math.dist(stands(desk).tips[0].position, world_T_aim.position) < 1e-3, "it does not get there")
+        wait_until(lambda: math.dist(stands(desk).tips[0].position, world_T_aim.position) < 1e-3, "end of the motion")
         assert angle(stands(desk).tips[0], right) < 0.01
         assert math.dist(stands(desk).tips[1].position, left.position) < 2e-3
         assert NODE in stands(desk).commander
-        wait_for(lambda: desk.delay.seconds is not None, "its delay is not known")
+        wait_until(lambda: desk.delay.seconds is not None, "figure of the delay")
         desk.release(0, ME)
         taken = stands(desk).taken
-        wait_for(lambda: stands(desk).commander == "", "it is still heard from")
+        wait_until(lambda: stands(desk).commander == "", "silence of the hand")
         assert stands(desk).taken <= taken + 1, "what is let go of says nothing"
         worker.close()
 
@@ -70,22 +71,22 @@ def test_sliders_grippers_stop_and_home(node: RobotNode) -> None:
         worker = Worker(address)
         desk = at_work(worker)
         desk.slide(ELBOW, -0.9)
-        wait_for(lambda: abs((stands(desk).positions[ELBOW] or 0.0) + 0.9) < 2e-3, "the elbow does not get there")
+        wait_until(lambda: abs((stands(desk).positions[ELBOW] or 0.0) + 0.9) < 2e-3, "elbow at its target")
         desk.grip(1, 0.5)
-        wait_for(lambda: abs(stands(desk).grippers[1] - 0.5) < 0.05, "the gripper does not get there")
+        wait_until(lambda: abs(stands(desk).grippers[1] - 0.5) < 0.05, "gripper at its target")
         assert stands(desk).grippers[0] < 0.05
 
         desk.slide(ELBOW, 1.5)
         assert worker.stop() == ""
-        wait_for(lambda: stands(desk).is_stopped, "the stop does not get through")
+        wait_until(lambda: stands(desk).is_stopped, "emergency stop")
         assert (stands(desk).positions[ELBOW] or 0.0) < 0.5, "it comes before all else"
         assert not desk.slide(ELBOW, 1.5)
         desk.ask(Ask.CLEAR_STOP)
-        wait_for(lambda: not stands(desk).is_stopped, "the stop is not cleared")
+        wait_until(lambda: not stands(desk).is_stopped, "end of the emergency stop")
 
         desk.ask(Ask.HOME)
-        wait_for(lambda: abs((stands(desk).positions[ELBOW] or 0.0) + 1.2) < 2e-3, "it does not go home")
-        wait_for(lambda: "home: done" in desk.notes.text, "nobody says that it is there")
+        wait_until(lambda: abs((stands(desk).positions[ELBOW] or 0.0) + 1.2) < 2e-3, "elbow at home")
+        wait_until(lambda: "home: done" in desk.notes.text, "answer to the way home")
         worker.close()
     assert worker.desk is not None
 
@@ -99,10 +100,10 @@ def test_a_refusal_says_why_and_ends_the_drag(node: RobotNode) -> None:
             tip = stands(desk).tips[0]
             assert desk.grab(0, ME, tip)
             desk.drag(0, ME, Pose((0.0, 0.0, 0.01)) @ tip)
-            wait_for(lambda desk=desk: stands(desk).taken > 0, "nothing was taken")  # type: ignore[misc]
-        wait_for(lambda: f"{NODE} commands here" in other.notes.text, "nobody says why")
+            wait_until(lambda desk=desk: stands(desk).taken > 0, "command that was taken")  # type: ignore[misc]
+        wait_until(lambda: f"{NODE} commands here" in other.notes.text, "reason of the refusal")
         assert not other.hands.is_held(0)
-        wait_for(lambda: stands(other).refused > 0, "it is not counted")
+        wait_until(lambda: stands(other).refused > 0, "count of the refusal")
         first.close()
         second.close()
 
@@ -112,13 +113,13 @@ def test_it_finds_its_way_back_and_a_stop_is_not_lost(node: RobotNode) -> None:
         worker = Worker(address)
         desk = at_work(worker)
         desk.slide(ELBOW, 1.0)
-    wait_for(lambda: desk.standing is None, "it has not noticed")
+    wait_until(lambda: desk.standing is None, "notice that the robot is gone")
     assert "not got through yet" in worker.stop()
     assert "not got through yet" in desk.notes.text
     other = RobotNode(robot())
     with served(other, port=address[1]):
-        wait_for(lambda: other.commander.is_stopped, "the stop has not got through")
-        wait_for(lambda: worker.desk is desk and desk.standing is not None, "it has not come back")
+        wait_until(lambda: other.commander.is_stopped, "emergency stop of the other robot")
+        wait_until(lambda: worker.desk is desk and desk.standing is not None, "robot that is back")
         assert desk.due() == []
         worker.close()
     other.close()

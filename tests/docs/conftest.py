@@ -1,0 +1,5 @@
+"""Fixtures for tests of pages."""
+
+from tests.warm import warm
+
+__all__ = ["warm"]

@@ -1,0 +1,40 @@
+"""Programs from a warm start behave as those that the interpreter starts."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.docs.conftest import warm
+from tests.warm import WarmStart
+
+__all__ = ["warm"]
+
+
+@pytest.mark.parametrize(
+    ("program", "status", "out", "err"),
+    [
+        ("import os, sys; print(os.path.basename(os.getcwd()), sys.argv[1:], os.environ['WORD'])", 0, None, ""),
+        ("import sys; print('é'); print('no', file=sys.stderr); sys.exit(3)", 3, "é\n", "no\n"),
+        ("import atexit; atexit.register(print, 'the end')", 0, "the end\n", ""),
+        ("import sys; sys.exit('wrong')", 1, "", "wrong\n"),
+        ("import os, signal; os.kill(os.getpid(), signal.SIGKILL)", -9, "", ""),
+        ("import signal; print(signal.getsignal(signal.SIGINT) is signal.default_int_handler)", 0, "True\n", ""),
+        ("import sys; print(repr(sys.stdin.read()), __name__, sorted(vars())[-1])", 0, "'' __main__ sys\n", ""),
+        ("import here; here.say()", 0, "said\n", ""),
+    ],
+)
+def test_a_program_ends_as_it_says(
+    warm: WarmStart, program: str, status: int, out: str | None, err: str, tmp_path: Path
+) -> None:
+    (tmp_path / "here.py").write_text("def say() -> None:\n    print('said')\n")
+    ran = warm.run(program, "a", "b c", folder=tmp_path, environment={"WORD": "hello"})
+    assert (ran.returncode, ran.stderr) == (status, err)
+    assert ran.stdout == (f"{tmp_path.name} ['a', 'b c'] hello\n" if out is None else out)
+
+
+def test_an_error_is_told_as_usual_and_the_next_program_runs(warm: WarmStart, tmp_path: Path) -> None:
+    ran = warm.run("x = 1\n1 / 0", folder=tmp_path)
+    assert ran.returncode == 1
+    assert 'File "<string>", line 2, in <module>' in ran.stderr
+    assert ran.stderr.endswith("ZeroDivisionError: division by zero\n")
+    assert warm.run("print('x' in vars())", folder=tmp_path).stdout == "False\n"
