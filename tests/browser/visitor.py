@@ -30,6 +30,14 @@ _DRAWN = """() => new Promise(done => requestAnimationFrame(() => {
 """What is drawn in three dimensions, as base64: much faster than a screenshot, which composes the whole window."""
 
 
+_FEW_FRAMES = """
+const next = window.requestAnimationFrame.bind(window);
+window.requestAnimationFrame = draw => setTimeout(() => next(draw), 250);
+window.cancelAnimationFrame = clearTimeout;
+"""
+"""Draws four frames a second instead of sixty: the processor draws them all, and would do nothing else."""
+
+
 class Visitor:
     """One window of a browser, with nothing remembered from others.
 
@@ -41,6 +49,7 @@ class Visitor:
     def __init__(self, context: BrowserContext, scale: float = COARSE) -> None:
         self._context = context
         self._scale = scale
+        context.add_init_script(_FEW_FRAMES)
         self.page: Page = context.new_page()
         self.page.set_default_timeout(TIMEOUT * 1e3)
         self.errors: list[str] = []
