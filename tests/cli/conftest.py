@@ -43,7 +43,6 @@ def cellwright(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.C
 def small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures of a run are small: a whole one takes many seconds of a processor."""
 
-
     def small(model: Any, data: Any, camera: Any, *_size: int, **more: Any) -> NDArray[np.uint8]:
         return render(model, data, camera, 64, 36, **more)
 
