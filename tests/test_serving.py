@@ -49,7 +49,7 @@ def hear(connection: socket.socket, decoder: Decoder) -> list[Frame]:
     """The next frames; a long one may come in pieces."""
     frames: list[Frame] = []
     while not frames and (data := connection.recv(1 << 20)):
-        frames = decoder.feed(data)
+        frames = list(decoder.feed(data))
     return frames
 
 

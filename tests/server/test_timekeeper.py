@@ -169,7 +169,7 @@ def test_a_node_that_ends_answers_first() -> None:
         guest.ask(Frame(Kind.SUBSCRIBE, 5, "/io_teleop/joint_states"))  # once this is answered the call has been taken
         talk.node.close()
         hall.server.close("the node has stopped")
-        wait_until(lambda: guest.listen() or guest.is_over, "end of the connection", seen=lambda: guest.heard)
+        wait_until(lambda: guest.is_over, "end of the connection", seen=lambda: guest.heard, between=guest.listen)
         found, ended = guest.heard
         assert from_cdr(found.payload, TriggerResponse).message == "the node has stopped"
         assert ended.kind is Kind.ENDED

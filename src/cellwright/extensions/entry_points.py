@@ -5,6 +5,9 @@ Nothing is imported before it is asked for by its name, so a package that is bro
 
 from __future__ import annotations
 
+import os
+import sys
+from functools import lru_cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import Literal, TypeAlias, TypeVar
 
@@ -80,7 +83,22 @@ def _found(kind: Kind, name: str) -> EntryPoint:
 
 
 def _entry_points(kind: Kind) -> tuple[EntryPoint, ...]:
+    return _in_folders(kind, tuple((folder, _changed(folder)) for folder in sys.path))
+
+
+@lru_cache(maxsize=16)
+def _in_folders(kind: Kind, _folders: tuple[tuple[str, int], ...]) -> tuple[EntryPoint, ...]:
+    # each look reads the entry points of all packages, and every trial that is read asks for them; the folders are
+    # those in which packages are looked for, so that one that is installed meanwhile is found
     return tuple(entry_points(group=f"cellwright.{kind}"))
+
+
+def _changed(folder: str) -> int:
+    """When a folder got its newest package [ns]; 0 where there is no such folder."""
+    try:
+        return os.stat(folder or ".").st_mtime_ns
+    except OSError:
+        return 0
 
 
 def _package(entry: EntryPoint) -> str:
