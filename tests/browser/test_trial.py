@@ -11,6 +11,7 @@ import pytest
 from tests.browser.conftest import Visit
 from tests.browser.serving import viewed
 from tests.processes import Process
+from tests.waiting import TIMEOUT
 
 pytestmark = pytest.mark.browser
 
@@ -29,7 +30,7 @@ def test_score_orders_and_trays_change_until_the_end_and_the_recording_shows_it_
         try:
             onlooker.read(r"order_0_kit_0")
             onlooker.read(r"piston_rod_part_\d+")  # on the tray
-            onlooker.read(r"^8\s+of 12 points")
+            onlooker.read(r"^8\s+of 12 points", within=4 * TIMEOUT)  # a whole trial, which the page slows down
             onlooker.read("^done$")
         finally:
             agent.kill()
