@@ -105,6 +105,7 @@ def test_tf_echo(served: tuple[Ground, Process], text: str) -> None:
     master, _ = served
     echo = master.start(["rosrun", "tf", "tf_echo", "world", "vacuum_gripper_link"])
     found = echo.wait_for(r"Translation: \[(.*), (.*), (.*)\]")
+    echo.interrupt()
     initial = dict(zip((joint.name for joint in joints_of(text) if joint.kind != "fixed"),
                        (0.0, 3.14, -1.13, 1.51, 3.77, -1.51, 0.0), strict=False))  # fmt: skip
     expected = world_T(text, "vacuum_gripper_link", initial)[:3, 3]
