@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from contextlib import closing
-from typing import TypeVar
 
 from cellwright.messages import from_ros1
+from cellwright.messages.wire import M
 from tests.bridges.ros1.wire import Calls, subscribe
 from tests.ros1.ground import Ground
 
-Message = TypeVar("Message")
 
-
-def glance(ground: Ground, topic: str, kind: type[Message], count: int = 1, *, node: str = "/gazebo") -> list[Message]:
+def glance(ground: Ground, topic: str, kind: type[M], count: int = 1, *, node: str = "/gazebo") -> list[M]:
     """The next messages of a topic.
 
     Args:

@@ -61,9 +61,9 @@ def count_messages(topics: list[str], seconds: int) -> dict[str, dict[str, int]]
         assert answer.success, answer.message
         sent = dict(zip(answer.topics, answer.sent))  # noqa: B905 - the Python of ROS may be an old one
         wait_until(
-            lambda sent=sent: all(come[topic] >= count for topic, count in sent.items() if topic != "/clock"),
+            lambda: all(come[topic] >= count for topic, count in sent.items() if topic != "/clock"),  # noqa: B023
             "messages",
-            seen=lambda sent=sent: (sent, come),
+            seen=lambda: (sent, come),  # noqa: B023
         )
         counts["/clock"] = {"/gazebo": sent["/clock"]}  # of which rospy, that reads it too, takes the newest alone
         if number == 0:  # what is latched does not count

@@ -64,7 +64,7 @@ def take_part(cheats: dict[str, str]) -> dict[str, Any]:
         for _ in range(periods):
             before = len(heard["states"])
             assert step(rospy.Duration(0, 100_000_000), [], []).success
-            wait_until(lambda before=before: len(heard["states"]) > before, "competition state", seen=lambda: heard)
+            wait_until(lambda: len(heard["states"]) > before, "competition state", seen=lambda: heard)  # noqa: B023
 
     let_pass(2)
     answers = [start()]

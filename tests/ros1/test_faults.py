@@ -79,7 +79,8 @@ def flood(count: int, calls: int) -> dict[str, float]:
     positions = [1.51, 0.0, -1.13, 3.14, 3.77, -1.51, 0.0]
     message.points = [JointTrajectoryPoint(positions=positions, time_from_start=rospy.Duration(1.0))]
     wait_until(rospy.get_time, "simulation time")
-    begin, answers = rospy.get_time(), []
+    begin = rospy.get_time()
+    answers: list[bool] = []
 
     def ask() -> None:
         control = rospy.ServiceProxy("/ariac/gripper/control", VacuumGripperControl, persistent=True)

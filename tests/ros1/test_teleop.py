@@ -119,7 +119,7 @@ def drive(commands: list[Command], goals: list[dict[str, float]]) -> dict[str, l
     seen = [at()]
     for (topic, names, positions), goal in zip(commands, goals):  # noqa: B905
         publishers[topic].publish(JointState(name=names, position=positions))
-        wait_until(lambda goal=goal: all(abs(at()[name] - goal[name]) < 0.005 for name in goal), "posture", seen=at)
+        wait_until(lambda: all(abs(at()[name] - goal[name]) < 0.005 for name in goal), "posture", seen=at)  # noqa: B023
         seen.append(at())
     return {name: [positions[name] for positions in seen] for name in seen[0]}
 
@@ -237,7 +237,7 @@ def sweep(joint: str, to: float) -> float:
     for step in range(1, 101):
         before = len(states)
         commands.publish(JointState(name=[joint], position=[begin + (to - begin) * step / 100]))
-        wait_until(lambda before=before: len(states) > before, "joint state")
+        wait_until(lambda: len(states) > before, "joint state")  # noqa: B023
     wait_until(lambda: abs(at() - to) < 0.005, "arrival", seen=at)
     return at()
 

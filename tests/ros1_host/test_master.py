@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import socket
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
@@ -18,6 +17,8 @@ from tests.ports import free_port
 from tests.waiting import TIMEOUT
 
 PATIENCE = 0.5
+is_over = threading.Event()
+"""Ends the server that drips."""
 
 
 class FakeMaster:
@@ -147,11 +148,10 @@ def hang(connection: socket.socket) -> None:
 
 
 def drip(connection: socket.socket) -> None:
-    """Answer without end: whoever waits for the end of a line waits for ever."""
+    """Answer without end, slowly: no single read lasts long, and a line never ends."""
     with suppress(OSError):
-        while True:
+        while not is_over.wait(PATIENCE / 20):
             connection.sendall(b"H")
-            time.sleep(PATIENCE / 20)  # slow on purpose: no single read lasts long
 
 
 def say(text: bytes) -> Callable[[socket.socket], None]:
@@ -185,8 +185,10 @@ def xml(value: str) -> Callable[[socket.socket], None]:
 )
 def test_what_is_no_master_is_told_from_one_in_time(talk: Callable[[socket.socket], None]) -> None:
     with answering(talk) as uri:
+        is_over.clear()
         master = Master(uri, PATIENCE)
-        assert not master.answers()  # those that hang or drip would keep it for ever
+        assert not master.answers()  # the one that drips would keep it for ever
+        is_over.set()
         assert master.is_port_taken()
 
 

@@ -9,6 +9,7 @@ import shlex
 import signal
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from cellwright.errors import UsageError
 from cellwright.ros1_host import Ros1
 from tests.ports import free_port
 from tests.processes import Process, name_of
-from tests.ros1.ground import Ground, check_end
+from tests.ros1.ground import Ground, check_end, ground
 from tests.ros1.listening import addresses
 from tests.waiting import wait_until
 
@@ -65,8 +66,15 @@ def refused(ground: Ground, *options: str, **more: str) -> str:
 # ---------------------------------------------------------------- start
 
 
-def test_it_is_ready_with_everything_there(master: Ground) -> None:
-    cell = master.serve("lesson")
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> Iterator[tuple[Ground, Process]]:
+    """A master and a cell there, for tests that leave it as it is."""
+    with ground(tmp_path_factory.mktemp("served"), ros1_messages) as made:
+        yield made, made.serve("lesson")
+
+
+def test_it_is_ready_with_everything_there(served: tuple[Ground, Process]) -> None:
+    master, cell = served
     ready = re.search(r"^ready: lesson at 127\.0\.0\.1:\d+, real time, ROS 1 at (\S+)$", cell.out, re.MULTILINE)
     assert ready is not None
     assert ready[1] == master.uri.rstrip("/")
@@ -107,8 +115,8 @@ def test_nobody_outside_of_this_machine_is_let_in(no_master: Ground) -> None:
     assert set.union(*listening) == {"127.0.0.1"}
 
 
-def test_a_second_simulator_at_the_same_master_is_refused(master: Ground) -> None:
-    first = master.serve("lesson")
+def test_a_second_simulator_at_the_same_master_is_refused(served: tuple[Ground, Process]) -> None:
+    master, first = served
     said = refused(master)
     assert re.match(r"error: a simulator is there already at http://\S+: its node /gazebo answers at http://", said)
     assert first.running
@@ -158,30 +166,6 @@ def test_a_socket_that_cannot_be_had(master: Ground) -> None:
 
 
 # ---------------------------------------------------------------- faults
-
-
-def test_a_bridge_that_is_killed_comes_back(master: Ground) -> None:
-    cell = master.serve("lesson")
-    os.kill(pid_of(cell, "bridges/ros1/__main__.py"), signal.SIGKILL)
-    cell.wait_for("the ROS 1 bridge was ended by SIGKILL; it is started again")
-    cell.wait_for("everything is registered again")
-    state = master.tool("rostopic", "echo", "-n", "1", "/ariac/competition_state")
-    assert "init" in state
-    assert nodes(master) >= {GAZEBO, PUBLISHER}
-
-
-def test_a_master_that_is_stopped_and_started_again(master: Ground) -> None:
-    cell = master.serve("lesson")
-    master.stop_master()
-    lost = cell.wait_for(".*master at .* is gone.*")[0]
-    assert "parameters" in lost
-    assert cell.running
-    master.start_master()
-    cell.wait_for("everything is registered again at")
-    wait_until(lambda: nodes(master) >= {GAZEBO, PUBLISHER}, "nodes")
-    assert parameter(master, "/use_sim_time") is True
-    assert parameter(master, "/ariac/arm/type") == "effort_controllers/JointTrajectoryController"
-    assert "init" in master.tool("rostopic", "echo", "-n", "1", "/ariac/competition_state")
 
 
 def test_a_master_of_our_own_that_is_killed_is_started_again(no_master: Ground) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import operator
 import re
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -11,14 +13,15 @@ import pytest
 from cellwright.cli import options
 from cellwright.contracts.gear.urdf import robot_description
 from tests.contracts.urdf_chain import joints_of, world_T
-from tests.ros1.ground import Ground
+from tests.processes import Process
+from tests.ros1.ground import Ground, ground
 
 pytest_plugins = ["tests.ros1.fixtures"]
 
 pytestmark = pytest.mark.ros1
 
 PUBLISHER = "/robot_state_publisher"
-SECONDS = 4.0
+SECONDS = 2.0
 CHAIN = {
     "base_link": "linear_arm_actuator",
     "shoulder_link": "base_link",
@@ -69,8 +72,15 @@ def text() -> str:
     return robot_description(options.load(["lesson"]))
 
 
-def test_every_frame_has_the_parent_the_sender_and_the_rate_of_the_original(master: Ground) -> None:
-    cell = master.serve("lesson")
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> Iterator[tuple[Ground, Process]]:
+    """A master and the lesson's cell there."""
+    with ground(tmp_path_factory.mktemp("frames"), ros1_messages) as made:
+        yield made, made.serve("lesson")
+
+
+def test_every_frame_has_the_parent_the_sender_and_the_rate_of_the_original(served: tuple[Ground, Process]) -> None:
+    master, cell = served
     heard = master.client(listen, SECONDS).value()
     assert heard["/tf_static"].keys() == {PUBLISHER}
     (static,) = heard["/tf_static"][PUBLISHER]
@@ -91,10 +101,11 @@ def test_every_frame_has_the_parent_the_sender_and_the_rate_of_the_original(mast
     assert not re.search(r"robot_state_publisher: \[", cell.out + cell.err)  # it has nothing to complain of
 
 
-def test_tf_echo(master: Ground, text: str) -> None:
-    master.serve("lesson")
+def test_tf_echo(served: tuple[Ground, Process], text: str) -> None:
+    master, _ = served
     echo = master.start(["rosrun", "tf", "tf_echo", "world", "vacuum_gripper_link"])
     found = echo.wait_for(r"Translation: \[(.*), (.*), (.*)\]")
+    echo.interrupt()
     initial = dict(zip((joint.name for joint in joints_of(text) if joint.kind != "fixed"),
                        (0.0, 3.14, -1.13, 1.51, 3.77, -1.51, 0.0), strict=False))  # fmt: skip
     expected = world_T(text, "vacuum_gripper_link", initial)[:3, 3]

@@ -79,6 +79,12 @@ class FakeCell:
         self._thread = threading.Thread(target=self._serve, daemon=True)
         self._thread.start()
 
+    def reset(self) -> None:
+        """Forget the frames that came, and answer as usual; for a cell that several tests share."""
+        with self._lock:
+            self.frames.clear()
+            self.answer = self.usual
+
     def of(self, kind: Kind) -> list[Frame]:
         """The frames of a kind that came so far."""
         with self._lock:

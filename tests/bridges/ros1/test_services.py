@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import socket
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from pathlib import Path
 
 import pytest
 
@@ -13,7 +15,7 @@ from cellwright.messages import md5
 from tests.bridges.ros1.conftest import start_bridge
 from tests.bridges.ros1.fake_cell import FakeCell, heard, out, service
 from tests.bridges.ros1.wire import Calls, address_of_service, encoded, subscribe
-from tests.ros1.ground import Ground
+from tests.ros1.ground import Ground, ground
 from tests.waiting import TIMEOUT, wait_until
 
 pytest_plugins = ["tests.ros1.fixtures", "tests.bridges.ros1.fixtures"]
@@ -34,11 +36,27 @@ rospy.spin()
 """
 
 
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> Iterator[tuple[Ground, FakeCell]]:
+    """A master, and a cell at its bridge: calls of one test leave nothing for those of the next."""
+    cell = FakeCell([], [service(START)])
+    with closing(cell), ground(tmp_path_factory.mktemp("services"), ros1_messages) as made:
+        start_bridge(made, cell)
+        yield made, cell
+
+
 @pytest.fixture
-def cell(master: Ground, make_cell: MakeCell) -> FakeCell:
-    made = make_cell([], [service(START)])
-    start_bridge(master, made)
-    return made
+def served(shared: tuple[Ground, FakeCell]) -> Ground:
+    """Where the shared cell lives."""
+    return shared[0]
+
+
+@pytest.fixture
+def cell(shared: tuple[Ground, FakeCell]) -> FakeCell:
+    """The shared cell, as it was at first."""
+    cell = shared[1]
+    cell.reset()
+    return cell
 
 
 def answering(cell: FakeCell, kind: Kind, payload: bytes, name: str = "") -> None:
@@ -50,9 +68,9 @@ def answering(cell: FakeCell, kind: Kind, payload: bytes, name: str = "") -> Non
     cell.answer = answer
 
 
-def test_a_call_goes_there_and_back(master: Ground, cell: FakeCell) -> None:
+def test_a_call_goes_there_and_back(served: Ground, cell: FakeCell) -> None:
     answering(cell, Kind.ANSWER, b"\1\2\0\0\0ok")
-    calls = Calls(master, START, caller="/team", md5sum=md5("std_srvs/Trigger"))
+    calls = Calls(served, START, caller="/team", md5sum=md5("std_srvs/Trigger"))
     assert calls.header["type"] == "std_srvs/Trigger"
     assert calls.header["md5sum"] == md5("std_srvs/Trigger")
     assert calls.call(b"") == (True, b"\1\2\0\0\0ok")
@@ -62,9 +80,9 @@ def test_a_call_goes_there_and_back(master: Ground, cell: FakeCell) -> None:
     assert (frame.name, frame.type, frame.node, frame.payload) == (START, "std_srvs/Trigger", "/team", b"")
 
 
-def test_calls_on_one_connection(master: Ground, cell: FakeCell) -> None:
+def test_calls_on_one_connection(served: Ground, cell: FakeCell) -> None:
     cell.answer = lambda frame: Frame(Kind.ANSWER, frame.number, payload=frame.payload[::-1])
-    calls = Calls(master, START, persistent="1")
+    calls = Calls(served, START, persistent="1")
     assert [calls.call(data) for data in (b"abc", b"", b"xy")] == [(True, b"cba"), (True, b""), (True, b"yx")]
     for data in (b"one", b"two", b"three"):  # not waiting for answers
         calls.ask(data)
@@ -103,25 +121,25 @@ def test_in_lockstep_an_answer_may_be_promised_first(master: Ground, make_cell: 
     assert waiting.answer() == (True, b"home")
 
 
-def test_no_answer_fails_as_a_cpp_service_that_returns_false(master: Ground, cell: FakeCell) -> None:
+def test_no_answer_fails_as_a_cpp_service_that_returns_false(served: Ground, cell: FakeCell) -> None:
     answering(cell, Kind.REFUSED, b"the state is not go", "ServiceFailedError")
-    assert Calls(master, START).call(b"") == (False, b"")
+    assert Calls(served, START).call(b"") == (False, b"")
 
 
-def test_a_refusal_fails_with_its_reason_in_one_line(master: Ground, cell: FakeCell) -> None:
+def test_a_refusal_fails_with_its_reason_in_one_line(served: Ground, cell: FakeCell) -> None:
     answering(cell, Kind.REFUSED, b"no\n  such", "MessageError")
-    calls = Calls(master, START, persistent="1")
+    calls = Calls(served, START, persistent="1")
     assert calls.call(b"") == (False, b"no such")
     answering(cell, Kind.ANSWER, b"\1")
     assert calls.call(b"") == (True, b"\1")
 
 
-def test_another_checksum_is_refused(master: Ground, cell: FakeCell) -> None:
-    header = Calls(master, START, md5sum="0" * 32).header
+def test_another_checksum_is_refused(served: Ground, cell: FakeCell) -> None:
+    header = Calls(served, START, md5sum="0" * 32).header
     assert header["error"].startswith(f"{START} has md5sum 937c9679")
 
 
-def test_a_caller_that_is_killed_in_mid_service_harms_nobody(master: Ground, cell: FakeCell) -> None:
+def test_a_caller_that_is_killed_in_mid_service_harms_nobody(served: Ground, cell: FakeCell) -> None:
     waiting: list[Frame] = []
 
     def keep(frame: Frame) -> Frame | None:
@@ -131,21 +149,21 @@ def test_a_caller_that_is_killed_in_mid_service_harms_nobody(master: Ground, cel
         return None
 
     cell.answer = keep
-    calls = Calls(master, START)
+    calls = Calls(served, START)
     calls.ask(b"")
     wait_until(lambda: waiting, "call")
     calls.close()
     cell.send(Frame(Kind.ANSWER, waiting[0].number, payload=b"\1"))
     answering(cell, Kind.ANSWER, b"\2")
-    assert Calls(master, START).call(b"") == (True, b"\2")
+    assert Calls(served, START).call(b"") == (True, b"\2")
 
 
-def test_a_request_too_long_ends_the_connection(master: Ground, cell: FakeCell) -> None:
-    calls = Calls(master, START, persistent="1")
+def test_a_request_too_long_ends_the_connection(served: Ground, cell: FakeCell) -> None:
+    calls = Calls(served, START, persistent="1")
     calls.socket.sendall(struct.pack("<I", 0xFFFFFFFF))
     with pytest.raises(EOFError):
         calls.read(1)
-    assert Calls(master, START).call(b"")[0]
+    assert Calls(served, START).call(b"")[0]
 
 
 @pytest.mark.parametrize(
@@ -161,29 +179,29 @@ def test_a_request_too_long_ends_the_connection(master: Ground, cell: FakeCell) 
         encoded({"topic": "/none", "callerid": "/x", "md5sum": "*"}),
     ],
 )
-def test_nonsense_is_turned_away(data: bytes, master: Ground, cell: FakeCell) -> None:
-    with socket.create_connection(address_of_service(master, START), TIMEOUT) as connection:
+def test_nonsense_is_turned_away(data: bytes, served: Ground, cell: FakeCell) -> None:
+    with socket.create_connection(address_of_service(served, START), TIMEOUT) as connection:
         connection.sendall(data)
         connection.settimeout(TIMEOUT)
         connection.shutdown(socket.SHUT_WR)
         while connection.recv(4096):
             pass
-    assert Calls(master, START).call(b"")[0]
+    assert Calls(served, START).call(b"")[0]
 
 
-def test_silent_connections_shut_nobody_out(master: Ground, cell: FakeCell) -> None:
-    address = address_of_service(master, START)
+def test_silent_connections_shut_nobody_out(served: Ground, cell: FakeCell) -> None:
+    address = address_of_service(served, START)
     silent = [socket.create_connection(address, TIMEOUT) for _ in range(50)]
-    assert Calls(master, START).call(b"")[0]
+    assert Calls(served, START).call(b"")[0]
     for connection in silent:
         connection.close()
 
 
-def test_the_tools_know_it(master: Ground, cell: FakeCell) -> None:
+def test_the_tools_know_it(served: Ground, cell: FakeCell) -> None:
     answering(cell, Kind.ANSWER, b"\1\2\0\0\0ok")
-    assert master.tool("rosservice", "type", START) == "std_srvs/Trigger\n"
-    assert "success: True" in master.tool("rosservice", "call", START)
-    assert "Args: \n" in master.tool("rosservice", "info", START)
+    assert served.tool("rosservice", "type", START) == "std_srvs/Trigger\n"
+    assert "success: True" in served.tool("rosservice", "call", START)
+    assert "Args: \n" in served.tool("rosservice", "info", START)
     answering(cell, Kind.REFUSED, b"not so", "RejectedCommandError")
-    master.tool("rosservice", "call", START, status=2)
-    assert "rospy.topics" in master.tool("rosservice", "call", "/gazebo/get_loggers")  # rospy's own still work
+    served.tool("rosservice", "call", START, status=2)
+    assert "rospy.topics" in served.tool("rosservice", "call", "/gazebo/get_loggers")  # rospy's own still work
