@@ -39,7 +39,8 @@ def pytest_report_header() -> list[str]:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    counts = config.stash[_COUNTS] = Counter()
+    counts: Counter[str] = Counter()
+    config.stash[_COUNTS] = counts
 
     def count(event: str, arguments: tuple[Any, ...]) -> None:
         if event == "subprocess.Popen" and MARK in os.environ:  # not the workers that run the tests

@@ -99,10 +99,15 @@ def test_an_output_that_cannot_be_written_is_a_warning(
 def test_speed_comes_from_the_environment(
     variables: dict[str, str], speed: float | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    served: list[ServeOptions] = []
-    monkeypatch.setattr(launcher, "serve_trial", lambda _trial, options, _follow: served.append(options) or 0)
+    served: list[float | None] = []
+
+    def serve(_trial: object, options: ServeOptions, _follow: object) -> int:
+        served.append(options.speed)
+        return 0
+
+    monkeypatch.setattr(launcher, "serve_trial", serve)
     assert main(["-o", "out"], variables) == 0
-    assert [options.speed for options in served] == [speed]
+    assert served == [speed]
 
 
 def test_a_wrong_speed_starts_nothing(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -50,7 +50,7 @@ def call_and_die(service: str, count: int) -> None:
     proxies = [rospy.ServiceProxy(service, kind) for _ in range(count)]
     for proxy in proxies:
         threading.Thread(target=proxy, daemon=True).start()
-    time.sleep(moment := int.from_bytes(os.urandom(1), "big") / 50_000)  # stands for no condition: any will do
+    time.sleep(moment := int.from_bytes(os.urandom(1), "big") / 50_000)  # noqa: TID251 - no condition: any will do
     print("gone after", moment, flush=True)
     os.kill(os.getpid(), signal.SIGKILL)
 

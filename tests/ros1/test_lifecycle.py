@@ -104,7 +104,7 @@ def test_sigint_at_any_moment(master: Ground) -> None:
     for moment in moments:
         # where glfw is installed the engine loads it unprompted, which starts a process that fails without its parent
         process = master.cellwright("serve", "lesson", "--ros1", "--port", "0", MUJOCO_GL="disable")
-        time.sleep(moment)  # stands for no condition: the moment is what is tested
+        time.sleep(moment)  # noqa: TID251 - no condition: the moment is what is tested
         try:
             end(process)
         except AssertionError as error:

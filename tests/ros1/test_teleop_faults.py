@@ -105,7 +105,7 @@ def misbehave(count: int) -> int:
         message.bytes = bad[number % len(bad)]
         commands[number // len(bad) % 2].publish(message)
         if number % 25 == 0:
-            time.sleep(0.02)  # stands for no condition: of what comes faster more would be dropped unseen
+            time.sleep(0.02)  # noqa: TID251 - no condition: of what comes faster more would be dropped unseen
     message.bytes = of(["a"] * 300_000, [1.0] * 300_000)
     for publisher in commands:
         publisher.publish(message)

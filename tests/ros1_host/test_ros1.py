@@ -216,7 +216,7 @@ def test_it_can_be_ended_at_any_moment(no_master: Ground, number: signal.Signals
     # where glfw is installed the engine loads it unprompted, which starts a process that fails when its parent is gone
     cell = no_master.cellwright("serve", "lesson", "--ros1", "--port", "0", MUJOCO_GL="disable")
     if stage == "imports":
-        time.sleep(random.Random(number).uniform(0.0, 0.8))  # stands for no condition: any moment is to be met
+        time.sleep(random.Random(number).uniform(0.0, 0.8))  # noqa: TID251 - no condition: any moment is to be met
     elif stage == "master":
         wait_until(lambda: has_parameter(no_master, "/run_id"), "master", seen=lambda: cell.said)
     else:

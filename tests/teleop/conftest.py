@@ -10,4 +10,6 @@ from tests.waiting import TIMEOUT
 def patient(monkeypatch: pytest.MonkeyPatch) -> None:
     """A driver whose thread gets no time from a busy machine has not failed."""
     monkeypatch.setattr(live, "FIRST_PATIENCE", TIMEOUT)
-    monkeypatch.setitem(live.LiveDriver.__init__.__kwdefaults__, "patience", TIMEOUT)
+    defaults = live.LiveDriver.__init__.__kwdefaults__
+    assert defaults is not None
+    monkeypatch.setitem(defaults, "patience", TIMEOUT)

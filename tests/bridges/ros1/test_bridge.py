@@ -175,7 +175,7 @@ def test_a_signal_ends_it_in_order(number: int, master: Ground, cell: FakeCell) 
 def test_a_signal_at_any_moment_of_its_start(master: Ground, cell: FakeCell) -> None:
     for delay in (0.1, 0.2, 0.3, 0.4, 0.5, 0.7):
         bridge = start_bridge(master, cell, frames=PROGRAM, ready=False)
-        time.sleep(delay)  # stands for no condition: the signal is to meet any moment
+        time.sleep(delay)  # noqa: TID251 - no condition: the signal is to meet any moment
         bridge.signal(signal.SIGTERM)
         assert bridge.finish() in (0, -signal.SIGTERM)  # python itself may not have been up yet
         assert "Traceback" not in bridge.err

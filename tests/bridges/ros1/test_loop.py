@@ -29,7 +29,7 @@ def pair() -> Iterator[tuple[socket.socket, socket.socket]]:
 def test_timers_fall_due_in_order(delays: list[int]) -> None:
     loop = Loop()
     called: list[int] = []
-    now = time.monotonic()
+    now = time.monotonic()  # noqa: TID251 - only the start of a clock that then stands still
     with pytest.MonkeyPatch.context() as patch:  # a pause between two of them would change what is due first
         patch.setattr("cellwright.bridges.ros1.loop.time", SimpleNamespace(monotonic=lambda: now))
         for delay in delays:
