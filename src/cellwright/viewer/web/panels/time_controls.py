@@ -100,7 +100,8 @@ class TimeControls(Feature):
         for name, value in (("visible", True), ("min", begin), ("max", last)):
             set_changed(self._slider, name, value)  # what is served there may have become another recording
         if time.perf_counter() - self._slid_at > _SETTLED:
-            self._slider.value = round(min(max(now, begin), end), 1)
+            # only what is new: an update of the same value would undo what a viewer has just moved
+            set_changed(self._slider, "value", round(min(max(now, begin), end), 1))
 
     # ---------------------------------------------------------------- what one does
 
