@@ -69,10 +69,12 @@ def test_all_that_can_happen_does() -> None:
     assert cell.gripper.lost_reason == "released"
 
 
+@pytest.mark.slow
 def test_the_same_run_in_two_processes_one_of_them_watched(reference: str) -> None:
     assert elsewhere() == elsewhere("--listen") == reference
 
 
+@pytest.mark.slow
 def test_whoever_listens_the_run_is_the_same(reference: str) -> None:
     cell = Cell(TRIAL, competition=False)
     heard = listen_to_all(cell)
@@ -91,6 +93,7 @@ def test_coming_and_going_listeners_change_nothing(reference: str) -> None:
     assert cell.state_hash() == reference
 
 
+@pytest.mark.slow
 def test_the_seed_is_heard_in_the_sensors_and_leaves_the_run_as_it_is(reference: str) -> None:
     """There is no device whose draws decide what happens: all chance is noise of sensors."""
     found = []
@@ -121,6 +124,7 @@ def test_the_hash_knows_another_run() -> None:
 # ---------------------------------------------------------------- again and from the middle
 
 
+@pytest.mark.slow
 def test_a_cell_that_is_reset_is_as_new(reference: str) -> None:
     cell = Cell(TRIAL)
     listen_to_all(cell)
@@ -132,6 +136,7 @@ def test_a_cell_that_is_reset_is_as_new(reference: str) -> None:
     assert play(cell).state_hash() == reference
 
 
+@pytest.mark.slow
 def test_a_snapshot_disturbs_nothing_and_is_gone_back_to(reference: str) -> None:
     cell = play(Cell(TRIAL), MIDDLE)
     moment = take_snapshot(cell.simulation)
@@ -142,6 +147,7 @@ def test_a_snapshot_disturbs_nothing_and_is_gone_back_to(reference: str) -> None
     assert play(cell).state_hash() == reference
 
 
+@pytest.mark.slow
 def test_a_snapshot_goes_on_in_another_cell(reference: str) -> None:
     moment = take_snapshot(play(Cell(TRIAL), MIDDLE).simulation)
     other = Cell(TRIAL)
@@ -163,6 +169,7 @@ def test_going_back_again_and_again() -> None:
         assert (cell.state_hash(), cell.competition.score()) == (state, score)
 
 
+@pytest.mark.slow
 def test_a_checkpoint_goes_on_in_this_process_and_in_another(tmp_path: Path) -> None:
     file = tmp_path / "middle.npz"
     cell = play(Cell(TRIAL), MIDDLE)
@@ -175,6 +182,7 @@ def test_a_checkpoint_goes_on_in_this_process_and_in_another(tmp_path: Path) -> 
     assert elsewhere("--continue", str(file), "--listen") == here
 
 
+@pytest.mark.slow
 def test_declared_checkpoints_belong_to_the_run(tmp_path: Path, reference: str) -> None:
     file = tmp_path / "middle.npz"
     cell = Cell(TRIAL)
@@ -209,6 +217,7 @@ def test_a_cell_has_what_its_trial_says() -> None:
     assert data is whole.simulation.data
 
 
+@pytest.mark.slow
 def test_the_servo_profile_can_be_chosen() -> None:
     assert Cell(ARM_ONLY).servo == "original"
     precise = Cell(ARM_ONLY, servo="precise")

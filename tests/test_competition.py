@@ -172,6 +172,7 @@ def test_a_kit_that_nobody_ordered_drives_off_for_nothing() -> None:
     assert (cell.competition.state, cell.agvs[1].state) == ("go", "delivering")
 
 
+@pytest.mark.slow
 def test_an_agv_that_has_delivered_comes_back_with_an_empty_tray() -> None:
     cell = Cell(replace(KITTING, extra_parts=on_tray(*GEARS), time_limit=-1.0))
     start(cell)

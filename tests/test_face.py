@@ -74,6 +74,7 @@ class Ender:
         client.end_competition()
 
 
+@pytest.mark.slow
 def test_a_run_in_one_line() -> None:
     agent = Ender()
     result = cellwright.run_trial("lesson", agent, seed=3)

@@ -40,6 +40,7 @@ def run_in(folder: Path, *arguments: str) -> Process:
     return Process(command, {**os.environ, "PYTHONPATH": str(ROOT)}, folder)
 
 
+@pytest.mark.slow
 def test_a_failed_test_leaves_no_process(tmp_path: Path) -> None:
     pids = tmp_path / "pids"
     (tmp_path / "test_leaves.py").write_text(LEAVES.format(pids=str(pids)))
@@ -67,6 +68,7 @@ def test_processes_of_others_are_left_alone() -> None:
     child.wait()
 
 
+@pytest.mark.slow
 def test_a_run_that_was_killed_is_cleaned_up_by_the_next(tmp_path: Path) -> None:
     pids = tmp_path / "pids"
     (tmp_path / "test_leaves.py").write_text(LEAVES.format(pids=str(pids)) + "    start().wait()\n")

@@ -28,6 +28,7 @@ def test_the_module_is_the_command_line() -> None:
     assert ran.stdout.startswith("cellwright ")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="a Ctrl-C cannot be sent to one process there")
 @pytest.mark.parametrize("modules", ["numpy", "mujoco", "typer"])
 def test_ctrl_c_while_it_is_being_loaded_says_nothing(modules: str, tmp_path: Path) -> None:

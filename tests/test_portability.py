@@ -75,11 +75,13 @@ assert not hasattr(terminal, "termios") and terminal._read_windows() == ""
 """
 
 
+@pytest.mark.slow
 def test_every_module_can_be_imported(tmp_path: Path) -> None:
     """All but the bridge's and the ROS packages' own, which are for ROS's Python."""
     python(tmp_path, "-c", EVERYTHING)
 
 
+@pytest.mark.slow
 def test_a_run_its_log_and_a_checkpoint(tmp_path: Path) -> None:
     (tmp_path / "配.yaml").write_text(TRIAL, encoding="utf-8")
     (tmp_path / "agents.py").write_text(AGENTS, encoding="utf-8")
@@ -94,6 +96,7 @@ def test_a_run_its_log_and_a_checkpoint(tmp_path: Path) -> None:
     assert "stopped before the competition was done" in resumed.stdout
 
 
+@pytest.mark.slow
 def test_an_agent_in_a_process_of_its_own_over_a_socket(tmp_path: Path) -> None:
     """The cell served on the loopback, in lockstep; the same run as in one process."""
     (tmp_path / "trial.yaml").write_text(TRIAL, encoding="utf-8")
@@ -107,6 +110,7 @@ def test_an_agent_in_a_process_of_its_own_over_a_socket(tmp_path: Path) -> None:
     assert apart["simulated"] == pytest.approx(1.1)
 
 
+@pytest.mark.slow
 def test_runs_are_judged_and_a_stuck_one_is_ended(tmp_path: Path) -> None:
     (tmp_path / "trial.yaml").write_text(TRIAL, encoding="utf-8")
     (tmp_path / "agents.py").write_text(AGENTS, encoding="utf-8")
@@ -124,6 +128,7 @@ def test_runs_are_judged_and_a_stuck_one_is_ended(tmp_path: Path) -> None:
     assert "memory of a run is not limited" in stuck.stdout + stuck.stderr
 
 
+@pytest.mark.slow
 def test_a_robot_takes_steps(tmp_path: Path) -> None:
     ran = cellwright(
         tmp_path, "teleop", "qinglong", "--until", "0.5", "--speed", "max", "--sim-time", "--port", "0", "--json"
@@ -154,6 +159,7 @@ for what in (((), (), ()), ([0], (), ())):
 """
 
 
+@pytest.mark.slow
 def test_the_pretence_holds(tmp_path: Path) -> None:
     """What Windows would refuse is refused; otherwise nothing above has shown anything."""
     python(tmp_path, "-c", REFUSED)

@@ -61,6 +61,7 @@ def ended(process: subprocess.Popen[str], number: int = signal.SIGINT) -> tuple[
     return process.returncode, out, err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_it_serves_until_it_is_told_to_end_and_prints_the_score(number: int, tmp_path: Path) -> None:
     with (
@@ -79,6 +80,7 @@ def test_it_serves_until_it_is_told_to_end_and_prints_the_score(number: int, tmp
     assert "pace " in out
 
 
+@pytest.mark.slow
 def test_in_lockstep_time_stands_until_it_is_asked_for(tmp_path: Path) -> None:
     with serving(tmp_path, "lesson", "--lockstep", "--json") as (process, address):
         with socket.create_connection(address, timeout=TIMEOUT) as connection:
@@ -98,6 +100,7 @@ def test_in_lockstep_time_stands_until_it_is_asked_for(tmp_path: Path) -> None:
     assert (result["steps"], result["simulated"], result["pace"]) == (51, 0.102, None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", ["option", "environment"])
 def test_it_ends_with_the_competition_when_that_is_asked_for(way: str, tmp_path: Path) -> None:
     arguments = ["lesson", "--speed", "max", *(["--exit-on-completion"] if way == "option" else [])]
@@ -113,6 +116,7 @@ def test_it_ends_with_the_competition_when_that_is_asked_for(way: str, tmp_path:
     assert (process.returncode, result["competition_state"], result["outcome"]) == (0, "done", "done")
 
 
+@pytest.mark.slow
 def test_a_port_in_use_is_one_line(tmp_path: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])

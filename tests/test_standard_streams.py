@@ -111,6 +111,7 @@ def test_an_outlet_is_like_its_file(tmp_path: Path) -> None:
         assert (outlet.fileno(), outlet.isatty(), outlet.name) == (raw.fileno(), False, raw.name)
 
 
+@pytest.mark.slow
 @ON_POSIX
 @pytest.mark.skipif(not FULL.exists(), reason="no disk that is always full")
 def test_a_command_whose_result_finds_no_room() -> None:
@@ -121,6 +122,7 @@ def test_a_command_whose_result_finds_no_room() -> None:
     assert (ran.returncode, ran.stderr) == (1, "error: stdout: cannot be written: No space left on device\n")
 
 
+@pytest.mark.slow
 @ON_POSIX
 def test_a_command_with_everything_closed() -> None:
     ran = subprocess.run(

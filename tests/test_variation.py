@@ -48,6 +48,7 @@ def least_gap(parts: tuple[Part, ...]) -> float:
     return min(a.gap(b, 0.01) for a, b in combinations(covered, 2))
 
 
+@pytest.mark.slow
 @given(SEEDS)
 @settings(max_examples=25)
 def test_a_variation_stays_within_its_bounds(seed: int) -> None:
@@ -67,6 +68,7 @@ def test_a_variation_stays_within_its_bounds(seed: int) -> None:
     assert replace(varied, bin_parts=LESSON.bin_parts, circumstances=Circumstances()) == LESSON
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "number", "spacing", "yaw"),
     [

@@ -53,6 +53,7 @@ def bin_only() -> Record:
     return play(LessonAgent(from_belt=False))
 
 
+@pytest.mark.slow
 def test_two_piston_rods_are_fetched_from_bin_7(bin_only: Record) -> None:
     assert [part for _, part in bin_only.held] == ["bin7|piston_rod_part_5", "bin7|piston_rod_part_6"]
     # 1.5 s to be ready and 1 s to reach for it; the sleeps of one part add up to 6.4 s
@@ -86,6 +87,7 @@ def test_it_ends_with_the_kit_sent_and_an_honest_score(bin_only: Record) -> None
     assert result.error == ""
 
 
+@pytest.mark.slow
 def test_the_whole_lesson_goes_on_to_the_belt_and_ends() -> None:
     record = play(LessonAgent(patience=12.0))
     assert [part for _, part in record.held][:2] == ["bin7|piston_rod_part_5", "bin7|piston_rod_part_6"]
@@ -95,6 +97,7 @@ def test_the_whole_lesson_goes_on_to_the_belt_and_ends() -> None:
     assert record.result.score.orders[0].kits[0].is_submitted
 
 
+@pytest.mark.slow
 def test_it_says_what_it_does(caplog: pytest.LogCaptureFixture) -> None:
     caplog.set_level("INFO")
     record = play(LessonAgent(from_belt=False, parts=1))
@@ -103,6 +106,7 @@ def test_it_says_what_it_does(caplog: pytest.LogCaptureFixture) -> None:
     assert "delivering it (held)" in caplog.text
 
 
+@pytest.mark.slow
 def test_an_agv_that_is_away_changes_nothing_for_it() -> None:
     class Busy(LessonAgent):
         def run(self, client: Client) -> None:

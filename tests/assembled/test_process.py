@@ -51,6 +51,7 @@ def test_an_interpreter_without_cellwright(urdf: Path, tmp_path: Path) -> None:
         Lost(urdf, configs())
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="looks processes up in /proc")
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
 def test_it_ends_with_its_program(urdf: Path, number: signal.Signals) -> None:
@@ -71,6 +72,7 @@ def test_it_ends_with_its_program(urdf: Path, number: signal.Signals) -> None:
     wait_until(lambda: not Path(f"/proc/{pid}").exists(), "end of the robot's process")
 
 
+@pytest.mark.slow
 def test_when_it_is_gone_that_is_said(urdf: Path) -> None:
     robot = AssembledRobot(urdf, configs())
     robot._process._process.kill()
@@ -93,6 +95,7 @@ class Interrupted:
         raise KeyboardInterrupt
 
 
+@pytest.mark.slow
 def test_after_a_ctrl_c_answers_belong_to_their_questions(urdf: Path) -> None:
     robot = AssembledRobot(urdf, configs())
     process = robot._process

@@ -69,7 +69,7 @@ def test_joints_go_where_they_are_told(robot: AssembledRobot) -> None:
     robot.move_j(1, np.float64(9.0))  # one joint needs no list; it stops at its limit
     wait_for_joints(robot, lambda: abs(robot.arms[0].joint_pos[0] - 2.0) < 1e-3)
     robot.reset_j(np.array([1]), np.array([0.25]))
-    assert robot.arms[0].joint_pos == [0.25]
+    assert robot.arms[0].joint_pos == pytest.approx([0.25])
 
 
 def test_grippers_close_and_open(robot: AssembledRobot) -> None:
@@ -195,6 +195,7 @@ def test_who_asks_for_a_window(
         Seen(urdf, {**configs(), **entry})
 
 
+@pytest.mark.slow
 def test_programs_reach_the_node_too(robot: AssembledRobot) -> None:
     transport = SocketTransport(robot.address)
     assert "/io_teleop/joint_cmd" in {topic["name"] for topic in transport.welcome["topics"]}
@@ -202,6 +203,7 @@ def test_programs_reach_the_node_too(robot: AssembledRobot) -> None:
     assert robot.is_running  # a guest that leaves is not its owner
 
 
+@pytest.mark.slow
 def test_a_configuration_that_is_wrong(urdf: Path) -> None:
     with pytest.raises(UsageError) as caught:
         AssembledRobot(urdf, {**configs(), "arms": [{"joint_index": [99], "ee_index": 2, "rest_j_pos": [0.5]}]})
@@ -210,6 +212,7 @@ def test_a_configuration_that_is_wrong(urdf: Path) -> None:
     assert "configs.yml" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_a_bare_robot_and_debug_which_prints_the_index_table(
     urdf: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -227,6 +230,7 @@ def test_a_bare_robot_and_debug_which_prints_the_index_table(
     assert "no window can be opened" in said.err
 
 
+@pytest.mark.slow
 def test_how_far_a_gripper_is_closed_whose_thumb_follows_the_other_way(urdf: Path, tmp_path: Path) -> None:
     text = urdf.read_text()
     at = text.index("/>", text.index("<limit", text.index('name="thumb"'))) + 2

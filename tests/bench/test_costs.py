@@ -1,9 +1,12 @@
 """What one more of something costs, with few steps."""
 
+import pytest
+
 from cellwright.bench import costs
 from cellwright.simulation.snapshot import take_snapshot
 
 
+@pytest.mark.slow
 def test_figures() -> None:
     told: list[str] = []
     figures = {figure.what: figure for figure in costs.measure(told.append, quick=True)}

@@ -7,6 +7,7 @@ from cellwright.bench.figures import BenchmarkSkippedError
 from cellwright.errors import UsageError
 
 
+@pytest.mark.slow
 def test_figures() -> None:
     told: list[str] = []
     one, two, ratio = evaluation.measure(told.append, quick=True)
@@ -36,6 +37,7 @@ class Fails:
         raise ValueError("no idea")
 
 
+@pytest.mark.slow
 def test_a_run_that_is_not_done_has_no_time() -> None:
     jobs = evaluation.finals(Fails, ["final01"])[:1]  # type: ignore[arg-type]
     with pytest.raises(UsageError, match="not done: final01"):

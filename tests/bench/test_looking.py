@@ -71,6 +71,7 @@ def test_a_browser_that_never_came_is_no_figure(
     assert runs
 
 
+@pytest.mark.slow
 def test_a_run_tells_what_it_took(tmp_path: Path) -> None:
     ran = looking._run(["--record", str(tmp_path / "run.mcap")], 0.1, None)
     assert ran.processor > 0.05

@@ -14,6 +14,7 @@ from cellwright.errors import UsageError
 from cellwright.link.frames import Frame, Kind
 
 
+@pytest.mark.slow
 def test_what_cannot_be_served_says_why() -> None:
     with pytest.raises(UsageError, match=r"(?s)did not begin to serve: .*unknown trial 'nowhere'"):
         Served("serve", "nowhere", "--port", "0")

@@ -46,6 +46,7 @@ def test_the_times_are_those_of_a_step(monkeypatch: pytest.MonkeyPatch) -> None:
     assert ran == [30, 20, 20]
 
 
+@pytest.mark.slow
 def test_its_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("pybullet")
     for name, value in {"WARM_UP": 1, "WINDOW": 1, "FEW": 1, "MANY": 3, "LEAST": {60: 1.0}}.items():

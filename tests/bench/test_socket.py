@@ -8,6 +8,7 @@ from cellwright.client import ARM_JOINTS
 from cellwright.messages.build import joint_trajectory, trajectory_point
 
 
+@pytest.mark.slow
 def test_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(socket, "lockstep", lambda _until: iter(()))  # it is a run of the command, tested with that
     told: list[str] = []

@@ -8,6 +8,7 @@ from cellwright.bench.start import STEPS, measure, ran
 from cellwright.errors import UsageError
 
 
+@pytest.mark.slow
 def test_its_shares_make_the_whole() -> None:
     told: list[str] = []
     figures = {figure.what: figure for figure in measure(told.append, quick=True)}

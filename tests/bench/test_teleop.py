@@ -8,6 +8,7 @@ from cellwright.bench import teleop
 from cellwright.errors import UsageError
 
 
+@pytest.mark.slow
 def test_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     def missing(_environment: object) -> None:
         raise UsageError("there is no ROS 1")

@@ -31,6 +31,7 @@ def test_processor_time_is_that_of_the_work() -> None:
     assert len(done) == 1000
 
 
+@pytest.mark.slow
 @given(st.lists(st.floats(0.0, 1e6), min_size=2, max_size=20), st.integers(1, 98))
 def test_percentiles_rise_and_lie_within(times: list[float], percent: int) -> None:
     lower, upper = percentile(times, percent), percentile(times, percent + 1)

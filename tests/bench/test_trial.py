@@ -4,6 +4,8 @@ from collections import Counter
 from importlib.resources import files
 from pathlib import Path
 
+import pytest
+
 from cellwright.bench import trial
 from cellwright.bench.trial import bench_trial, measure
 from cellwright.cell import Cell
@@ -38,6 +40,7 @@ def test_its_parts_lie_still() -> None:
     assert sum(data.tree_asleep < 0) <= 1  # the arm
 
 
+@pytest.mark.slow
 def test_the_three_runs_are_one_trajectory() -> None:
     told: list[str] = []
     figures = {figure.what: figure for figure in measure(told.append, quick=True)}

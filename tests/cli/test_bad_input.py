@@ -19,6 +19,7 @@ def refused(ran: object) -> str:
     return str(err).removeprefix("error: ").rstrip("\n")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("option", "value", "said"),
     [

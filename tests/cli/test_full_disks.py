@@ -25,6 +25,7 @@ def on_a_full_disk(name: str) -> str:
     return name
 
 
+@pytest.mark.slow
 @full
 @pytest.mark.parametrize(
     ("option", "name", "said"),
@@ -80,6 +81,7 @@ def test_a_folder_that_may_not_be_written_is_refused(cellwright: CommandLine, mo
     assert (ran.status, ran.err) == (2, "error: --log a.jsonl: a.jsonl cannot be written\n")
 
 
+@pytest.mark.slow
 def test_reports_that_cannot_be_written_cost_no_result(cellwright: CommandLine) -> None:
     Path("tiny.yaml").write_text(TRIAL)
     Path("programs.py").write_text(PROGRAMS)

@@ -28,6 +28,7 @@ def run(*arguments: str, folder: Path, **more: str) -> subprocess.CompletedProce
     )
 
 
+@pytest.mark.slow
 def test_statuses_reach_the_shell(tmp_path: Path) -> None:
     until = ("--agent", "none", "--until", "0.1", "--no-picture")
     assert run("run", "lesson", *until, folder=tmp_path).returncode == 0
@@ -36,6 +37,7 @@ def test_statuses_reach_the_shell(tmp_path: Path) -> None:
     assert (refused.returncode, refused.stdout, refused.stderr) == (2, "", "error: no.yaml: there is no such file\n")
 
 
+@pytest.mark.slow
 def test_the_same_run_in_two_processes(tmp_path: Path) -> None:
     hashes = set()
     for more in ((), ("--listen", "all")):
@@ -44,6 +46,7 @@ def test_the_same_run_in_two_processes(tmp_path: Path) -> None:
     assert len(hashes) == 1
 
 
+@pytest.mark.slow
 def test_a_terminal_that_knows_only_ascii(tmp_path: Path) -> None:
     ran = run(
         "run", "lesson", "--until", "0.1", "--agent", "none", "--no-picture", folder=tmp_path, PYTHONIOENCODING="ascii"
@@ -52,6 +55,7 @@ def test_a_terminal_that_knows_only_ascii(tmp_path: Path) -> None:
     assert ran.stdout.isascii()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signal there")
 @pytest.mark.parametrize("number", ["SIGINT", "SIGTERM", "SIGHUP"])
 def test_a_wish_to_end_ends_a_run_with_its_score(number: str, tmp_path: Path) -> None:
@@ -74,6 +78,7 @@ def test_a_wish_to_end_ends_a_run_with_its_score(number: str, tmp_path: Path) ->
     assert not (tmp_path / "lesson.png").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signal there")
 def test_who_has_a_closed_terminal_ignored_goes_on(tmp_path: Path) -> None:
     ran = subprocess.run(
@@ -90,6 +95,7 @@ def test_who_has_a_closed_terminal_ignored_goes_on(tmp_path: Path) -> None:
     assert ran.returncode == 0, ran.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no such shell there")
 def test_a_run_goes_on_though_nobody_reads(tmp_path: Path) -> None:
     run_it = '"$0" -m cellwright run lesson --agent none --until 5 --no-picture --log a.jsonl'
@@ -107,6 +113,7 @@ def test_a_run_goes_on_though_nobody_reads(tmp_path: Path) -> None:
     assert read_json_lines(tmp_path / "a.jsonl")[-1]["simulated"] == pytest.approx(5.0)
 
 
+@pytest.mark.slow
 def test_a_pipe_that_closes_early(tmp_path: Path) -> None:
     ran = subprocess.run(
         ["sh", "-c", '"$0" -m cellwright check lesson --json | head -n 1', sys.executable],

@@ -50,6 +50,7 @@ def test_other_programs_decode_every_channel(cellwright: CommandLine) -> None:
                 assert found["/tf_static"] == 1
 
 
+@pytest.mark.slow
 def test_an_agent_in_a_process_of_its_own(cellwright: CommandLine, agents: str) -> None:
     ran = cellwright(
         "run",

@@ -52,6 +52,7 @@ def test_sensors_and_what_they_cost(listed: dict[str, Any]) -> None:
     )
 
 
+@pytest.mark.slow
 def test_the_list_for_people(cellwright: CommandLine) -> None:
     ran = cellwright("trials")
     lines = [line.rstrip() for line in ran.out.splitlines()]

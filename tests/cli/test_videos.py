@@ -59,6 +59,7 @@ def test_a_way_to_draw_that_does_not_exist_is_refused(
     assert [each.name for each in Path().iterdir()] == ["camera.yaml"]
 
 
+@pytest.mark.slow
 def test_a_run_has_a_video(cellwright: CommandLine, tmp_path: Path) -> None:
     options = ("run", "lesson", "--agent", "lesson", "--until", "0.4", "--no-picture")
     ran = cellwright(*options, "--json", "--video", "a.mp4", *SMALL, "--video-camera", "-4,-3,3:0,0,0.6:40")
@@ -70,6 +71,7 @@ def test_a_run_has_a_video(cellwright: CommandLine, tmp_path: Path) -> None:
     assert ran.out.splitlines()[-1] == "video       b.mp4, 0.1 s"
 
 
+@pytest.mark.slow
 def test_what_is_served_has_a_video(cellwright: CommandLine, tmp_path: Path) -> None:
     ran = cellwright(
         "serve", "lesson", "--port", "0", "--speed", "max", "--until", "0.2", "--video", "a.mp4", *SMALL, "--json"
@@ -78,6 +80,7 @@ def test_what_is_served_has_a_video(cellwright: CommandLine, tmp_path: Path) -> 
     assert len(read(tmp_path / "a.mp4")) == 6
 
 
+@pytest.mark.slow
 def test_a_robot_has_a_video(cellwright: CommandLine, tmp_path: Path) -> None:
     options = ("--port", "0", "--sim-time", "--speed", "max", "--until", "0.2", "--json")
     ran = cellwright("teleop", "tandem", *options, "--video", "a.mp4", *SMALL)
@@ -90,6 +93,7 @@ def test_a_robot_has_a_video(cellwright: CommandLine, tmp_path: Path) -> None:
     assert np.abs(first - np.median(edge, axis=0)).max() > 80  # somebody stands there, and not at the edge alone
 
 
+@pytest.mark.slow
 def test_a_full_disk_costs_the_video_and_not_the_run(cellwright: CommandLine, tmp_path: Path) -> None:
     if not Path("/dev/full").exists():
         pytest.skip("Linux has a disk that is always full")
@@ -100,6 +104,7 @@ def test_a_full_disk_costs_the_video_and_not_the_run(cellwright: CommandLine, tm
     assert "simulated   0.2 s" in ran.out
 
 
+@pytest.mark.slow
 def test_a_recording_has_the_video_of_its_run(cellwright: CommandLine, tmp_path: Path) -> None:
     cellwright(
         *("run", "lesson", "--agent", "lesson", "--until", "0.28", "--no-picture", *SMALL),

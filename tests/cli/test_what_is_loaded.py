@@ -26,6 +26,7 @@ print(json.dumps([status, sorted(set(sys.modules) & set(json.loads(sys.argv[1]))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "loaded"),
     [((), []), (("--record", "run.mcap"), ["cellwright.server", "mcap"])],

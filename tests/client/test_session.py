@@ -152,6 +152,7 @@ def test_a_rhythm_has_a_frequency(frequency: float) -> None:
         session_of().rate(frequency)
 
 
+@pytest.mark.slow
 @given(st.floats(1.0, 400.0), st.lists(st.floats(0.0, 0.004), min_size=5, max_size=20))
 def test_a_rhythm_is_kept_however_the_time_between_is_spent(frequency: float, spent: list[float]) -> None:
     session = session_of(SHARED)

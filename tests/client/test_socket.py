@@ -106,6 +106,7 @@ def story(transport: Transport) -> list[object]:
     return seen
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("encoding", ["cdr", "ros1"])
 def test_in_lockstep_a_program_sees_the_same_and_leaves_the_same_state(encoding: str) -> None:
     cell = Cell(WHOLE)

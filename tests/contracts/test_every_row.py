@@ -22,6 +22,7 @@ EACH = [pytest.param("cell", each, id=each.name) for each in GEAR] + [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("world", "each"), EACH)
 def test_it_is_refused_whole_and_counted_or_taken(world: str, each: Input) -> None:
     served = SHARED[world]()
@@ -44,6 +45,7 @@ def test_it_is_refused_whole_and_counted_or_taken(world: str, each: Input) -> No
     try_it()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("world", "each"), EACH)
 @pytest.mark.parametrize("message", [None, "trajectory", 3.5, [], object()], ids=lambda each: type(each).__name__)
 def test_what_is_no_message_is_refused(world: str, each: Input, message: object) -> None:

@@ -68,6 +68,7 @@ def bad_requests() -> list[tuple[str, Any]]:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("service", "request_"), bad_requests())
 def test_a_request_of_the_wrong_make_is_refused_whole_and_counted(service: str, request_: Any) -> None:
     cell = Cell(WHOLE, competition=False)
@@ -102,6 +103,7 @@ def test_a_message_of_the_wrong_make_is_refused_whole_and_counted(message: Any) 
     assert len(heard) == 0
 
 
+@pytest.mark.slow
 def test_a_long_trajectory_is_followed() -> None:
     cell = Cell(ARM_ONLY)
     long = joint_trajectory(JOINTS, [trajectory_point(INITIAL, time_from_start=n * 1_000_000) for n in range(1, 5001)])
@@ -118,6 +120,7 @@ INPUTS = (
 )
 
 
+@pytest.mark.slow
 @given(st.sampled_from(INPUTS).flatmap(lambda pair: st.tuples(st.just(pair[0]), messages(pair[1]))))
 @settings(max_examples=150)
 def test_whatever_is_sent_the_cell_goes_on(sent: tuple[str, Message]) -> None:

@@ -41,6 +41,7 @@ def test_equal_to_the_public_figures(name: str) -> None:
     assert json.loads(json.dumps(resolved(figures))) == TRIALS[name]["resolved"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TRIALS)
 def test_the_same_trial_as_the_public_file(name: str) -> None:
     def alike(trial: Trial) -> Trial:
@@ -59,6 +60,7 @@ def test_says_what_it_is(name: str) -> None:
     assert first.startswith("# ")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", bundled())
 def test_can_be_given_sensors(name: str) -> None:
     for sensors in bundled_sensors():

@@ -45,6 +45,7 @@ def changed(folder: Path, tree: object, chance: random.Random) -> Path:
     return path
 
 
+@pytest.mark.slow
 @settings(quiet, max_examples=80)
 @given(tree=st.sampled_from(TREES), chance=st.randoms())
 def test_a_changed_trial_is_read_or_refused(tmp_path: Path, tree: object, chance: random.Random) -> None:

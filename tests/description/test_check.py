@@ -13,6 +13,7 @@ WARNED = {"comp_conf1": 1, "comp_conf2": 2}
 """Sections that have no effect in the public trial either, and stay for the numbers that they use up."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*bundled(), *bundled_sensors()])
 def test_bundled_files_are_flawless(name: str) -> None:
     report = check([find_trial(name)])

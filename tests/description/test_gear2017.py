@@ -457,6 +457,7 @@ def test_files_or_text() -> None:
 # --- whatever comes -----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @given(st.data())
 @settings(max_examples=60, deadline=None)
 def test_a_mutilated_lesson_is_read_or_refused(data: st.DataObject) -> None:
@@ -516,6 +517,7 @@ def replaced(tree: Any, data: st.DataObject) -> Any:
     return data.draw(odd)
 
 
+@pytest.mark.slow
 @given(st.data())
 @settings(max_examples=150, deadline=None)
 def test_odd_values_anywhere_are_read_or_refused(data: st.DataObject) -> None:

@@ -118,6 +118,7 @@ def changed(place: tuple[str, ...], name: str, value: object = None, *, less: bo
     return yaml.safe_dump(trial)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("place", "name"), [(place, name) for place, (entries, _) in PLACES.items() for name in entries.names]
 )

@@ -17,12 +17,14 @@ def test_all_trials_are_there() -> None:
     assert len(TRIALS) == 28
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TRIALS)
 def test_equal_to_the_launchers_figures(name: str) -> None:
     loaded = load_trial(text=yaml.safe_dump(TRIALS[name]["config"], sort_keys=False))
     assert json.loads(json.dumps(resolved(loaded.figures))) == TRIALS[name]["resolved"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TRIALS)
 def test_the_trial_says_the_same(name: str) -> None:
     expected = TRIALS[name]["resolved"]

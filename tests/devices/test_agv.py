@@ -56,6 +56,7 @@ def slip_on_the_way(floor: Floor, agv: Agv) -> float:
     return worst
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [1, 2])
 def test_the_states_change_on_time(floor: Floor, number: int) -> None:
     agv = floor.cell.agvs[number]
@@ -78,6 +79,7 @@ def test_the_states_change_on_time(floor: Floor, number: int) -> None:
     assert changes[-1][1] == pytest.approx(19.1e9, abs=0.02e9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [1, 2])
 def test_key_frames_are_reached_on_time(floor: Floor, number: int) -> None:
     agv = floor.cell.agvs[number]
@@ -94,6 +96,7 @@ def test_key_frames_are_reached_on_time(floor: Floor, number: int) -> None:
     assert math.dist(floor.body_pose(agv.name).position, (0.3, side * 3.3, 0.0)) < 0.1 * MM
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [1, 2])
 def test_a_locked_kit_rides_along_without_sliding(floor: Floor, number: int) -> None:
     agv = floor.cell.agvs[number]
@@ -103,6 +106,7 @@ def test_a_locked_kit_rides_along_without_sliding(floor: Floor, number: int) -> 
     assert slip_on_the_way(floor, agv) < 0.1 * MM
 
 
+@pytest.mark.slow
 def test_friction_alone_carries_a_kit_too(floor: Floor, monkeypatch: pytest.MonkeyPatch) -> None:
     agv = floor.cell.agvs[1]
     monkeypatch.setattr(agv.tray, "lock", lambda: None)
@@ -113,6 +117,7 @@ def test_friction_alone_carries_a_kit_too(floor: Floor, monkeypatch: pytest.Monk
     assert 0.05 * MM < slip < 0.5 * MM  # 0.2: the engine's friction yields a little, it does not let go
 
 
+@pytest.mark.slow
 def test_the_kit_is_submitted_at_departure_and_leaves_at_the_end(floor: Floor) -> None:
     agv = floor.cell.agvs[1]
     lay_kit(floor)
@@ -134,6 +139,7 @@ def test_the_kit_is_submitted_at_departure_and_leaves_at_the_end(floor: Floor) -
     assert all(floor.pose(named(kind)).position[1] < -30.0 for kind in KIT)
 
 
+@pytest.mark.slow
 def test_what_was_not_reported_comes_back(floor: Floor) -> None:
     agv = floor.cell.agvs[1]
     agv.send("kit")
@@ -167,6 +173,7 @@ def test_both_drive_at_once(floor: Floor) -> None:
     assert first[1] > 5.0
 
 
+@pytest.mark.slow
 def test_at_rest_agv_and_kit_sleep(floor: Floor) -> None:
     lay_kit(floor)
     floor.run(1.0)
@@ -217,6 +224,7 @@ def test_an_agv_pulls_away_under_a_part_that_the_cup_presses_into_its_tray(floor
     assert math.dist(floor.body_pose("agv1").position[:2], DELIVER[-1][1:]) < 5 * MM
 
 
+@pytest.mark.slow
 def test_a_snapshot_on_the_way_goes_on_bit_for_bit(floor: Floor) -> None:
     lay_kit(floor)
     floor.run(1.5)

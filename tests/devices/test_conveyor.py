@@ -36,6 +36,7 @@ def speeds(floor: Floor) -> NDArray[np.float64]:
     return np.array([-floor.velocity(named(kind))[1] for kind in PART_TYPES])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("power", [100.0, 50.0, 33.3, 1.0, 0.3, 0.1])
 def test_parts_ride_as_fast_as_the_belt(floor: Floor, power: float) -> None:
     assert floor.cell.conveyor.set_power(power)

@@ -27,6 +27,7 @@ def is_gone(floor: Floor, name: str) -> bool:
     return name not in floor.cell.parts.in_play
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", PART_TYPES)
 def test_a_part_that_rides_into_the_wall_ends_on_the_shelf_and_stays(floor: Floor, kind: str) -> None:
     name = named(kind)

@@ -40,6 +40,7 @@ def names(tray: KitTray) -> list[str]:
     return [each.name for each in tray.contents]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", PART_TYPES)
 def test_a_part_on_the_plate_is_reported_awake_and_asleep(floor: Floor, tray: KitTray, kind: str) -> None:
     name = lay(floor, kind, 0.02, 0.03)

@@ -73,12 +73,14 @@ def fetch_from_belt(floor: Floor, delay: float, friction: float, phase: int | No
     return floor.gripper.reason if floor.pose(GEAR).position[2] > 1.05 else "it is still low"
 
 
+@pytest.mark.slow
 def test_the_piston_rods_are_taken(floor: Floor) -> None:
     rng = random.Random(20171121)
     taken = [fetch_from_bin(floor, rng, trial % 2) for trial in range(20)]
     assert sum(taken) >= 19  # 20 of 20, and 60 of 60 with another seed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("delay", [0.1, 0.15, 0.2, 0.25, 0.3])
 @pytest.mark.parametrize(
     ("friction", "phase"), [(1.0, None), (0.6, 0), (0.8, 35 * MILLISECOND), (1.0, 98 * MILLISECOND)]

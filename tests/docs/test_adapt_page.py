@@ -17,6 +17,7 @@ ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "adapt-a-robot.md"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix" or shutil.which("setsid") is None, reason="needs terminals")
 def test_the_page_can_be_followed(tmp_path: Path) -> None:
     home, programs = tmp_path / "home", tmp_path / "bin"

@@ -19,6 +19,7 @@ ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "operate.md"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix" or shutil.which("setsid") is None, reason="needs terminals")
 def test_the_page_can_be_followed(tmp_path: Path) -> None:
     home, programs = tmp_path / "home", tmp_path / "bin"
@@ -42,6 +43,7 @@ def _at(step: Step, port: int) -> Step:
     )
 
 
+@pytest.mark.slow
 def test_its_program_runs() -> None:
     (program,) = [step for step in steps(PAGE) if isinstance(step, Program)]
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "src")}

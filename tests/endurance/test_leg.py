@@ -23,6 +23,7 @@ def run(leg: Leg) -> Told:
     return told
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("face", FACES)
 def test_what_is_restored_goes_on_as_what_was_not(face: str, tmp_path: Path) -> None:
     saved = str(tmp_path / "1.npz")
@@ -34,6 +35,7 @@ def test_what_is_restored_goes_on_as_what_was_not(face: str, tmp_path: Path) -> 
     assert [hours for hours, _ in whole["sample"]] == [0.01, 0.02]
 
 
+@pytest.mark.slow
 def test_the_cell_works_and_is_heard() -> None:
     counts = run(Leg("cell", 0, 1, everything=True))["counts"][0]
     assert counts["parts taken hold of"] == 1
@@ -41,6 +43,7 @@ def test_the_cell_works_and_is_heard() -> None:
     assert counts["messages heard"] > 50_000
 
 
+@pytest.mark.slow
 def test_objects_are_counted() -> None:
     (kib, most), = run(Leg("robot", 0, 2, traced=True))["grown"]  # fmt: skip
     assert -100 < kib < 200
@@ -57,6 +60,7 @@ def test_a_checkpoint_that_is_none(tmp_path: Path) -> None:
         run_leg(Leg("cell", 1, 2, start=str(tmp_path / "none.npz")), lambda _kind, _value: None)
 
 
+@pytest.mark.slow
 def test_the_process_ends_with_who_started_it() -> None:
     leg = Leg("cell", 0, 100_000)
     with subprocess.Popen(

@@ -18,6 +18,7 @@ def test_memory_that_is_used_is_seen() -> None:
     assert len(block) == 64 << 20
 
 
+@pytest.mark.slow
 @given(st.floats(-3.0, 3.0), st.integers(20, 300))
 def test_a_straight_line_is_found(slope: float, count: int) -> None:
     found = growth([Sample(number / 10, 100.0 + slope * number / 10) for number in range(count)])

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from cellwright.endurance.soak import EnduranceError, Soaked, borders, soak
 
 
+@pytest.mark.slow
 @given(st.integers(1, 3000), st.integers(1, 50))
 def test_borders(rounds: int, pieces: int) -> None:
     found = borders(rounds, pieces)
@@ -20,6 +21,7 @@ def test_borders(rounds: int, pieces: int) -> None:
     assert max(sizes) - min(sizes) <= 1
 
 
+@pytest.mark.slow
 def test_processes_are_run_and_compared(tmp_path: Path) -> None:
     told: list[str] = []
     found = soak("cell", 2, 2, tmp_path, traced=0, say=told.append)

@@ -41,6 +41,7 @@ def is_alive(process: int) -> bool:
         return False
 
 
+@pytest.mark.slow
 def test_a_run_that_is_done(judge: Judge, folder: Path) -> None:
     (result,) = judge("Deliver")
     assert (result.outcome, result.points, result.best, result.reason, result.log) == ("done", 6.0, 6.0, "", ())
@@ -58,6 +59,7 @@ def test_a_run_that_is_done(judge: Judge, folder: Path) -> None:
     assert result.command.endswith("tiny.yaml --agent programs.py:Deliver --seed 1")
 
 
+@pytest.mark.slow
 def test_a_varied_run_differs_by_its_seed(folder: Path) -> None:
     (folder / "rods.yaml").write_text(RODS)
     trial = EvaluatedTrial("rods", (folder / "rods.yaml",), 0.0, 0.0, 500.0)
@@ -73,6 +75,7 @@ def test_a_varied_run_differs_by_its_seed(folder: Path) -> None:
     assert not hashes[True] & hashes[False]
 
 
+@pytest.mark.slow
 def test_results_are_the_same_in_any_number_of_processes(judge: Judge, folder: Path) -> None:
     alone = judge("Deliver", seeds=2)
     (folder / "out" / "results.jsonl").unlink()
@@ -84,6 +87,7 @@ def test_results_are_the_same_in_any_number_of_processes(judge: Judge, folder: P
     assert what_counts(alone) == what_counts(together)
 
 
+@pytest.mark.slow
 def test_a_settled_job_is_not_run_again(judge: Judge) -> None:
     first = judge("Noted")
     assert len(first) == 1
@@ -91,6 +95,7 @@ def test_a_settled_job_is_not_run_again(judge: Judge) -> None:
     assert Path("notes.txt").read_text() == "run\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("program", "outcome", "reason", "logged"),
     [
@@ -108,6 +113,7 @@ def test_a_run_that_is_not_done_says_why(judge: Judge, program: str, outcome: st
     assert logged in "\n".join(result.log)
 
 
+@pytest.mark.slow
 def test_a_program_that_hangs(judge: Judge) -> None:
     (result,) = judge("Hang", wall=2.0)
     assert (result.outcome, result.reason) == ("wall_limit", "still at work after 2 s")
@@ -115,12 +121,14 @@ def test_a_program_that_hangs(judge: Judge) -> None:
     assert any("programs.py" in line and "in run" in line for line in result.log)
 
 
+@pytest.mark.slow
 @LINUX
 def test_a_program_that_eats_memory(judge: Judge) -> None:
     (result,) = judge("Eat", memory=400 << 20)
     assert (result.outcome, result.reason) == ("memory_limit", "wanted more than 400 MiB of memory: MemoryError")
 
 
+@pytest.mark.slow
 @LINUX
 def test_what_its_children_have_counts_too(judge: Judge) -> None:
     (result,) = judge("EatInChildren", memory=500 << 20)
@@ -128,12 +136,14 @@ def test_what_its_children_have_counts_too(judge: Judge) -> None:
     assert result.simulated == 0.0
 
 
+@pytest.mark.slow
 def test_a_program_that_cannot_stop_talking(judge: Judge) -> None:
     (result,) = judge("Chatter", log=1 << 20)
     assert (result.outcome, result.reason) == ("log_limit", "wrote more than 1 MiB to its log")
     assert result.log
 
 
+@pytest.mark.slow
 @LINUX
 def test_what_a_program_leaves_behind_is_ended(judge: Judge) -> None:
     (result,) = judge("LeaveBehind")
@@ -143,12 +153,14 @@ def test_what_a_program_leaves_behind_is_ended(judge: Judge) -> None:
     assert not any(map(is_alive, left))
 
 
+@pytest.mark.slow
 @POSIX
 def test_a_fork_that_holds_on_to_everything_delays_nothing(judge: Judge) -> None:
     (result,) = judge("ForkAndDie")
     assert result.reason == "the process ended without a result: exit status 7"
 
 
+@pytest.mark.slow
 def test_a_lost_run_is_worked_again_under_other_limits(judge: Judge) -> None:
     assert [each.outcome for each in judge("Quit")] == ["died"]
     assert judge("Quit") == []
@@ -157,6 +169,7 @@ def test_a_lost_run_is_worked_again_under_other_limits(judge: Judge) -> None:
     assert judge("GiveUp", wall=300.0) == []
 
 
+@pytest.mark.slow
 def test_interrupted_it_keeps_what_it_has_and_leaves_no_process(folder: Path) -> None:
     results: list[Result] = []
     seen: list[Running] = []
@@ -179,6 +192,7 @@ def test_interrupted_it_keeps_what_it_has_and_leaves_no_process(folder: Path) ->
     assert seen[-1].wall > 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("program", "problem"),
     [
@@ -196,6 +210,7 @@ def test_an_agent_is_checked_before_anything_starts(folder: Path, program: str, 
     assert bool(said) == bool(problem)
 
 
+@pytest.mark.slow
 def test_a_trial_that_has_gone_costs_only_itself(folder: Path) -> None:
     jobs = tiny_jobs(folder, "Deliver")
     (folder / "tiny.yaml").unlink()
@@ -206,6 +221,7 @@ def test_a_trial_that_has_gone_costs_only_itself(folder: Path) -> None:
     assert "tiny.yaml" in "\n".join(result.log)
 
 
+@pytest.mark.slow
 def test_stopped_it_says_that_there_is_more_to_do(folder: Path) -> None:
     jobs = tiny_jobs(folder, "Deliver", seeds=2)
     with ResultsFile(folder / "out") as store:
@@ -226,6 +242,7 @@ def test_without_jobs_there_is_nothing_to_do(folder: Path) -> None:
         assert not store.results
 
 
+@pytest.mark.slow
 def test_results_that_find_no_room_end_it_with_what_there_is(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     results: list[Result] = []
 
@@ -241,6 +258,7 @@ def test_results_that_find_no_room_end_it_with_what_there_is(folder: Path, monke
         assert list(store.results.values()) == results
 
 
+@pytest.mark.slow
 def test_a_log_that_cannot_be_written_costs_no_run(judge: Judge, folder: Path) -> None:
     (job,) = tiny_jobs(folder, "Deliver")
     blocked = folder / "out" / "logs" / job.log_name

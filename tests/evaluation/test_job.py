@@ -45,6 +45,7 @@ def test_a_key_is_the_same_until_something_that_matters_changes(folder: Path, mo
     assert keys(folder) != first
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("agent", ["robot.py:Robot", "robot:Robot"])
 @pytest.mark.parametrize("file", ["one.yaml", "robot.py", "beside.py"])
 def test_a_change_of_the_trial_or_the_program_is_another_job(folder: Path, file: str, agent: str) -> None:

@@ -63,6 +63,7 @@ def start(folder: Path, program: str) -> subprocess.Popen[bytes]:
     return process
 
 
+@pytest.mark.slow
 def test_killed_and_resumed(folder: Path) -> None:
     (folder / "hold").touch()
     killed = start(folder, "Noted")
@@ -92,6 +93,7 @@ def test_killed_and_resumed(folder: Path) -> None:
     assert results(folder) == after
 
 
+@pytest.mark.slow
 def test_workers_that_hang_do_not_outlive_it(folder: Path) -> None:
     killed = start(folder, "Hang")
     wait_until(lambda: len(list((folder / "out").glob("logs/tiny-*.log"))) == 2, "two logs")
@@ -103,6 +105,7 @@ def test_workers_that_hang_do_not_outlive_it(folder: Path) -> None:
     assert results(folder) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_asked_to_end_it_keeps_what_there_is(number: int, folder: Path) -> None:
     (folder / "hold").touch()
@@ -120,6 +123,7 @@ def test_asked_to_end_it_keeps_what_there_is(number: int, folder: Path) -> None:
     assert (folder / "out" / "report.html").exists()
 
 
+@pytest.mark.slow
 def test_one_evaluation_at_a_time_has_a_folder(folder: Path) -> None:
     first = start(folder, "Hang")
     wait_until((folder / "out" / "logs").exists, "folder of logs")

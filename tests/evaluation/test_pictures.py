@@ -21,6 +21,7 @@ def number(shape: ElementTree.Element, key: str) -> float:
     return float(shape.get(key, "nan"))
 
 
+@pytest.mark.slow
 @given(values=st.lists(st.floats(min_value=0, max_value=30), min_size=1, max_size=40), best=st.sampled_from([0, 3, 30]))
 def test_every_value_is_in_the_histogram(values: list[float], best: float) -> None:
     bars = shapes(histogram(values, best), "rect", "bar")

@@ -51,6 +51,7 @@ def test_what_is_no_plain_file_is_not_read(tmp_path: Path, device: str) -> None:
         ResultsFile(tmp_path)
 
 
+@pytest.mark.slow
 @given(cut=st.integers(min_value=0, max_value=10_000))
 def test_wherever_it_was_cut_off_whole_lines_count_and_it_goes_on(
     cut: int, tmp_path_factory: pytest.TempPathFactory

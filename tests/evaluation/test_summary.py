@@ -68,6 +68,7 @@ def test_a_summary_for_each_trial() -> None:
     assert real_time_factor([LOST]) == 0.0
 
 
+@pytest.mark.slow
 @given(points=st.lists(st.floats(min_value=0.0, max_value=12.0), min_size=1, max_size=30))
 def test_bounds_of_a_summary(points: list[float]) -> None:
     (summary,) = summarize([result(each, seed=seed) for seed, each in enumerate(points)])

@@ -38,6 +38,7 @@ def test_orders_kits_and_agvs() -> None:
     assert told["held"] == []
 
 
+@pytest.mark.slow
 def test_looking_on_changes_nothing() -> None:
     cell = Cell(KITTING)
     timeline = Timeline(cell)
@@ -45,6 +46,7 @@ def test_looking_on_changes_nothing() -> None:
     assert watched.state_hash == work(deliver_and_go_on).state_hash
 
 
+@pytest.mark.slow
 def test_what_the_gripper_holds() -> None:
     above, on = [2.5, 0.25, -1.0, 3.2, 3.0, -1.51, 0.0], [2.09, 0.25, -0.47, 3.2, 3.1, -1.51, 0.0]
 

@@ -81,6 +81,7 @@ def test_names() -> None:
     assert "workshop" not in sys.modules
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("site")
 def test_all_of_the_example_at_work() -> None:
     cell = Cell(load_trial([find_trial("counting")]).trial)
@@ -103,6 +104,7 @@ def test_a_checkpoint_has_the_device_in_it() -> None:
     assert cell.state_hash() == before
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("site")
 def test_listening_to_the_sensor_changes_nothing() -> None:
     def run(*, heard: bool) -> str:
@@ -152,6 +154,7 @@ def test_agents_refused() -> None:
         find_agent("watchmn")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("others")
 @pytest.mark.parametrize(
     ("kind", "said"),
@@ -195,6 +198,7 @@ def test_one_name_from_two_packages(site: Path) -> None:
         find_agent("watchman")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("others")
 def test_the_list_of_trials(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["trials"]) == 0
@@ -252,6 +256,7 @@ def late(site: Path) -> Path:
     return site
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("late")
 @pytest.mark.parametrize(
     ("text", "said"),

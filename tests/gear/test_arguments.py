@@ -39,6 +39,7 @@ def test_what_a_launch_file_adds_is_dropped() -> None:
     assert parse(given, {}).files == ("a.yaml",)
 
 
+@pytest.mark.slow
 @given(st.lists(st.text(max_size=8)))
 def test_only_remappings_are_dropped(arguments: list[str]) -> None:
     kept = without_remappings(arguments)

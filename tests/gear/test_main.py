@@ -12,6 +12,7 @@ from tests.processes import Process
 from tests.waiting import TIMEOUT
 
 
+@pytest.mark.slow
 def test_the_module_is_the_launcher() -> None:
     ran = subprocess.run(
         [sys.executable, "-m", "cellwright.gear", "-n", "foo: 1"],
@@ -39,6 +40,7 @@ def test_ctrl_c_while_it_is_being_loaded_says_nothing(tmp_path: Path) -> None:
     assert status == -signal.SIGINT
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="a Ctrl-C cannot be sent to one process there")
 def test_ctrl_c_before_there_is_a_cell(tmp_path: Path) -> None:
     """It waits for a configuration that never comes, and is interrupted."""

@@ -28,6 +28,7 @@ def test_names_are_cut(name: str, trimmed: str, type_: str) -> None:
     assert part_type(name) == type_
 
 
+@pytest.mark.slow
 @given(TYPES, st.lists(WORDS, max_size=3), st.integers(0, 10**6))
 def test_the_type_is_found_behind_any_origin_and_number(type_: str, origin: list[str], number: int) -> None:
     for suffix in ("", f"_{number}", f"_clone_{number}"):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -177,6 +178,7 @@ def tell_naively(trial: Trial, story: list[Input]) -> tuple[NaiveReferee, list[b
     return naive, judged
 
 
+@pytest.mark.slow
 @settings(max_examples=200)
 @given(trials, stories)
 def test_all_cadences_agree_with_the_rules_told_naively(trial: Trial, story: list[Input]) -> None:

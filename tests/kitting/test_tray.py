@@ -27,6 +27,7 @@ def test_the_last_report_counts() -> None:
     assert trays.all_contents() == ((thing("disk_part"),), (thing("pulley_part"),))
 
 
+@pytest.mark.slow
 @given(contents())
 def test_contents_go_through_json(things: TrayContents) -> None:
     assert contents_from_json(json.loads(json.dumps(contents_to_json(things)))) == things

@@ -31,6 +31,7 @@ frames = st.builds(
 )
 
 
+@pytest.mark.slow
 @given(st.lists(frames, max_size=5), st.integers(1, 50))
 def test_frames_come_out_as_they_went_in_however_they_are_cut(said: list[Frame], size: int) -> None:
     data = b"".join(frame.encode() for frame in said)
@@ -39,6 +40,7 @@ def test_frames_come_out_as_they_went_in_however_they_are_cut(said: list[Frame],
     assert heard == said
 
 
+@pytest.mark.slow
 @given(st.binary(max_size=300))
 def test_garbage_is_refused_or_waited_out(data: bytes) -> None:
     decoder = Decoder()

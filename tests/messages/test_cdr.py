@@ -25,12 +25,14 @@ def by_the_library(message: Any) -> bytes:
     return bytes(ros2_store().serialize_cdr(message, message.__msgtype__, little_endian=True))
 
 
+@pytest.mark.slow
 @settings(max_examples=200, deadline=None)
 @given(st.sampled_from(NAMES).flatmap(messages))
 def test_any_message_is_written_as_the_library_writes_it(message: Any) -> None:
     assert writer(message.__msgtype__)(message) == by_the_library(message)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [

@@ -22,6 +22,7 @@ def test_every_competition_type_has_a_case() -> None:
     assert ours <= named
 
 
+@pytest.mark.slow
 def test_checksums_of_standard_types_are_those_of_ros_1() -> None:
     noetic = get_typestore(Stores.ROS1_NOETIC)
     shared = noetic.fielddefs.keys() & ros1_store().fielddefs.keys()

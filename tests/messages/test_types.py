@@ -33,6 +33,7 @@ def test_every_definition_has_its_class_and_no_class_is_without() -> None:
     assert {name for name, _ in parsed()} == own_types().keys()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(own_types()))
 def test_classes_agree_with_their_definitions(name: str) -> None:
     message_class: typing.Any = own_types()[name]

@@ -32,6 +32,7 @@ NAMES = [
 any_message = st.sampled_from(NAMES).flatmap(messages)
 
 
+@pytest.mark.slow
 @given(any_message)
 def test_cdr_round_trip(message: Any) -> None:
     assert same(from_cdr(to_cdr(message), type(message)), message)
@@ -48,11 +49,13 @@ def test_both_forms_hold_the_same(message: Any) -> None:
     assert bytes(ros1_store().cdr_to_ros1(to_cdr(message), message.__msgtype__)) == to_ros1(message)
 
 
+@pytest.mark.slow
 @given(any_message)
 def test_what_can_be_written_passes_the_check(message: Any) -> None:
     assert checked(message) is message
 
 
+@pytest.mark.slow
 @given(messages("sensor_msgs/msg/Range"))
 def test_a_range_loses_only_its_variance_in_ros1(message: Range) -> None:
     back = from_ros1(to_ros1(message), Range)
@@ -62,6 +65,7 @@ def test_a_range_loses_only_its_variance_in_ros1(message: Range) -> None:
     assert same(back, message)
 
 
+@pytest.mark.slow
 @given(st.sampled_from(NAMES), st.binary(max_size=200))
 def test_foreign_bytes_are_refused_or_read(name: str, data: bytes) -> None:
     message_class = message_type(name)

@@ -11,6 +11,7 @@ from cellwright.pose import Pose
 from tests.motion.samples import ABOVE_BIN, INITIAL
 
 
+@pytest.mark.slow
 @given(st.floats(-0.6, 0.0), st.floats(-1.6, 1.3), st.floats(0.73, 1.1), st.floats(-3.1, 3.1))
 def test_every_place_over_the_near_bins_is_reached_well(x: float, y: float, z: float, yaw: float) -> None:
     joints = solve(tool_down(x, y, z, yaw), INITIAL)

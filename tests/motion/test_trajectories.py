@@ -91,6 +91,7 @@ def test_no_joint_is_sent_past_its_end() -> None:
 VIAS = st.lists(moderate, min_size=3, max_size=5)
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(VIAS)
 def test_through_waypoints_without_leaving_their_ranges(stops: list[Joints]) -> None:

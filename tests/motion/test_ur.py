@@ -65,6 +65,7 @@ def test_the_inverse_finds_the_joints_again(joints: Joints) -> None:
         assert min(apart(each, joints) for each in found) < 1e-6
 
 
+@pytest.mark.slow
 @given(anywhere)
 def test_the_way_back_is_exact_for_what_is_near(joints: Joints) -> None:
     if min(abs(math.sin(joints.elbow)), abs(math.sin(joints.wrist_2))) < 1e-3:

@@ -41,6 +41,7 @@ def test_an_escape_alone_is_a_key_when_nothing_follows() -> None:
     assert decoder.feed("A") == ["A"]
 
 
+@pytest.mark.slow
 @given(pieces=st.lists(st.sampled_from(list(PIECES)), max_size=12), cuts=st.lists(st.integers(0, 60), max_size=5))
 def test_it_does_not_matter_where_the_text_is_cut(pieces: list[str], cuts: list[int]) -> None:
     text, decoder, found, last = "".join(pieces), KeyDecoder(), [], 0
@@ -51,6 +52,7 @@ def test_it_does_not_matter_where_the_text_is_cut(pieces: list[str], cuts: list[
     assert found == [PIECES[piece] for piece in pieces]
 
 
+@pytest.mark.slow
 @given(text=st.text(max_size=60))
 def test_anything_may_be_typed(text: str) -> None:
     assert all(KeyDecoder().feed(text))

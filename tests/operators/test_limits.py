@@ -13,6 +13,7 @@ from tests.operators.nodes import robot
 LIMITS = JointLimits.of(robot().robot)
 
 
+@pytest.mark.slow
 @given(st.floats(-10.0, 10.0))
 def test_a_clamped_position_is_within_and_the_nearest(position: float) -> None:
     found = LIMITS.clamped("right_1", position)

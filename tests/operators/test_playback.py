@@ -125,6 +125,7 @@ def test_more_grippers_than_there_are_are_refused(there: OperatedRobot, monkeypa
         check(there, two, LIMITS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["motion.csv", "motion.jsonl"])
 def test_what_is_recorded_can_be_played_again(name: str, there: OperatedRobot, tmp_path: Path) -> None:
     recorder = Recorder(there, tmp_path / name)

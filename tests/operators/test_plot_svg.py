@@ -48,6 +48,7 @@ def test_all_lies_within_the_picture() -> None:
         assert 0 <= y.min() <= y.max() <= float(root.attrib["height"])
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(height=st.floats(-1e4, 1e4), samples=st.integers(10, 50))
 def test_any_motion_can_be_drawn(height: float, samples: int) -> None:

@@ -81,6 +81,7 @@ def test_it_tells_what_the_node_tells(there: OperatedRobot) -> None:
     assert there.why_not() == ""
 
 
+@pytest.mark.slow
 def test_joints_grippers_and_tips_go_where_they_are_sent(there: OperatedRobot) -> None:
     there.session.sleep(0.05)
     right = there.tips[0]

@@ -122,6 +122,7 @@ def test_files_that_cannot_be_read_are_refused(tmp_path: Path) -> None:
         read_targets(tmp_path / "bytes.csv")
 
 
+@pytest.mark.slow
 @given(rows=st.lists(st.tuples(st.floats(0.0, 1e4), NUMBERS, NUMBERS), min_size=1, max_size=20))
 def test_what_is_written_is_read_in_both_forms(
     rows: list[tuple[float, float, float]], tmp_path_factory: pytest.TempPathFactory
@@ -134,6 +135,7 @@ def test_what_is_written_is_read_in_both_forms(
     assert [(moment.time, *moment.values.values()) for moment in of_csv] == rows
 
 
+@pytest.mark.slow
 @given(text=st.text(alphabet='time,ab01.5-e"\n{}: \x00\u2028', max_size=80), name=st.sampled_from(["m.csv", "m.jsonl"]))
 def test_whatever_is_in_a_file_is_read_or_refused(
     text: str, name: str, tmp_path_factory: pytest.TempPathFactory

@@ -29,6 +29,7 @@ def first_order(constant: float) -> Array:
     return np.asarray(np.where(TIME >= 1.0, 1.0 - np.exp(-(TIME - 1.0) / constant), 0.0))
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(lag=st.floats(0.0, 0.4), gain=st.floats(0.2, 2.0))
 def test_a_delay_is_found_whatever_the_size_of_the_motion(lag: float, gain: float) -> None:

@@ -54,6 +54,7 @@ def test_each_part_alone(name: str) -> None:
     assert over_time[-1].get_xlabel() == "simulation time [s]"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_names_of_a_hostile_recording_are_drawn_and_told_to_no_terminal(
     suffix: str, tmp_path: Path, recwarn: pytest.WarningsRecorder
@@ -88,6 +89,7 @@ def test_a_moment_is_enough() -> None:
     assert titles(draw(moment)) == ["arm"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_names_are_names_whatever_is_in_them(suffix: str, tmp_path: Path) -> None:
     odd = "a $_{x$ & <b> \\frac"
@@ -106,6 +108,7 @@ def test_names_are_names_whatever_is_in_them(suffix: str, tmp_path: Path) -> Non
     assert (tmp_path / f"odd{suffix}").stat().st_size > 1000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_a_file_is_what_its_name_says_and_the_same_each_time(suffix: str, tmp_path: Path) -> None:
     begins = {".png": b"\x89PNG", ".svg": b"<?xml", ".pdf": b"%PDF"}

@@ -2,6 +2,7 @@
 
 from itertools import pairwise
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
@@ -9,6 +10,7 @@ from matplotlib.figure import Figure
 from cellwright.plots.style import SIZE_OF_NAMES, name_at_the_end
 
 
+@pytest.mark.slow
 @given(st.lists(st.floats(0.0, 1.0), min_size=1, max_size=8))
 def test_each_has_room_and_their_order_is_that_of_the_curves(values: list[float]) -> None:
     figure = Figure(figsize=(6, 3), dpi=100)

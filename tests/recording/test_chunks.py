@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from io import BytesIO
 from itertools import accumulate
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from mcap.records import Chunk, Footer, McapRecord, Message, MessageIndex
@@ -36,6 +37,7 @@ def read(chunk: WrittenChunk) -> tuple[Chunk, list[MessageIndex]]:
     return first, [each for each in indexes if isinstance(each, MessageIndex)]
 
 
+@pytest.mark.slow
 @given(entries)
 def test_messages_are_in_it_in_their_order(given: list[Entry]) -> None:
     chunk, _ = read(ChunkMaker().make(handed_in(given), 0))

@@ -10,6 +10,7 @@ import pytest
 from tests.recording.killed import TICK, loss
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="there is no SIGKILL here")
 @pytest.mark.parametrize("after", [10, 150, 400])
 def test_what_was_recorded_is_kept(after: int, tmp_path: Path) -> None:

@@ -42,6 +42,7 @@ def test_another_reader_finds_everything_with_its_schemas(tmp_path: Path) -> Non
     assert late == [n * 1_000_000 for n in range(91, 100, 2)]
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(words=st.lists(st.binary(max_size=40), max_size=60), size=st.integers(1, 400))
 def test_what_is_handed_in_is_what_is_read(

@@ -43,6 +43,7 @@ def test_it_says_what_it_is_and_what_is_in_it(whole: Path) -> None:
             recording.attachment("other")
 
 
+@pytest.mark.slow
 @given(first=st.integers(-10, 310), last=st.integers(-10, 310), kept=st.integers(1, 3))
 @settings(max_examples=30, deadline=None)
 def test_messages_of_a_span_and_a_topic(whole: Path, first: int, last: int, kept: int) -> None:
@@ -55,6 +56,7 @@ def test_messages_of_a_span_and_a_topic(whole: Path, first: int, last: int, kept
         assert (newest and newest.data) == (text(f"word {before[-1]}") if before else None)
 
 
+@pytest.mark.slow
 @given(cut=st.floats(0, 1))
 @settings(max_examples=100, deadline=None)
 def test_one_that_was_cut_has_of_each_topic_what_it_has_of_all(
@@ -76,6 +78,7 @@ def test_one_that_was_cut_has_of_each_topic_what_it_has_of_all(
             assert recording.newest(topic, 10**15) == (of_it[-1] if of_it else None)
 
 
+@pytest.mark.slow
 @given(cut=st.floats(0, 1))
 @settings(max_examples=60, deadline=None)
 def test_one_that_was_cut_anywhere_is_read_up_to_there(

@@ -57,6 +57,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     return path, cell.state_hash()
 
 
+@pytest.mark.slow
 def test_a_run_is_the_same_with_and_without(recorded: tuple[Path, str]) -> None:
     cell = Cell(WHOLE)
     worked(cell)

@@ -102,6 +102,7 @@ def test_a_full_disk_does_not_end_the_run() -> None:
     assert len(said) == 1
 
 
+@pytest.mark.slow
 def test_after_sigkill_the_log_has_all_that_had_happened(tmp_path: Path) -> None:
     (tmp_path / "works.py").write_text(KILLED)
     command = [sys.executable, "-m", "cellwright", "run", "lesson", "--agent", "works.py:Works", "--log", "a.jsonl"]

@@ -46,6 +46,7 @@ def take(waiting: Waiting[str]) -> list[Entry | str]:
 an_entry = st.tuples(st.integers(1, 9), st.integers(0, 99), st.binary(max_size=9))
 
 
+@pytest.mark.slow
 @given(st.lists(st.lists(an_entry | st.sampled_from(["schema", "channel"]), max_size=20), max_size=5))
 def test_all_is_taken_in_its_order(given: list[list[Entry | str]]) -> None:
     waiting: Waiting[str] = Waiting()
@@ -83,6 +84,7 @@ def test_what_comes_while_it_is_taken_is_left_for_the_next_time() -> None:
     assert take(waiting) == [(1, 1, b"late"), "later"]
 
 
+@pytest.mark.slow
 def test_two_threads_lose_nothing() -> None:
     waiting: Waiting[str] = Waiting()
     count = 30_000

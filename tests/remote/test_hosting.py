@@ -76,6 +76,7 @@ def agents(tmp_path: Path) -> str:
     return str(file)
 
 
+@pytest.mark.slow
 def test_the_result_is_that_of_a_run_in_one_process(agents: str) -> None:
     agent = f"{agents}:Delivers"
     here = run_cell(Cell(KITTING), find_agent(agent)())
@@ -86,6 +87,7 @@ def test_the_result_is_that_of_a_run_in_one_process(agents: str) -> None:
     assert lines == ["    0.000 s  off it goes", "something that the agent prints"]
 
 
+@pytest.mark.slow
 def test_without_lockstep_time_keeps_to_the_clock(agents: str) -> None:
     result = Host(Cell(KITTING), f"{agents}:Delivers").run(RunOptions(speed=5.0))
     assert result.outcome is Outcome.DONE
@@ -93,6 +95,7 @@ def test_without_lockstep_time_keeps_to_the_clock(agents: str) -> None:
     assert 0.0 < result.real_time_factor < 5.1  # a slow machine falls behind, none runs ahead
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lockstep", [True, False])
 def test_a_run_ends_when_it_is_to(agents: str, lockstep: bool) -> None:
     result = Host(Cell(KITTING), f"{agents}:Waits", lockstep=lockstep).run(RunOptions(until=0.5, speed=None))
@@ -100,6 +103,7 @@ def test_a_run_ends_when_it_is_to(agents: str, lockstep: bool) -> None:
     assert result.simulated == pytest.approx(0.5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "error"),
     [
@@ -115,17 +119,20 @@ def test_an_agent_that_fails_is_told_of(agents: str, name: str, error: str) -> N
     assert "src/cellwright" not in result.error.partition("client.sleep")[0]
 
 
+@pytest.mark.slow
 def test_an_agent_that_cannot_be_made_is_bad_input(agents: str) -> None:
     with pytest.raises(AgentError, match="cannot be made"):
         Host(Cell(KITTING), f"{agents}:CannotBeMade", lockstep=True).run(RunOptions())
 
 
+@pytest.mark.slow
 def test_it_can_be_interrupted_while_its_agent_waits(agents: str) -> None:
     host = Host(Cell(KITTING), f"{agents}:Waits", say=lambda _: host.interrupt())
     result = host.run(RunOptions(speed=1.0))
     assert result.outcome is Outcome.INTERRUPTED
 
 
+@pytest.mark.slow
 def test_an_agent_that_clings_to_its_cell_is_ended(agents: str) -> None:
     said: list[str] = []
     child = AgentProcess(f"{agents}:Clings", ("127.0.0.1", 1), node="/agent", level=30, say=said.append)
@@ -137,6 +144,7 @@ def test_an_agent_that_clings_to_its_cell_is_ended(agents: str) -> None:
     assert result.outcome is Outcome.UNTIL
 
 
+@pytest.mark.slow
 def test_a_killed_parent_leaves_no_agent_behind(agents: str, tmp_path: Path) -> None:
     """The agent's connection ends, and with it the agent."""
     beat = tmp_path / "beat"

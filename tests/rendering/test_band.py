@@ -16,6 +16,7 @@ def test_bands_hold_every_row_once(height: int) -> None:
     assert all(band.bands(height))
 
 
+@pytest.mark.slow
 def test_bands_do_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
     model, data = clutter(5)
     model.geom_rgba[::3, 3] = 0.5

@@ -45,6 +45,7 @@ def test_a_point_on_a_pixels_ray_is_projected_to_that_pixel(
     assert 0 < projected[0, 2] <= far * (1 + 1e-9)
 
 
+@pytest.mark.slow
 @given(cameras(), st.integers(1, 500), st.integers(1, 500))
 def test_the_target_is_in_the_middle(camera: Camera, width: int, height: int) -> None:
     projected = camera.project(np.array([camera.target]), width, height)[0]
@@ -52,6 +53,7 @@ def test_the_target_is_in_the_middle(camera: Camera, width: int, height: int) ->
     assert projected[2] == pytest.approx(math.dist(camera.eye, camera.target))
 
 
+@pytest.mark.slow
 @given(cameras())
 def test_the_opening_angle_spans_the_height(camera: Camera) -> None:
     top, bottom = camera.directions(np.array([[8.0, 0.0], [8.0, 9.0]]), 16, 9)

@@ -14,6 +14,7 @@ ORIGIN = np.zeros(3)
 AHEAD = np.array([[1.0, 0, 0]])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_bundles_meet_what_single_rays_meet(seed: int) -> None:
     model, data = clutter(seed)

@@ -60,6 +60,7 @@ def test_lines_blur_when_a_pixel_covers_more_than_they_do() -> None:
     assert gone == pytest.approx(tile, rel=1e-2)
 
 
+@pytest.mark.slow
 @given(st.floats(0.001, 0.4))
 def test_blurring_a_line_keeps_its_amount_of_ink(footprint: float) -> None:
     surfaces = surfaces_of('<geom type="plane" size="9 9 1" rgba=".5 .5 .5 1"/>')

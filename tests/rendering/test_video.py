@@ -23,6 +23,7 @@ def left_of_red(pictures: list[np.ndarray]) -> list[float]:
     return [float(np.nonzero(picture[:, :, 0] > picture[:, :, 1] + 40.0)[1].mean()) for picture in pictures]
 
 
+@pytest.mark.slow
 def test_a_video_shows_frame_by_frame_what_was_given(tmp_path: Path) -> None:
     films = []
     for name in ("a.mp4", "b.mp4"):
@@ -39,6 +40,7 @@ def test_a_video_shows_frame_by_frame_what_was_given(tmp_path: Path) -> None:
     assert np.array_equal(films[0], films[1])  # the same frames, the same pictures
 
 
+@pytest.mark.slow
 def test_where_nobody_may_wait_a_picture_is_shown_longer(tmp_path: Path) -> None:
     video = Video(tmp_path / "a.mp4", BALL, *SIZE)
     os.kill(video._worker._process.pid, signal.SIGSTOP)
@@ -56,6 +58,7 @@ def test_where_nobody_may_wait_a_picture_is_shown_longer(tmp_path: Path) -> None
     assert places[20] > places[19] + 3
 
 
+@pytest.mark.slow
 def test_a_full_disk_ends_the_video_and_nothing_else(tmp_path: Path) -> None:
     if not Path("/dev/full").exists():
         pytest.skip("Linux has a disk that is always full")
@@ -69,6 +72,7 @@ def test_a_full_disk_ends_the_video_and_nothing_else(tmp_path: Path) -> None:
     assert not video.take(ball_at(0, 0, 1), CAMERA)
 
 
+@pytest.mark.slow
 def test_a_video_whose_process_is_killed_can_be_played(tmp_path: Path) -> None:
     video = Video(tmp_path / "a.mp4", BALL, *SIZE)
     for _ in range(90):
@@ -94,6 +98,7 @@ os.kill(os.getpid(), signal.SIGKILL)
 """
 
 
+@pytest.mark.slow
 def test_whoever_gives_frames_may_be_killed(tmp_path: Path) -> None:
     file = tmp_path / "a.mp4"
     ran = subprocess.run(
@@ -116,6 +121,7 @@ def _is_there(pid: int) -> bool:
         return False
 
 
+@pytest.mark.slow
 def test_a_video_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RenderingError, match="No such file or directory"):
         Video(tmp_path / "no" / "a.mp4", BALL, *SIZE)

@@ -143,6 +143,7 @@ def test_listeners_hear_at_once_of_a_latched_message_that_is_another_now() -> No
     assert [message.data for message in came] == ["second", "first"]
 
 
+@pytest.mark.slow
 @given(st.lists(st.integers(-SECOND, 6 * SECOND), min_size=1, max_size=6), st.integers(0, SECOND))
 def test_whatever_was_sought_before_the_moment_looks_as_if_it_had_been_played_to(times: list[int], more: int) -> None:
     jumping, straight = Recorded(a_recording()), Recorded(a_recording())

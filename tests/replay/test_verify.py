@@ -46,6 +46,7 @@ def again(taken: list[Step], cell: Cell | None = None) -> Verdict:
     return Verification(Rebuilt(cell or Cell(cellwright.load_trial("lesson")))).run(taken)
 
 
+@pytest.mark.slow
 def test_the_same_commands_come_to_the_same_state(taken: list[Step]) -> None:
     times: list[int] = []
     verdict = Verification(Rebuilt(Cell(cellwright.load_trial("lesson"))), times.append).run(taken)
@@ -83,6 +84,7 @@ def test_a_command_that_is_missing_is_told_by_where_things_are(taken: list[Step]
     assert goals[0].tick < verdict.moved.tick <= goals[0].tick + TICKS // 10
 
 
+@pytest.mark.slow
 def test_without_a_state_hash_nothing_is_known(taken: list[Step]) -> None:
     verdict = again([step for step in taken if not isinstance(step, HashPoint)])
 
@@ -90,6 +92,7 @@ def test_without_a_state_hash_nothing_is_known(taken: list[Step]) -> None:
     assert verdict.frames >= 70
 
 
+@pytest.mark.slow
 def test_what_is_cut_anywhere_is_never_another_run(path: Path, tmp_path: Path) -> None:
     whole = path.read_bytes()
     answers = set()

@@ -44,6 +44,7 @@ def test_a_tree_is_made_once(fake_system: RosSystem, tmp_path: Path) -> None:
     assert (first / "mark").exists()
 
 
+@pytest.mark.slow
 def test_another_system_has_another_tree(fake_system: RosSystem, tmp_path: Path) -> None:
     first = ensure_tree(fake_system, tmp_path / "cache")
     (fake_system.share / "std_msgs" / "package.xml").write_text("<package/>")
@@ -60,6 +61,7 @@ def test_messages_that_the_system_has_are_its_own(fake_system: RosSystem, tmp_pa
     assert not (tree / "python" / "control_msgs").exists()
 
 
+@pytest.mark.slow
 def test_several_at_once(fake_system: RosSystem, tmp_path: Path) -> None:
     trees: list[Path] = []
     threads = [

@@ -25,6 +25,7 @@ def test_a_whole_frame_needs_none_before_it(frame: Frame) -> None:
     assert same(decode(frame.encode()), frame)
 
 
+@pytest.mark.slow
 @given(frames(4), frames(4), st.lists(st.booleans(), min_size=4, max_size=4))
 def test_changes_lead_from_one_frame_to_the_next(first: Frame, second: Frame, moved: list[bool]) -> None:
     poses = np.where(np.array(moved)[:, None], second.poses, first.poses)
@@ -48,12 +49,14 @@ def test_what_is_on_a_body_is_where_its_pose_puts_it(pose: Pose, point: tuple[fl
         assert tuple(found) == pytest.approx(pose.transform(point), abs=1e-5)
 
 
+@pytest.mark.slow
 @given(st.binary(max_size=200))
 def test_nonsense_is_refused(data: bytes) -> None:
     with pytest.raises(MessageError):
         decode(data)
 
 
+@pytest.mark.slow
 @given(frames(3), st.data())
 def test_what_was_cut_or_changed_is_refused_or_is_another_frame(frame: Frame, data: st.DataObject) -> None:
     text = bytearray(frame.encode())

@@ -42,6 +42,7 @@ def rude(hall: Hall, said: bytes) -> Talker:
     return guest
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("said", "reason"),
     [
@@ -148,6 +149,7 @@ def test_in_the_name_of_what_is_no_node_nothing_is_taken(name: str) -> None:
         assert b"a node's name is like '/robot'" in answer.payload
 
 
+@pytest.mark.slow
 def test_a_flood_of_commands_eats_idle_time_only() -> None:
     """20 commands a tick, 10,000 a second: each is answered, and the ticks pass meanwhile."""
     cell = Cell(ARM_ONLY)
@@ -205,6 +207,7 @@ def subscribe_often(hall: Hall, deaf: Talker, other: Talker) -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_guest_that_never_reads_loses_its_messages_and_nobody_else_any(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(guests_module, "_LOOK_AFTER", 0.0)
     cell = Cell(ARM_ONLY)
@@ -244,6 +247,7 @@ def test_a_guest_that_takes_nothing_for_long_is_cut_off(monkeypatch: pytest.Monk
         assert is_answered(other)
 
 
+@pytest.mark.slow
 def test_who_asks_and_never_reads_the_answers_is_not_heard_any_more() -> None:
     cell = Cell(KITTING)
     with served(cell) as hall:

@@ -79,6 +79,7 @@ print(simulation.state_hash())
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("moment", [20_000_000, 1_500_000_000])
 def test_a_checkpoint_goes_on_alike_in_another_process(tmp_path: Path, moment: int) -> None:
     simulation = make_run(moment)

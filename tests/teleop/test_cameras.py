@@ -23,6 +23,7 @@ TANDEM = load_robot("tandem", lambda _line: None)
 TOPIC = "/io_teleop/camera_first_person"
 
 
+@pytest.mark.slow
 def test_pictures_go_out_with_the_times_that_the_node_tells() -> None:
     lines: list[str] = []
     wall = 1_000_000_000_000
@@ -58,6 +59,7 @@ def test_pictures_go_out_with_the_times_that_the_node_tells() -> None:
     node.close()
 
 
+@pytest.mark.slow
 def test_listening_changes_nothing() -> None:
     hashes = []
     for listens in (False, True):

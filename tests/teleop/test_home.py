@@ -84,6 +84,7 @@ def test_at_home_already_it_is_answered_in_the_next_tick() -> None:
     assert later.response.success
 
 
+@pytest.mark.slow
 def test_a_way_that_takes_too_long_fails_and_the_robot_holds() -> None:
     talk = far_off(safety=SafetySettings(max_speeds=(("shoulder_*", 0.1),)))
     talk.joints({"shoulder_right": -1.8})

@@ -78,6 +78,7 @@ def talk(request: pytest.FixtureRequest) -> Talk:
     return talk
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(PUBLISHED | CALLED, st.sampled_from(["/a", "/b", ""])), max_size=6))
 def test_random_messages(talk: Talk, said: list[tuple[tuple[str, Any], str]]) -> None:
     node = talk.node

@@ -54,6 +54,7 @@ class Filmed:
         return f"{self.times[-1]:.1f} s"
 
 
+@pytest.mark.slow
 def test_frames_are_taken_at_their_times_and_the_run_stays_as_it_is(tmp_path: Path) -> None:
     filmed, plain = Filmed(tmp_path / "a.mp4"), Filmed(None)
     assert filmed.hash == plain.hash
@@ -65,12 +66,14 @@ def test_frames_are_taken_at_their_times_and_the_run_stays_as_it_is(tmp_path: Pa
     assert np.abs(pictures[0].astype(int) - pictures[20]).max() > 40  # the arm moves, and so does the clock
 
 
+@pytest.mark.slow
 def test_a_time_lapse_takes_fewer(tmp_path: Path) -> None:
     filmed = Filmed(tmp_path / "a.mp4", speed=10.0)
     assert filmed.times == pytest.approx([0.0, 0.4, 0.8], abs=1e-9)
     assert len(read(tmp_path / "a.mp4")) == 3
 
 
+@pytest.mark.slow
 def test_time_goes_no_slower_than_by_a_frame_a_tick(tmp_path: Path) -> None:
     assert Filmed(tmp_path / "a.mp4", speed=0.05, until=0.02).told["frames"] == 11
     with pytest.raises(UsageError, match=r"give a speed of 0\.05 or more, not 0\.04"):
@@ -78,6 +81,7 @@ def test_time_goes_no_slower_than_by_a_frame_a_tick(tmp_path: Path) -> None:
     assert not (tmp_path / "b.mp4").exists()
 
 
+@pytest.mark.slow
 def test_a_video_that_comes_to_an_end_is_told_once_and_the_run_goes_on(tmp_path: Path) -> None:
     filmed = Filmed(tmp_path / "a.mp4", killed_at=3)
     assert filmed.hash == Filmed(None).hash

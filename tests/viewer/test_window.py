@@ -136,6 +136,7 @@ def test_a_slider_whose_target_is_refused_goes_back_and_the_window_stays() -> No
     assert window.shown[-1] == 0.1, "no stamp of another clock is in its way"
 
 
+@pytest.mark.slow
 @pytest.mark.display
 @pytest.mark.usefixtures("display")
 def test_a_real_window_opens_and_ends_with_the_node(capfd: pytest.CaptureFixture[str]) -> None:
@@ -166,6 +167,7 @@ def test_a_real_window_opens_and_ends_with_the_node(capfd: pytest.CaptureFixture
     assert capfd.readouterr().err == ""
 
 
+@pytest.mark.slow
 @pytest.mark.display
 @pytest.mark.usefixtures("display")
 def test_a_display_that_is_not_there(monkeypatch: pytest.MonkeyPatch, node: RobotNode) -> None:

@@ -64,6 +64,7 @@ def drive(bench: Bench, axis: str, way: float, speed: float, acceleration: float
     return max(slip, *(distance(bench.relative(p, TRAY), rest[p.name]) for p in bench.world.parts))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("axis", "way"), [("x", -3.0), ("y", 2.0)])
 @pytest.mark.parametrize("acceleration", [0.5, 2.0])
 def test_a_kit_rides_along(bench: Bench, axis: str, way: float, acceleration: float) -> None:

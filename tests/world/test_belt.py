@@ -42,6 +42,7 @@ def settling_time(bench: Bench, goal: float) -> float:
     return (late + 1) * float(bench.model.opt.timestep)
 
 
+@pytest.mark.slow
 def test_parts_ride_at_the_speed_of_the_belt(bench: Bench) -> None:
     start(bench)
     bench.run(0.2)

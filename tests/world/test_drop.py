@@ -74,6 +74,7 @@ def drop(bench: Bench, seed: int) -> tuple[float, float]:
     return worst, depth
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
 def test_nothing_falls_through(bench: Bench, seed: int) -> None:
     worst, at_the_end = drop(bench, seed)

@@ -57,6 +57,7 @@ def test_belt_parts_appear_just_above_the_belt() -> None:
     assert SPAWN_FRAME.rotate((1.0, 0.0, 0.0)) == pytest.approx((0.0, -1.0, 0.0), abs=1e-5)
 
 
+@pytest.mark.slow
 @given(st.integers(1, 400), st.data())
 def test_slots_of_the_shelf_keep_apart(count: int, data: st.DataObject) -> None:
     first = data.draw(st.integers(0, count - 1))

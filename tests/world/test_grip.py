@@ -45,6 +45,7 @@ def swing(bench: Bench, amplitude: float, rate: float, seconds: float, look: Cal
         look()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("servo", ["original", "precise"])
 @pytest.mark.parametrize("kind", PART_TYPES)
 def test_a_held_part_hardly_moves_in_the_cup(kind: str, servo: ServoProfile) -> None:
@@ -74,6 +75,7 @@ def test_the_load_on_the_weld_is_the_weight_of_the_part() -> None:
     assert np.linalg.norm(bench.data.efc_force[rows[:3]]) == pytest.approx(0.5 * 9.81, rel=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", PART_TYPES)
 def test_a_part_let_go_in_mid_air_falls(kind: str) -> None:
     """The trap: held by a standing arm it is about to sleep, and would sleep in the air. Its count begins anew."""

@@ -43,12 +43,14 @@ def drift(bench: Bench, seconds: float) -> dict[str, float]:
     return {p.name: float(np.linalg.norm(bench.position(p) - before[p.name])) for p in bench.world.parts}
 
 
+@pytest.mark.slow
 def test_each_type_rests_in_bins_on_belt_and_on_trays() -> None:
     moved = drift(Bench(cell(*everywhere()), sleep=False), 8.0)
     assert len(moved) == 27
     assert max(moved.values()) < 0.002 * MM
 
 
+@pytest.mark.slow
 def test_each_type_rests_for_a_minute() -> None:
     parts = list(everywhere())
     bench = Bench(cell(*(part for k, part in enumerate(parts) if k % 3 == k // 3 % 3)), sleep=False)
@@ -66,6 +68,7 @@ def test_parts_hardly_sink_in() -> None:
         assert 0.09 * MM < settled < allowed, part.name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", PART_TYPES)
 def test_a_part_stands_on_its_bounding_box(kind: str) -> None:
     bench = Bench(cell(lying(kind, 1.21, 0.0, BELT_SURFACE)))

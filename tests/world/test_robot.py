@@ -43,6 +43,7 @@ WORLDS = {
 }
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(numbers=st.lists(st.floats(-2.0, 2.0), min_size=14, max_size=14), fixed_link=st.sampled_from(sorted(WORLDS)))
 def test_whichever_link_is_fastened_the_others_stand_to_it_as_the_description_says(

@@ -80,6 +80,7 @@ def test_parts_that_wait_lie_asleep_above_the_floor() -> None:
     assert after[:, 2].min() > 0.4
 
 
+@pytest.mark.slow
 def test_a_part_put_into_play_wakes_by_itself() -> None:
     bench = pooled()
     bench.run(0.5)
@@ -105,6 +106,7 @@ def test_a_part_goes_back_to_its_slot() -> None:
     assert bench.position(part) == pytest.approx(part.shelf.position, abs=3e-4)
 
 
+@pytest.mark.slow
 def test_sleep_changes_no_outcome_of_a_fall() -> None:
     """With and without sleep a part lands in the same place to within what sleep stops: creeping at under 1 mm/s."""
     ends = []

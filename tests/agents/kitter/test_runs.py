@@ -19,6 +19,7 @@ def run(*names: str) -> RunResult:
     return run_cell(Cell(trial), find_agent("kitter")(), RunOptions(until=300.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("names", "points"),
     [
@@ -43,24 +44,28 @@ def test_parts_lie_where_they_were_ordered() -> None:
         assert part.fit.yaw_difference < 0.03
 
 
+@pytest.mark.slow
 def test_faulty_parts_are_thrown_out_and_replaced() -> None:
     """Two of the four rods and two of the four gaskets are faulty."""
     result = run("qual3a", "kitter_sensors")
     assert result.score.total == 27.0
 
 
+@pytest.mark.slow
 def test_a_part_lost_over_the_tray_costs_nothing() -> None:
     """One of the rods is dropped on the tray, by force."""
     result = run("final10", "kitter_sensors")
     assert result.score.total == 15.0
 
 
+@pytest.mark.slow
 def test_a_second_run_is_the_same() -> None:
     trial = load_trial([find_trial("final01"), find_trial("kitter_sensors")]).trial
     again = run_cell(Cell(trial), find_agent("kitter")(), RunOptions(until=300.0))
     assert again.state_hash == run("final01", "kitter_sensors").state_hash
 
 
+@pytest.mark.slow
 def test_the_log_tells_what_it_does(caplog: pytest.LogCaptureFixture) -> None:
     trial = load_trial([find_trial("final01"), find_trial("kitter_sensors")]).trial
     with caplog.at_level(logging.INFO, logger="cellwright.agents.kitter"):

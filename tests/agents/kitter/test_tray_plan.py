@@ -70,6 +70,7 @@ def test_a_full_tray_has_no_place() -> None:
     assert find_place("gear_part", on_tray(0.0, 0.0), [Disc(0.0, 0.0, 1.0)]) is None
 
 
+@pytest.mark.slow
 @given(
     st.sampled_from(sorted(PART_TYPES)),
     st.floats(-1.0, 1.0),

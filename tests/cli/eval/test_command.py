@@ -30,6 +30,7 @@ def tiny(cellwright: CommandLine) -> CommandLine:
     return cellwright
 
 
+@pytest.mark.slow
 def test_a_program_that_is_good(tiny: CommandLine) -> None:
     work = ("eval", "tiny.yaml", "--agent", "programs.py:Deliver", "--jobs", "1")
     ran = tiny(*work, "--min-score", "100%", "--record")
@@ -62,6 +63,7 @@ def test_a_program_that_is_good(tiny: CommandLine) -> None:
     assert ElementTree.fromstring((folder / "junit.xml").read_bytes()).get("failures") == "1"
 
 
+@pytest.mark.slow
 def test_a_program_that_crashes_in_one_trial_of_two(tiny: CommandLine) -> None:
     Path("other.yaml").write_text("arm: {type: ur10}\ntime_limit: 1\n")
     ran = tiny("eval", "tiny.yaml", "other.yaml", "--with", "sensors.yaml", "--agent", "programs.py:Crash", "--json")
@@ -70,6 +72,7 @@ def test_a_program_that_crashes_in_one_trial_of_two(tiny: CommandLine) -> None:
     assert "tiny seed 1: LookupError" in ran.err
 
 
+@pytest.mark.slow
 def test_a_trial_without_an_arm_gets_one(tiny: CommandLine) -> None:
     look = "print('/ariac/logical_camera_belt' in client.transport.topics())"
     Path("looks.py").write_text(f"class Looks:\n    def run(self, client):\n        {look}\n")
@@ -81,6 +84,7 @@ def test_a_trial_without_an_arm_gets_one(tiny: CommandLine) -> None:
     assert log.read_text() == "False\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
@@ -104,6 +108,7 @@ def test_bad_input_starts_nothing(arguments: list[str], said: str, tiny: Command
     assert "[1/1]" not in ran.out
 
 
+@pytest.mark.slow
 def test_trials_of_one_name_are_told_apart(tiny: CommandLine) -> None:
     for folder in ("a", "b"):
         Path(folder).mkdir()

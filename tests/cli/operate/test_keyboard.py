@@ -80,6 +80,7 @@ def is_raw(terminal: Terminal) -> bool:
     return not termios.tcgetattr(terminal.other)[3] & termios.ICANON
 
 
+@pytest.mark.slow
 def test_keys_drive_the_robot_and_the_terminal_is_put_back_whatever_ends_it() -> None:
     with served(RobotNode(robot())) as (host, port):
         session = Session(SocketTransport((host, port), node="/watcher"))
@@ -103,6 +104,7 @@ def test_keys_drive_the_robot_and_the_terminal_is_put_back_whatever_ends_it() ->
         session.close()
 
 
+@pytest.mark.slow
 def test_the_end_of_the_node_ends_it() -> None:
     with ExitStack() as stack:
         with served(RobotNode(robot())) as (host, port):

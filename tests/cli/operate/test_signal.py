@@ -18,6 +18,7 @@ from tests.waiting import wait_until
 QUICK = ("--frequency", "1", "--duration", "1")
 
 
+@pytest.mark.slow
 def test_it_draws_and_tells_the_figures_of_each_joint(cellwright: CommandLine, address: str) -> None:
     enough = ("--max-error", "0.01", "--max-delay", "100")  # of a step, what is left at its end
     ran = cellwright("operate", "signal", "right_[56]", *QUICK, "--wave", "step", "--connect", address, *enough)

@@ -25,6 +25,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_a_figure_in_the_folder_in_which_one_works(
     recording: Path, cellwright: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -42,6 +43,7 @@ def test_parts_of_it_under_another_name(recording: Path, cellwright: CommandLine
     assert "Tool" not in text
 
 
+@pytest.mark.slow
 def test_one_that_was_cut_is_drawn_and_told(recording: Path, cellwright: CommandLine, tmp_path: Path) -> None:
     cut, out = tmp_path / "cut.mcap", tmp_path / "cut.png"
     data = recording.read_bytes()

@@ -111,6 +111,7 @@ def test_bad_input_is_one_line(
     assert ran.err.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_a_program_on_the_socket_hears_what_was_recorded(path: Path) -> None:
     command = [sys.executable, "-m", "cellwright", "replay", str(path), "--serve", "--hold", "--port", "0"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as player:
@@ -133,6 +134,7 @@ def test_a_program_on_the_socket_hears_what_was_recorded(path: Path) -> None:
     assert to_cdr(newest) in [to_cdr(each) for each in recorded]
 
 
+@pytest.mark.slow
 def test_a_bag_of_it(cellwright: CommandLine, path: Path) -> None:
     ran = cellwright("replay", str(path), "--bag", "run.bag")
 

@@ -64,6 +64,7 @@ def verified(cellwright: CommandLine, tmp_path: Path) -> Any:
     return run
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "arguments",
     [

@@ -111,6 +111,7 @@ def model() -> RobotModel:
     return load_robot("tandem", lambda _line: None).robot
 
 
+@pytest.mark.slow
 @given(st.text(max_size=30) | st.recursive(st.none() | st.floats() | st.just("r1"), st.lists).map(json.dumps))
 @settings(max_examples=50)
 def test_any_text_is_a_pose_or_refused(model: RobotModel, text: str) -> None:

@@ -205,6 +205,7 @@ def test_at_a_terminal_the_page_stays_until_it_is_closed(monkeypatch: pytest.Mon
             assert not crowd.stays()
 
 
+@pytest.mark.slow
 def test_onlookers_stay_when_an_agent_in_a_process_of_its_own_has_gone() -> None:
     cell = Cell(KITTING)
 

@@ -12,6 +12,7 @@ from tests.rendering.test_png import decode
 UNTIL = ("--agent", "none", "--until", "0.1", "--no-picture")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("agent", "more", "status", "outcome"),
     [
@@ -92,6 +93,7 @@ def test_json_alone_is_on_stdout(cellwright: CommandLine, agents: str) -> None:
     assert set(document["versions"]) == {"cellwright", "mujoco", "numpy", "python", "platform"}
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_pictures")
 def test_listening_changes_nothing(cellwright: CommandLine, agents: str) -> None:
     def state_hash(*more: str) -> str:
@@ -114,6 +116,7 @@ def test_pictures(cellwright: CommandLine, tmp_path: Path) -> None:
         assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_pictures_in_a_hurry(cellwright: CommandLine, tmp_path: Path) -> None:
     options = ("run", "lesson", "--agent", "none", "--until", "0.2", "--no-picture", "--quality", "fast", "--json")
     ran = cellwright(*options, "--snapshot", "0.1:a.png", "--camera", "bins")

@@ -52,6 +52,7 @@ def test_a_log_tells_agent_seed_and_outcome(cellwright: CommandLine, tmp_path: P
     assert last["score"]["reachable"] == 8.0
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("agents")
 def test_a_varied_run_says_so_and_is_another_one_by_seed(cellwright: CommandLine) -> None:
     assert cellwright(*GIVES_UP, "--vary").out.startswith("trial lesson, varied, agent agents.py:GivesUp, seed 0")

@@ -14,6 +14,7 @@ HASH = "06a1278d"
 """How the state hash begins when kitter has worked the lesson's cell, in any process."""
 
 
+@pytest.mark.slow
 def test_in_lockstep_kitter_leaves_the_same_state_as_in_one_process(cellwright: CommandLine) -> None:
     ran = cellwright("run", "lesson", "--over", "socket", "--lockstep", "--json", "--no-picture")
     result = json.loads(ran.out)
@@ -21,6 +22,7 @@ def test_in_lockstep_kitter_leaves_the_same_state_as_in_one_process(cellwright: 
     assert result["state_hash"].startswith(HASH)
 
 
+@pytest.mark.slow
 def test_the_table_comes_as_in_one_process(cellwright: CommandLine, agents: str) -> None:
     ran = cellwright("run", "lesson", "--over", "socket", "--lockstep", "--agent", f"{agents}:Ends", "--no-picture")
     assert ran.status == 0
@@ -28,6 +30,7 @@ def test_the_table_comes_as_in_one_process(cellwright: CommandLine, agents: str)
     assert "outcome     done\n" in ran.out
 
 
+@pytest.mark.slow
 def test_an_agent_that_crashes_is_told_of(cellwright: CommandLine, agents: str) -> None:
     ran = cellwright("run", "lesson", "--over", "socket", "--lockstep", "--agent", f"{agents}:Crashes", "--no-picture")
     assert ran.status == 1
@@ -35,6 +38,7 @@ def test_an_agent_that_crashes_is_told_of(cellwright: CommandLine, agents: str) 
     assert "outcome     the agent crashed\n" in ran.out
 
 
+@pytest.mark.slow
 def test_a_cell_that_is_served_already_can_be_worked(cellwright: CommandLine, agents: str, tmp_path: Path) -> None:
     with serving(tmp_path, "lesson", "--lockstep") as (process, (host, port)):
         at = f"{host}:{port}"

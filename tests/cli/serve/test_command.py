@@ -77,6 +77,7 @@ def test_how_time_kept_to_the_clock_is_told(cellwright: CommandLine) -> None:
     assert pace["worst_lateness"] >= 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
 @pytest.mark.parametrize(
     ("arguments", "said"),
@@ -99,6 +100,7 @@ def test_ctrl_c_at_any_moment_ends_it_well(arguments: list[str], said: bytes, tm
     assert "outcome     stopped before the competition was done\n" in out
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
 @pytest.mark.parametrize(
     ("event", "about"), [("import", "cellwright.serving"), ("open", "lesson.yaml"), ("socket.bind", "")]

@@ -97,6 +97,7 @@ def running(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], socket.soc
         process.communicate()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
 def test_ctrl_c_in_mid_motion_ends_it_at_once_with_a_summary() -> None:
     with running() as (process, connection, decoder):
@@ -119,6 +120,7 @@ def test_ctrl_c_in_mid_motion_ends_it_at_once_with_a_summary() -> None:
     assert 0.0 < summary["pace"]["factor"] <= 1.0 + 1e-9  # a slow machine falls behind, none runs ahead
 
 
+@pytest.mark.slow
 def test_an_agent_of_a_cell_is_told_that_it_is_none(cellwright: CommandLine) -> None:
     with running("--lockstep") as (_, connection, _):
         host, port = connection.getpeername()
@@ -127,6 +129,7 @@ def test_an_agent_of_a_cell_is_told_that_it_is_none(cellwright: CommandLine) -> 
     assert ran.err == f"error: --connect {host}:{port}: no cell is served there, but tandem, a robot's node\n"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
 def test_in_lockstep_time_stands_until_it_is_asked_for() -> None:
     with running("--lockstep") as (process, connection, decoder):

@@ -33,6 +33,7 @@ def test_a_row_for_each_finding_with_its_verdict() -> None:
     assert max(map(len, lines)) <= 80
 
 
+@pytest.mark.slow
 def test_the_robots_that_come_along_pass(cellwright: CommandLine) -> None:
     ran = cellwright("teleop", "tandem", "--check")
     assert (ran.status, ran.err) == (0, "")
@@ -42,6 +43,7 @@ def test_the_robots_that_come_along_pass(cellwright: CommandLine) -> None:
     assert json.loads(ran.out)["passed"] is True
 
 
+@pytest.mark.slow
 def test_another_law_fails_with_status_1(cellwright: CommandLine) -> None:
     ran = cellwright("teleop", "qinglong", "--check", "--motion", "teleport")
     assert ran.status == 1

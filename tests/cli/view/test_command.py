@@ -48,6 +48,7 @@ def told(process: subprocess.Popen[str], pattern: str) -> re.Match[str]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signal there")
 def test_a_trial_stands_at_its_start_on_a_page_and_others_can_look_too(tmp_path: Path) -> None:
     with viewing(tmp_path, "lesson") as process:
@@ -71,6 +72,7 @@ def test_a_trial_stands_at_its_start_on_a_page_and_others_can_look_too(tmp_path:
     assert "score       0 of 12 points" in out
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signal there")
 def test_a_competition_is_not_shown_to_those_who_come_by(cellwright: CommandLine, tmp_path: Path) -> None:
     with serving(tmp_path, "lesson") as (_, (host, port)):
@@ -79,6 +81,7 @@ def test_a_competition_is_not_shown_to_those_who_come_by(cellwright: CommandLine
     assert ran.err == f"error: {host}:{port}: cannot be shown: {ITS_OWN_PAGE}\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "reason"),
     [

@@ -67,6 +67,7 @@ def expected_count(row: Row, timestep: Fraction, ticks: int) -> int | None:
 
 # the lesson's step, a coarse one, two that no rate is a multiple of, and the coarsest that a file may ask for, in
 # which a profiler of 100 Hz has one scan a step
+@pytest.mark.slow
 @pytest.mark.parametrize("timestep", [Fraction(1, 500), Fraction(1, 240), Fraction(3, 1000), Fraction(1, 50)], ids=str)
 def test_every_topic_has_its_rate_in_simulation_time(timestep: Fraction) -> None:
     trial = with_timestep(WHOLE, timestep)

@@ -197,6 +197,7 @@ def test_messages_travel_in_both_forms(shown: tuple[Cell, dict[str, list[Any]]])
         assert to_ros1(from_ros1(to_ros1(message), kind)) == to_ros1(message)
 
 
+@pytest.mark.slow
 def test_listening_changes_nothing() -> None:
     hashes = []
     for listens in (False, True):

@@ -131,6 +131,7 @@ REFUSED: dict[str, tuple[Spoil, str]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", REFUSED)
 def test_what_cannot_be_followed_is_refused_whole_and_counted(what: str) -> None:
     lines: list[str] = []

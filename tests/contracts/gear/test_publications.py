@@ -247,6 +247,7 @@ def test_state_and_score_are_told_ten_times_a_second() -> None:
     assert {message.data for message in scores.messages} == {0.0, 6.0}
 
 
+@pytest.mark.slow
 def test_the_agvs_tell_where_they_are_on_their_way() -> None:
     cell = at_rest(replace(KITTING, orders=()))
     ear, other = Ear(cell, "agv1/state"), Ear(cell, "agv2/state")

@@ -219,6 +219,7 @@ def test_a_sensor_cannot_take_a_name_of_the_cell(name: str, kind: SensorType) ->
 kinds = st.sampled_from(["break_beam", "proximity_sensor", "laser_profiler", "logical_camera"])
 
 
+@pytest.mark.slow
 @given(
     st.booleans(),
     st.booleans(),

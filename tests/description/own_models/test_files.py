@@ -4,6 +4,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
@@ -55,6 +56,7 @@ def test_any_mesh(content: bytes) -> None:
                 assert 0 <= triangles.min() <= triangles.max() < len(vertices)
 
 
+@pytest.mark.slow
 @given(ELEMENTS | st.text(max_size=100))
 @example("<a" * 3000)
 @example("<sdf>" + "<model>" * 2000 + "</model>" * 2000 + "</sdf>")

@@ -75,6 +75,7 @@ trees = st.recursive(
 )
 
 
+@pytest.mark.slow
 @given(trees)
 def test_any_document_reads_as_pyyaml_reads_it(document: object) -> None:
     text = yaml.safe_dump(document)
@@ -178,6 +179,7 @@ def test_any_text_is_read_or_refused(text: str) -> None:
         parsed(text)
 
 
+@pytest.mark.slow
 @given(st.binary(max_size=200))
 def test_any_bytes_are_read_or_refused(tmp_path_factory: pytest.TempPathFactory, data: bytes) -> None:
     path = tmp_path_factory.getbasetemp() / "bytes.yaml"

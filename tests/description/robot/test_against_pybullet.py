@@ -74,6 +74,7 @@ def is_chosen(path: Path) -> bool:
     return not is_one_of_many or "CELLWRIGHT_ALL_URDFS" in os.environ
 
 
+@pytest.mark.slow
 def test_every_file_that_comes_with_pybullet(oracle: Oracle) -> None:
     chance = random.Random(7)
     found = {}

@@ -169,6 +169,7 @@ def test_any_entries_may_be_left_out(
         assert getattr(config, name) == (getattr(small, name) if name not in left else type(getattr(config, name))())
 
 
+@pytest.mark.slow
 @given(st.data())
 @settings(max_examples=80)
 def test_damage_is_refused_with_its_place(tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:

@@ -14,6 +14,7 @@ def silent(_line: str) -> None:
     pass
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", bundled())
 def test_those_that_come_along_are_flawless(name: str) -> None:
     report = check([find_robot(name)])

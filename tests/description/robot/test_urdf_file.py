@@ -87,6 +87,7 @@ def test_entities_that_multiply_are_not_expanded(tmp_path: Path) -> None:
     assert "declares a document type" in refused(tmp_path, content.encode())
 
 
+@pytest.mark.slow
 def test_what_is_not_a_file_of_sensible_size_is_refused(tmp_path: Path) -> None:
     with pytest.raises(DescriptionError, match="there is no such file"):
         read_elements(tmp_path / "nothing.urdf", Problems())

@@ -19,6 +19,7 @@ def expanded(folder: Path, expression: str) -> str:
     return expand(path, path.read_text()).partition('name="')[2].partition('"')[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("expression", "value"),
     [
@@ -54,6 +55,7 @@ def test_what_leads_inwards_is_refused(expression: str, name: str) -> None:
         check(expression)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("expression", "what"),
     [
@@ -68,6 +70,7 @@ def test_a_file_that_tries_is_refused(tmp_path: Path, expression: str, what: str
         expanded(tmp_path, expression)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("expression", "what"),
     [
@@ -85,6 +88,7 @@ def test_what_grows_without_limit_is_stopped(
         expanded(tmp_path, expression)
 
 
+@pytest.mark.slow
 def test_macros_that_double_are_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(xacro_file, "LONGEST", 1.5)
     macros = "".join(f'<xacro:macro name="m{k}"><xacro:m{k - 1}/><xacro:m{k - 1}/></xacro:macro>' for k in range(1, 40))

@@ -49,6 +49,7 @@ def test_macros_expressions_and_packages_are_expanded(tmp_path: Path) -> None:
     assert robot.name == "two"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "new", "what"),
     [

@@ -50,6 +50,7 @@ def lift(floor: Floor) -> None:
 # ---------------------------------------------------------------- taking hold
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("phase", [None, 0, 30 * MILLISECOND, 99 * MILLISECOND])
 @pytest.mark.parametrize("kind", PART_TYPES)
 def test_a_part_under_the_cup_is_held_within_two_tenths(floor: Floor, kind: str, phase: int | None) -> None:
@@ -164,6 +165,7 @@ def test_whoever_listens_hears_of_every_change(floor: Floor) -> None:
 # ---------------------------------------------------------------- holding
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", PART_TYPES)
 def test_a_held_part_stays_at_the_cup_in_a_fast_swing(precise: Floor, original: Floor, kind: str) -> None:
     for floor in (precise.reset(), original.reset()):
@@ -202,6 +204,7 @@ def test_the_arm_sags_more_with_a_part(original: Floor) -> None:
 # ---------------------------------------------------------------- letting go
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", PART_TYPES)
 @pytest.mark.parametrize("wait", [0.0, 2.0])
 def test_a_part_let_go_falls_at_once(floor: Floor, kind: str, wait: float) -> None:
@@ -216,6 +219,7 @@ def test_a_part_let_go_falls_at_once(floor: Floor, kind: str, wait: float) -> No
     assert floor.gripper.lost_reason == "released"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", PART_TYPES)
 def test_what_falls_into_a_bin_stays_in_it(floor: Floor, kind: str) -> None:
     name = floor.grasp(kind)

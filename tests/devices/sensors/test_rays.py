@@ -125,6 +125,7 @@ def cast_plainly(
 PLACES = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
 
 
+@pytest.mark.slow
 @given(
     fixed=st.lists(PLACES, max_size=4),
     movable=st.lists(st.tuples(PLACES, PLACES), min_size=1, max_size=6),

@@ -33,6 +33,7 @@ def process_of(studio: Studio) -> Any:
     return studio._painter._worker._process  # type: ignore[union-attr]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", ["", "rays"])
 def test_what_is_drawn_is_the_tick_that_it_was_asked_for_in(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(WAY, way)
@@ -54,6 +55,7 @@ def test_what_is_drawn_is_the_tick_that_it_was_asked_for_in(way: str, monkeypatc
     assert process.poll() is not None
 
 
+@pytest.mark.slow
 def test_a_process_that_is_killed_is_told_once_and_nothing_more_is_drawn() -> None:
     lines: list[str] = []
     studio = Studio(room(), hire_painter, report=lines.append)
@@ -77,6 +79,7 @@ def test_a_process_that_is_killed_is_told_once_and_nothing_more_is_drawn() -> No
     studio.close()
 
 
+@pytest.mark.slow
 def test_a_studio_that_is_forgotten_lets_its_painter_go() -> None:
     painters: list[FakePainter] = []
 

@@ -119,6 +119,7 @@ def test_velocity_limits_are_not_enforced() -> None:
     assert arm.velocities(0) == pytest.approx([(6.0 - a) * 1e3 for a in START])
 
 
+@pytest.mark.slow
 def test_more_points_than_are_taken_are_refused_and_the_most_are_followed() -> None:
     most = controller()
     most.command(with_times(*range(SECOND, SECOND + MOST_POINTS)), 0)
@@ -128,6 +129,7 @@ def test_more_points_than_are_taken_are_refused_and_the_most_are_followed() -> N
     assert most.get_state() == before
 
 
+@pytest.mark.slow
 def test_commands_for_later_do_not_pile_up_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each leaves one segment more to follow before it begins."""
     kept = MOST_POINTS + 100  # with all that are kept it takes as many seconds as now tenths of one

@@ -71,6 +71,7 @@ def test_the_order_of_joints_makes_no_difference(command: JointTrajectory, order
     assert one.state(time) == other.state(time)
 
 
+@pytest.mark.slow
 @given(commands(), st.integers(0, 6 * SECOND), commands(), st.integers(-2 * SECOND, 2 * SECOND))
 def test_a_new_command_takes_over_without_a_jump(
     first: JointTrajectory, now: int, second: JointTrajectory, delay: int
@@ -193,6 +194,7 @@ def test_how_the_joints_follow() -> None:
     assert following.error_velocities == [-0.5] * 7
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(commands(), st.integers(0, 3 * SECOND), st.integers(0, SECOND)), max_size=4))
 def test_a_saved_controller_goes_on_to_the_last_bit(story: list[tuple[JointTrajectory, int, int]]) -> None:
     arm, now = controller(), 0

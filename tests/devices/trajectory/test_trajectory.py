@@ -140,6 +140,7 @@ def test_a_stop_in_no_time_is_a_rest() -> None:
     assert stop(7, 1.5, 2.0, 0) == rest(7, 1.5)
 
 
+@pytest.mark.slow
 @given(st.lists(st.lists(st.tuples(durations, knots, knots), min_size=1, max_size=3), min_size=1, max_size=7))
 def test_a_saved_trajectory_is_the_same_to_the_last_bit(joints: list[list[tuple[int, Knot, Knot]]]) -> None:
     trajectory = Trajectory(

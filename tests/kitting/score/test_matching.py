@@ -58,6 +58,7 @@ def test_the_fit_says_how_it_lies() -> None:
     assert fit.quaternion_dot == pytest.approx(math.cos(0.025))
 
 
+@pytest.mark.slow
 @given(kit_objects, st.sampled_from((1.0, -1.0)), st.floats(0.9, 1.1))
 def test_yaw_is_that_of_the_normalised_quaternion_of_either_sign(goal: KitObject, sign: float, length: float) -> None:
     w, x, y, z = goal.pose.quaternion
@@ -145,6 +146,7 @@ def test_misplaced_objects_stand_for_the_places_closest_to_them() -> None:
 # ------------------------------------------------------------------ what must always hold
 
 
+@pytest.mark.slow
 @given(kits, contents())
 def test_points_lie_between_nothing_and_three_for_each_part(asked: Kit, tray: TrayContents) -> None:
     score = score_kit(asked, tray)
@@ -153,6 +155,7 @@ def test_points_lie_between_nothing_and_three_for_each_part(asked: Kit, tray: Tr
     assert score.is_complete == (score.part_pose == len(asked.objects))
 
 
+@pytest.mark.slow
 @given(kits, contents())
 def test_presence_and_bonus_are_the_counts_of_the_rules(asked: Kit, tray: TrayContents) -> None:
     score = score_kit(asked, tray)
@@ -164,6 +167,7 @@ def test_presence_and_bonus_are_the_counts_of_the_rules(asked: Kit, tray: TrayCo
     assert score.all_parts_bonus == (len(asked.objects) if exact else 0.0)
 
 
+@pytest.mark.slow
 @given(kits, contents())
 def test_each_object_is_accounted_for_once(asked: Kit, tray: TrayContents) -> None:
     score = score_kit(asked, tray)
@@ -178,6 +182,7 @@ def test_each_object_is_accounted_for_once(asked: Kit, tray: TrayContents) -> No
             assert part.verdict is judge(part.fit)
 
 
+@pytest.mark.slow
 @given(st.data(), kits, contents())
 def test_the_order_of_the_report_changes_neither_presence_nor_bonus(
     data: st.DataObject, asked: Kit, tray: TrayContents
@@ -186,6 +191,7 @@ def test_the_order_of_the_report_changes_neither_presence_nor_bonus(
     assert (shuffled.part_presence, shuffled.all_parts_bonus) == (score.part_presence, score.all_parts_bonus)
 
 
+@pytest.mark.slow
 @given(st.data(), kits)
 def test_the_order_of_the_report_changes_nothing_where_places_lie_apart(data: st.DataObject, asked: Kit) -> None:
     apart = Kit(
@@ -202,6 +208,7 @@ def test_the_order_of_the_report_changes_nothing_where_places_lie_apart(data: st
     assert score_kit(apart, tuple(data.draw(st.permutations(tray)))).parts == score_kit(apart, tray).parts
 
 
+@pytest.mark.slow
 @given(st.data(), kits, contents())
 def test_one_more_object_adds_at_most_presence_pose_and_a_bonus_that_it_completes(
     data: st.DataObject, asked: Kit, tray: TrayContents

@@ -26,6 +26,7 @@ def state(names: list[str], positions: list[float], frame: str = "", second: int
     )
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(
     st.lists(

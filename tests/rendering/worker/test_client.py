@@ -110,6 +110,7 @@ def test_one_that_is_killed_fails_what_waits_and_what_comes() -> None:
             worker.depth(ball_at(0, 0, 1), CAMERA, 8, 6).result(TIMEOUT)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", ["rays", "osmesa"])
 def test_without_a_graphics_library_rays_take_over(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(WAY, way)
@@ -120,6 +121,7 @@ def test_without_a_graphics_library_rays_take_over(way: str, monkeypatch: pytest
         assert is_red(picture).any()
 
 
+@pytest.mark.slow
 def test_whoever_asks_loads_no_graphics() -> None:
     program = (
         "import sys\nfrom cellwright.rendering.worker import RenderWorker\n"

@@ -62,6 +62,7 @@ def said(path: Path, tmp_path_factory: pytest.TempPathFactory) -> Said:
     return read(out)
 
 
+@pytest.mark.slow
 def test_what_was_said_is_in_it(path: Path, said: Said) -> None:
     counts = Counter(topic for topic, _, _ in said)
     with Recording(path) as recording:
@@ -105,6 +106,7 @@ def test_the_tool_goes_its_way(path: Path, said: Said) -> None:
     assert len({tuple(each) for each in found.values()}) == len({tuple(each) for each in places.values()})
 
 
+@pytest.mark.slow
 def test_the_layout_for_foxglove_shows_what_is_there(said: Said) -> None:
     panels = json.loads(LAYOUT.read_text(encoding="utf-8"))["configById"]
     (markers,) = panels["3D!cell"]["topics"]
@@ -119,6 +121,7 @@ def test_the_layout_for_foxglove_shows_what_is_there(said: Said) -> None:
         assert names[number].startswith(joint["label"].replace(" ", "_"))
 
 
+@pytest.mark.slow
 def test_a_part_of_it_begins_with_what_was_known_by_then(path: Path, tmp_path: Path, said: Said) -> None:
     assert export(path, tmp_path / "part.mcap", start=2 * SECOND, until=int(2.5 * SECOND)) == []
     part = read(tmp_path / "part.mcap")
@@ -134,6 +137,7 @@ def test_a_part_of_it_begins_with_what_was_known_by_then(path: Path, tmp_path: P
     assert Counter(topic for topic, time, _ in part if time > 2 * SECOND and topic != TRANSFORMS) == inside
 
 
+@pytest.mark.slow
 def test_of_a_file_that_was_cut_comes_one_with_an_index(path: Path, tmp_path: Path) -> None:
     data = path.read_bytes()
     (tmp_path / "cut.mcap").write_bytes(data[: len(data) // 2])

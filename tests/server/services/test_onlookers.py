@@ -75,6 +75,7 @@ NO_KEYS = st.recursive(
 )
 
 
+@pytest.mark.slow
 @given(NO_KEYS)
 def test_what_is_no_key_is_none_and_the_guest_is_welcome_all_the_same(shown: Any) -> None:
     cell = _CELL

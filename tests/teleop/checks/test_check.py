@@ -39,6 +39,7 @@ def report(qinglong: RobotConfig) -> MotionReport:
 # ---------------------------------------------------------------- against what was recorded
 
 
+@pytest.mark.slow
 def test_the_qinglong_moves_as_recorded(report: MotionReport) -> None:
     assert report.passed, [finding for finding in report.findings if not finding.passed]
     assert report.reference.endswith(FILE)
@@ -65,6 +66,7 @@ def test_what_passes_by_time_alone_is_told(report: MotionReport) -> None:
         assert bool(finding.note) == (finding.unit == "%" and finding.worst > finding.limit)
 
 
+@pytest.mark.slow
 def test_motion_by_another_law_fails(qinglong: RobotConfig) -> None:
     """Teleported joints end where they should, and fail every response on the way."""
     findings = check_motion(qinglong, Motion.TELEPORT).findings
@@ -72,6 +74,7 @@ def test_motion_by_another_law_fails(qinglong: RobotConfig) -> None:
     assert all(not finding.passed for finding in findings if finding.unit == "%")
 
 
+@pytest.mark.slow
 def test_a_slower_joint_fails_its_steps_and_no_other(qinglong: RobotConfig) -> None:
     robot = qinglong.robot
     slow = tuple(
@@ -87,6 +90,7 @@ def test_a_slower_joint_fails_its_steps_and_no_other(qinglong: RobotConfig) -> N
 Change = Callable[[dict[str, Any]], object]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "what", "where"),
     [
@@ -197,6 +201,7 @@ def test_a_robot_without_a_recording_is_moved_joint_by_joint() -> None:
     assert report.findings[-1].what == "goes home on a reset"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("limits", "why"),
     [

@@ -62,6 +62,7 @@ def missed(tip: Pose, target: Pose) -> float:
 # ---------------------------------------------------------------- reaching
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(8))
 def test_both_tips_reach_what_can_be_reached(humanoid: RobotNode, seed: int) -> None:
     humanoid.simulation.reset()
@@ -73,6 +74,7 @@ def test_both_tips_reach_what_can_be_reached(humanoid: RobotNode, seed: int) -> 
         assert turn < 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_arms_on_a_lift_reach_as_well(seed: int) -> None:
     node = RobotNode(tandem())
@@ -85,6 +87,7 @@ def test_arms_on_a_lift_reach_as_well(seed: int) -> None:
     assert node.servos.read().positions[lift] == pytest.approx(0.1, abs=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_an_arm_of_three_joints_reaches_what_it_can(small: RobotNode, seed: int) -> None:
     small.simulation.reset()
@@ -94,6 +97,7 @@ def test_an_arm_of_three_joints_reaches_what_it_can(small: RobotNode, seed: int)
     assert np.max(errors(small, targets)) < 1e-3
 
 
+@pytest.mark.slow
 def test_a_step_is_not_overshot(humanoid: RobotNode) -> None:
     humanoid.simulation.reset()
     begin = humanoid.ee_poses.poses()
@@ -104,6 +108,7 @@ def test_a_step_is_not_overshot(humanoid: RobotNode) -> None:
     assert ways[int(0.3 * 240)] > 0.099
 
 
+@pytest.mark.slow
 def test_a_circle_is_followed_within_one_centimetre(humanoid: RobotNode) -> None:
     humanoid.simulation.reset()
     begin, radius, pulse = humanoid.ee_poses.poses(), 0.1, 2 * math.pi * 0.25
@@ -126,6 +131,7 @@ def test_a_circle_is_followed_within_one_centimetre(humanoid: RobotNode) -> None
     assert max(found) - min(found) < 0.002  # and evenly so
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("there", [(0.3, 0.0, 0.6), (0.0, -2.0, 0.5)])
 def test_out_of_reach_it_goes_as_near_as_it_can_and_is_calm(
     humanoid: RobotNode, there: tuple[float, float, float]
@@ -204,6 +210,7 @@ def test_whatever_holds_the_robot_or_sends_it_home_ends_the_way(small: RobotNode
     assert small.servos.read().positions == pytest.approx(begin, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_new_poses_take_over_again_from_where_the_arm_is(small: RobotNode) -> None:
     small.simulation.reset()
     begin = small.ee_poses.poses()
@@ -217,6 +224,7 @@ def test_new_poses_take_over_again_from_where_the_arm_is(small: RobotNode) -> No
     assert np.max(errors(small, begin)) < 1e-3
 
 
+@pytest.mark.slow
 def test_other_joints_are_left_alone_and_made_up_for(small: RobotNode) -> None:
     small.simulation.reset()
     begin = small.ee_poses.poses()

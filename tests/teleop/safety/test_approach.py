@@ -42,6 +42,7 @@ def test_without_limits_of_speed_what_is_desired_is_applied_at_once() -> None:
     assert not approach.advance(TICK)
 
 
+@pytest.mark.slow
 @given(st.lists(targets, min_size=1, max_size=8))
 def test_it_stays_within_limits_and_speeds(asked: list[Array]) -> None:
     approach = made(SafetySettings(max_speeds=(("*", 1.0), ("wheel", 100.0))))

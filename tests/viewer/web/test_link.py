@@ -167,6 +167,7 @@ def answered(answer: dict[str, Any], _asked: dict[str, Any]) -> dict[str, Any]:
     return answer
 
 
+@pytest.mark.slow
 def test_frames_of_another_scene_and_runs_that_are_none_are_not_shown() -> None:
     cell = Cell(KITTING)
     services = SceneServices(cell)

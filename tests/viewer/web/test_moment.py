@@ -80,6 +80,7 @@ def test_a_turn_takes_the_short_way() -> None:
     assert (w, z) == (pytest.approx(0.9987, abs=1e-3), pytest.approx(0.05, abs=1e-3))
 
 
+@pytest.mark.slow
 @given(pair=st.integers(1, 6).flatmap(lambda n: st.tuples(frames(n), frames(n))), share=st.floats(0, 1))
 def test_whatever_comes_is_finite(pair: tuple[Frame, Frame], share: float) -> None:
     assert np.isfinite(between(*pair, share).poses).all()

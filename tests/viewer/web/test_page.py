@@ -68,6 +68,7 @@ def shown(served: Served) -> Iterator[tuple[Hall, WebPage]]:
     assert not page.is_open
 
 
+@pytest.mark.slow
 def test_looking_on_leaves_no_trace_and_those_who_come_late_see_the_present() -> None:
     watched, alone = Cell(WHOLE), Cell(WHOLE)
     with shown(watched) as (hall, page):
@@ -87,6 +88,7 @@ def test_looking_on_leaves_no_trace_and_those_who_come_late_see_the_present() ->
     assert watched.state_hash() == alone.state_hash()
 
 
+@pytest.mark.slow
 def test_a_page_that_was_given_the_key_is_told_what_others_are_not() -> None:
     hall = Hall(Cell(KITTING), guarded=FOR_ONLOOKERS)
     own = WebPage(hall.server.address, port=0, key=hall.server.key)
@@ -104,6 +106,7 @@ def test_a_page_that_was_given_the_key_is_told_what_others_are_not() -> None:
         hall.server.close("the test is over")
 
 
+@pytest.mark.slow
 def test_a_page_asks_little_until_there_is_a_browser() -> None:
     """Its panel's questions are counted here; the pauses between two questions are tested with `Asking`."""
     panels: list[dict[str, Any]] = []
@@ -123,6 +126,7 @@ def test_a_page_asks_little_until_there_is_a_browser() -> None:
         someone.close()
 
 
+@pytest.mark.slow
 def test_the_page_finds_back_to_what_was_gone_and_shows_what_is_there_now() -> None:
     hall = Hall(Cell(KITTING))
     port = hall.server.address[1]
@@ -144,6 +148,7 @@ def test_the_page_finds_back_to_what_was_gone_and_shows_what_is_there_now() -> N
         hall.server.close("the test is over")
 
 
+@pytest.mark.slow
 def test_two_pages_on_one_cell_and_one_of_them_is_killed() -> None:
     with shown(Cell(KITTING)) as (hall, page):
         other = WebPage(hall.server.address, port=0)
@@ -157,6 +162,7 @@ def test_two_pages_on_one_cell_and_one_of_them_is_killed() -> None:
         ones.close()
 
 
+@pytest.mark.slow
 def test_nonsense_from_a_browser_changes_nothing_for_the_others() -> None:
     with shown(Cell(KITTING)) as (hall, page):
         good = Onlooker(page.url)
@@ -185,11 +191,13 @@ def test_nonsense_from_a_browser_changes_nothing_for_the_others() -> None:
         good.close()
 
 
+@pytest.mark.slow
 def test_a_page_that_cannot_be_shown() -> None:
     with pytest.raises(UsageError, match=r"no page can be shown: .*needs a token"):
         WebPage(("127.0.0.1", 1), host="0.0.0.0", port=0)
 
 
+@pytest.mark.slow
 def test_whoever_has_a_page_hears_when_it_dies_and_not_when_it_is_closed() -> None:
     gone = threading.Event()
     page = WebPage(("127.0.0.1", 1), port=0, on_gone=gone.set)
@@ -207,6 +215,7 @@ def test_whoever_has_a_page_hears_when_it_dies_and_not_when_it_is_closed() -> No
     assert not gone.is_set()
 
 
+@pytest.mark.slow
 def test_a_page_that_nobody_waits_for_any_more_ends_without_a_word() -> None:
     command = [sys.executable, "-P", "-m", "cellwright.viewer.web.program"]
     asked = {"address": ["127.0.0.1", 1], "host": "127.0.0.1", "port": 0}

@@ -1,5 +1,6 @@
 """Sliders made into targets: within limits, at a walk, and only when somebody wants them."""
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -31,6 +32,7 @@ def walked(wanted: float, seconds: float, *, period: float = 0.02, follows: bool
     return found, moves.note
 
 
+@pytest.mark.slow
 @given(st.floats(-3.0, 3.0) | st.floats(allow_nan=False), st.sampled_from([0.005, 0.02, 0.05, 0.3]))
 def test_targets_walk_within_the_limits_and_arrive(wanted: float, period: float) -> None:
     found, _ = walked(wanted, 4.0, period=period)

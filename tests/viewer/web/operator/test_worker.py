@@ -44,6 +44,7 @@ def stands(desk: Desk) -> Standing:
     return desk.standing
 
 
+@pytest.mark.slow
 def test_a_dragged_hand_gets_there_and_the_other_one_stays(node: RobotNode) -> None:
     with served(node) as address:
         worker = Worker(address)
