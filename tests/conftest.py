@@ -7,6 +7,9 @@ from typing import Any
 
 from hypothesis import HealthCheck, settings
 
+# Where glfw is installed the engine loads it, which starts another Python; windows of ours load it themselves.
+os.environ.setdefault("MUJOCO_GL", "disable")
+
 # A slow machine is no failure; and what CI judges is the commit, not the day's luck.
 settings.register_profile(
     "cellwright", deadline=None, suppress_health_check=[HealthCheck.too_slow], derandomize="CI" in os.environ
