@@ -53,7 +53,8 @@ def pytest_configure(config: pytest.Config) -> None:
 @pytest.hookimpl(optionalhook=True)
 def pytest_testnodedown(node: Any) -> None:
     """A worker of xdist hands its counts to the controller."""
-    node.config.stash[_COUNTS].update(getattr(node, "workeroutput", {}).get("starts", {}))
+    counts: Counter[str] = node.config.stash[_COUNTS]
+    counts.update(getattr(node, "workeroutput", {}).get("starts", {}))
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
