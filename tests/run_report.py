@@ -59,7 +59,8 @@ def pytest_testnodedown(node: Any) -> None:
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
     if (output := getattr(session.config, "workeroutput", None)) is not None:
-        output["starts"] = dict(session.config.stash[_COUNTS])
+        counts = session.config.stash[_COUNTS]
+        output["starts"] = dict(counts)
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
