@@ -138,10 +138,26 @@ class Relay:
         except TimeStandsError as error:
             self.end(str(error))
             return
-        except (ServiceGoneError, MasterGoneError) as error:
+        except ServiceGoneError as error:
+            self._answer_later(frame.number, str(error), time.monotonic() + PATIENCE)
+            return
+        except MasterGoneError as error:
             answer = _refusal(frame.number, "ServiceFailedError", str(error))
         if answer is not None:
             self._say(answer)
+
+    def _answer_later(self, number: int, reason: str, end: float) -> None:
+        """Answer a call whose service hung up: the cell may be ending, and signs off a moment later."""
+        try:
+            is_over = is_simulator_gone(self._master, self._sign)
+        except MasterGoneError:
+            is_over = True
+        if is_over:
+            self.end("the cell has ended")
+        elif time.monotonic() > end:
+            self._say(_refusal(number, "ServiceFailedError", reason))
+        else:
+            self._loop.later(_LOOK_AFTER / 5, lambda: self._answer_later(number, reason, end))
 
     def _say(self, frame: Frame) -> None:
         self._outlet.send(frame.encode())
