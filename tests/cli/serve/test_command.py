@@ -23,6 +23,7 @@ from tests.waiting import TIMEOUT
     [
         (["no.yaml"], "no.yaml: there is no such file"),
         (["lesson", "--speed", "0"], "--speed 0: give a factor above 0"),
+        (["lesson", "--speed", ""], "--speed : give a factor above 0"),
         (["lesson", "--port", "70000"], "a port is from 0 to 65535"),
         (["lesson", "--host", "no.such.host.invalid"], "no.such.host.invalid: cannot be listened at"),
         (["lesson", "--until", "-1"], "--until -1: give a time"),

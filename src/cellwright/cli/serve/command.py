@@ -166,4 +166,4 @@ def serve(
 def _speed(text: str | None, *, lockstep: bool) -> float | None:
     if text is None and not lockstep:
         return options.default_speed(os.environ)
-    return options.speed(text or "max")
+    return options.speed("max" if text is None else text)
