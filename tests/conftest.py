@@ -16,7 +16,7 @@ settings.register_profile(
 )
 settings.load_profile("cellwright")
 
-pytest_plugins = ["tests.required", "tests.leftovers", "tests.run_report", "tests.schedule"]
+pytest_plugins = ["tests.required", "tests.leftovers", "tests.warm", "tests.run_report", "tests.schedule"]
 
 DATA = Path(__file__).parent / "data"
 

@@ -12,9 +12,12 @@ import uuid
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import IO
+from typing import IO, TYPE_CHECKING
 
-from tests.waiting import TIMEOUT
+from tests.waiting import TIMEOUT, wait_until
+
+if TYPE_CHECKING:
+    from tests.warm import WarmProcess, WarmStart
 
 FAMILY = "CELLWRIGHT_TEST_FAMILY"
 """A variable that a process gives on to all that it starts, so that they are found even when it is gone."""
@@ -35,27 +38,30 @@ def restore_signals_in_children() -> None:
 class Process:
     """A process whose output is read as it comes."""
 
-    def __init__(self, command: Sequence[str], environment: Mapping[str, str], folder: Path) -> None:
+    def __init__(
+        self,
+        command: Sequence[str],
+        environment: Mapping[str, str],
+        folder: Path,
+        *,
+        warm: WarmStart | None = None,
+    ) -> None:
         """Start it, in a session of its own.
 
         Args:
             command: program and arguments.
             environment: all of its environment.
             folder: where it runs.
+            warm: forks the program, a Python command; None to start the interpreter.
         """
         self.command = list(command)
         self.family = uuid.uuid4().hex
-        self._process = subprocess.Popen(
-            self.command,
-            env={**environment, FAMILY: self.family, "PYTHONUNBUFFERED": "1"},
-            cwd=folder,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            errors="replace",
-            start_new_session=True,
-        )
+        environment = {**environment, FAMILY: self.family, "PYTHONUNBUFFERED": "1"}
+        self._process: subprocess.Popen[str] | WarmProcess
+        if warm is not None:
+            self._process = warm.popen(self.command, folder=folder, environment=environment)
+        else:
+            self._process = _started(self.command, environment, folder)
         self._changed = threading.Condition()
         self._out: list[str] = []
         self._err: list[str] = []
@@ -129,8 +135,10 @@ class Process:
             status = self._process.wait(timeout)
         except subprocess.TimeoutExpired:
             raise AssertionError(self._tell(f"still there after {timeout:g} s")) from None
+        # a process that it has left behind may hold the pipes
+        wait_until(lambda: not self._reading() or self.relatives(), "end of its output")
         for reader in self._readers:
-            reader.join(0.5)  # somebody whom it has left behind may hold the pipes
+            reader.join(0.5)
         return status
 
     def interrupt(self, timeout: float = TIMEOUT) -> int:
@@ -161,6 +169,20 @@ class Process:
 
     def _tell(self, what: str) -> str:
         return f"{what}: {' '.join(self.command)}\n-- out --\n{self.out[-4000:]}\n-- err --\n{self.err[-4000:]}"
+
+
+def _started(command: list[str], environment: Mapping[str, str], folder: Path) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        command,
+        env=environment,
+        cwd=folder,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        errors="replace",
+        start_new_session=True,
+    )
 
 
 def name_of(pid: int) -> str:

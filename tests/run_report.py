@@ -14,8 +14,10 @@ import pytest
 
 from tests.leftovers import MARK
 from tests.required import MARKERS, reason_to_skip
+from tests.warm import FORK
 
-_KINDS = ("Python", "ROS 1 master", "page", "browser", "other program")
+_FORKED = "forked Python"
+_KINDS = ("Python", _FORKED, "ROS 1 master", "page", "browser", "other program")
 _COUNTS = pytest.StashKey[Counter[str]]()
 
 
@@ -43,7 +45,10 @@ def pytest_configure(config: pytest.Config) -> None:
     config.stash[_COUNTS] = counts
 
     def count(event: str, arguments: tuple[Any, ...]) -> None:
-        if event == "subprocess.Popen" and MARK in os.environ:  # not the workers that run the tests
+        if event == FORK:
+            kind = kind_of(["python", *arguments[0]])
+            counts[_FORKED if kind == "Python" else kind] += 1
+        elif event == "subprocess.Popen" and MARK in os.environ:  # not the workers that run the tests
             command = arguments[1]
             counts[kind_of([command] if isinstance(command, str) else [str(word) for word in command])] += 1
 

@@ -1,13 +1,14 @@
 """Programs from a warm start behave as those that the interpreter starts."""
 
+import os
+import signal
+import sys
 from pathlib import Path
 
 import pytest
 
-from tests.docs.conftest import warm
+from tests.processes import Process
 from tests.warm import WarmStart
-
-__all__ = ["warm"]
 
 
 @pytest.mark.parametrize(
@@ -38,3 +39,35 @@ def test_an_error_is_told_as_usual_and_the_next_program_runs(warm: WarmStart, tm
     assert 'File "<string>", line 2, in <module>' in ran.stderr
     assert ran.stderr.endswith("ZeroDivisionError: division by zero\n")
     assert warm.run("print('x' in vars())", folder=tmp_path).stdout == "False\n"
+
+
+def test_a_program_that_runs_on_is_read_signalled_and_waited_for(warm: WarmStart, tmp_path: Path) -> None:
+    program = "import sys; print('ready', sys.argv[1:]); sys.stdin.read(); import signal; signal.pause()"
+    process = Process([sys.executable, "-c", program, "a"], os.environ, tmp_path, warm=warm)
+    process.wait_for(r"^ready \['a'\]$")
+    assert process.running
+    os.kill(process.pid, 0)
+    assert process.interrupt() == -signal.SIGINT or "KeyboardInterrupt" in process.err
+    assert not process.running
+
+
+def test_two_programs_run_side_by_side(warm: WarmStart, tmp_path: Path) -> None:
+    program = "import signal, sys; print('up'); signal.pause()"
+    first, second = (Process([sys.executable, "-c", program], os.environ, tmp_path, warm=warm) for _ in range(2))
+    second.wait_for("up")
+    first.wait_for("up")
+    second.kill()
+    assert first.running
+    first.kill()
+    assert (first.finish(), second.finish()) == (-signal.SIGKILL, -signal.SIGKILL)
+
+
+def test_a_module_and_a_file_run_as_the_main_one_with_their_modules(warm: WarmStart, tmp_path: Path) -> None:
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "said.py").write_text("WORD = 'hello'\n")
+    text = "import sys\nfrom said import WORD\nif __name__ == '__main__':\n    print(WORD, sys.argv[1:])\n"
+    (tmp_path / "mine" / "whole.py").write_text(text)
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path / "mine")}
+    for command in (["-m", "whole"], [str(tmp_path / "mine" / "whole.py")]):
+        process = Process([sys.executable, *command, "x"], environment, tmp_path, warm=warm)
+        assert (process.finish(), process.out, process.err) == (0, "hello ['x']\n", "")

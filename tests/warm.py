@@ -1,28 +1,30 @@
 """Commands and programs without the start of an interpreter: each is forked from a process that has loaded the modules.
 
-The start takes a second of processor time, which is all that many commands need. A test that is about the start runs
-an interpreter of its own. So does one that is about what is loaded when: here nearly everything is.
+The start takes more than a second of processor time, which is all that many commands need. A test about the start runs
+an interpreter of its own. So does a test about what is loaded when: here nearly everything is.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import select
 import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import IO
 
 import pytest
 
+from tests.leftovers import MARK
 from tests.waiting import TIMEOUT
 
 MODULES = (
-    "cellwright.__main__",
+    "cellwright.cli.main",
     "cellwright.cli.check",
     "cellwright.cli.replay.command",
     "cellwright.cli.robot.command",
@@ -30,45 +32,135 @@ MODULES = (
     "cellwright.cli.serve.command",
     "cellwright.cli.teleop.command",
     "cellwright.cli.trials",
+    "cellwright.gear.launcher",
     "cellwright.recording.mcap_file",
     "cellwright.rendering.picture",
+    "cellwright.ros1_host.ros1",
 )
 """Modules that are loaded once; they bring most of the others."""
 
+FORK = "tests.warm.fork"
+"""Audit event of each program that is forked, with its arguments."""
+
+_RUN = "import runpy, sys; del sys.argv[0]; runpy.run_{}(sys.argv[0], run_name='__main__'{})"
+_MODULE = _RUN.format("module", ", alter_sys=True")
+_FILE = _RUN.format("path", "")
+"""Programs that do what `python -m` does, and `python` with a file."""
+
 _SERVER = """
-import gc, importlib, json, os, socket, sys
+import array, gc, importlib, io, json, os, socket, sys, time
 
 for name in sys.argv[2:]:
     importlib.import_module(name)
 gc.freeze()  # collections of children touch, and so copy, none of this memory
 line = socket.socket(fileno=int(sys.argv[1]))
 while True:
-    _, files, _, _ = socket.recv_fds(line, 1, 3)
-    if not files:
+    text, more, _, _ = line.recvmsg(1, socket.CMSG_SPACE(16))
+    if not text:
         sys.exit()
-    child = os.fork()  # of one thread: modules start none
-    if not child:
+    files = array.array("i", more[0][2])
+    if not os.fork():  # of one thread: modules start none
         break
     for file in files:
         os.close(file)
-    line.sendall(b"%d\\n" % child)
-    line.sendall(b"%d\\n" % os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+    try:
+        while os.waitpid(-1, os.WNOHANG)[0]:
+            pass
+    except ChildProcessError:
+        pass
 line.close()
+out, err, order, report = files
+child = os.fork()
+if child:  # this one waits for the program, and tells its status
+    for file in (out, err, order):
+        os.close(file)
+    os.write(report, b"%d\\n" % child)
+    status = os.waitpid(child, 0)[1]
+    os.write(report, b"%d\\n" % (-os.WTERMSIG(status) if os.WIFSIGNALED(status) else os.WEXITSTATUS(status)))
+    os._exit(0)
+os.close(report)
 os.setsid()
-for number, file in enumerate(files[:2], start=1):
-    os.dup2(file, number)
-    os.close(file)
-with open(files[2], encoding="utf-8") as file:
+os.dup2(out, 1)
+os.dup2(err, 2)
+os.close(out)
+os.close(err)
+with open(order, encoding="utf-8") as file:
     file.seek(0)
     job = json.load(file)
 os.chdir(job["folder"])
 os.environ.clear()
 os.environ.update(job["environment"])
+time.tzset()
+if os.environ.get("PYTHONUNBUFFERED"):
+    for name, number, errors in (("stdout", 1, "strict"), ("stderr", 2, "backslashreplace")):
+        raw = io.FileIO(number, "w", closefd=False)
+        setattr(sys, name, io.TextIOWrapper(raw, "utf-8", errors, write_through=True))
+folders = [each for each in os.environ.get("PYTHONPATH", "").split(os.pathsep) if each and each not in sys.path]
+sys.path[1:1] = folders
 sys.argv[:] = ["-c", *job["arguments"]]
+exec(job["first"], {})
 program = compile(job["program"], "<string>", "exec")
-del gc, importlib, json, os, socket, sys, name, line, files, file, number, job, child, _
+for name in [name for name in globals() if not name.startswith("__") and name not in ("sys", "program")]:
+    del globals()[name]
 exec(program)
 """
+
+
+class WarmProcess:
+    """A running program that was forked; it has what tests use of `subprocess.Popen`.
+
+    Attributes:
+        pid: number of the process.
+        returncode: its exit status, negative for a signal; None while it runs.
+        stdout: its standard output, where it goes to a pipe.
+        stderr: its standard error, likewise.
+    """
+
+    def __init__(self, report: int, stdout: IO[str] | None, stderr: IO[str] | None) -> None:
+        self.returncode: int | None = None
+        self.stdout = stdout
+        self.stderr = stderr
+        self._report = os.fdopen(report, "rb", buffering=0)
+        self._text = b""
+        assert self._read(TIMEOUT, lines=1), "no program was forked"
+        self.pid = int(self._text.split()[0])
+
+    def poll(self) -> int | None:
+        """The exit status; None while it runs."""
+        if self.returncode is None and self._read(0, lines=2):
+            self.returncode = int(self._text.split()[1])
+            self._report.close()
+        return self.returncode
+
+    def wait(self, timeout: float = TIMEOUT) -> int:
+        """Wait for the end; the exit status.
+
+        Args:
+            timeout: bound [s].
+
+        Raises:
+            subprocess.TimeoutExpired: it still runs.
+        """
+        if self.returncode is None and not self._read(timeout, lines=2):
+            raise subprocess.TimeoutExpired(f"program {self.pid}", timeout)
+        status = self.poll()
+        assert status is not None
+        return status
+
+    def send_signal(self, number: int) -> None:
+        """Send a signal to it, if it runs."""
+        if self.poll() is None:
+            os.kill(self.pid, number)
+
+    def _read(self, timeout: float, *, lines: int) -> bool:
+        """Read until so many lines of the report are there, or nothing more comes for a time [s]; whether they are."""
+        while self._text.count(b"\n") < lines:
+            if not select.select([self._report], [], [], timeout)[0]:
+                return False
+            data = self._report.read(64)
+            assert data, "the warm start has died"
+            self._text += data
+        return True
 
 
 class WarmStart:
@@ -76,22 +168,62 @@ class WarmStart:
 
     Args:
         modules: what it loads.
+        python: the interpreter.
+        environment: of the process; None for that of the tests.
+        first: a program that runs in each child before the program that was asked for.
     """
 
-    def __init__(self, modules: tuple[str, ...] = MODULES) -> None:
+    def __init__(
+        self,
+        modules: Sequence[str] = MODULES,
+        *,
+        python: str = sys.executable,
+        environment: Mapping[str, str] | None = None,
+        first: str = "",
+    ) -> None:
+        self._first = first
+        run = os.environ.get(MARK, "").partition(" ")[0]
+        if environment is None:
+            environment = os.environ
         ours, theirs = socket.socketpair()
         with theirs:
             self._process = subprocess.Popen(
-                [sys.executable, "-c", _SERVER, str(theirs.fileno()), *modules],
+                [python, "-c", _SERVER, str(theirs.fileno()), *modules],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
-                env={**os.environ, "PYTHONIOENCODING": "utf-8", "COLUMNS": "80"},
+                env={**environment, "PYTHONIOENCODING": "utf-8", "COLUMNS": "80", MARK: f"{run} fixture warm"},
                 pass_fds=(theirs.fileno(),),
                 start_new_session=True,
             )
         self._line = ours
-        self._answers = ours.makefile("r", encoding="ascii")
         ours.settimeout(TIMEOUT)
+
+    def popen(self, command: Sequence[str], *, folder: Path, environment: Mapping[str, str]) -> WarmProcess:
+        """Start a command of Python in a session of its own, with pipes for its output.
+
+        Args:
+            command: the interpreter, which is not started; then `-m` and a module, `-c` and a program, or a file;
+                then arguments.
+            folder: where it runs.
+            environment: all of its environment. Variables that the interpreter reads when it starts have no effect,
+                but for PYTHONUNBUFFERED and PYTHONPATH.
+        """
+        _, option, *words = command
+        match option:
+            case "-m":
+                program, arguments = _MODULE, words
+            case "-c":
+                program, *arguments = words
+            case _:
+                program, arguments = _FILE, [option, *words]
+        out, their_out = os.pipe()
+        err, their_err = os.pipe()
+        try:
+            report = self._fork(program, arguments, folder, environment, their_out, their_err)
+        finally:
+            os.close(their_out)
+            os.close(their_err)
+        return WarmProcess(report, *(open(pipe, encoding="utf-8", errors="replace") for pipe in (out, err)))
 
     def run(
         self, program: str, *arguments: str, folder: Path, environment: Mapping[str, str] | None = None
@@ -110,25 +242,40 @@ class WarmStart:
         """
         if environment is None:
             environment = {**os.environ, "COLUMNS": "80", "PYTHONIOENCODING": "utf-8"}
-        job = {"program": program, "arguments": arguments, "folder": str(folder), "environment": dict(environment)}
-        with TemporaryFile() as out, TemporaryFile() as err, TemporaryFile() as order:
-            order.write(json.dumps(job).encode())
-            order.flush()
-            socket.send_fds(self._line, [b"."], [out.fileno(), err.fileno(), order.fileno()])
-            pid = int(self._answers.readline())
+        with TemporaryFile() as out, TemporaryFile() as err:
+            report = self._fork(program, arguments, folder, environment, out.fileno(), err.fileno())
+            process = WarmProcess(report, None, None)
             try:
-                status = int(self._answers.readline())
-            except TimeoutError:
-                os.killpg(pid, signal.SIGKILL)
-                self.close()
+                status = process.wait()
+            except subprocess.TimeoutExpired:
+                os.killpg(process.pid, signal.SIGKILL)
                 raise AssertionError(f"no end of the program within {TIMEOUT:g} s\n{_text(out)}{_text(err)}") from None
             return subprocess.CompletedProcess(["-c", *arguments], status, _text(out), _text(err))
 
     def close(self) -> None:
-        """End the process."""
-        self._answers.close()
+        """End the process; programs that it has forked run on."""
         self._line.close()
         self._process.wait(TIMEOUT)
+
+    def _fork(
+        self, program: str, arguments: Sequence[str], folder: Path, environment: Mapping[str, str], out: int, err: int
+    ) -> int:
+        """Fork a program; the end of the pipe through which its number and its exit status come."""
+        job = {
+            "first": self._first,
+            "program": program,
+            "arguments": list(arguments),
+            "folder": str(folder),
+            "environment": dict(environment),
+        }
+        sys.audit(FORK, arguments)
+        report, their_report = os.pipe()
+        with TemporaryFile() as order:
+            order.write(json.dumps(job).encode())
+            order.flush()
+            socket.send_fds(self._line, [b"."], [out, err, order.fileno(), their_report])
+        os.close(their_report)
+        return report
 
 
 def _text(file: IO[bytes]) -> str:
@@ -136,9 +283,27 @@ def _text(file: IO[bytes]) -> str:
     return file.read().decode("utf-8").replace("\r\n", "\n")
 
 
-@pytest.fixture(scope="session")
-def warm() -> Iterator[WarmStart]:
-    """A process that has loaded Cellwright, for all tests of a run; import it in a `conftest.py`."""
-    start = WarmStart()
-    yield start
-    start.close()
+_shared: dict[str, WarmStart] = {}
+
+
+def warm_start(name: str = "Cellwright", make: Callable[[], WarmStart] = WarmStart) -> WarmStart:
+    """A warm start that all tests of a worker share; made at first use.
+
+    Args:
+        name: of what it has loaded.
+        make: makes it.
+    """
+    if name not in _shared:
+        _shared[name] = make()
+    return _shared[name]
+
+
+@pytest.fixture
+def warm() -> WarmStart:
+    """The process that has loaded Cellwright."""
+    return warm_start()
+
+
+def pytest_sessionfinish() -> None:
+    for start in _shared.values():
+        start.close()

@@ -1,17 +1,34 @@
-"""A client of its own process under the system's Python: a function, or the text of a program."""
+"""A client of its own process under the system's Python: a function, or the text of a program.
+
+It is forked from an interpreter that has loaded rospy, as are the Python programs of ROS 1.
+"""
 
 from __future__ import annotations
 
 import inspect
 import json
+import os
 import textwrap
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from tests.processes import Process
-from tests.ros1.requirement import ros_python
+from tests.ros1.requirement import ros_python, system_path
 from tests.waiting import TIMEOUT, wait_until
+from tests.warm import WarmStart, warm_start
+
+_MODULES = (
+    *("actionlib", "rosbag", "roslaunch", "rosmaster.main", "rosmsg", "rosnode", "rosparam", "rospy", "rosservice"),
+    *("rostopic", "tf2_msgs.msg", "trajectory_msgs.msg"),
+)
+_FIRST = """
+import os, sys
+from rospy import names
+names.reload_mappings(sys.argv)
+names._caller_namespace = names.get_ros_namespace()
+"""
+"""For rospy, which reads arguments and environment when it is imported."""
 
 _RESULT = "result of the client: "
 _CALL = """
@@ -19,6 +36,18 @@ if __name__ == "__main__":
     import json, sys
     print({result!r} + json.dumps({name}(*json.loads(sys.argv[1]))), flush=True)
 """
+
+
+def warm_ros() -> WarmStart:
+    """An interpreter of the system that has loaded what clients and tools of ROS 1 load."""
+
+    def make() -> WarmStart:
+        python = ros_python()
+        assert python is not None
+        kept = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "ROS"))}
+        return WarmStart(_MODULES, python=python, environment={**kept, "PATH": system_path()}, first=_FIRST)
+
+    return warm_start("ROS 1", make)
 
 
 class Client(Process):
@@ -55,7 +84,7 @@ class Client(Process):
         folder.mkdir(parents=True, exist_ok=True)
         path = folder / f"{name}.py"
         path.write_text(text)
-        super().__init__([python, str(path), *said], environment, folder)
+        super().__init__([python, str(path), *said], environment, folder, warm=warm_ros())
 
     def value(self) -> Any:
         """What the function returned, through JSON; a traceback of the client fails the test."""

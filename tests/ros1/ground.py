@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import os
 import signal
-import subprocess
 import sys
 import xmlrpc.client
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any, cast
 
 import cellwright
 from tests.ports import free_port
 from tests.processes import Process, name_of
-from tests.ros1.client import Client
-from tests.ros1.requirement import system_path
+from tests.ros1.client import Client, warm_ros
+from tests.ros1.requirement import ros_python, system_path
 from tests.waiting import TIMEOUT, wait_until
+from tests.warm import WarmStart, warm_start
 
 _OURS = ("ROS", "PYTHON", "VIRTUAL_ENV", "CMAKE_PREFIX_PATH", "CELLWRIGHT", "ARIAC", "COLUMNS")
 
@@ -101,7 +102,12 @@ class Ground:
         """
         where = folder or self.folder / "work"
         where.mkdir(parents=True, exist_ok=True)
-        process = Process([_found(command[0]), *command[1:]], {**self.environment, **more}, where)
+        python, path = ros_python(), _found(command[0])
+        environment = {**self.environment, **more}
+        if python is not None and _is_text_for(python, path):
+            process = Process([python, path, *command[1:]], environment, where, warm=warm_ros())
+        else:
+            process = Process([path, *command[1:]], environment, where)
         self._started.append(process)
         return process
 
@@ -113,20 +119,10 @@ class Ground:
             status: the exit status that is expected.
             more: further variables of its environment.
         """
-        where = self.folder / "work"
-        where.mkdir(parents=True, exist_ok=True)
-        done = subprocess.run(
-            [_found(command[0]), *command[1:]],
-            env={**self.environment, **more},
-            cwd=where,
-            capture_output=True,
-            text=True,
-            timeout=TIMEOUT,
-            check=False,
-        )
-        said = f"{done.stdout}\n{done.stderr}\n-- cells --\n{self.log()[-4000:]}"
-        assert done.returncode == status, f"{command}: status {done.returncode}\n{said}"
-        return done.stdout
+        process = self.start(list(command), **more)
+        ended = process.finish()
+        assert ended == status, f"{command}: status {ended}\n{process.said}\n-- cells --\n{self.log()[-4000:]}"
+        return process.out
 
     def client(self, program: str | Callable[..., object], *arguments: Any, **more: str) -> Client:
         """Start a client under the system's Python; see `Client`.
@@ -142,12 +138,19 @@ class Ground:
         return client
 
     def cellwright(self, *arguments: str, **more: str) -> Process:
-        """Start the command `cellwright`, with this Python, and this master's variables.
+        """Run the command `cellwright` with this master's variables, forked from a Python that has loaded it.
 
         Args:
             arguments: of the command.
             more: further variables of its environment.
         """
+        return self._cellwright(arguments, more, warm_start())
+
+    def cold_cellwright(self, *arguments: str, **more: str) -> Process:
+        """Start an interpreter for the command `cellwright`: for tests of its start. Arguments as of `cellwright`."""
+        return self._cellwright(arguments, more, None)
+
+    def _cellwright(self, arguments: Sequence[str], more: Mapping[str, str], warm: WarmStart | None) -> Process:
         where = self.folder / "cell"
         where.mkdir(parents=True, exist_ok=True)
         source = str(Path(cellwright.__file__).parents[1])  # what is tested, even if it is not what is installed
@@ -159,7 +162,7 @@ class Ground:
             "COLUMNS": "120",
             **more,
         }
-        process = Process([sys.executable, "-m", "cellwright", *arguments], environment, where)
+        process = Process([sys.executable, "-m", "cellwright", *arguments], environment, where, warm=warm)
         self._started.append(process)
         self._served.append(process)
         return process
@@ -261,3 +264,10 @@ def _found(program: str) -> str:
         if os.access(path := Path(folder, program), os.X_OK):
             return str(path)
     raise AssertionError(f"no program {program}")
+
+
+@cache
+def _is_text_for(python: str, program: str) -> bool:
+    """Whether a program is a text that an interpreter runs."""
+    with open(program, "rb") as file:
+        return file.readline(200).split() == [f"#!{python}".encode()]

@@ -102,7 +102,7 @@ def test_sigint_at_any_moment(master: Ground) -> None:
     chance = random.Random(0)
     moments = [0.15, 0.7, *(chance.uniform(0.5, 3.5) for _ in range(4))]
     for moment in moments:
-        process = master.cellwright("serve", "lesson", "--ros1", "--port", "0")
+        process = master.cold_cellwright("serve", "lesson", "--ros1", "--port", "0")
         time.sleep(moment)  # noqa: TID251 - no condition: the moment is what is tested
         try:
             end(process)

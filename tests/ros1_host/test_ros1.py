@@ -86,7 +86,7 @@ def test_it_is_ready_with_everything_there(served: tuple[Ground, Process]) -> No
 
 
 def test_time_is_said_to_be_simulated_before_the_cell_is_there(master: Ground) -> None:
-    cell = master.cellwright("serve", "lesson", "--ros1", "--port", "0")
+    cell = master.cold_cellwright("serve", "lesson", "--ros1", "--port", "0")
     wait_until(lambda: master.ask("hasParam", "/use_sim_time"), "use_sim_time")
     assert not master.ask("hasParam", "/robot_description")
     assert "ready" not in cell.out
@@ -213,7 +213,8 @@ def test_ctrl_c_ends_all_and_leaves_the_master_tidy(master: Ground) -> None:
 @pytest.mark.parametrize("stage", ["imports", "master", "ready"])
 def test_it_can_be_ended_at_any_moment(no_master: Ground, number: signal.Signals, stage: str) -> None:
     """The start is cut into stages, of which each is met somewhere; `Ground.close` looks for what is left behind."""
-    cell = no_master.cellwright("serve", "lesson", "--ros1", "--port", "0")
+    start = no_master.cold_cellwright if stage == "imports" else no_master.cellwright
+    cell = start("serve", "lesson", "--ros1", "--port", "0")
     if stage == "imports":
         time.sleep(random.Random(number).uniform(0.0, 0.8))  # noqa: TID251 - no condition: any moment is to be met
     elif stage == "master":
