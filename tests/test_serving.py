@@ -16,6 +16,7 @@ import pytest
 
 from cellwright.link.frames import Decoder, Frame, Kind, advance, hello, read_time
 from tests.waiting import TIMEOUT
+from tests.warm import WarmProcess, warm_start
 
 COMMAND = [sys.executable, "-m", "cellwright", "serve"]
 
@@ -23,16 +24,10 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no such signals
 
 
 @contextmanager
-def serving(folder: Path, *arguments: str, **more: str) -> Iterator[tuple[subprocess.Popen[str], tuple[str, int]]]:
+def serving(folder: Path, *arguments: str, **more: str) -> Iterator[tuple[WarmProcess, tuple[str, int]]]:
     """A process that serves, and the address at which it is ready."""
-    process = subprocess.Popen(
-        [*COMMAND, *arguments, "--port", "0"],
-        cwd=folder,
-        env={**os.environ, "PYTHONUNBUFFERED": "1", "COLUMNS": "80", **more},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    environment = {**os.environ, "PYTHONUNBUFFERED": "1", "COLUMNS": "80", **more}
+    process = warm_start().popen([*COMMAND, *arguments, "--port", "0"], folder=folder, environment=environment)
     try:
         lines = process.stderr if "--json" in arguments else process.stdout
         assert lines is not None
@@ -53,12 +48,12 @@ def hear(connection: socket.socket, decoder: Decoder) -> list[Frame]:
     return frames
 
 
-def ended(process: subprocess.Popen[str], number: int = signal.SIGINT) -> tuple[int, str, str]:
+def ended(process: WarmProcess, number: int = signal.SIGINT) -> tuple[int, str, str]:
     """Ask a process to end; its status, and what it said."""
     process.send_signal(number)
-    out, err = process.communicate(timeout=TIMEOUT)
+    out, err = process.communicate()
     assert "Traceback" not in out + err
-    return process.returncode, out, err
+    return process.wait(), out, err
 
 
 @pytest.mark.slow

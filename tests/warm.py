@@ -13,6 +13,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryFile
@@ -32,6 +33,7 @@ MODULES = (
     "cellwright.cli.serve.command",
     "cellwright.cli.teleop.command",
     "cellwright.cli.trials",
+    "cellwright.cli.view.command",
     "cellwright.gear.launcher",
     "cellwright.recording.mcap_file",
     "cellwright.rendering.picture",
@@ -147,10 +149,40 @@ class WarmProcess:
         assert status is not None
         return status
 
+    def communicate(self, timeout: float = TIMEOUT) -> tuple[str, str]:
+        """Read what it prints to the end and wait for its own; both outputs.
+
+        Args:
+            timeout: bound [s].
+
+        Raises:
+            subprocess.TimeoutExpired: it still runs, or another process holds the pipes.
+        """
+        texts = ["", ""]
+
+        def read(number: int, stream: IO[str]) -> None:
+            with stream:
+                texts[number] = stream.read()
+
+        streams = [stream for stream in (self.stdout, self.stderr) if stream is not None and not stream.closed]
+        readers = [threading.Thread(target=read, args=item, daemon=True) for item in enumerate(streams)]
+        for reader in readers:
+            reader.start()
+        for reader in readers:
+            reader.join(timeout)
+        if any(reader.is_alive() for reader in readers):
+            raise subprocess.TimeoutExpired(f"program {self.pid}", timeout)
+        self.wait(timeout)
+        return texts[0], texts[1]
+
     def send_signal(self, number: int) -> None:
         """Send a signal to it, if it runs."""
         if self.poll() is None:
             os.kill(self.pid, number)
+
+    def kill(self) -> None:
+        """End it at once."""
+        self.send_signal(signal.SIGKILL)
 
     def _read(self, timeout: float, *, lines: int) -> bool:
         """Read until so many lines of the report are there, or nothing more comes for a time [s]; whether they are."""

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from tests.processes import Process
+from tests.warm import warm_start
 
 
 class Viewed(Process):
@@ -25,7 +26,7 @@ class Viewed(Process):
             command.append("--view")
         if "--view-port" not in arguments:
             command += ["--view-port", "0"]
-        super().__init__(command, os.environ, folder)
+        super().__init__(command, os.environ, folder, warm=warm_start())
 
     @property
     def address(self) -> tuple[str, int]:

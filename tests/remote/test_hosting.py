@@ -17,6 +17,7 @@ from cellwright.run import Outcome, RunOptions, run_cell
 from tests.cells import KITTING
 from tests.processes import Process
 from tests.waiting import TIMEOUT, wait_until
+from tests.warm import warm_start
 
 AGENTS = """
 import logging, os, sys, time
@@ -157,7 +158,7 @@ def test_a_killed_parent_leaves_no_agent_behind(agents: str, tmp_path: Path) -> 
         "            client.sleep(0.05)\n"
     )
     command = [sys.executable, "-m", "cellwright", "run", "lesson", "--over", "socket", "--no-picture"]
-    parent = Process([*command, "--agent", f"{tmp_path}/beating.py:Beats"], os.environ, tmp_path)
+    parent = Process([*command, "--agent", f"{tmp_path}/beating.py:Beats"], os.environ, tmp_path, warm=warm_start())
     try:
         wait_until(beat.exists, "first beat", seen=lambda: parent.said)
         assert parent.relatives()

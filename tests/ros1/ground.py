@@ -119,7 +119,7 @@ class Ground:
             status: the exit status that is expected.
             more: further variables of its environment.
         """
-        process = self.start(list(command), **more)
+        process = self.start(list(command), folder=None, **more)
         ended = process.finish()
         assert ended == status, f"{command}: status {ended}\n{process.said}\n-- cells --\n{self.log()[-4000:]}"
         return process.out

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ from typing import Any
 import pytest
 
 from tests.ros1.ground import Ground
-from tests.waiting import TIMEOUT
+from tests.warm import warm_start
 
 pytest_plugins = ["tests.ros1.fixtures"]
 
@@ -22,11 +21,9 @@ pytestmark = pytest.mark.ros1
 def ran(folder: Path, *arguments: str, **more: str) -> dict[str, Any]:
     """The result of a run, as JSON."""
     command = [sys.executable, "-m", "cellwright", "run", "lesson", "--json", "--no-picture", *arguments]
-    done = subprocess.run(
-        command, cwd=folder, env={**os.environ, **more}, capture_output=True, text=True, timeout=TIMEOUT, check=False
-    )
-    assert "Traceback" not in done.stderr
-    result: dict[str, Any] = json.loads(done.stdout)
+    out, err = warm_start().popen(command, folder=folder, environment={**os.environ, **more}).communicate()
+    assert "Traceback" not in err
+    result: dict[str, Any] = json.loads(out)
     return result
 
 

@@ -6,10 +6,10 @@ import json
 import os
 import signal
 import socket
-import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
 
@@ -19,6 +19,7 @@ from cellwright.messages.build import joint_state
 from tests.cli.conftest import CommandLine
 from tests.test_serving import hear
 from tests.waiting import TIMEOUT
+from tests.warm import WarmProcess, warm_start
 
 COMMAND = [sys.executable, "-m", "cellwright", "teleop", "tandem", "--port", "0", "--json"]
 
@@ -72,15 +73,10 @@ def test_the_same_run_has_the_same_hash(cellwright: CommandLine) -> None:
 
 
 @contextmanager
-def running(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], socket.socket, Decoder]]:
+def running(*arguments: str) -> Iterator[tuple[WarmProcess, socket.socket, Decoder]]:
     """A node in a process of its own, and a guest that has been welcomed."""
-    process = subprocess.Popen(
-        [*COMMAND, *arguments],
-        env={**os.environ, "PYTHONUNBUFFERED": "1"},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
+    process = warm_start().popen([*COMMAND, *arguments], folder=Path.cwd(), environment=environment)
     try:
         assert process.stderr is not None
         ready = process.stderr.readline()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 import signal
-import subprocess
 import sys
 import urllib.request
 from collections.abc import Iterator
@@ -19,19 +18,14 @@ from cellwright.viewer.web.link import Link
 from tests.cli.conftest import CommandLine
 from tests.test_serving import serving
 from tests.waiting import TIMEOUT
+from tests.warm import WarmProcess, warm_start
 
 
 @contextmanager
-def viewing(folder: Path, *arguments: str) -> Iterator[subprocess.Popen[str]]:
+def viewing(folder: Path, *arguments: str) -> Iterator[WarmProcess]:
     """A process that shows something."""
-    process = subprocess.Popen(
-        [sys.executable, "-m", "cellwright", "view", *arguments, "--view-port", "0"],
-        cwd=folder,
-        env={**os.environ, "PYTHONUNBUFFERED": "1"},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    command = [sys.executable, "-m", "cellwright", "view", *arguments, "--view-port", "0"]
+    process = warm_start().popen(command, folder=folder, environment={**os.environ, "PYTHONUNBUFFERED": "1"})
     try:
         yield process
     finally:
@@ -39,7 +33,7 @@ def viewing(folder: Path, *arguments: str) -> Iterator[subprocess.Popen[str]]:
         process.communicate()
 
 
-def told(process: subprocess.Popen[str], pattern: str) -> re.Match[str]:
+def told(process: WarmProcess, pattern: str) -> re.Match[str]:
     """The next line it says, which is of this form."""
     assert process.stdout is not None
     line = process.stdout.readline()
