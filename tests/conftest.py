@@ -1,5 +1,6 @@
 """Test data of the project, and cases that people bring along in $CELLWRIGHT_EXTRA_CASES."""
 
+import gc
 import json
 import os
 from pathlib import Path
@@ -17,6 +18,15 @@ settings.register_profile(
 settings.load_profile("cellwright")
 
 pytest_plugins = ["tests.required", "tests.leftovers", "tests.warm", "tests.run_report", "tests.schedule"]
+
+# Collection makes a million objects that stay until the end; a look for garbage among them would find none.
+gc.disable()
+
+
+def pytest_collection_finish() -> None:
+    gc.enable()
+    gc.freeze()
+
 
 DATA = Path(__file__).parent / "data"
 
