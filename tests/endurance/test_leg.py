@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import tracemalloc
 from collections import defaultdict
 from pathlib import Path
 from typing import Any
@@ -48,6 +49,7 @@ def test_objects_are_counted() -> None:
     (kib, most), = run(Leg("robot", 0, 2, traced=True))["grown"]  # fmt: skip
     assert -100 < kib < 200
     assert all("KiB" in line and ".py:" in line for line in most if "frozen" not in line)
+    assert not tracemalloc.is_tracing()  # it would slow down all that this process does from here on
 
 
 def test_a_leg_survives_the_command_line() -> None:
