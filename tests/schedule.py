@@ -24,6 +24,16 @@ TOGETHER = "tests/browser/"
 SHARING = ("tests/test_packaging.py", "tests/docs/test_site.py", "tests/agents/kitter/test_runs.py")
 """Files whose tests share what takes long to make, and would make it once for each worker."""
 
+WHOLE = (
+    "tests/description/robot/test_against_pybullet.py",
+    "tests/endurance/test_leg.py",
+    "tests/evaluation/test_evaluate.py",
+    "tests/replay/exported/test_file.py",
+    "tests/teleop/checks/test_check.py",
+    "tests/teleop/hands/test_poses.py",
+)
+"""Files whose tests share what takes some seconds to make; their turn comes in the order of the others."""
+
 FIRST = (*LESSONS, "tests/ros1/test_catkin.py", *WAITING, *SHARING)
 """In this order: what takes long must not be what the others wait for in the end."""
 
@@ -41,7 +51,7 @@ class Scheduling(LoadScopeScheduling):  # type: ignore[misc]  # xdist says no ty
     def _split_scope(self, nodeid: str) -> str:
         if nodeid.startswith(TOGETHER):
             return TOGETHER
-        return nodeid.partition("::")[0] if nodeid.startswith((*FOLDERS, *SHARING)) else nodeid
+        return nodeid.partition("::")[0] if nodeid.startswith((*FOLDERS, *SHARING, *WHOLE)) else nodeid
 
     def _assign_work_unit(self, node: WorkerController) -> None:
         if self.numnodes > FEW:

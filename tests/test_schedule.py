@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from tests.schedule import FIRST, SHARING, TOGETHER, Scheduling, pytest_collection_modifyitems
+from tests.schedule import FIRST, SHARING, TOGETHER, WHOLE, Scheduling, pytest_collection_modifyitems
 
 ROOT = Path(__file__).parents[1]
 LESSON, CATKIN, LATER = "tests/docs/test_lesson.py", "tests/ros1/test_catkin.py", "tests/bridges/ros1/test_b.py"
@@ -69,6 +69,7 @@ def test_those_of_the_page_come_when_the_lessons_are_over() -> None:
 def test_files_whose_tests_share_something_stay_whole() -> None:
     scheduling = Scheduling.__new__(Scheduling)
     assert scheduling._split_scope(f"{SHARING[0]}::y") == SHARING[0]
+    assert [scheduling._split_scope(f"{name}::y") for name in WHOLE] == [*WHOLE]
     assert scheduling._split_scope("tests/ros1/test_b.py::y[a::b]") == "tests/ros1/test_b.py"
     assert scheduling._split_scope("tests/kitting/test_b.py::y") == "tests/kitting/test_b.py::y"
 

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import tracemalloc
 from collections import defaultdict
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -23,21 +26,33 @@ def run(leg: Leg) -> Told:
     return told
 
 
+@pytest.fixture(scope="module")
+def first(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], tuple[Told, str]]:
+    """Legs of one round that are saved, the cell's with all topics heard: what each told, and its file."""
+
+    @cache
+    def begin(face: str) -> tuple[Told, str]:
+        saved = str(tmp_path_factory.mktemp(face) / "1.npz")
+        return run(Leg(face, 0, 1, (1,), save=saved, everything=face == "cell")), saved
+
+    return begin
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("face", FACES)
-def test_what_is_restored_goes_on_as_what_was_not(face: str, tmp_path: Path) -> None:
-    saved = str(tmp_path / "1.npz")
+def test_what_is_restored_goes_on_as_what_was_not(face: str, first: Callable[[str], tuple[Told, str]]) -> None:
     whole = run(Leg(face, 0, 2, (1, 2)))
-    first = run(Leg(face, 0, 1, (1,), save=saved))
+    begun, saved = first(face)
     second = run(Leg(face, 1, 2, (2,), start=saved))
-    assert first["cut"] + second["cut"] == whole["cut"]
+    assert begun["cut"] + second["cut"] == whole["cut"]
     assert whole["cut"][0][1] != whole["cut"][1][1]
     assert [hours for hours, _ in whole["sample"]] == [0.01, 0.02]
 
 
 @pytest.mark.slow
-def test_the_cell_works_and_is_heard() -> None:
-    counts = run(Leg("cell", 0, 1, everything=True))["counts"][0]
+def test_the_cell_works_and_is_heard(first: Callable[[str], tuple[Told, str]]) -> None:
+    begun, _ = first("cell")
+    counts = begun["counts"][0]
     assert counts["parts taken hold of"] == 1
     assert counts["parts put on the belt"] == counts["AGVs sent"] == 2
     assert counts["messages heard"] > 50_000
@@ -48,6 +63,7 @@ def test_objects_are_counted() -> None:
     (kib, most), = run(Leg("robot", 0, 2, traced=True))["grown"]  # fmt: skip
     assert -100 < kib < 200
     assert all("KiB" in line and ".py:" in line for line in most if "frozen" not in line)
+    assert not tracemalloc.is_tracing()  # it would slow down all that this process does from here on
 
 
 def test_a_leg_survives_the_command_line() -> None:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
+from cellwright.evaluation import worker_process
 from cellwright.evaluation.evaluate import Evaluation
 from cellwright.evaluation.job import EvaluatedTrial, Job, make_jobs
 from cellwright.evaluation.limits import Limits
 from cellwright.evaluation.result import Result
 from cellwright.evaluation.results_file import ResultsFile
+from tests.evaluation.forked_workers import ForkedWorkers, Stand
 from tests.evaluation.programs import PROGRAMS, TRIAL
 
 Judge = Callable[..., list[Result]]
@@ -24,6 +27,27 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "programs.py").write_text(PROGRAMS, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+@pytest.fixture(scope="session")
+def forked_workers() -> Iterator[ForkedWorkers | None]:
+    """A process from which workers are forked; None where the system has no fork."""
+    if sys.platform == "win32":
+        yield None
+        return
+    workers = ForkedWorkers(worker_process._environment())
+    yield workers
+    workers.close()
+
+
+@pytest.fixture
+def quick_workers(forked_workers: ForkedWorkers | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Workers of evaluations in this process come without the start of an interpreter."""
+    if forked_workers is not None:
+        monkeypatch.setattr(worker_process, "subprocess", Stand(forked_workers))
+
+
+QUICK = pytest.mark.usefixtures("quick_workers")
 
 
 def tiny_jobs(folder: Path, program: str, seeds: int = 1) -> list[Job]:

@@ -7,17 +7,19 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
+from cellwright.cli.main import main
+from tests.evaluation.conftest import QUICK
 from tests.evaluation.test_evaluate import is_alive
 from tests.waiting import TIMEOUT, wait_until
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
 
-COMMAND = [sys.executable, "-m", "cellwright", "eval", "tiny.yaml", "--seeds", "4", "--jobs", "2", "--out", "out"]
+ARGUMENTS = ("eval", "tiny.yaml", "--seeds", "4", "--jobs", "2", "--out", "out", "--agent")
 
 RUNNING: list[subprocess.Popen[bytes]] = []
 
@@ -54,7 +56,7 @@ def ended() -> Iterator[None]:
 
 def start(folder: Path, program: str) -> subprocess.Popen[bytes]:
     process = subprocess.Popen(
-        [*COMMAND, "--agent", f"programs.py:{program}"],
+        [sys.executable, "-m", "cellwright", *ARGUMENTS, f"programs.py:{program}"],
         cwd=folder,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
@@ -63,8 +65,20 @@ def start(folder: Path, program: str) -> subprocess.Popen[bytes]:
     return process
 
 
+@pytest.fixture
+def here(capfdbinary: pytest.CaptureFixture[bytes]) -> Callable[[str], tuple[int, bytes]]:
+    """The same command in this process: its exit status and what it prints."""
+
+    def run(program: str) -> tuple[int, bytes]:
+        status = main([*ARGUMENTS, f"programs.py:{program}"])
+        return status, b"".join(capfdbinary.readouterr())
+
+    return run
+
+
+@QUICK
 @pytest.mark.slow
-def test_killed_and_resumed(folder: Path) -> None:
+def test_killed_and_resumed(folder: Path, here: Callable[[str], tuple[int, bytes]]) -> None:
     (folder / "hold").touch()
     killed = start(folder, "Noted")
     wait_until(lambda: results(folder), "first result")
@@ -79,16 +93,14 @@ def test_killed_and_resumed(folder: Path) -> None:
         file.write(before[0][: len(before[0]) // 2])  # as if it had been killed while it wrote
 
     (folder / "hold").unlink()
-    resumed = start(folder, "Noted")
-    out, _ = resumed.communicate(timeout=TIMEOUT)
-    assert resumed.returncode == 0, out
+    status, out = here("Noted")
+    assert status == 0, out
     assert f"{len(before)} of them have a result from before".encode() in out
     after = results(folder)
     assert after[: len(before)] == before
     seeds = [json.loads(line)["seed"] for line in after]
     assert sorted(seeds) == [1, 2, 3, 4]
-    again = start(folder, "Noted")
-    out, _ = again.communicate(timeout=TIMEOUT)
+    _, out = here("Noted")
     assert b"4 of them have a result from before" in out
     assert results(folder) == after
 
@@ -123,13 +135,13 @@ def test_asked_to_end_it_keeps_what_there_is(number: int, folder: Path) -> None:
     assert (folder / "out" / "report.html").exists()
 
 
+@QUICK
 @pytest.mark.slow
-def test_one_evaluation_at_a_time_has_a_folder(folder: Path) -> None:
+def test_one_evaluation_at_a_time_has_a_folder(folder: Path, here: Callable[[str], tuple[int, bytes]]) -> None:
     first = start(folder, "Hang")
     wait_until((folder / "out" / "logs").exists, "folder of logs")
-    second = start(folder, "Hang")
-    out, _ = second.communicate(timeout=TIMEOUT)
-    assert second.returncode == 2
+    status, out = here("Hang")
+    assert status == 2
     assert b"error: out: another evaluation is at work in this folder" in out
     os.kill(first.pid, signal.SIGINT)
     first.communicate(timeout=TIMEOUT)

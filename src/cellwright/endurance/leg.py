@@ -81,6 +81,15 @@ def run_leg(leg: Leg, tell: Tell) -> None:
     Raises:
         CheckpointError: the checkpoint to begin from cannot be read.
     """
+    was_tracing = tracemalloc.is_tracing()
+    try:
+        _run_leg(leg, tell)
+    finally:
+        if not was_tracing:
+            tracemalloc.stop()  # traced, all Python of this process takes several times as long
+
+
+def _run_leg(leg: Leg, tell: Tell) -> None:
     face = make_face(leg.face, everything=leg.everything)
     if leg.start:
         read_checkpoint(face.simulation, Path(leg.start))

@@ -2,6 +2,7 @@
 
 import logging
 import re
+from collections.abc import Iterator
 from functools import cache
 
 import pytest
@@ -11,6 +12,17 @@ from cellwright.cell import Cell
 from cellwright.description.catalogue import find_trial
 from cellwright.description.gear2017 import load_trial
 from cellwright.run import Outcome, RunOptions, RunResult, run_cell
+
+
+class Lines(logging.Handler):
+    """A handler that keeps the texts of a log."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.INFO)
+        self.said: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.said.append(record.getMessage())
 
 
 @cache
@@ -58,19 +70,29 @@ def test_a_part_lost_over_the_tray_costs_nothing() -> None:
     assert result.score.total == 15.0
 
 
-@pytest.mark.slow
-def test_a_second_run_is_the_same() -> None:
-    trial = load_trial([find_trial("final01"), find_trial("kitter_sensors")]).trial
-    again = run_cell(Cell(trial), find_agent("kitter")(), RunOptions(until=300.0))
-    assert again.state_hash == run("final01", "kitter_sensors").state_hash
+@pytest.fixture(scope="module")
+def again() -> Iterator[tuple[RunResult, list[str]]]:
+    """A second run of one of the trials, and the lines of its log."""
+    logger, lines = logging.getLogger("cellwright.agents.kitter"), Lines()
+    level = logger.level
+    logger.addHandler(lines)
+    logger.setLevel(logging.INFO)
+    try:
+        trial = load_trial([find_trial("final01"), find_trial("kitter_sensors")]).trial
+        yield run_cell(Cell(trial), find_agent("kitter")(), RunOptions(until=300.0)), lines.said
+    finally:
+        logger.setLevel(level)
+        logger.removeHandler(lines)
 
 
 @pytest.mark.slow
-def test_the_log_tells_what_it_does(caplog: pytest.LogCaptureFixture) -> None:
-    trial = load_trial([find_trial("final01"), find_trial("kitter_sensors")]).trial
-    with caplog.at_level(logging.INFO, logger="cellwright.agents.kitter"):
-        run_cell(Cell(trial), find_agent("kitter")(), RunOptions(until=10.0))
-    lines = [record.getMessage() for record in caplog.records]
+def test_a_second_run_is_the_same(again: tuple[RunResult, list[str]]) -> None:
+    assert again[0].state_hash == run("final01", "kitter_sensors").state_hash
+
+
+@pytest.mark.slow
+def test_the_log_tells_what_it_does(again: tuple[RunResult, list[str]]) -> None:
+    _, lines = again
     assert all(re.match(r"\d+\.\d s: ", line) for line in lines)
     assert any("fetching a piston_rod_part" in line for line in lines)
     assert any("of the tray, as ordered" in line for line in lines)

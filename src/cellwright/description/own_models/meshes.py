@@ -114,13 +114,21 @@ def _obj(content: bytes) -> Triangles:
     vertices: list[list[float]] = []
     triangles: list[tuple[int, int, int]] = []
     for line in content.decode("utf-8").splitlines():
+        if line.startswith(("vn", "vt")):  # half of many a file
+            continue
         words = line.split()
-        if words[:1] == ["v"]:
+        kind = words[0] if words else ""
+        if kind == "v":
             vertices.append(_vertex(words))
-        elif words[:1] == ["f"]:
-            numbers = [int(word.partition("/")[0]) for word in words[1:]]
-            corners = [number - 1 if number > 0 else len(vertices) + number for number in numbers]
-            triangles += [(corners[0], corners[k], corners[k + 1]) for k in range(1, len(corners) - 1)]
+        elif kind == "f":
+            count = len(vertices)
+            corners = [
+                number - 1 if (number := int(word.partition("/")[0])) > 0 else count + number for word in words[1:]
+            ]
+            if len(corners) == 3:
+                triangles.append((corners[0], corners[1], corners[2]))
+            else:
+                triangles += [(corners[0], corners[k], corners[k + 1]) for k in range(1, len(corners) - 1)]
     return np.array(vertices, np.float64).reshape(-1, 3), np.array(triangles, np.int64).reshape(-1, 3)
 
 
