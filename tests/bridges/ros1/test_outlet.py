@@ -35,13 +35,15 @@ class Line:
 
         def look() -> None:
             try:
-                self.got += self.there.recv(1 << 16)
+                while data := self.there.recv(1 << 16):
+                    self.got += data
             except BlockingIOError:
-                if self.outlet.is_empty or self.outlet.is_closed:
-                    self.loop.stop(0)
+                if not (self.outlet.is_empty or self.outlet.is_closed):
+                    return
+            self.loop.stop(0)
 
         self.loop.watch(self.there, look)
-        self.loop.later(0.02, look)
+        self.loop.later(0.0, look)  # where nothing waits, nothing will come
         self.loop.later(TIMEOUT, lambda: self.loop.stop(1))
         assert self.loop.run() == 0
         return self.got
