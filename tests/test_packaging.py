@@ -9,6 +9,7 @@ import tarfile
 import tomllib
 import venv
 import zipfile
+from collections.abc import Iterator
 from contextlib import suppress
 from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
@@ -17,9 +18,18 @@ import pytest
 from packaging.requirements import Requirement
 
 from tests.waiting import TIMEOUT
+from tests.warm import WarmStart
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "src" / "cellwright"
+CELLWRIGHT = """
+import sys, cellwright
+from cellwright.__main__ import main
+print(cellwright.__file__, flush=True)
+sys.argv[0] = "cellwright"
+sys.exit(main())
+"""
+"""The command, which says first where it is installed."""
 
 
 @pytest.fixture(scope="module")
@@ -140,6 +150,17 @@ def scripts(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return scripts
 
 
+@pytest.fixture(scope="module")
+def installed(scripts: Path) -> Iterator[WarmStart]:
+    """A process of the fresh environment that has loaded what was installed there."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv("PYTHONPATH", raising=False)
+        patch.setattr(sys, "executable", str(scripts / "python"))
+        start = WarmStart()
+    yield start
+    start.close()
+
+
 def test_the_wheel_runs_in_a_fresh_environment(scripts: Path, tmp_path: Path) -> None:
     cellwright = str(scripts / "cellwright")
     assert run([cellwright, "check", "lesson"], tmp_path) == "ok\n"
@@ -162,11 +183,17 @@ def test_the_wheel_runs_in_a_fresh_environment(scripts: Path, tmp_path: Path) ->
     ],
     ids=lambda each: each[0] if isinstance(each, list) else "",
 )
-def test_what_the_readme_shows_works_there(arguments: list[str], told: str, scripts: Path, tmp_path: Path) -> None:
+def test_what_the_readme_shows_works_there(
+    arguments: list[str], told: str, installed: WarmStart, scripts: Path, tmp_path: Path
+) -> None:
     (tmp_path / "trial.yaml").write_text("arm: {type: ur10}\ntime_limit: 5\n")
     (tmp_path / "idle.py").write_text("class Idle:\n    def run(self, client):\n        client.start_competition()\n")
-    status = 1 if arguments[0] == "run" else 0
-    assert told in run([str(scripts / "cellwright"), *arguments], tmp_path, status=status)
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    ran = installed.run(CELLWRIGHT, *arguments, folder=tmp_path, environment=environment)
+    assert ran.returncode == (1 if arguments[0] == "run" else 0), ran.stdout + ran.stderr
+    where, _, printed = ran.stdout.partition("\n")
+    assert Path(where).is_relative_to(scripts.parent)
+    assert told in printed
 
 
 def test_its_types_are_seen(scripts: Path, tmp_path: Path) -> None:

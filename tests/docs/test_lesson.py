@@ -19,7 +19,7 @@ from cellwright.description.resolved import resolved
 from tests.docs import notebook
 from tests.docs.pages import Command, File, missing, steps
 from tests.docs.session import follow
-from tests.ros1.fixtures import FirstStep
+from tests.ros1.first_step import FirstStep
 from tests.waiting import TIMEOUT
 
 pytest_plugins = ["tests.ros1.fixtures"]

@@ -6,40 +6,20 @@ A test that uses them is marked `ros1`. `master` is what most need: `master.serv
 
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
 from tests.processes import FAMILY, members, name_of
+from tests.ros1.first_step import BUILD, FirstStep
 from tests.ros1.ground import Ground, ground
 from tests.ros1.messages import generate
 from tests.ros1.requirement import system_path
 from tests.short_commands import short_commands
-from tests.waiting import TIMEOUT, wait_until
+from tests.waiting import wait_until
 from tests.warm import WarmStart, warm
 
 __all__ = ["warm"]
-
-BUILD = 3 * TIMEOUT
-"""Bound of a build with catkin [s]."""
-
-
-@dataclass(frozen=True)
-class FirstStep:
-    """The result of the lesson's first command, `cellwright ros1-workspace ~/simulation_ws`.
-
-    Attributes:
-        home: the home folder, which was empty before.
-        printed: by the command.
-    """
-
-    home: Path
-    printed: str
-
-    @property
-    def workspace(self) -> Path:
-        return self.home / "simulation_ws"
 
 
 @pytest.fixture(scope="session")

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from tests.processes import Process
-from tests.ros1.fixtures import BUILD, FirstStep
+from tests.ros1.first_step import BUILD, FirstStep
 from tests.ros1.ground import Ground, ground
 from tests.ros1.requirement import system_path
 from tests.waiting import TIMEOUT
