@@ -200,8 +200,8 @@ def test_its_types_are_seen(scripts: Path, tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(
         "from cellwright.pose import Pose\n\nheight: float = Pose().position[2]\nname: str = Pose().yaw\n"
     )
-    asked = [sys.executable, "-m", "mypy", "--strict", "--python-executable", str(scripts / "python"), "mine.py"]
-    said = run(asked, tmp_path, status=1)
+    options = ["--strict", "--cache-dir", os.devnull, "--python-executable", str(scripts / "python")]
+    said = run([sys.executable, "-m", "mypy", *options, "mine.py"], tmp_path, status=1)
     assert 'mine.py:4: error: Incompatible types in assignment (expression has type "float"' in said
     assert "Found 1 error" in said
 
