@@ -30,6 +30,7 @@ sys.argv[0] = "cellwright"
 sys.exit(main())
 """
 """The command, which says first where it is installed."""
+LOADED = ("cellwright.cli.main", "cellwright.cli.run.command", "cellwright.cli.teleop.command")
 
 
 @pytest.fixture(scope="module")
@@ -61,9 +62,14 @@ def wheel(built: Path) -> Path:
     return wheel
 
 
+def bare() -> dict[str, str]:
+    """The environment of the tests, with nothing on Python's path."""
+    return {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+
+
 def run(command: list[str], folder: Path, *, path: Path | None = None, status: int = 0) -> str:
     """What a command prints that is run in a folder, with nothing on Python's path but what is asked for."""
-    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    environment = bare()
     if path is not None:
         environment["PYTHONPATH"] = str(path)
     ran = subprocess.run(
@@ -153,10 +159,7 @@ def scripts(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def installed(scripts: Path) -> Iterator[WarmStart]:
     """A process of the fresh environment that has loaded what was installed there."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.delenv("PYTHONPATH", raising=False)
-        patch.setattr(sys, "executable", str(scripts / "python"))
-        start = WarmStart()
+    start = WarmStart(LOADED, python=str(scripts / "python"), environment=bare())
     yield start
     start.close()
 
@@ -188,8 +191,7 @@ def test_what_the_readme_shows_works_there(
 ) -> None:
     (tmp_path / "trial.yaml").write_text("arm: {type: ur10}\ntime_limit: 5\n")
     (tmp_path / "idle.py").write_text("class Idle:\n    def run(self, client):\n        client.start_competition()\n")
-    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
-    ran = installed.run(CELLWRIGHT, *arguments, folder=tmp_path, environment=environment)
+    ran = installed.run(CELLWRIGHT, *arguments, folder=tmp_path, environment=bare())
     assert ran.returncode == (1 if arguments[0] == "run" else 0), ran.stdout + ran.stderr
     where, _, printed = ran.stdout.partition("\n")
     assert Path(where).is_relative_to(scripts.parent)

@@ -64,10 +64,7 @@ def settings() -> dict[str, str]:
 @pytest.fixture(scope="module")
 def elsewhere() -> Iterator[WarmStart]:
     """A process that has loaded Cellwright as it would elsewhere; our modules alone see no `fork` there."""
-    with pytest.MonkeyPatch.context() as patch:
-        for name, value in settings().items():
-            patch.setenv(name, value)
-        start = WarmStart()
+    start = WarmStart(environment={**os.environ, **settings()})
     yield start
     start.close()
 

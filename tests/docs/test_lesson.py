@@ -45,7 +45,7 @@ WRITE = "CELLWRIGHT_WRITE_NOTEBOOK"
 """With this variable set, the notebook is written anew, with what it prints."""
 
 
-GEARS = ("belt_population_cycles: 20", "belt_population_cycles: 8")
+GEARS = ("belt_population_cycles: 20", "belt_population_cycles: 5")
 """The page's belt, and one that soon is empty: a program that misses one gear by its timing misses all of them."""
 
 PATIENCE = ('rospy.get_param("~patience", 20.0)', 'rospy.get_param("~patience", 1.0)')

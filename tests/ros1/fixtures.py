@@ -17,9 +17,7 @@ from tests.ros1.messages import generate
 from tests.ros1.requirement import system_path
 from tests.short_commands import short_commands
 from tests.waiting import wait_until
-from tests.warm import WarmStart, warm
-
-__all__ = ["warm"]
+from tests.warm import WarmStart
 
 
 @pytest.fixture(scope="session")
