@@ -21,6 +21,9 @@ WAITING = (*LESSONS, *FOLDERS, "tests/client/test_ros1.py", "tests/docs/test_ros
 TOGETHER = "tests/browser/"
 """Its tests share a browser and what it looks at: they all go to one worker."""
 
+WORKSPACE = ("tests/docs/test_lesson.py::test_the_lesson_can_be_followed", "tests/ros1/test_catkin.py")
+"""Tests that share a catkin workspace: they all go to one worker, which builds it."""
+
 SHARING = ("tests/test_packaging.py", "tests/docs/test_site.py", "tests/agents/kitter/test_runs.py")
 """Files whose tests share what takes long to make, and would make it once for each worker."""
 
@@ -51,6 +54,8 @@ class Scheduling(LoadScopeScheduling):  # type: ignore[misc]  # xdist says no ty
     def _split_scope(self, nodeid: str) -> str:
         if nodeid.startswith(TOGETHER):
             return TOGETHER
+        if nodeid.startswith(WORKSPACE):
+            return WORKSPACE[0]
         return nodeid.partition("::")[0] if nodeid.startswith((*FOLDERS, *SHARING, *WHOLE)) else nodeid
 
     def _assign_work_unit(self, node: WorkerController) -> None:

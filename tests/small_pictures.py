@@ -1,6 +1,7 @@
 """The command `cellwright` with pictures an eighth as wide and high, which take a fraction of a second instead of ten.
 
-Tests of pages run it as a program, `python -P tests/small_pictures.py …`, in place of the command.
+Tests of pages run it as a program, `python -P tests/small_pictures.py …`, in place of the command; or its text, in a
+process that has loaded Cellwright.
 """
 
 import sys
@@ -17,7 +18,9 @@ def render(model: Any, data: Any, camera: Any, width: int = 1280, height: int = 
 
 
 if __name__ == "__main__":
-    picture.render = render
+    for module in [*sys.modules.values()]:  # modules that have been loaded, and by `picture` those that will be
+        if getattr(module, "render", None) is draw_full_size:
+            vars(module)["render"] = render
     from cellwright.__main__ import main
 
     sys.argv[0] = "cellwright"

@@ -9,6 +9,7 @@ import tarfile
 import tomllib
 import venv
 import zipfile
+from collections.abc import Iterator
 from contextlib import suppress
 from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
@@ -17,9 +18,19 @@ import pytest
 from packaging.requirements import Requirement
 
 from tests.waiting import TIMEOUT
+from tests.warm import WarmStart
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "src" / "cellwright"
+CELLWRIGHT = """
+import sys, cellwright
+from cellwright.__main__ import main
+print(cellwright.__file__, flush=True)
+sys.argv[0] = "cellwright"
+sys.exit(main())
+"""
+"""The command, which says first where it is installed."""
+LOADED = ("cellwright.cli.main", "cellwright.cli.run.command", "cellwright.cli.teleop.command")
 
 
 @pytest.fixture(scope="module")
@@ -51,9 +62,14 @@ def wheel(built: Path) -> Path:
     return wheel
 
 
+def bare() -> dict[str, str]:
+    """The environment of the tests, with nothing on Python's path."""
+    return {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+
+
 def run(command: list[str], folder: Path, *, path: Path | None = None, status: int = 0) -> str:
     """What a command prints that is run in a folder, with nothing on Python's path but what is asked for."""
-    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    environment = bare()
     if path is not None:
         environment["PYTHONPATH"] = str(path)
     ran = subprocess.run(
@@ -140,6 +156,14 @@ def scripts(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return scripts
 
 
+@pytest.fixture(scope="module")
+def installed(scripts: Path) -> Iterator[WarmStart]:
+    """A process of the fresh environment that has loaded what was installed there."""
+    start = WarmStart(LOADED, python=str(scripts / "python"), environment=bare())
+    yield start
+    start.close()
+
+
 def test_the_wheel_runs_in_a_fresh_environment(scripts: Path, tmp_path: Path) -> None:
     cellwright = str(scripts / "cellwright")
     assert run([cellwright, "check", "lesson"], tmp_path) == "ok\n"
@@ -162,19 +186,24 @@ def test_the_wheel_runs_in_a_fresh_environment(scripts: Path, tmp_path: Path) ->
     ],
     ids=lambda each: each[0] if isinstance(each, list) else "",
 )
-def test_what_the_readme_shows_works_there(arguments: list[str], told: str, scripts: Path, tmp_path: Path) -> None:
+def test_what_the_readme_shows_works_there(
+    arguments: list[str], told: str, installed: WarmStart, scripts: Path, tmp_path: Path
+) -> None:
     (tmp_path / "trial.yaml").write_text("arm: {type: ur10}\ntime_limit: 5\n")
     (tmp_path / "idle.py").write_text("class Idle:\n    def run(self, client):\n        client.start_competition()\n")
-    status = 1 if arguments[0] == "run" else 0
-    assert told in run([str(scripts / "cellwright"), *arguments], tmp_path, status=status)
+    ran = installed.run(CELLWRIGHT, *arguments, folder=tmp_path, environment=bare())
+    assert ran.returncode == (1 if arguments[0] == "run" else 0), ran.stdout + ran.stderr
+    where, _, printed = ran.stdout.partition("\n")
+    assert Path(where).is_relative_to(scripts.parent)
+    assert told in printed
 
 
 def test_its_types_are_seen(scripts: Path, tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(
         "from cellwright.pose import Pose\n\nheight: float = Pose().position[2]\nname: str = Pose().yaw\n"
     )
-    asked = [sys.executable, "-m", "mypy", "--strict", "--python-executable", str(scripts / "python"), "mine.py"]
-    said = run(asked, tmp_path, status=1)
+    options = ["--strict", "--cache-dir", os.devnull, "--python-executable", str(scripts / "python")]
+    said = run([sys.executable, "-m", "mypy", *options, "mine.py"], tmp_path, status=1)
     assert 'mine.py:4: error: Incompatible types in assignment (expression has type "float"' in said
     assert "Found 1 error" in said
 

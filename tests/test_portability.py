@@ -6,12 +6,15 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 
 from cellwright import link
 from tests.waiting import TIMEOUT
+from tests.warm import WarmStart
 
 ROOT = Path(link.__file__).parents[2]
 """Where the package is imported from."""
@@ -40,26 +43,75 @@ class Stuck:
 """
 
 
-def python(folder: Path, *arguments: str, status: int = 0) -> subprocess.CompletedProcess[str]:
-    """Run Python as it would be elsewhere, in a folder."""
+CELLWRIGHT = """
+import os, sys
+for stream in (sys.stderr, sys.stdout):
+    os.dup2(os.open(sys.argv.pop(1), os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), stream.fileno())
+    stream.reconfigure(encoding="cp1252")
+from cellwright.__main__ import main
+sys.argv[0] = "cellwright"
+sys.exit(main())
+"""
+"""The command, with files for standard error and output: what a warm process prints is read as UTF-8."""
+
+
+def settings() -> dict[str, str]:
+    """Variables of a Python that runs as it would elsewhere."""
     paths = [str(Path(__file__).with_name("elsewhere")), str(ROOT)]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "PYTHONWARNDEFAULTENCODING": "1"}
+    return {"PYTHONPATH": os.pathsep.join(paths), "PYTHONWARNDEFAULTENCODING": "1", "PYTHONIOENCODING": "cp1252"}
+
+
+@pytest.fixture(scope="module")
+def elsewhere() -> Iterator[WarmStart]:
+    """A process that has loaded Cellwright as it would elsewhere; our modules alone see no `fork` there."""
+    start = WarmStart(environment={**os.environ, **settings()})
+    yield start
+    start.close()
+
+
+class Elsewhere:
+    """The command `cellwright` in a folder."""
+
+    def __init__(self, start: WarmStart, folder: Path) -> None:
+        self._start = start
+        self._folder = folder
+
+    def __call__(self, *arguments: str, status: int = 0) -> subprocess.CompletedProcess[str]:
+        """Run it to its end."""
+        environment = {**os.environ, **settings()}
+        with TemporaryDirectory() as folder:
+            files = Path(folder, "err"), Path(folder, "out")
+            ran = self._start.run(
+                CELLWRIGHT, *map(str, files), *arguments, folder=self._folder, environment=environment
+            )
+            ran.stderr, ran.stdout = (file.read_text(encoding="cp1252") for file in files)
+        return check(ran, status)
+
+
+@pytest.fixture
+def cellwright(elsewhere: WarmStart, tmp_path: Path) -> Elsewhere:
+    return Elsewhere(elsewhere, tmp_path)
+
+
+def python(folder: Path, program: str) -> subprocess.CompletedProcess[str]:
+    """Start Python as it would be elsewhere, in a folder."""
     ran = subprocess.run(
-        [sys.executable, *arguments],
+        [sys.executable, "-c", program],
         cwd=folder,
-        env={**environment, "PYTHONIOENCODING": "cp1252"},
+        env={**os.environ, **settings()},
         encoding="cp1252",
         capture_output=True,
         timeout=TIMEOUT,
         check=False,
     )
+    return check(ran, 0)
+
+
+def check(ran: subprocess.CompletedProcess[str], status: int) -> subprocess.CompletedProcess[str]:
+    """A program that has ended as expected."""
     assert ran.returncode == status, ran.stdout + ran.stderr
     assert "Traceback" not in ran.stderr
     return ran
-
-
-def cellwright(folder: Path, *arguments: str, status: int = 0) -> subprocess.CompletedProcess[str]:
-    return python(folder, "-m", "cellwright", *arguments, status=status)
 
 
 EVERYTHING = """
@@ -78,61 +130,58 @@ assert not hasattr(terminal, "termios") and terminal._read_windows() == ""
 @pytest.mark.slow
 def test_every_module_can_be_imported(tmp_path: Path) -> None:
     """All but the bridge's and the ROS packages' own, which are for ROS's Python."""
-    python(tmp_path, "-c", EVERYTHING)
+    python(tmp_path, EVERYTHING)
 
 
 @pytest.mark.slow
-def test_a_run_its_log_and_a_checkpoint(tmp_path: Path) -> None:
+def test_a_run_its_log_and_a_checkpoint(cellwright: Elsewhere, tmp_path: Path) -> None:
     (tmp_path / "配.yaml").write_text(TRIAL, encoding="utf-8")
     (tmp_path / "agents.py").write_text(AGENTS, encoding="utf-8")
     looks = ["--log", "run.jsonl", "--checkpoint", "1:half.npz", "--listen", "all", "--no-picture"]
-    ran = cellwright(tmp_path, "run", "配.yaml", "--agent", "agents.py:Idle", "--until", "1.1", *looks, status=1)
+    ran = cellwright("run", "配.yaml", "--agent", "agents.py:Idle", "--until", "1.1", *looks, status=1)
     assert "trial \\u914d" in ran.stdout + ran.stderr
     log = (tmp_path / "run.jsonl").read_bytes()
     assert b"\r" not in log
     assert all(json.loads(line) for line in log.splitlines())
     asked = ["--agent", "none", "--resume", "half.npz", "--until", "1.2", "--no-picture"]
-    resumed = cellwright(tmp_path, "run", "配.yaml", *asked)
+    resumed = cellwright("run", "配.yaml", *asked)
     assert "stopped before the competition was done" in resumed.stdout
 
 
 @pytest.mark.slow
-def test_an_agent_in_a_process_of_its_own_over_a_socket(tmp_path: Path) -> None:
+def test_an_agent_in_a_process_of_its_own_over_a_socket(cellwright: Elsewhere, tmp_path: Path) -> None:
     """The cell served on the loopback, in lockstep; the same run as in one process."""
     (tmp_path / "trial.yaml").write_text(TRIAL, encoding="utf-8")
     (tmp_path / "agents.py").write_text(AGENTS, encoding="utf-8")
     asked = ["run", "trial.yaml", "--agent", "agents.py:Idle", "--until", "1.1", "--json", "--no-picture"]
     alone, apart = (
-        json.loads(cellwright(tmp_path, *asked, *more, status=1).stdout)
-        for more in ([], ["--over", "socket", "--lockstep"])
+        json.loads(cellwright(*asked, *more, status=1).stdout) for more in ([], ["--over", "socket", "--lockstep"])
     )
     assert apart["state_hash"] == alone["state_hash"]
     assert apart["simulated"] == pytest.approx(1.1)
 
 
 @pytest.mark.slow
-def test_runs_are_judged_and_a_stuck_one_is_ended(tmp_path: Path) -> None:
+def test_runs_are_judged_and_a_stuck_one_is_ended(cellwright: Elsewhere, tmp_path: Path) -> None:
     (tmp_path / "trial.yaml").write_text(TRIAL, encoding="utf-8")
     (tmp_path / "agents.py").write_text(AGENTS, encoding="utf-8")
     asked = ["eval", "trial.yaml", "--out", "results", "--agent"]
-    cellwright(tmp_path, *asked, "agents.py:Idle", status=1)
+    cellwright(*asked, "agents.py:Idle", status=1)
     logs = {path.suffix: path for path in (tmp_path / "results" / "logs").glob("trial-*")}
     assert "café 配" in logs[".log"].read_text(encoding="utf-8")
     assert logs[".jsonl"].read_bytes().count(b"\n") > 2
-    again = cellwright(tmp_path, *asked, "agents.py:Idle", status=1)
+    again = cellwright(*asked, "agents.py:Idle", status=1)
     assert "gave up" in again.stdout + again.stderr
     assert len((tmp_path / "results" / "results.jsonl").read_bytes().splitlines()) == 1
     assert (tmp_path / "results" / "report.html").is_file()
-    stuck = cellwright(tmp_path, *asked, "agents.py:Stuck", "--time-limit", "1", status=1)
+    stuck = cellwright(*asked, "agents.py:Stuck", "--time-limit", "1", status=1)
     assert "wall limit" in stuck.stdout + stuck.stderr
     assert "memory of a run is not limited" in stuck.stdout + stuck.stderr
 
 
 @pytest.mark.slow
-def test_a_robot_takes_steps(tmp_path: Path) -> None:
-    ran = cellwright(
-        tmp_path, "teleop", "qinglong", "--until", "0.5", "--speed", "max", "--sim-time", "--port", "0", "--json"
-    )
+def test_a_robot_takes_steps(cellwright: Elsewhere) -> None:
+    ran = cellwright("teleop", "qinglong", "--until", "0.5", "--speed", "max", "--sim-time", "--port", "0", "--json")
     assert json.loads(ran.stdout)["simulated"] == pytest.approx(0.5, abs=0.01)
 
 
@@ -162,5 +211,5 @@ for what in (((), (), ()), ([0], (), ())):
 @pytest.mark.slow
 def test_the_pretence_holds(tmp_path: Path) -> None:
     """What Windows would refuse is refused; otherwise nothing above has shown anything."""
-    python(tmp_path, "-c", REFUSED)
+    python(tmp_path, REFUSED)
     assert not list(tmp_path.iterdir())

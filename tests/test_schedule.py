@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from tests.schedule import FIRST, SHARING, TOGETHER, WHOLE, Scheduling, pytest_collection_modifyitems
+from tests.schedule import FIRST, SHARING, TOGETHER, WHOLE, WORKSPACE, Scheduling, pytest_collection_modifyitems
 
 ROOT = Path(__file__).parents[1]
 LESSON, CATKIN, LATER = "tests/docs/test_lesson.py", "tests/ros1/test_catkin.py", "tests/bridges/ros1/test_b.py"
@@ -78,6 +78,15 @@ def test_those_of_the_page_go_to_one_worker() -> None:
     scheduling = Scheduling.__new__(Scheduling)
     assert scheduling._split_scope("tests/browser/test_a.py::y") == TOGETHER
     assert scheduling._split_scope("tests/browser/test_b.py::z") == TOGETHER
+
+
+def test_those_of_the_workspace_go_to_one_worker() -> None:
+    scheduling = Scheduling.__new__(Scheduling)
+    unit = scheduling._split_scope(f"{WORKSPACE[0]}_as_a_page")
+    assert unit == scheduling._split_scope("tests/ros1/test_catkin.py::y")
+    assert unit != scheduling._split_scope("tests/docs/test_lesson.py::test_the_notebook_is_the_page")
+    folder, _, name = WORKSPACE[0].partition("::")
+    assert f"def {name}" in (ROOT / folder).read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("name", FIRST)

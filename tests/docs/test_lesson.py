@@ -17,8 +17,9 @@ from cellwright.description.catalogue import find_trial
 from cellwright.description.gear2017 import load_trial
 from cellwright.description.resolved import resolved
 from tests.docs import notebook
-from tests.docs.pages import File, missing, steps
+from tests.docs.pages import Command, File, missing, pieces, steps
 from tests.docs.session import follow
+from tests.ros1.first_step import FirstStep
 from tests.waiting import TIMEOUT
 
 pytest_plugins = ["tests.ros1.fixtures"]
@@ -44,18 +45,52 @@ WRITE = "CELLWRIGHT_WRITE_NOTEBOOK"
 """With this variable set, the notebook is written anew, with what it prints."""
 
 
+GEARS = ("belt_population_cycles: 20", "belt_population_cycles: 5")
+"""The page's belt, and one that soon is empty: a program that misses one gear by its timing misses all of them."""
+
+PATIENCE = ('rospy.get_param("~patience", 20.0)', 'rospy.get_param("~patience", 1.0)')
+"""How long the program of the page waits for a gear, and a shorter time."""
+
+
 @pytest.mark.ros1
-def test_the_lesson_can_be_followed_as_a_page_and_as_a_notebook(newcomer: dict[str, str]) -> None:
+def test_the_lesson_can_be_followed_as_a_page_and_as_a_notebook(
+    newcomer: dict[str, str], first_step: FirstStep
+) -> None:
     """One after the other in one home, so that the workspace is built once; the notebook writes its own package."""
-    home, environment = Path(newcomer["HOME"]), {**newcomer, SPEED: FASTER}
-    follow(steps(PAGE), home, environment)
-    shutil.rmtree(home / "simulation_ws" / "src" / "industrial_control")
-    run_notebook(home, environment)
+    home, environment = first_step.home, {**newcomer, SPEED: FASTER, "HOME": str(first_step.home)}
+    package, header = (
+        first_step.workspace / path for path in ("src/industrial_control", "devel/include/osrf_gear/Order.h")
+    )
+    built = header.stat().st_mtime_ns
+    page = PAGE.read_text(encoding="utf-8").replace(*GEARS)
+    first, *others = [step for piece in pieces(page) if not isinstance(piece, str) for step in piece]
+    assert isinstance(first, Command)
+    assert first.line == "cellwright ros1-workspace ~/simulation_ws"
+    assert missing(first.output, first_step.printed) is None, first_step.printed
+    try:
+        follow(others, home, environment)
+        shutil.rmtree(package)
+        said = run_notebook(home, environment)
+    finally:
+        shutil.rmtree(package, ignore_errors=True)
+    assert "built in " in said, "the notebook builds the workspace a second time"
+    assert header.stat().st_mtime_ns == built, "and then makes nothing again"
+    assert not list((first_step.workspace / "src").rglob("*~"))
 
 
-def run_notebook(home: Path, environment: dict[str, str]) -> None:
-    """Run the notebook as Jupyter does, and compare what its cells print with what the page shows."""
-    made = notebook.cells(PAGE.read_text(encoding="utf-8"))
+def run_notebook(home: Path, environment: dict[str, str]) -> str:
+    """Run the notebook as Jupyter does, and compare what its cells print with what the page shows.
+
+    Unless it is to be written, its program waits for gears for a short time alone: with the page it has its full time.
+
+    Returns:
+        All that was printed.
+    """
+    page = PAGE.read_text(encoding="utf-8")
+    assert all(text in page for text, _ in (GEARS, PATIENCE))
+    if WRITE not in os.environ:
+        page = page.replace(*GEARS).replace(*PATIENCE)
+    made = notebook.cells(page)
     file = home / NOTEBOOK.name
     file.write_text(notebook.as_text(notebook.document(made)), encoding="utf-8")
     command = [sys.executable, "-c", RUN_NOTEBOOK, file.name, f"{TIMEOUT:g}"]
@@ -68,9 +103,11 @@ def run_notebook(home: Path, environment: dict[str, str]) -> None:
     }
     check(made, outputs, ran.stderr)
     if WRITE in os.environ:
-        names = {str(home): "/home/you", str(home.parent): "/tmp", str(ROOT): "/home/you/cellwright"}
+        logs = str(Path(environment["ROS_HOME"]).parent)
+        names = {str(home): "/home/you", logs: "/tmp", str(ROOT): "/home/you/cellwright"}
         shown = {number: notebook.as_output(text, names) for number, text in outputs.items()}
         NOTEBOOK.write_text(notebook.as_text(notebook.document(made, shown)), encoding="utf-8")
+    return "".join(outputs.values())
 
 
 def check(made: list[notebook.Cell], outputs: dict[int, str], more: str = "") -> None:

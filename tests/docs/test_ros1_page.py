@@ -30,7 +30,7 @@ def test_the_page_can_be_followed(no_master: Ground, page: str) -> None:
             served = no_master.cellwright(*arguments, "--port", "0")
             served.wait_for("^ready")
             printed = served.out
-            wait_until(lambda: "/rosout" in no_master.tool("rosnode", "list"), "rosout")
+            wait_until(lambda: no_master.has_node("/rosout"), "rosout")
         else:
             printed = no_master.tool(command, *arguments, status=step.status)
         assert missing(step.output, printed) is None, f"{step.line}\n{printed}"

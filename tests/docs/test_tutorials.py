@@ -13,22 +13,7 @@ from tests.warm import WarmStart
 from tests.workshop import install
 
 ROOT = Path(__file__).parents[2]
-CELLWRIGHT = """
-import sys
-from cellwright.rendering import picture
-
-original = picture.render
-
-def small(model, data, camera, width=1280, height=720, **more):
-    return original(model, data, camera, width // 8, height // 8, **{**more, "samples": 1})
-
-for module in [*sys.modules.values()]:  # those that have been loaded, and by `picture` those that will be
-    if getattr(module, "render", None) is original:
-        module.render = small
-from cellwright.__main__ import main
-sys.argv[0] = "cellwright"
-sys.exit(main())
-"""
+CELLWRIGHT = (ROOT / "tests" / "small_pictures.py").read_text(encoding="utf-8")
 """The command, with pictures that take a tenth of a second to draw and not ten."""
 
 PAGES = [

@@ -4,8 +4,6 @@ A test that uses them is marked `ros1`. `master` is what most need: `master.serv
 `master.client(function, …).value()` what a client found, `master.tool("rostopic", "list")` what a tool printed.
 """
 
-import os
-import shlex
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,11 +11,13 @@ from pathlib import Path
 import pytest
 
 from tests.processes import FAMILY, members, name_of
+from tests.ros1.first_step import BUILD, FirstStep
 from tests.ros1.ground import Ground, ground
 from tests.ros1.messages import generate
+from tests.ros1.requirement import system_path
+from tests.short_commands import short_commands
 from tests.waiting import wait_until
-
-SMALL_PICTURES = Path(__file__).parents[1] / "small_pictures.py"
+from tests.warm import WarmStart
 
 
 @pytest.fixture(scope="session")
@@ -50,22 +50,33 @@ def no_master(tmp_path: Path, ros1_messages: Path) -> Iterator[Ground]:
 
 
 @pytest.fixture
-def newcomer(no_master: Ground) -> Iterator[dict[str, str]]:
-    """The environment of somebody who has installed Cellwright and ROS 1, and done nothing else yet.
+def newcomer(no_master: Ground, warm: WarmStart) -> Iterator[dict[str, str]]:
+    """The environment of a user who has installed Cellwright and ROS 1, and done nothing else yet.
 
-    Their home folder is empty; of this Python there is the command `cellwright` on their path, which draws small
-    pictures. In the end nothing that they have started may be left.
+    The home folder is empty; of this Python there is the command `cellwright` on the path, which draws small pictures.
+    In the end no process that was started from there may be left.
     """
     programs, home = no_master.folder / "bin", no_master.folder / "home"
     for folder in (programs, home):
         folder.mkdir()
-    command = programs / "cellwright"
-    modules = f"PYTHONPATH={shlex.quote(os.environ['PYTHONPATH'])} " if "PYTHONPATH" in os.environ else ""
-    program = shlex.join([sys.executable, "-P", str(SMALL_PICTURES)])
-    command.write_text(f'#!/bin/sh\n{modules}exec {program} "$@"\n')
-    command.chmod(0o755)
     foreign = ("PYTHONPATH", "ROSCONSOLE_CONFIG_FILE")
     kept = {name: value for name, value in no_master.environment.items() if name not in foreign}
     family = f"newcomer at {no_master.port}"
-    yield {**kept, "PATH": f"{programs}:{kept['PATH']}", "HOME": str(home), FAMILY: family}
+    with short_commands(programs / "cellwright", ("check *", "ros1-env*", "run *"), warm):
+        yield {**kept, "PATH": f"{programs}:{kept['PATH']}", "HOME": str(home), FAMILY: family}
     wait_until(lambda: not members(family), "end of all processes", seen=lambda: list(map(name_of, members(family))))
+
+
+@pytest.fixture(scope="session")
+def first_step(tmp_path_factory: pytest.TempPathFactory) -> FirstStep:
+    """A catkin workspace that was built from nothing: it takes half a minute of processor time.
+
+    A test that adds packages to it removes them. A Python without ROS stands first on the search path, as on many
+    machines of today.
+    """
+    home = tmp_path_factory.mktemp("first_step")
+    with ground(home, home, master=False) as ros:
+        path = f"{Path(sys.executable).parent}:{system_path()}"
+        ran = ros.cellwright("ros1-workspace", str(home / "simulation_ws"), PATH=path)
+        assert ran.finish(BUILD) == 0, ran.out + ran.err
+        return FirstStep(home, ran.out)

@@ -83,7 +83,7 @@ class Ground:
         self.process = self.start([*options, str(self.port)])
         wait_until(self._answers, f"answer of the master at {self.uri}")
         if self._roscore:
-            wait_until(lambda: self._has("/rosout"), "rosout")
+            wait_until(lambda: self.has_node("/rosout"), "rosout")
 
     def stop_master(self, number: int = signal.SIGINT) -> None:
         """End the master by a signal, and wait until it is gone."""
@@ -215,7 +215,8 @@ class Ground:
         assert self._roscore or pid == self.process.pid
         return True
 
-    def _has(self, node: str) -> bool:
+    def has_node(self, node: str) -> bool:
+        """Whether the master knows of a node of this name."""
         return any(node in nodes for role in self.ask("getSystemState") for _, nodes in role)
 
 

@@ -2,6 +2,7 @@
 
 import re
 import shlex
+import shutil
 from pathlib import Path
 
 import pytest
@@ -24,18 +25,37 @@ INTERRUPTED = (
 """Tracebacks of programs that are not ours, by moments at which Ctrl-C may come."""
 
 
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """A folder for what `cellwright ros1-env` lays out once for each user."""
+    return str(tmp_path_factory.mktemp("cache"))
+
+
 @pytest.fixture
-def root(newcomer: dict[str, str]) -> Path:
+def user(newcomer: dict[str, str], cache: str) -> dict[str, str]:
+    """The environment of the script."""
+    return {**newcomer, "XDG_CACHE_HOME": cache}
+
+
+@pytest.fixture
+def root(user: dict[str, str]) -> Path:
     """A folder like the project's root, but that its command draws small pictures."""
-    home = Path(newcomer["HOME"])
+    home = Path(user["HOME"])
     (home / ".venv").mkdir()
-    (home / ".venv" / "bin").symlink_to(newcomer["PATH"].partition(":")[0])
+    (home / ".venv" / "bin").symlink_to(user["PATH"].partition(":")[0])
     (home / "examples").symlink_to(ROOT / "examples")
     return home
 
 
-def test_it_plays_the_lesson_and_shows_what_came_of_it(root: Path, newcomer: dict[str, str]) -> None:
-    with Terminal(root, {**newcomer, SPEED: "3"}) as terminal:
+def test_it_plays_the_lesson_and_shows_what_came_of_it(root: Path, user: dict[str, str]) -> None:
+    """The program brings one rod and no gear: all of it is followed with the page, in tests/docs/test_lesson.py."""
+    (root / "examples").unlink()
+    shutil.copytree(ROOT / "examples" / "lesson", root / "examples" / "lesson")
+    program = root / "examples" / "lesson" / "industrial_control" / "scripts" / "tasker.py"
+    text = program.read_text(encoding="utf-8")
+    assert text.count(" task.main()\n") == 1
+    program.write_text(text.replace(" task.main()\n", " task.main(_fetch_from_belt=False, _num_parts=1)\n"))
+    with Terminal(root, {**user, SPEED: "3"}) as terminal:
         terminal.give(shlex.quote(str(SCRIPT)))
         terminal.wait(lambda: terminal.status is not None, "end of the lesson")
         assert terminal.status == 0, terminal.printed
@@ -49,8 +69,8 @@ def test_it_plays_the_lesson_and_shows_what_came_of_it(root: Path, newcomer: dic
 
 
 @pytest.mark.parametrize("sign", ["starting the cell", "ready:", "fetching rod 1"])
-def test_ctrl_c_ends_it_in_order(sign: str, root: Path, newcomer: dict[str, str]) -> None:
-    with Terminal(root, newcomer) as terminal:
+def test_ctrl_c_ends_it_in_order(sign: str, root: Path, user: dict[str, str]) -> None:
+    with Terminal(root, user) as terminal:
         terminal.give(shlex.quote(str(SCRIPT)))
         terminal.wait(lambda: sign in terminal.printed, sign)
         terminal.interrupt()
@@ -63,8 +83,8 @@ def test_ctrl_c_ends_it_in_order(sign: str, root: Path, newcomer: dict[str, str]
     assert not (root / "lesson.png").exists()  # drawing it takes longer than one likes to wait
 
 
-def test_without_ros_it_says_so(root: Path, newcomer: dict[str, str]) -> None:
-    nowhere = {**newcomer, "CELLWRIGHT_ROS1_PYTHON": "/nowhere/python3"}
+def test_without_ros_it_says_so(root: Path, user: dict[str, str]) -> None:
+    nowhere = {**user, "CELLWRIGHT_ROS1_PYTHON": "/nowhere/python3"}
     with Terminal(root, nowhere) as terminal:
         terminal.give(shlex.quote(str(SCRIPT)))
         terminal.wait(lambda: terminal.status is not None, "end of the lesson")

@@ -1,0 +1,26 @@
+"""The catkin workspace that tests share: what the lesson's first command makes of an empty home folder."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from tests.waiting import TIMEOUT
+
+BUILD = 3 * TIMEOUT
+"""Bound of a build with catkin [s]."""
+
+
+@dataclass(frozen=True)
+class FirstStep:
+    """The result of the lesson's first command, `cellwright ros1-workspace ~/simulation_ws`.
+
+    Attributes:
+        home: the home folder, which was empty before.
+        printed: by the command.
+    """
+
+    home: Path
+    printed: str
+
+    @property
+    def workspace(self) -> Path:
+        return self.home / "simulation_ws"
