@@ -2,6 +2,8 @@
 # ROS 1, and a display and a browser for tests, which come with the system's packages.
 PYTHON ?= python3
 BIN := .venv/bin
+# A module is compiled when it is first loaded: most of what is installed never is.
+INSTALL := $(BIN)/python -m pip install --quiet --no-compile
 # Of three workers one mostly waits, for ROS 1 (tests/schedule.py): enough for two cores.
 JOBS ?= 3
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
@@ -85,13 +87,13 @@ format: .venv/.installed-dev
 .venv/.installed: pyproject.toml
 	@test -x $(BIN)/pip || $(PYTHON) -c $(IS_NEW_ENOUGH)
 	test -x $(BIN)/pip || $(PYTHON) -m venv --clear .venv
-	$(BIN)/python -m pip install --quiet --editable .
+	$(INSTALL) --editable .
 	@touch $@
 
 # Debian's pip 23.0 knows no --group.
 .venv/.installed-dev: .venv/.installed
-	$(BIN)/python -m pip install --quiet --upgrade "pip>=25.1"
-	$(BIN)/python -m pip install --quiet --group dev
+	$(INSTALL) --upgrade "pip>=25.1"
+	$(INSTALL) --group dev
 	@touch $@
 
 clean:

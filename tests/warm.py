@@ -15,9 +15,10 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import IO
+from typing import IO, Any
 
 import pytest
 
@@ -57,7 +58,7 @@ for name in sys.argv[2:]:
 gc.freeze()  # collections of children touch, and so copy, none of this memory
 line = socket.socket(fileno=int(sys.argv[1]))
 while True:
-    text, more, _, _ = line.recvmsg(1, socket.CMSG_SPACE(16))
+    text, more, _, _ = line.recvmsg(1, socket.CMSG_SPACE(20))
     if not text:
         sys.exit()
     files = array.array("i", more[0][2])
@@ -71,21 +72,20 @@ while True:
     except ChildProcessError:
         pass
 line.close()
-out, err, order, report = files
+order, report, *streams = files
 child = os.fork()
 if child:  # this one waits for the program, and tells its status
-    for file in (out, err, order):
+    for file in (order, *streams):
         os.close(file)
-    os.write(report, b"%d\\n" % child)
     status = os.waitpid(child, 0)[1]
     os.write(report, b"%d\\n" % (-os.WTERMSIG(status) if os.WIFSIGNALED(status) else os.WEXITSTATUS(status)))
     os._exit(0)
-os.close(report)
 os.setsid()
-os.dup2(out, 1)
-os.dup2(err, 2)
-os.close(out)
-os.close(err)
+os.write(report, b"%d\\n" % os.getpid())
+os.close(report)
+for number, file in enumerate(streams):
+    os.dup2(file, number)
+    os.close(file)
 with open(order, encoding="utf-8") as file:
     file.seek(0)
     job = json.load(file)
@@ -114,14 +114,14 @@ class WarmProcess:
     Attributes:
         pid: number of the process.
         returncode: its exit status, negative for a signal; None while it runs.
+        stdin: its standard input, where it is a pipe.
         stdout: its standard output, where it goes to a pipe.
         stderr: its standard error, likewise.
     """
 
-    def __init__(self, report: int, stdout: IO[str] | None, stderr: IO[str] | None) -> None:
+    def __init__(self, report: int, pipes: Sequence[IO[Any] | None]) -> None:
         self.returncode: int | None = None
-        self.stdout = stdout
-        self.stderr = stderr
+        self.stdin, self.stdout, self.stderr = pipes
         self._report = os.fdopen(report, "rb", buffering=0)
         self._text = b""
         assert self._read(TIMEOUT, lines=1), "no program was forked"
@@ -230,8 +230,16 @@ class WarmStart:
         self._line = ours
         ours.settimeout(TIMEOUT)
 
-    def popen(self, command: Sequence[str], *, folder: Path, environment: Mapping[str, str]) -> WarmProcess:
-        """Start a command of Python in a session of its own, with pipes for its output.
+    def popen(
+        self,
+        command: Sequence[str],
+        *,
+        folder: Path,
+        environment: Mapping[str, str],
+        stdin: bool = False,
+        stderr: IO[bytes] | None = None,
+    ) -> WarmProcess:
+        """Start a command of Python in a session of its own, with a pipe for its output.
 
         Args:
             command: the interpreter, which is not started; then `-m` and a module, `-c` and a program, or a file;
@@ -239,8 +247,12 @@ class WarmStart:
             folder: where it runs.
             environment: all of its environment. Variables that the interpreter reads when it starts have no effect,
                 but for PYTHONUNBUFFERED and PYTHONPATH.
+            stdin: its input is a pipe too, and all pipes carry bytes.
+            stderr: file for its standard error; a pipe where it is None.
         """
         _, option, *words = command
+        if option == "-P":  # of no effect: what Cellwright needs is loaded
+            option, *words = words
         match option:
             case "-m":
                 program, arguments = _MODULE, words
@@ -248,14 +260,20 @@ class WarmStart:
                 program, *arguments = words
             case _:
                 program, arguments = _FILE, [option, *words]
-        out, their_out = os.pipe()
-        err, their_err = os.pipe()
-        try:
-            report = self._fork(program, arguments, folder, environment, their_out, their_err)
-        finally:
-            os.close(their_out)
-            os.close(their_err)
-        return WarmProcess(report, *(open(pipe, encoding="utf-8", errors="replace") for pipe in (out, err)))
+        ours: list[int | None] = [None, None, None]
+        with ExitStack() as stack:
+
+            def pipe(number: int) -> IO[bytes]:
+                ends = os.pipe()
+                ours[number], theirs = ends[::-1] if number == 0 else ends
+                return stack.enter_context(os.fdopen(theirs, "rb" if number == 0 else "wb"))
+
+            files = [pipe(0) if stdin else stack.enter_context(open(os.devnull, "rb")), pipe(1), stderr or pipe(2)]
+            report = self._fork(program, arguments, folder, environment, files)
+        kinds: dict[str, Any] = {} if stdin else {"encoding": "utf-8", "errors": "replace"}
+        modes = ("wb", "rb", "rb") if stdin else ("w", "r", "r")
+        pipes = [None if end is None else os.fdopen(end, mode, **kinds) for end, mode in zip(ours, modes, strict=True)]
+        return WarmProcess(report, pipes)
 
     def run(
         self, program: str, *arguments: str, folder: Path, environment: Mapping[str, str] | None = None
@@ -274,9 +292,9 @@ class WarmStart:
         """
         if environment is None:
             environment = {**os.environ, "COLUMNS": "80", "PYTHONIOENCODING": "utf-8"}
-        with TemporaryFile() as out, TemporaryFile() as err:
-            report = self._fork(program, arguments, folder, environment, out.fileno(), err.fileno())
-            process = WarmProcess(report, None, None)
+        with open(os.devnull, "rb") as nothing, TemporaryFile() as out, TemporaryFile() as err:
+            report = self._fork(program, arguments, folder, environment, (nothing, out, err))
+            process = WarmProcess(report, (None, None, None))
             try:
                 status = process.wait()
             except subprocess.TimeoutExpired:
@@ -290,7 +308,12 @@ class WarmStart:
         self._process.wait(TIMEOUT)
 
     def _fork(
-        self, program: str, arguments: Sequence[str], folder: Path, environment: Mapping[str, str], out: int, err: int
+        self,
+        program: str,
+        arguments: Sequence[str],
+        folder: Path,
+        environment: Mapping[str, str],
+        streams: Sequence[IO[bytes]],
     ) -> int:
         """Fork a program; the end of the pipe through which its number and its exit status come."""
         job = {
@@ -305,7 +328,8 @@ class WarmStart:
         with TemporaryFile() as order:
             order.write(json.dumps(job).encode())
             order.flush()
-            socket.send_fds(self._line, [b"."], [out, err, order.fileno(), their_report])
+            files = [order.fileno(), their_report, *(stream.fileno() for stream in streams)]
+            socket.send_fds(self._line, [b"."], files)
         os.close(their_report)
         return report
 

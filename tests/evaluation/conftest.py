@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import IO
 
 import pytest
 
@@ -14,8 +16,8 @@ from cellwright.evaluation.job import EvaluatedTrial, Job, make_jobs
 from cellwright.evaluation.limits import Limits
 from cellwright.evaluation.result import Result
 from cellwright.evaluation.results_file import ResultsFile
-from tests.evaluation.forked_workers import ForkedWorkers, Stand
 from tests.evaluation.programs import PROGRAMS, TRIAL
+from tests.warm import WarmProcess, WarmStart, warm_start
 
 Judge = Callable[..., list[Result]]
 
@@ -29,22 +31,29 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.fixture(scope="session")
-def forked_workers() -> Iterator[ForkedWorkers | None]:
-    """A process from which workers are forked; None where the system has no fork."""
-    if sys.platform == "win32":
-        yield None
-        return
-    workers = ForkedWorkers(worker_process._environment())
-    yield workers
-    workers.close()
+class _Subprocess:
+    """The module `subprocess` as `worker_process` uses it, with forked workers."""
+
+    PIPE = subprocess.PIPE
+
+    @staticmethod
+    def Popen(command: Sequence[str], *, stderr: IO[bytes], env: Mapping[str, str], **_: object) -> WarmProcess:
+        def make() -> WarmStart:
+            return WarmStart(("cellwright.evaluation.worker",), environment=env)
+
+        start = warm_start("worker of an evaluation", make)
+        return start.popen(command, folder=Path.cwd(), environment=env, stdin=True, stderr=stderr)
 
 
 @pytest.fixture
-def quick_workers(forked_workers: ForkedWorkers | None, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Workers of evaluations in this process come without the start of an interpreter."""
-    if forked_workers is not None:
-        monkeypatch.setattr(worker_process, "subprocess", Stand(forked_workers))
+def quick_workers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Workers of evaluations in this process are forked from one that has loaded their modules.
+
+    Their start takes most of the processor time of a short job. Tests of the start itself, of what a worker leaves
+    behind, and of equal results in several processes have workers that the evaluation starts itself.
+    """
+    if sys.platform != "win32":
+        monkeypatch.setattr(worker_process, "subprocess", _Subprocess)
 
 
 QUICK = pytest.mark.usefixtures("quick_workers")
