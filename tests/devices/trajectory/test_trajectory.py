@@ -1,4 +1,5 @@
 import json
+import sys
 from itertools import pairwise
 
 import numpy as np
@@ -133,7 +134,8 @@ def test_a_stop_ends_at_rest_without_turning_back(start: int, duration: int, pos
         assert at_end[1] == pytest.approx(0.0, abs=1e-12 * abs(velocity) + 1e-300)
         assert abs(at_end[2]) == pytest.approx(1.5 * abs(velocity) / t)
     middle = [reference(segment, start + k * duration // 16)[1] for k in range(16)]
-    assert all(abs(b) <= abs(a) and b * velocity >= 0.0 for a, b in pairwise(middle))
+    least = sys.float_info.min  # speeds below it are rounded coarsely
+    assert all(abs(b) <= abs(a) + least and b * velocity >= 0.0 for a, b in pairwise(middle))
 
 
 def test_a_stop_in_no_time_is_a_rest() -> None:
