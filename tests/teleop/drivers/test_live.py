@@ -268,9 +268,14 @@ def test_after_a_failure_it_goes_on_from_where_it_stands(config: RobotConfig) ->
     until(lambda: hardware.told)  # held again
 
     hardware.on_read = lambda: None
-    hardware.positions = np.array([-1.6, 0.25])  # somebody has moved it by hand
     lift = talk.node.commander.numbers["lift"]
-    step_until(talk.node, lambda: talk.node.driver.read().positions[lift] == 0.25)
+
+    def moved_by_hand() -> bool:
+        """Once is not enough: the command to hold the old posture may still be on its way."""
+        hardware.positions = np.array([-1.6, 0.25])
+        return bool(talk.node.driver.read().positions[lift] == 0.25)
+
+    step_until(talk.node, moved_by_hand)
     hardware.told.clear()
     assert talk.clear().success
     talk.joints({"lift": 0.3})
