@@ -5,7 +5,6 @@ import json
 import os
 import subprocess
 import sys
-import tarfile
 import tomllib
 import venv
 import zipfile
@@ -98,8 +97,7 @@ def test_the_wheel_holds_the_package_and_nothing_else(wheel: Path) -> None:
 
 def test_the_sdist_builds_the_same_wheel(built: Path, wheel: Path, backend: Path, tmp_path: Path) -> None:
     (sdist,) = built.glob("*.tar.gz")
-    with tarfile.open(sdist) as archive:
-        archive.extractall(tmp_path, filter="data")
+    run(["tar", "-xf", str(sdist)], tmp_path)  # tarfile of Debian's Python 3.11.2 does not know the filter yet
     (source,) = tmp_path.iterdir()
     assert {"LICENSE", "README.md", "pyproject.toml", "src", "tests", "docs"} <= {
         each.name for each in source.iterdir()
