@@ -92,22 +92,24 @@ class Ground:
         self.process.finish()
         self.process = None
 
-    def start(self, command: list[str], *, folder: Path | None = None, **more: str) -> Process:
-        """Start a system program, such as `rostopic hz /clock`.
+    def start(self, command: list[str], *, folder: Path | None = None, cold: bool = False, **more: str) -> Process:
+        """Start a system program, such as `rostopic hz /clock`. What the Python of ROS 1 runs is forked, see `Client`.
 
         Args:
             command: program and arguments.
             folder: where it runs, a folder for tests if left out.
+            cold: start an interpreter for it all the same: for tests of the start.
             more: further variables of its environment.
         """
         where = folder or self.folder / "work"
         where.mkdir(parents=True, exist_ok=True)
         python, path = ros_python(), _found(command[0])
         environment = {**self.environment, **more}
+        whole = [path, *command[1:]]
         if python is not None and _is_text_for(python, path):
-            process = Process([python, path, *command[1:]], environment, where, warm=warm_ros())
-        else:
-            process = Process([path, *command[1:]], environment, where)
+            whole.insert(0, python)
+        is_text = len(whole) > 1 and whole[0] == python and not whole[1].startswith("-")
+        process = Process(whole, environment, where, warm=warm_ros() if is_text and not cold else None)
         self._started.append(process)
         return process
 
