@@ -57,6 +57,7 @@ class Ground:
             "ROS_IP": "127.0.0.1",
             "ROS_HOME": str(home),
             "ROS_LOG_DIR": str(home / "log"),
+            "ROS_PARALLEL_JOBS": f"-j{os.cpu_count()}",  # without, `catkin_make` waits for the machine's load to fall
         }
 
     @property
