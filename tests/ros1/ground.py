@@ -93,24 +93,34 @@ class Ground:
         self.process.finish()
         self.process = None
 
-    def start(self, command: list[str], *, folder: Path | None = None, cold: bool = False, **more: str) -> Process:
+    def start(self, command: list[str], *, folder: Path | None = None, **more: str) -> Process:
         """Start a system program, such as `rostopic hz /clock`. What the Python of ROS 1 runs is forked, see `Client`.
 
         Args:
             command: program and arguments.
             folder: where it runs, a folder for tests if left out.
-            cold: start an interpreter for it all the same: for tests of the start.
             more: further variables of its environment.
         """
+        python, whole = ros_python(), self._whole(command)
+        is_text = len(whole) > 1 and whole[0] == python and not whole[1].startswith("-")
+        return self._start(whole, folder, more, warm_ros() if is_text else None)
+
+    def cold_start(self, command: list[str], *, folder: Path | None = None, **more: str) -> Process:
+        """Start a system program, and an interpreter for it: for tests of its start. Arguments as of `start`."""
+        return self._start(self._whole(command), folder, more, None)
+
+    @staticmethod
+    def _whole(command: list[str]) -> list[str]:
+        """A command with the path of its program, behind that of its interpreter where this is the Python of ROS 1."""
+        python, path = ros_python(), _found(command[0])
+        return [*([python] if python is not None and _is_text_for(python, path) else []), path, *command[1:]]
+
+    def _start(
+        self, command: list[str], folder: Path | None, more: Mapping[str, str], warm: WarmStart | None
+    ) -> Process:
         where = folder or self.folder / "work"
         where.mkdir(parents=True, exist_ok=True)
-        python, path = ros_python(), _found(command[0])
-        environment = {**self.environment, **more}
-        whole = [path, *command[1:]]
-        if python is not None and _is_text_for(python, path):
-            whole.insert(0, python)
-        is_text = len(whole) > 1 and whole[0] == python and not whole[1].startswith("-")
-        process = Process(whole, environment, where, warm=warm_ros() if is_text and not cold else None)
+        process = Process(command, {**self.environment, **more}, where, warm=warm)
         self._started.append(process)
         return process
 

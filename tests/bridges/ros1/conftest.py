@@ -38,7 +38,7 @@ def start_bridge(
         more: further variables of its environment.
     """
     command = [str(ros_python()), str(PROGRAM), "--connect", cell.address, "--robot-state-publisher", frames, *options]
-    process = ground.start(command, cold=cold, **more)
+    process = (ground.cold_start if cold else ground.start)(command, folder=None, **more)
     if ready:
         process.wait_for("^ready$")
     return process
