@@ -5,17 +5,20 @@ from __future__ import annotations
 import json
 import os
 import signal
+import subprocess
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from cellwright.cell import Cell
 from cellwright.client.client import Client
+from cellwright.client.transports import ros1
 from cellwright.client.transports.ros1 import Ros1Transport
 from cellwright.client.transports.transport import Transport
 from cellwright.description.catalogue import find_trial
@@ -35,9 +38,11 @@ from cellwright.messages.std_srvs import TriggerRequest, TriggerResponse
 from cellwright.run import RunOptions, run_cell
 from tests.bridges.ros1.conftest import start_bridge
 from tests.bridges.ros1.fake_cell import FakeCell, heard, out, service
+from tests.ros1.client import warm_ros
 from tests.ros1.ground import Ground
 from tests.ros1.requirement import ros_python
 from tests.waiting import TIMEOUT, wait_until
+from tests.warm import WarmProcess
 
 pytest_plugins = ["tests.ros1.fixtures", "tests.bridges.ros1.fixtures"]
 
@@ -56,9 +61,24 @@ TOPICS = [
 ]
 
 
+def forked_relay(command: list[str], *, env: dict[str, str], **_: object) -> WarmProcess:
+    """A relay without the start of an interpreter, in place of `subprocess.Popen`."""
+    return warm_ros().popen(command, folder=Path.cwd(), environment=env, stdin=True)
+
+
 @contextmanager
-def over_ros(master: Ground, **more: Any) -> Iterator[Ros1Transport]:
-    transport = Ros1Transport(str(ros_python()), environment=master.environment, patience=TIMEOUT, **more)
+def over_ros(master: Ground, *, cold: bool = False, **more: Any) -> Iterator[Ros1Transport]:
+    """A client of what is served at a master.
+
+    Args:
+        master: where it looks.
+        cold: start an interpreter for its relay; otherwise the relay is forked from one that has loaded rospy.
+        more: arguments of the transport.
+    """
+    with pytest.MonkeyPatch.context() as patched:
+        if not cold:
+            patched.setattr(ros1, "subprocess", SimpleNamespace(**{**vars(subprocess), "Popen": forked_relay}))
+        transport = Ros1Transport(str(ros_python()), environment=master.environment, patience=TIMEOUT, **more)
     try:
         yield transport
     finally:
@@ -314,7 +334,7 @@ def test_in_lockstep_the_result_is_that_of_one_process(no_master: Ground) -> Non
     trial = load_trial([find_trial("lesson")]).trial
     alone = run_cell(Cell(replace(trial), seed=1), Worker(), RunOptions(until=seconds))
     cell = no_master.serve("lesson", "--lockstep", "--seed", "1", "--until", str(seconds), "--json")
-    with over_ros(no_master) as transport:
+    with over_ros(no_master, cold=True) as transport:
         run_to_the_end(transport)
     assert cell.finish() == 0
     assert json.loads(cell.out)["state_hash"] == alone.state_hash

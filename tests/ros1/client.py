@@ -19,7 +19,19 @@ from tests.waiting import TIMEOUT, wait_until
 from tests.warm import WarmStart, warm_start
 
 _MODULES = (
-    *("actionlib", "rosbag", "roslaunch", "rosmaster.main", "rosmsg", "rosnode", "rosparam", "rospy", "rosservice"),
+    *(
+        "actionlib",
+        "genpy.generator",
+        "genpy.genpy_main",
+        "rosbag",
+        "roslaunch",
+        "rosmaster.main",
+        "rosmsg",
+        "rosnode",
+        "rosparam",
+        "rospy",
+        "rosservice",
+    ),
     *("rostopic", "tf2_msgs.msg", "trajectory_msgs.msg"),
 )
 _FIRST = """

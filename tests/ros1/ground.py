@@ -57,6 +57,7 @@ class Ground:
             "ROS_IP": "127.0.0.1",
             "ROS_HOME": str(home),
             "ROS_LOG_DIR": str(home / "log"),
+            "ROS_PARALLEL_JOBS": f"-j{os.cpu_count()}",  # without, `catkin_make` waits for the machine's load to fall
         }
 
     @property
@@ -93,21 +94,33 @@ class Ground:
         self.process = None
 
     def start(self, command: list[str], *, folder: Path | None = None, **more: str) -> Process:
-        """Start a system program, such as `rostopic hz /clock`.
+        """Start a system program, such as `rostopic hz /clock`. What the Python of ROS 1 runs is forked, see `Client`.
 
         Args:
             command: program and arguments.
             folder: where it runs, a folder for tests if left out.
             more: further variables of its environment.
         """
+        python, whole = ros_python(), self._whole(command)
+        is_text = len(whole) > 1 and whole[0] == python and not whole[1].startswith("-")
+        return self._start(whole, folder, more, warm_ros() if is_text else None)
+
+    def cold_start(self, command: list[str], *, folder: Path | None = None, **more: str) -> Process:
+        """Start a system program, and an interpreter for it: for tests of its start. Arguments as of `start`."""
+        return self._start(self._whole(command), folder, more, None)
+
+    @staticmethod
+    def _whole(command: list[str]) -> list[str]:
+        """A command with the path of its program, behind that of its interpreter where this is the Python of ROS 1."""
+        python, path = ros_python(), _found(command[0])
+        return [*([python] if python is not None and _is_text_for(python, path) else []), path, *command[1:]]
+
+    def _start(
+        self, command: list[str], folder: Path | None, more: Mapping[str, str], warm: WarmStart | None
+    ) -> Process:
         where = folder or self.folder / "work"
         where.mkdir(parents=True, exist_ok=True)
-        python, path = ros_python(), _found(command[0])
-        environment = {**self.environment, **more}
-        if python is not None and _is_text_for(python, path):
-            process = Process([python, path, *command[1:]], environment, where, warm=warm_ros())
-        else:
-            process = Process([path, *command[1:]], environment, where)
+        process = Process(command, {**self.environment, **more}, where, warm=warm)
         self._started.append(process)
         return process
 

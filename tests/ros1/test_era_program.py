@@ -2,7 +2,6 @@
 
 import json
 import shlex
-import sys
 from pathlib import Path
 
 import pytest
@@ -169,10 +168,9 @@ def test_a_trial_from_start_to_score(full_master: Ground, tmp_path: Path) -> Non
         (tmp_path / name).write_text(text)
     (tmp_path / "kitting.py").chmod(0o755)
     full_master.serve(str(tmp_path / "trial.yaml"), str(tmp_path / "team.yaml"), "--speed", "2")
-    source = str(Path(__file__).parents[2] / "src")
-    environment = [sys.executable, "-m", "cellwright", "ros1-env", "--dir", str(tmp_path / "env")]
-    paths = f'eval "$(PYTHONPATH={shlex.quote(source)} {shlex.join(environment)})"'
-    script = f"{paths} && exec {shlex.quote(str(tmp_path / 'kitting.py'))}"
+    paths = full_master.cellwright("ros1-env", "--dir", str(tmp_path / "env"))
+    assert paths.finish() == 0, paths.said
+    script = f"{paths.out}\nexec {shlex.quote(str(tmp_path / 'kitting.py'))}"
     program = full_master.start(["bash", "-c", script], PYTHONPATH="")
     assert program.finish() == 0, program.out + program.err + full_master.log()
     found = json.loads(program.wait_for("^found: (.*)$")[1])

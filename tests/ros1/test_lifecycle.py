@@ -8,6 +8,7 @@ import time
 
 import pytest
 
+from cellwright.cli.options import SPEED
 from tests.processes import Process, name_of
 from tests.ros1.ground import Ground, check_end
 from tests.waiting import wait_until
@@ -17,6 +18,12 @@ pytest_plugins = ["tests.ros1.fixtures"]
 pytestmark = pytest.mark.ros1
 
 NODES = {"/gazebo", "/robot_state_publisher"}
+
+
+@pytest.fixture(autouse=True)
+def slow(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Simulated time passes slowly in the cells that a test starts: none is about what happens in it."""
+    monkeypatch.setenv(SPEED, "0.4")
 
 
 def bridge_of(process: Process) -> int:

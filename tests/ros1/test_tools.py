@@ -47,9 +47,12 @@ print(rospy.get_name(), rospy.get_param("/answer"), sys.argv[1], rospy.wait_for_
 
 @pytest.fixture(scope="module")
 def cell(tmp_path_factory: pytest.TempPathFactory, ros1_messages: Path) -> Iterator[Ground]:
-    """The lesson in development mode, beside a whole roscore."""
+    """The lesson in development mode, beside a whole roscore.
+
+    Time passes slowly: the tools take seconds to start, and a cell at full speed would work in vain meanwhile.
+    """
     with ground(tmp_path_factory.mktemp("tools"), ros1_messages, roscore=True) as made:
-        made.serve("lesson", "-d")
+        made.serve("lesson", "-d", "--speed", "0.4")
         yield made
 
 

@@ -15,6 +15,7 @@ from typing import Any
 
 import pytest
 
+from cellwright.cli.options import SPEED
 from cellwright.errors import UsageError
 from cellwright.ros1_host import Ros1
 from tests.ports import free_port
@@ -28,6 +29,12 @@ pytest_plugins = ["tests.ros1.fixtures"]
 pytestmark = pytest.mark.ros1
 
 GAZEBO, PUBLISHER = "/gazebo", "/robot_state_publisher"
+
+
+@pytest.fixture(autouse=True)
+def slow(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Simulated time passes slowly in the cells that a test starts: none is about what happens in it."""
+    monkeypatch.setenv(SPEED, "0.4")
 
 
 def nodes(ground: Ground) -> set[str]:

@@ -18,11 +18,27 @@ PROGRAM = Path(cellwright.__file__).parent / "bridges/ros1/__main__.py"
 
 
 def start_bridge(
-    ground: Ground, cell: FakeCell, *options: str, frames: str = "none", ready: bool = True, **more: str
+    ground: Ground,
+    cell: FakeCell,
+    *options: str,
+    frames: str = "none",
+    ready: bool = True,
+    cold: bool = False,
+    **more: str,
 ) -> Process:
-    """Start a bridge, `more` in its environment, and wait until it says that it is ready."""
+    """Start a bridge, and wait until it says that it is ready.
+
+    Args:
+        ground: where its master is.
+        cell: that it serves.
+        options: of the bridge.
+        frames: path of robot_state_publisher, or `none`.
+        ready: wait for its word.
+        cold: start an interpreter for it; otherwise it is forked from one that has loaded rospy.
+        more: further variables of its environment.
+    """
     command = [str(ros_python()), str(PROGRAM), "--connect", cell.address, "--robot-state-publisher", frames, *options]
-    process = ground.start(command, folder=None, **more)
+    process = (ground.cold_start if cold else ground.start)(command, folder=None, **more)
     if ready:
         process.wait_for("^ready$")
     return process

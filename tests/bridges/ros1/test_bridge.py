@@ -78,7 +78,7 @@ def is_registered(master: Ground) -> bool:
 
 def test_the_graph_with_robot_state_publisher(master: Ground, cell: FakeCell) -> None:
     master.ask("setParam", "robot_description", URDF)
-    bridge = start_bridge(master, cell, frames=PROGRAM)
+    bridge = start_bridge(master, cell, frames=PROGRAM, cold=True)
     publishers, subscribers, services = graph(master)
     assert publishers == {
         "/clock": ["/gazebo"],
@@ -174,7 +174,7 @@ def test_a_signal_ends_it_in_order(number: int, master: Ground, cell: FakeCell) 
 
 def test_a_signal_at_any_moment_of_its_start(master: Ground, cell: FakeCell) -> None:
     for delay in (0.1, 0.2, 0.3, 0.4, 0.5, 0.7):
-        bridge = start_bridge(master, cell, frames=PROGRAM, ready=False)
+        bridge = start_bridge(master, cell, frames=PROGRAM, ready=False, cold=True)
         time.sleep(delay)  # noqa: TID251 - no condition: the signal is to meet any moment
         bridge.signal(signal.SIGTERM)
         assert bridge.finish() in (0, -signal.SIGTERM)  # python itself may not have been up yet
