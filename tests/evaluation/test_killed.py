@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 from cellwright.cli.main import main
-from tests.evaluation.conftest import QUICK
 from tests.evaluation.test_evaluate import is_alive
+from tests.quick_children import QUICK_WORKERS
 from tests.waiting import TIMEOUT, wait_until
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
@@ -76,7 +76,7 @@ def here(capfdbinary: pytest.CaptureFixture[bytes]) -> Callable[[str], tuple[int
     return run
 
 
-@QUICK
+@QUICK_WORKERS
 @pytest.mark.slow
 def test_killed_and_resumed(folder: Path, here: Callable[[str], tuple[int, bytes]]) -> None:
     (folder / "hold").touch()
@@ -135,7 +135,7 @@ def test_asked_to_end_it_keeps_what_there_is(number: int, folder: Path) -> None:
     assert (folder / "out" / "report.html").exists()
 
 
-@QUICK
+@QUICK_WORKERS
 @pytest.mark.slow
 def test_one_evaluation_at_a_time_has_a_folder(folder: Path, here: Callable[[str], tuple[int, bytes]]) -> None:
     first = start(folder, "Hang")
