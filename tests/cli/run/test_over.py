@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.quick_children import QUICK_AGENTS
 from tests.cli.conftest import CommandLine
+from tests.quick_children import QUICK_AGENTS
 from tests.test_serving import ended, serving
 
 HASH = "06a1278d"
