@@ -253,6 +253,7 @@ class WarmStart:
         stdin: bool = False,
         stderr: IO[bytes] | int | None = None,
         text: bool | None = None,
+        terminal: IO[bytes] | None = None,
     ) -> WarmProcess:
         """Start a command of Python in a session of its own, with a pipe for its output.
 
@@ -265,6 +266,7 @@ class WarmStart:
             stdin: its input is a pipe too.
             stderr: file for its standard error, or `subprocess.STDOUT`; a pipe where it is None.
             text: pipes carry text, not bytes; None for text where the input is no pipe.
+            terminal: takes the place of all pipes.
         """
         _, option, *words = command
         if option == "-P":  # of no effect: what Cellwright needs is loaded
@@ -284,8 +286,11 @@ class WarmStart:
                 ours[number], theirs = ends[::-1] if number == 0 else ends
                 return stack.enter_context(os.fdopen(theirs, "rb" if number == 0 else "wb"))
 
-            files = [pipe(0) if stdin else stack.enter_context(open(os.devnull, "rb")), pipe(1)]
-            files.append(files[1] if isinstance(stderr, int) else stderr or pipe(2))
+            if terminal is not None:
+                files = [terminal] * 3
+            else:
+                files = [pipe(0) if stdin else stack.enter_context(open(os.devnull, "rb")), pipe(1)]
+                files.append(files[1] if isinstance(stderr, int) else stderr or pipe(2))
             report = self._fork(program, arguments, folder, environment, files)
         if text is None:
             text = not stdin
