@@ -53,6 +53,7 @@ class Subprocess:
         stderr: IO[bytes] | int | None = None,
         env: Mapping[str, str] | None = None,
         encoding: str | None = None,
+        text: bool = False,
         **_: object,
     ) -> WarmProcess:
         """Fork a program. Its standard error is that of this process where it is not redirected."""
@@ -66,7 +67,7 @@ class Subprocess:
                 environment=environment,
                 stdin=stdin == subprocess.PIPE,
                 stderr=stack.enter_context(os.fdopen(os.dup(2), "wb")) if stderr is None else stderr,
-                text=encoding is not None,
+                text=text or encoding is not None,
             )
 
 
@@ -104,7 +105,14 @@ def quick_workers(monkeypatch: pytest.MonkeyPatch) -> None:
     _replace(monkeypatch, "cellwright.evaluation.worker_process", start)
 
 
+@pytest.fixture
+def quick_serving(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Commands that serve what a benchmark measures."""
+    _replace(monkeypatch, "cellwright.bench.processes", lambda _: warm_start())
+
+
 QUICK_PAGES = pytest.mark.usefixtures("quick_pages")
 QUICK_DRAWING = pytest.mark.usefixtures("quick_drawing")
 QUICK_AGENTS = pytest.mark.usefixtures("quick_agents")
+QUICK_SERVING = pytest.mark.usefixtures("quick_serving")
 QUICK_WORKERS = pytest.mark.usefixtures("quick_workers")
