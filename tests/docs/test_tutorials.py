@@ -75,12 +75,12 @@ def take(taken: Iterable[Step], folder: Path, warm: WarmStart, cellwright: Comma
                 command, *arguments = shlex.split(line)
                 assert command == "cellwright"
                 if arguments[0] == "eval" or "--over" in arguments:
-                    ran = cellwright(*arguments)
+                    done = cellwright(*arguments)
                 else:
                     forked = warm.run(CELLWRIGHT, *arguments, folder=folder)
-                    ran = Ran(forked.returncode, forked.stdout, forked.stderr)
-                assert ran.status == status, f"{line}\n{ran.out}{ran.err}"
-                assert missing(output, ran.out) is None, f"{line}\n{ran.out}"
+                    done = Ran(forked.returncode, forked.stdout, forked.stderr)
+                assert done.status == status, f"{line}\n{done.out}{done.err}"
+                assert missing(output, done.out) is None, f"{line}\n{done.out}"
 
 
 def test_the_output_of_a_command_is_compared() -> None:
