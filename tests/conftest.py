@@ -17,7 +17,14 @@ settings.register_profile(
 )
 settings.load_profile("cellwright")
 
-pytest_plugins = ["tests.required", "tests.leftovers", "tests.warm", "tests.run_report", "tests.schedule"]
+pytest_plugins = [
+    "tests.required",
+    "tests.leftovers",
+    "tests.warm",
+    "tests.quick_children",
+    "tests.run_report",
+    "tests.schedule",
+]
 
 # Collection makes a million objects that stay until the end; a look for garbage among them would find none.
 gc.disable()

@@ -26,6 +26,7 @@ from cellwright.simulation.snapshot import (
 from tests.cells import ARM_ONLY, BARE, KITTING, SENSORS, WHOLE, Ear, run, start, with_seed
 from tests.scenario import END, MIDDLE, TRIAL, listen_to_all, play
 from tests.waiting import TIMEOUT
+from tests.warm import WarmStart
 
 ROOT = Path(__file__).parents[1]
 
@@ -170,7 +171,7 @@ def test_going_back_again_and_again() -> None:
 
 
 @pytest.mark.slow
-def test_a_checkpoint_goes_on_in_this_process_and_in_another(tmp_path: Path) -> None:
+def test_a_checkpoint_goes_on_in_this_process_and_in_another(tmp_path: Path, warm: WarmStart) -> None:
     file = tmp_path / "middle.npz"
     cell = play(Cell(TRIAL), MIDDLE)
     write_checkpoint(cell.simulation, file)
@@ -179,7 +180,9 @@ def test_a_checkpoint_goes_on_in_this_process_and_in_another(tmp_path: Path) -> 
     read_checkpoint(other.simulation, file)
     assert other.simulation.now == nanoseconds(MIDDLE)
     assert play(other).state_hash() == here
-    assert elsewhere("--continue", str(file), "--listen") == here
+    command = [sys.executable, "-m", "tests.scenario", "--continue", str(file), "--listen"]
+    there = warm.popen(command, folder=ROOT, environment={**os.environ, "PYTHONPATH": str(ROOT)})
+    assert there.communicate() == (f"{here}\n", "")
 
 
 @pytest.mark.slow

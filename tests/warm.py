@@ -14,6 +14,7 @@ import socket
 import subprocess
 import sys
 import threading
+import weakref
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -37,7 +38,11 @@ MODULES = (
     "cellwright.cli.view.command",
     "cellwright.gear.launcher",
     "cellwright.recording.mcap_file",
+    "cellwright.remote.working",
     "cellwright.rendering.picture",
+    "cellwright.rendering.worker.film",
+    "cellwright.rendering.worker.lettering",
+    "cellwright.rendering.worker.program",
     "cellwright.ros1_host.ros1",
 )
 """Modules that are loaded once; they bring most of the others."""
@@ -109,7 +114,9 @@ exec(program)
 
 
 class WarmProcess:
-    """A running program that was forked; it has what tests use of `subprocess.Popen`.
+    """A running program that was forked; it has what Cellwright and its tests use of `subprocess.Popen`.
+
+    Several threads may wait for it at once.
 
     Attributes:
         pid: number of the process.
@@ -122,7 +129,9 @@ class WarmProcess:
     def __init__(self, report: int, pipes: Sequence[IO[Any] | None]) -> None:
         self.returncode: int | None = None
         self.stdin, self.stdout, self.stderr = pipes
-        self._report = os.fdopen(report, "rb", buffering=0)
+        self._report = report
+        weakref.finalize(self, os.close, report)  # not before: threads may look at it
+        self._lock = threading.Lock()
         self._text = b""
         assert self._read(TIMEOUT, lines=1), "no program was forked"
         self.pid = int(self._text.split()[0])
@@ -131,20 +140,19 @@ class WarmProcess:
         """The exit status; None while it runs."""
         if self.returncode is None and self._read(0, lines=2):
             self.returncode = int(self._text.split()[1])
-            self._report.close()
         return self.returncode
 
-    def wait(self, timeout: float = TIMEOUT) -> int:
+    def wait(self, timeout: float | None = None) -> int:
         """Wait for the end; the exit status.
 
         Args:
-            timeout: bound [s].
+            timeout: bound [s]; None for no bound.
 
         Raises:
             subprocess.TimeoutExpired: it still runs.
         """
         if self.returncode is None and not self._read(timeout, lines=2):
-            raise subprocess.TimeoutExpired(f"program {self.pid}", timeout)
+            raise subprocess.TimeoutExpired(f"program {self.pid}", timeout or 0.0)
         status = self.poll()
         assert status is not None
         return status
@@ -180,18 +188,24 @@ class WarmProcess:
         if self.poll() is None:
             os.kill(self.pid, number)
 
+    def terminate(self) -> None:
+        """Ask it to end."""
+        self.send_signal(signal.SIGTERM)
+
     def kill(self) -> None:
         """End it at once."""
         self.send_signal(signal.SIGKILL)
 
-    def _read(self, timeout: float, *, lines: int) -> bool:
-        """Read until so many lines of the report are there, or nothing more comes for a time [s]; whether they are."""
+    def _read(self, timeout: float | None, *, lines: int) -> bool:
+        """Read until the report has a number of lines, or nothing more comes for a time [s]; whether it has them."""
         while self._text.count(b"\n") < lines:
             if not select.select([self._report], [], [], timeout)[0]:
                 return False
-            data = self._report.read(64)
-            assert data, "the warm start has died"
-            self._text += data
+            with self._lock:
+                if self._text.count(b"\n") < lines:  # else another thread has read it meanwhile
+                    data = os.read(self._report, 64)
+                    assert data, "the warm start has died"
+                    self._text += data
         return True
 
 
@@ -237,7 +251,9 @@ class WarmStart:
         folder: Path,
         environment: Mapping[str, str],
         stdin: bool = False,
-        stderr: IO[bytes] | None = None,
+        stderr: IO[bytes] | int | None = None,
+        text: bool | None = None,
+        terminal: IO[bytes] | None = None,
     ) -> WarmProcess:
         """Start a command of Python in a session of its own, with a pipe for its output.
 
@@ -247,8 +263,10 @@ class WarmStart:
             folder: where it runs.
             environment: all of its environment. Variables that the interpreter reads when it starts have no effect,
                 but for PYTHONUNBUFFERED and PYTHONPATH.
-            stdin: its input is a pipe too, and all pipes carry bytes.
-            stderr: file for its standard error; a pipe where it is None.
+            stdin: its input is a pipe too.
+            stderr: file for its standard error, or `subprocess.STDOUT`; a pipe where it is None.
+            text: pipes carry text, not bytes; None for text where the input is no pipe.
+            terminal: takes the place of all pipes.
         """
         _, option, *words = command
         if option == "-P":  # of no effect: what Cellwright needs is loaded
@@ -268,10 +286,16 @@ class WarmStart:
                 ours[number], theirs = ends[::-1] if number == 0 else ends
                 return stack.enter_context(os.fdopen(theirs, "rb" if number == 0 else "wb"))
 
-            files = [pipe(0) if stdin else stack.enter_context(open(os.devnull, "rb")), pipe(1), stderr or pipe(2)]
+            if terminal is not None:
+                files = [terminal] * 3
+            else:
+                files = [pipe(0) if stdin else stack.enter_context(open(os.devnull, "rb")), pipe(1)]
+                files.append(files[1] if isinstance(stderr, int) else stderr or pipe(2))
             report = self._fork(program, arguments, folder, environment, files)
-        kinds: dict[str, Any] = {} if stdin else {"encoding": "utf-8", "errors": "replace"}
-        modes = ("wb", "rb", "rb") if stdin else ("w", "r", "r")
+        if text is None:
+            text = not stdin
+        kinds: dict[str, Any] = {"encoding": "utf-8", "errors": "replace"} if text else {}
+        modes = ("w", "r", "r") if text else ("wb", "rb", "rb")
         pipes = [None if end is None else os.fdopen(end, mode, **kinds) for end, mode in zip(ours, modes, strict=True)]
         return WarmProcess(report, pipes)
 
@@ -296,7 +320,7 @@ class WarmStart:
             report = self._fork(program, arguments, folder, environment, (nothing, out, err))
             process = WarmProcess(report, (None, None, None))
             try:
-                status = process.wait()
+                status = process.wait(TIMEOUT)
             except subprocess.TimeoutExpired:
                 os.killpg(process.pid, signal.SIGKILL)
                 raise AssertionError(f"no end of the program within {TIMEOUT:g} s\n{_text(out)}{_text(err)}") from None

@@ -5,8 +5,10 @@ import pytest
 from cellwright.bench import evaluation
 from cellwright.bench.figures import BenchmarkSkippedError
 from cellwright.errors import UsageError
+from tests.quick_children import QUICK_WORKERS
 
 
+@QUICK_WORKERS
 @pytest.mark.slow
 def test_figures() -> None:
     told: list[str] = []
@@ -37,6 +39,7 @@ class Fails:
         raise ValueError("no idea")
 
 
+@QUICK_WORKERS
 @pytest.mark.slow
 def test_a_run_that_is_not_done_has_no_time() -> None:
     jobs = evaluation.finals(Fails, ["final01"])[:1]  # type: ignore[arg-type]

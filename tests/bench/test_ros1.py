@@ -5,8 +5,10 @@ import pytest
 from cellwright.bench import ros1
 from cellwright.bench.figures import BenchmarkSkippedError
 from cellwright.errors import UsageError
+from tests.quick_children import QUICK_SERVING
 
 
+@QUICK_SERVING
 @pytest.mark.ros1
 def test_figures() -> None:
     figures = {figure.what: figure for figure in ros1.measure(lambda _: None, quick=True)}

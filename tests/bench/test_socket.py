@@ -6,8 +6,10 @@ from cellwright.bench import socket
 from cellwright.bench.costs import lesson_cell
 from cellwright.client import ARM_JOINTS
 from cellwright.messages.build import joint_trajectory, trajectory_point
+from tests.quick_children import QUICK_SERVING
 
 
+@QUICK_SERVING
 @pytest.mark.slow
 def test_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(socket, "lockstep", lambda _until: iter(()))  # it is a run of the command, tested with that

@@ -6,8 +6,10 @@ import pytest
 
 from cellwright.bench import teleop
 from cellwright.errors import UsageError
+from tests.quick_children import QUICK_SERVING
 
 
+@QUICK_SERVING
 @pytest.mark.slow
 def test_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     def missing(_environment: object) -> None:

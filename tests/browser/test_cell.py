@@ -24,6 +24,7 @@ from tests.browser.seen import Hues, Pixels, distance, middle, share
 from tests.browser.visitor import COARSE, HEIGHT, WIDTH, Visitor
 from tests.ports import free_port
 from tests.processes import Process
+from tests.warm import warm_start
 
 pytestmark = pytest.mark.browser
 
@@ -36,7 +37,7 @@ ADDRESS = ("127.0.0.1", free_port())
 def served(folder: Path, trial: str) -> Iterator[Process]:
     """A cell at the address, until the end."""
     command = [sys.executable, "-m", "cellwright", "serve", trial, "--development-mode", "--port", str(ADDRESS[1])]
-    process = Process(command, os.environ, folder)
+    process = Process(command, os.environ, folder, warm=warm_start())
     try:
         process.wait_for(r"^ready: ")
         yield process

@@ -15,6 +15,7 @@ from cellwright.viewer.web.start import WebPage
 from tests.browser.conftest import Visit
 from tests.browser.seen import Hues, of_hue
 from tests.browser.visitor import COARSE, Visitor
+from tests.quick_children import QUICK_PAGES
 from tests.viewer.web.operator.robots import served
 
 pytestmark = pytest.mark.browser
@@ -78,6 +79,7 @@ def drag_a_hand_up(visitor: Visitor, robot: Robot) -> None:
     visitor.wait(drag, "hand that is dragged up", seen=lambda: f"{before:.3f} m before, {robot.height():.3f} m after")
 
 
+@QUICK_PAGES
 def test_a_robot_is_driven_in_a_browser(visit: Visit, robot: Robot) -> None:
     visitor = visit(robot.url)
     visitor.read("^waits")

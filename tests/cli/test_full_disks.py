@@ -10,6 +10,7 @@ import pytest
 
 from tests.cli.conftest import CommandLine
 from tests.evaluation.programs import PROGRAMS, TRIAL
+from tests.quick_children import QUICK_WORKERS
 
 RUN = ("run", "lesson", "--agent", "none", "--until", "0.2")
 
@@ -81,6 +82,7 @@ def test_a_folder_that_may_not_be_written_is_refused(cellwright: CommandLine, mo
     assert (ran.status, ran.err) == (2, "error: --log a.jsonl: a.jsonl cannot be written\n")
 
 
+@QUICK_WORKERS
 @pytest.mark.slow
 def test_reports_that_cannot_be_written_cost_no_result(cellwright: CommandLine) -> None:
     Path("tiny.yaml").write_text(TRIAL)

@@ -13,6 +13,7 @@ from mcap_ros2.decoder import DecoderFactory
 from cellwright.recording.format import COMMAND
 from cellwright.recording.reader import Recording
 from tests.cli.conftest import CommandLine
+from tests.quick_children import QUICK_AGENTS
 
 SHORT = ("--until", "0.1", "--agent", "none", "--no-picture")
 ROBOT = ("teleop", "tandem", "--sim-time", "--speed", "max", "--until", "0.25", "--port", "0")
@@ -50,6 +51,7 @@ def test_other_programs_decode_every_channel(cellwright: CommandLine) -> None:
                 assert found["/tf_static"] == 1
 
 
+@QUICK_AGENTS
 @pytest.mark.slow
 def test_an_agent_in_a_process_of_its_own(cellwright: CommandLine, agents: str) -> None:
     ran = cellwright(

@@ -7,7 +7,10 @@ import numpy as np
 import pytest
 
 from tests.cli.conftest import CommandLine
+from tests.quick_children import QUICK_DRAWING
 from tests.rendering.worker.test_film import read
+
+pytestmark = QUICK_DRAWING
 
 SMALL = ("--video-size", "64x48")
 

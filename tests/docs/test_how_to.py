@@ -5,8 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from tests.cli.conftest import CommandLine
 from tests.docs.pages import File, Program, steps
 from tests.docs.test_tutorials import take
+from tests.quick_children import QUICK_AGENTS, QUICK_WORKERS
 from tests.warm import WarmStart
 from tests.workshop import describe
 
@@ -14,15 +16,17 @@ PAGES = sorted((Path(__file__).parents[2] / "docs" / "how-to").glob("*.md"))
 LONGEST = 60
 
 
+@QUICK_AGENTS
+@QUICK_WORKERS
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_a_page_can_be_followed(page: Path, tmp_path: Path, warm: WarmStart) -> None:
+def test_a_page_can_be_followed(page: Path, tmp_path: Path, warm: WarmStart, cellwright: CommandLine) -> None:
     taken = steps(page)
     for file in taken:
         if isinstance(file, File) and file.name == "pyproject.toml":  # as `pip install -e .` would, from a folder
             project = tomllib.loads(file.text)["project"]
             describe(tmp_path, project["name"], project["entry-points"])
     assert any(not isinstance(step, File | Program) for step in taken)
-    take(taken, tmp_path, warm)
+    take(taken, tmp_path, warm, cellwright)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)

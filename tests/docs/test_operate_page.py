@@ -2,8 +2,6 @@
 
 import os
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -12,7 +10,6 @@ from tests.docs.pages import Program, steps
 from tests.docs.robot_pages import at, shell
 from tests.docs.session import follow
 from tests.ports import free_port
-from tests.waiting import TIMEOUT
 from tests.warm import WarmStart
 
 ROOT = Path(__file__).parents[2]
@@ -30,17 +27,9 @@ def test_the_page_can_be_followed(tmp_path: Path, warm: WarmStart) -> None:
 
 
 @pytest.mark.slow
-def test_its_program_runs() -> None:
+def test_its_program_runs(tmp_path: Path, warm: WarmStart) -> None:
     (program,) = [step for step in steps(PAGE) if isinstance(step, Program)]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
-    ran = subprocess.run(
-        [sys.executable, "-c", program.text],
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=TIMEOUT,
-        check=False,
-    )
+    ran = warm.run(program.text, folder=tmp_path)
     assert ran.returncode == 0, ran.stderr
     assert ran.stdout.endswith(" ms late\n")
     assert 30 <= int(ran.stdout.split()[0]) <= 60

@@ -8,7 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from tests.cli.conftest import CommandLine, Ran
 from tests.docs.pages import Command, File, Program, Step, missing, steps
+from tests.quick_children import QUICK_AGENTS, QUICK_WORKERS
 from tests.warm import WarmStart
 from tests.workshop import install
 
@@ -40,24 +42,27 @@ PAGES = [
 ]
 
 
+@QUICK_AGENTS
+@QUICK_WORKERS
 @pytest.mark.parametrize("name", PAGES)
-def test_a_page_can_be_followed(name: str, tmp_path: Path, warm: WarmStart) -> None:
+def test_a_page_can_be_followed(name: str, tmp_path: Path, warm: WarmStart, cellwright: CommandLine) -> None:
     taken = steps(ROOT / name)
     if name == "docs/plugins.md":
         install(tmp_path)
     elif (example := ROOT / "docs" / "examples" / Path(name).stem.replace("-", "_")).is_dir():
         shutil.copytree(example, tmp_path, dirs_exist_ok=True)
     assert any(isinstance(step, Command) for step in taken)
-    take(taken, tmp_path, warm)
+    take(taken, tmp_path, warm, cellwright)
 
 
-def take(taken: Iterable[Step], folder: Path, warm: WarmStart) -> None:
+def take(taken: Iterable[Step], folder: Path, warm: WarmStart, cellwright: CommandLine) -> None:
     """Take the steps of a page in a folder, and compare what is printed with what it shows.
 
     Args:
         taken: the steps.
         folder: where commands and programs run.
         warm: runs them; their start is not what a page is about.
+        cellwright: runs commands that start processes themselves, in this process, where those are forked.
     """
     for step in taken:
         match step:
@@ -69,9 +74,13 @@ def take(taken: Iterable[Step], folder: Path, warm: WarmStart) -> None:
             case Command(line, output, status):
                 command, *arguments = shlex.split(line)
                 assert command == "cellwright"
-                ran = warm.run(CELLWRIGHT, *arguments, folder=folder)
-                assert ran.returncode == status, f"{line}\n{ran.stdout}{ran.stderr}"
-                assert missing(output, ran.stdout) is None, f"{line}\n{ran.stdout}"
+                if arguments[0] == "eval" or "--over" in arguments:
+                    done = cellwright(*arguments)
+                else:
+                    forked = warm.run(CELLWRIGHT, *arguments, folder=folder)
+                    done = Ran(forked.returncode, forked.stdout, forked.stderr)
+                assert done.status == status, f"{line}\n{done.out}{done.err}"
+                assert missing(output, done.out) is None, f"{line}\n{done.out}"
 
 
 def test_the_output_of_a_command_is_compared() -> None:

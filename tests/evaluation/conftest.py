@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from pathlib import Path
-from typing import IO
 
 import pytest
 
-from cellwright.evaluation import worker_process
 from cellwright.evaluation.evaluate import Evaluation
 from cellwright.evaluation.job import EvaluatedTrial, Job, make_jobs
 from cellwright.evaluation.limits import Limits
 from cellwright.evaluation.result import Result
 from cellwright.evaluation.results_file import ResultsFile
 from tests.evaluation.programs import PROGRAMS, TRIAL
-from tests.warm import WarmProcess, WarmStart, warm_start
 
 Judge = Callable[..., list[Result]]
 
@@ -29,34 +24,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "programs.py").write_text(PROGRAMS, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     return tmp_path
-
-
-class _Subprocess:
-    """The module `subprocess` as `worker_process` uses it, with forked workers."""
-
-    PIPE = subprocess.PIPE
-
-    @staticmethod
-    def Popen(command: Sequence[str], *, stderr: IO[bytes], env: Mapping[str, str], **_: object) -> WarmProcess:
-        def make() -> WarmStart:
-            return WarmStart(("cellwright.evaluation.worker",), environment=env)
-
-        start = warm_start("worker of an evaluation", make)
-        return start.popen(command, folder=Path.cwd(), environment=env, stdin=True, stderr=stderr)
-
-
-@pytest.fixture
-def quick_workers(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Workers of evaluations in this process are forked from one that has loaded their modules.
-
-    Their start takes most of the processor time of a short job. Tests of the start itself, of what a worker leaves
-    behind, and of equal results in several processes have workers that the evaluation starts itself.
-    """
-    if sys.platform != "win32":
-        monkeypatch.setattr(worker_process, "subprocess", _Subprocess)
-
-
-QUICK = pytest.mark.usefixtures("quick_workers")
 
 
 def tiny_jobs(folder: Path, program: str, seeds: int = 1) -> list[Job]:

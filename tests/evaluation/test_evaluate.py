@@ -17,7 +17,8 @@ from cellwright.evaluation.limits import MEMORY_IS_LIMITED, Limits
 from cellwright.evaluation.result import Result
 from cellwright.evaluation.results_file import ResultsFile
 from cellwright.recording.json_lines import read_json_lines
-from tests.evaluation.conftest import QUICK, Judge, tiny_jobs
+from tests.evaluation.conftest import Judge, tiny_jobs
+from tests.quick_children import QUICK_WORKERS
 
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
 LINUX = pytest.mark.skipif(not MEMORY_IS_LIMITED, reason="memory is not limited there")
@@ -59,7 +60,7 @@ def test_a_run_that_is_done(judge: Judge, folder: Path) -> None:
     assert result.command.endswith("tiny.yaml --agent programs.py:Deliver --seed 1")
 
 
-@QUICK
+@QUICK_WORKERS
 @pytest.mark.slow
 def test_a_varied_run_differs_by_its_seed(folder: Path) -> None:
     (folder / "rods.yaml").write_text(RODS)
@@ -88,7 +89,7 @@ def test_results_are_the_same_in_any_number_of_processes(judge: Judge, folder: P
     assert what_counts(alone) == what_counts(together)
 
 
-@QUICK
+@QUICK_WORKERS
 @pytest.mark.slow
 def test_a_settled_job_is_not_run_again(judge: Judge) -> None:
     first = judge("Noted")
@@ -97,7 +98,7 @@ def test_a_settled_job_is_not_run_again(judge: Judge) -> None:
     assert Path("notes.txt").read_text() == "run\n"
 
 
-@QUICK
+@QUICK_WORKERS
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("program", "outcome", "reason", "logged"),
@@ -116,7 +117,7 @@ def test_a_run_that_is_not_done_says_why(judge: Judge, program: str, outcome: st
     assert logged in "\n".join(result.log)
 
 
-@QUICK
+@QUICK_WORKERS
 @pytest.mark.slow
 def test_a_program_that_hangs(judge: Judge) -> None:
     (result,) = judge("Hang", wall=2.0)
@@ -125,7 +126,7 @@ def test_a_program_that_hangs(judge: Judge) -> None:
     assert any("programs.py" in line and "in run" in line for line in result.log)
 
 
-@QUICK
+@QUICK_WORKERS
 @pytest.mark.slow
 @LINUX
 def test_a_program_that_eats_memory(judge: Judge) -> None:
@@ -133,7 +134,7 @@ def test_a_program_that_eats_memory(judge: Judge) -> None:
     assert (result.outcome, result.reason) == ("memory_limit", "wanted more than 400 MiB of memory: MemoryError")
 
 
-@QUICK
+@QUICK_WORKERS
 @pytest.mark.slow
 @LINUX
 def test_what_its_children_have_counts_too(judge: Judge) -> None:
@@ -142,7 +143,7 @@ def test_what_its_children_have_counts_too(judge: Judge) -> None:
     assert result.simulated == 0.0
 
 
-@QUICK
+@QUICK_WORKERS
 @pytest.mark.slow
 def test_a_program_that_cannot_stop_talking(judge: Judge) -> None:
     (result,) = judge("Chatter", log=1 << 20)
@@ -160,7 +161,7 @@ def test_what_a_program_leaves_behind_is_ended(judge: Judge) -> None:
     assert not any(map(is_alive, left))
 
 
-@QUICK
+@QUICK_WORKERS
 @pytest.mark.slow
 @POSIX
 def test_a_fork_that_holds_on_to_everything_delays_nothing(judge: Judge) -> None:
@@ -168,7 +169,7 @@ def test_a_fork_that_holds_on_to_everything_delays_nothing(judge: Judge) -> None
     assert result.reason == "the process ended without a result: exit status 7"
 
 
-@QUICK
+@QUICK_WORKERS
 @pytest.mark.slow
 def test_a_lost_run_is_worked_again_under_other_limits(judge: Judge) -> None:
     assert [each.outcome for each in judge("Quit")] == ["died"]
@@ -201,7 +202,7 @@ def test_interrupted_it_keeps_what_it_has_and_leaves_no_process(folder: Path) ->
     assert seen[-1].wall > 0.0
 
 
-@QUICK
+@QUICK_WORKERS
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("program", "problem"),
@@ -220,7 +221,7 @@ def test_an_agent_is_checked_before_anything_starts(folder: Path, program: str, 
     assert bool(said) == bool(problem)
 
 
-@QUICK
+@QUICK_WORKERS
 @pytest.mark.slow
 def test_a_trial_that_has_gone_costs_only_itself(folder: Path) -> None:
     jobs = tiny_jobs(folder, "Deliver")
@@ -232,7 +233,7 @@ def test_a_trial_that_has_gone_costs_only_itself(folder: Path) -> None:
     assert "tiny.yaml" in "\n".join(result.log)
 
 
-@QUICK
+@QUICK_WORKERS
 @pytest.mark.slow
 def test_stopped_it_says_that_there_is_more_to_do(folder: Path) -> None:
     jobs = tiny_jobs(folder, "Deliver", seeds=2)
@@ -254,7 +255,7 @@ def test_without_jobs_there_is_nothing_to_do(folder: Path) -> None:
         assert not store.results
 
 
-@QUICK
+@QUICK_WORKERS
 @pytest.mark.slow
 def test_results_that_find_no_room_end_it_with_what_there_is(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     results: list[Result] = []
@@ -271,7 +272,7 @@ def test_results_that_find_no_room_end_it_with_what_there_is(folder: Path, monke
         assert list(store.results.values()) == results
 
 
-@QUICK
+@QUICK_WORKERS
 @pytest.mark.slow
 def test_a_log_that_cannot_be_written_costs_no_run(judge: Judge, folder: Path) -> None:
     (job,) = tiny_jobs(folder, "Deliver")

@@ -13,15 +13,16 @@ from pathlib import Path
 import pytest
 
 from cellwright.cli.main import main
-from tests.evaluation.conftest import QUICK
 from tests.evaluation.test_evaluate import is_alive
+from tests.quick_children import QUICK_WORKERS
 from tests.waiting import TIMEOUT, wait_until
+from tests.warm import WarmProcess, warm_start
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
 
 ARGUMENTS = ("eval", "tiny.yaml", "--seeds", "4", "--jobs", "2", "--out", "out", "--agent")
 
-RUNNING: list[subprocess.Popen[bytes]] = []
+RUNNING: list[WarmProcess] = []
 
 
 def results(folder: Path) -> list[str]:
@@ -49,18 +50,15 @@ def ended() -> Iterator[None]:
     yield
     for process in RUNNING:
         process.kill()
-        process.wait()
+        process.wait(TIMEOUT)
         if process.stdout is not None:
             process.stdout.close()
 
 
-def start(folder: Path, program: str) -> subprocess.Popen[bytes]:
-    process = subprocess.Popen(
-        [sys.executable, "-m", "cellwright", *ARGUMENTS, f"programs.py:{program}"],
-        cwd=folder,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-    )
+def start(folder: Path, program: str) -> WarmProcess:
+    """Start the command; its workers are started as the product does."""
+    command = [sys.executable, "-m", "cellwright", *ARGUMENTS, f"programs.py:{program}"]
+    process = warm_start().popen(command, folder=folder, environment=os.environ, stderr=subprocess.STDOUT)
     RUNNING.append(process)
     return process
 
@@ -76,7 +74,7 @@ def here(capfdbinary: pytest.CaptureFixture[bytes]) -> Callable[[str], tuple[int
     return run
 
 
-@QUICK
+@QUICK_WORKERS
 @pytest.mark.slow
 def test_killed_and_resumed(folder: Path, here: Callable[[str], tuple[int, bytes]]) -> None:
     (folder / "hold").touch()
@@ -127,15 +125,15 @@ def test_asked_to_end_it_keeps_what_there_is(number: int, folder: Path) -> None:
     process.send_signal(number)
     out, _ = process.communicate(timeout=TIMEOUT)
     assert process.returncode == 1
-    assert b"Traceback" not in out
-    assert b"interrupted: " in out
+    assert "Traceback" not in out
+    assert "interrupted: " in out
     assert not any(map(is_alive, workers))
     written = json.loads((folder / "out" / "summary.json").read_text())
     assert written["runs"] == len(results(folder))
     assert (folder / "out" / "report.html").exists()
 
 
-@QUICK
+@QUICK_WORKERS
 @pytest.mark.slow
 def test_one_evaluation_at_a_time_has_a_folder(folder: Path, here: Callable[[str], tuple[int, bytes]]) -> None:
     first = start(folder, "Hang")

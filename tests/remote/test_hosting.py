@@ -16,6 +16,7 @@ from cellwright.remote.hosting import Host
 from cellwright.run import Outcome, RunOptions, run_cell
 from tests.cells import KITTING
 from tests.processes import Process
+from tests.quick_children import QUICK_AGENTS
 from tests.waiting import TIMEOUT, wait_until
 from tests.warm import warm_start
 
@@ -88,6 +89,7 @@ def test_the_result_is_that_of_a_run_in_one_process(agents: str) -> None:
     assert lines == ["    0.000 s  off it goes", "something that the agent prints"]
 
 
+@QUICK_AGENTS
 @pytest.mark.slow
 def test_without_lockstep_time_keeps_to_the_clock(agents: str) -> None:
     result = Host(Cell(KITTING), f"{agents}:Delivers").run(RunOptions(speed=5.0))
@@ -96,6 +98,7 @@ def test_without_lockstep_time_keeps_to_the_clock(agents: str) -> None:
     assert 0.0 < result.real_time_factor < 5.1  # a slow machine falls behind, none runs ahead
 
 
+@QUICK_AGENTS
 @pytest.mark.slow
 @pytest.mark.parametrize("lockstep", [True, False])
 def test_a_run_ends_when_it_is_to(agents: str, lockstep: bool) -> None:
@@ -104,6 +107,7 @@ def test_a_run_ends_when_it_is_to(agents: str, lockstep: bool) -> None:
     assert result.simulated == pytest.approx(0.5)
 
 
+@QUICK_AGENTS
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "error"),
@@ -120,12 +124,14 @@ def test_an_agent_that_fails_is_told_of(agents: str, name: str, error: str) -> N
     assert "src/cellwright" not in result.error.partition("client.sleep")[0]
 
 
+@QUICK_AGENTS
 @pytest.mark.slow
 def test_an_agent_that_cannot_be_made_is_bad_input(agents: str) -> None:
     with pytest.raises(AgentError, match="cannot be made"):
         Host(Cell(KITTING), f"{agents}:CannotBeMade", lockstep=True).run(RunOptions())
 
 
+@QUICK_AGENTS
 @pytest.mark.slow
 def test_it_can_be_interrupted_while_its_agent_waits(agents: str) -> None:
     host = Host(Cell(KITTING), f"{agents}:Waits", say=lambda _: host.interrupt())
@@ -133,6 +139,7 @@ def test_it_can_be_interrupted_while_its_agent_waits(agents: str) -> None:
     assert result.outcome is Outcome.INTERRUPTED
 
 
+@QUICK_AGENTS
 @pytest.mark.slow
 def test_an_agent_that_clings_to_its_cell_is_ended(agents: str) -> None:
     said: list[str] = []

@@ -11,9 +11,12 @@ import pytest
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.video import Video
 from cellwright.rendering.worker import RenderingError
+from tests.quick_children import QUICK_DRAWING
 from tests.rendering.scenes_of_shapes import BALL, ball_at
 from tests.rendering.worker.test_film import read
 from tests.waiting import TIMEOUT, wait_until
+
+pytestmark = QUICK_DRAWING
 
 CAMERA = Camera((0, -4, 2), (0, 0, 1), fov=math.radians(40))
 SIZE = (64, 48)

@@ -15,7 +15,10 @@ from cellwright.rendering.video_wish import VideoWish
 from cellwright.rendering.views import VIEWS
 from cellwright.run import RunOptions, run_cell
 from cellwright.viewer.filming import Filming, still
+from tests.quick_children import QUICK_DRAWING
 from tests.rendering.worker.test_film import read
+
+pytestmark = QUICK_DRAWING
 
 TRIAL = load_trial([find_trial("lesson")]).trial
 

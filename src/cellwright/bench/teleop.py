@@ -86,7 +86,7 @@ def in_one_process(trials: int) -> tuple[list[float], list[float]]:
             applied[0] = time.perf_counter()
 
     def hear(message: Any) -> None:
-        if abs(message.velocity[place]) > MOVES:
+        if applied[0] and abs(message.velocity[place]) > MOVES:  # before, it is the end of the motion before
             came.append(time.perf_counter())
             moved.set()
 
@@ -102,10 +102,11 @@ def in_one_process(trials: int) -> tuple[list[float], list[float]]:
     ways: tuple[list[float], list[float]] = [], []
     for number_of_trial in range(trials):
         _rest()
+        target[0], message = _command(number_of_trial)
+        applied[0] = 0.0
         came.clear()
         moved.clear()
-        target[0], message = _command(number_of_trial)
-        applied[0], begin = 0.0, time.perf_counter()
+        begin = time.perf_counter()
         node.simulation.inbox.put(lambda message=message: node.bus.publish(COMMAND, message))  # type: ignore[misc]
         if not moved.wait(5.0):
             raise UsageError("nothing moved")

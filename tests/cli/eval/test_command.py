@@ -20,6 +20,7 @@ from cellwright.recording.reader import Recording
 from tests.cli.conftest import CommandLine
 from tests.evaluation.programs import PROGRAMS, TRIAL
 from tests.evaluation.results import CRASHED, LOST, result
+from tests.quick_children import QUICK_WORKERS
 
 
 @pytest.fixture
@@ -30,6 +31,7 @@ def tiny(cellwright: CommandLine) -> CommandLine:
     return cellwright
 
 
+@QUICK_WORKERS
 @pytest.mark.slow
 def test_a_program_that_is_good(tiny: CommandLine) -> None:
     work = ("eval", "tiny.yaml", "--agent", "programs.py:Deliver", "--jobs", "1")
@@ -63,6 +65,7 @@ def test_a_program_that_is_good(tiny: CommandLine) -> None:
     assert ElementTree.fromstring((folder / "junit.xml").read_bytes()).get("failures") == "1"
 
 
+@QUICK_WORKERS
 @pytest.mark.slow
 def test_a_program_that_crashes_in_one_trial_of_two(tiny: CommandLine) -> None:
     Path("other.yaml").write_text("arm: {type: ur10}\ntime_limit: 1\n")
@@ -72,6 +75,7 @@ def test_a_program_that_crashes_in_one_trial_of_two(tiny: CommandLine) -> None:
     assert "tiny seed 1: LookupError" in ran.err
 
 
+@QUICK_WORKERS
 @pytest.mark.slow
 def test_a_trial_without_an_arm_gets_one(tiny: CommandLine) -> None:
     look = "print('/ariac/logical_camera_belt' in client.transport.topics())"
@@ -84,6 +88,7 @@ def test_a_trial_without_an_arm_gets_one(tiny: CommandLine) -> None:
     assert log.read_text() == "False\n"
 
 
+@QUICK_WORKERS
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "said"),
@@ -108,6 +113,7 @@ def test_bad_input_starts_nothing(arguments: list[str], said: str, tiny: Command
     assert "[1/1]" not in ran.out
 
 
+@QUICK_WORKERS
 @pytest.mark.slow
 def test_trials_of_one_name_are_told_apart(tiny: CommandLine) -> None:
     for folder in ("a", "b"):

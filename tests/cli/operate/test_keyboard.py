@@ -3,7 +3,6 @@
 import os
 import select
 import signal
-import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -11,7 +10,6 @@ from pathlib import Path
 
 import pytest
 
-import cellwright as package
 from cellwright.client.session import Session
 from cellwright.client.transports.socket import SocketTransport
 from cellwright.operators.robot import OperatedRobot
@@ -19,6 +17,7 @@ from cellwright.teleop.node import RobotNode
 from tests.cli.conftest import CommandLine
 from tests.operators.nodes import robot, served
 from tests.waiting import TIMEOUT, wait_until
+from tests.warm import warm_start
 
 pty = pytest.importorskip("pty")
 termios = pytest.importorskip("termios")
@@ -31,15 +30,13 @@ class Terminal:
         self.own, self.other = pty.openpty()
         termios.tcsetwinsize(self.own, (24, 80))
         self.before = termios.tcgetattr(self.other)
-        source = str(Path(package.__file__).parents[1])
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "cellwright", "operate", "keyboard", "--connect", address],
-            stdin=self.other,
-            stdout=self.other,
-            stderr=self.other,
-            env={**os.environ, "PYTHONPATH": source, "TERM": "xterm"},
-            start_new_session=True,
-        )
+        with os.fdopen(os.dup(self.other), "r+b", buffering=0) as terminal:
+            self.process = warm_start().popen(
+                [sys.executable, "-m", "cellwright", "operate", "keyboard", "--connect", address],
+                folder=Path.cwd(),
+                environment={**os.environ, "TERM": "xterm", "PYTHONUNBUFFERED": "1"},
+                terminal=terminal,
+            )
         self.text = ""
 
     def read(self, until: Callable[[], bool]) -> None:
@@ -56,12 +53,12 @@ class Terminal:
 
     def status(self) -> int:
         self.read(lambda: self.process.poll() is not None)
-        return self.process.wait()
+        return self.process.wait(TIMEOUT)
 
     def close(self) -> None:
         if self.process.poll() is None:
             self.process.kill()
-            self.process.wait()
+            self.process.wait(TIMEOUT)
         os.close(self.own)
         os.close(self.other)
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import re
-import subprocess
+import signal
 import sys
 from pathlib import Path
 
@@ -21,7 +22,9 @@ from cellwright.recording.header import RecordingHeader
 from cellwright.recording.mcap_file import McapFile
 from cellwright.recording.reader import Recording
 from tests.cli.conftest import CommandLine
+from tests.processes import Process
 from tests.replay.made import record, short_work
+from tests.warm import warm_start
 
 LENGTH = 3.0  # [s] of the recording, about
 
@@ -114,20 +117,21 @@ def test_bad_input_is_one_line(
 @pytest.mark.slow
 def test_a_program_on_the_socket_hears_what_was_recorded(path: Path) -> None:
     command = [sys.executable, "-m", "cellwright", "replay", str(path), "--serve", "--hold", "--port", "0"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as player:
-        try:
-            assert player.stdout is not None
-            address = player.stdout.readline().split()[3].rstrip(",")
-            client = package.Client.connect(address, node="/me")
-            client.wait_until(lambda: client.time > LENGTH / 2)
-            newest, orders = client.joint_states.message, [order.order_id for order in client.orders]
-            with pytest.raises(package.errors.CellwrightError, match="this is a recording"):
-                client.control_gripper(True)
-            client.close()
-        finally:
-            player.terminate()
+    player = Process(command, os.environ, path.parent, warm=warm_start())
+    try:
+        address = player.wait_for("^.+$")[0].split()[3].rstrip(",")
+        client = package.Client.connect(address, node="/me")
+        client.wait_until(lambda: client.time > LENGTH / 2)
+        newest, orders = client.joint_states.message, [order.order_id for order in client.orders]
+        with pytest.raises(package.errors.CellwrightError, match="this is a recording"):
+            client.control_gripper(True)
+        client.close()
+        player.signal(signal.SIGTERM)
+        status = player.finish()
+    finally:
+        player.kill()
 
-    assert player.returncode == 0
+    assert status == 0
     assert orders == ["order_0"]
     with Recording(path) as recording:
         recorded = [recording.decode(each) for each in recording.messages(["/ariac/joint_states"])]

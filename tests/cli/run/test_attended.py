@@ -24,6 +24,7 @@ from cellwright.run import Outcome, RunOptions, run_cell
 from cellwright.viewer.web.link import Link
 from tests.cells import KITTING
 from tests.cli.conftest import CommandLine
+from tests.quick_children import QUICK_AGENTS
 from tests.waiting import wait_until
 
 SLOW = 0.05
@@ -205,6 +206,7 @@ def test_at_a_terminal_the_page_stays_until_it_is_closed(monkeypatch: pytest.Mon
             assert not crowd.stays()
 
 
+@QUICK_AGENTS
 @pytest.mark.slow
 def test_onlookers_stay_when_an_agent_in_a_process_of_its_own_has_gone() -> None:
     cell = Cell(KITTING)

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import CommandLine
+from tests.quick_children import QUICK_DRAWING
 from tests.rendering.test_png import decode
 
 UNTIL = ("--agent", "none", "--until", "0.1", "--no-picture")
@@ -116,6 +117,7 @@ def test_pictures(cellwright: CommandLine, tmp_path: Path) -> None:
         assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
 
 
+@QUICK_DRAWING
 @pytest.mark.slow
 def test_pictures_in_a_hurry(cellwright: CommandLine, tmp_path: Path) -> None:
     options = ("run", "lesson", "--agent", "none", "--until", "0.2", "--no-picture", "--quality", "fast", "--json")

@@ -8,12 +8,14 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import CommandLine
+from tests.quick_children import QUICK_AGENTS
 from tests.test_serving import ended, serving
 
 HASH = "06a1278d"
 """How the state hash begins when kitter has worked the lesson's cell, in any process."""
 
 
+@QUICK_AGENTS
 @pytest.mark.slow
 def test_in_lockstep_kitter_leaves_the_same_state_as_in_one_process(cellwright: CommandLine) -> None:
     ran = cellwright("run", "lesson", "--over", "socket", "--lockstep", "--json", "--no-picture")
@@ -22,6 +24,7 @@ def test_in_lockstep_kitter_leaves_the_same_state_as_in_one_process(cellwright: 
     assert result["state_hash"].startswith(HASH)
 
 
+@QUICK_AGENTS
 @pytest.mark.slow
 def test_the_table_comes_as_in_one_process(cellwright: CommandLine, agents: str) -> None:
     ran = cellwright("run", "lesson", "--over", "socket", "--lockstep", "--agent", f"{agents}:Ends", "--no-picture")
@@ -30,6 +33,7 @@ def test_the_table_comes_as_in_one_process(cellwright: CommandLine, agents: str)
     assert "outcome     done\n" in ran.out
 
 
+@QUICK_AGENTS
 @pytest.mark.slow
 def test_an_agent_that_crashes_is_told_of(cellwright: CommandLine, agents: str) -> None:
     ran = cellwright("run", "lesson", "--over", "socket", "--lockstep", "--agent", f"{agents}:Crashes", "--no-picture")

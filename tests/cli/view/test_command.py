@@ -16,6 +16,7 @@ import pytest
 from cellwright.server.services.onlookers import ITS_OWN_PAGE
 from cellwright.viewer.web.link import Link
 from tests.cli.conftest import CommandLine
+from tests.quick_children import QUICK_PAGES
 from tests.test_serving import serving
 from tests.waiting import TIMEOUT
 from tests.warm import WarmProcess, warm_start
@@ -75,6 +76,7 @@ def test_a_competition_is_not_shown_to_those_who_come_by(cellwright: CommandLine
     assert ran.err == f"error: {host}:{port}: cannot be shown: {ITS_OWN_PAGE}\n"
 
 
+@QUICK_PAGES
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "reason"),

@@ -12,6 +12,7 @@ from cellwright.rendering.camera import Camera
 from cellwright.rendering.renderer import CastRenderer
 from cellwright.rendering.way import WAY
 from cellwright.rendering.worker import RenderingError, RenderWorker
+from tests.quick_children import QUICK_DRAWING
 from tests.rendering.scenes_of_shapes import BALL, ball_at, skip_without_opengl
 from tests.waiting import TIMEOUT
 
@@ -92,6 +93,7 @@ def test_what_cannot_be_drawn_is_told_and_the_rest_is_drawn(worker: RenderWorker
     assert good.result(TIMEOUT).shape == (6, 8)
 
 
+@QUICK_DRAWING
 def test_one_that_is_killed_fails_what_waits_and_what_comes() -> None:
     with RenderWorker(BALL, most=2) as worker:
         worker.ready.result(TIMEOUT)

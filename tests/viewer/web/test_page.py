@@ -21,6 +21,7 @@ from cellwright.server.services.scene import SceneServices
 from cellwright.teleop.node import RobotNode
 from cellwright.viewer.web.start import WebPage
 from tests.cells import KITTING, WHOLE
+from tests.quick_children import QUICK_PAGES
 from tests.teleop.robots import two_arms
 from tests.viewer.web.onlooker import Onlooker
 from tests.waiting import TIMEOUT, wait_until
@@ -68,6 +69,7 @@ def shown(served: Served) -> Iterator[tuple[Hall, WebPage]]:
     assert not page.is_open
 
 
+@QUICK_PAGES
 @pytest.mark.slow
 def test_looking_on_leaves_no_trace_and_those_who_come_late_see_the_present() -> None:
     watched, alone = Cell(WHOLE), Cell(WHOLE)
@@ -88,6 +90,7 @@ def test_looking_on_leaves_no_trace_and_those_who_come_late_see_the_present() ->
     assert watched.state_hash() == alone.state_hash()
 
 
+@QUICK_PAGES
 @pytest.mark.slow
 def test_a_page_that_was_given_the_key_is_told_what_others_are_not() -> None:
     hall = Hall(Cell(KITTING), guarded=FOR_ONLOOKERS)
@@ -106,6 +109,7 @@ def test_a_page_that_was_given_the_key_is_told_what_others_are_not() -> None:
         hall.server.close("the test is over")
 
 
+@QUICK_PAGES
 @pytest.mark.slow
 def test_a_page_asks_little_until_there_is_a_browser() -> None:
     """Its panel's questions are counted here; the pauses between two questions are tested with `Asking`."""
@@ -126,6 +130,7 @@ def test_a_page_asks_little_until_there_is_a_browser() -> None:
         someone.close()
 
 
+@QUICK_PAGES
 @pytest.mark.slow
 def test_the_page_finds_back_to_what_was_gone_and_shows_what_is_there_now() -> None:
     hall = Hall(Cell(KITTING))
@@ -148,6 +153,7 @@ def test_the_page_finds_back_to_what_was_gone_and_shows_what_is_there_now() -> N
         hall.server.close("the test is over")
 
 
+@QUICK_PAGES
 @pytest.mark.slow
 def test_two_pages_on_one_cell_and_one_of_them_is_killed() -> None:
     with shown(Cell(KITTING)) as (hall, page):
@@ -162,6 +168,7 @@ def test_two_pages_on_one_cell_and_one_of_them_is_killed() -> None:
         ones.close()
 
 
+@QUICK_PAGES
 @pytest.mark.slow
 def test_nonsense_from_a_browser_changes_nothing_for_the_others() -> None:
     with shown(Cell(KITTING)) as (hall, page):
@@ -191,6 +198,7 @@ def test_nonsense_from_a_browser_changes_nothing_for_the_others() -> None:
         good.close()
 
 
+@QUICK_PAGES
 @pytest.mark.slow
 def test_a_page_that_cannot_be_shown() -> None:
     with pytest.raises(UsageError, match=r"no page can be shown: .*needs a token"):

@@ -1,0 +1,118 @@
+"""Processes that Cellwright itself starts, forked from one that has loaded their modules.
+
+The start of an interpreter takes most of the processor time of such a process in a test. Each fixture replaces it in
+one module of Cellwright, for what is started from the process of the tests. Tests of the start itself, of what a
+process loads, and of its end with its parent do not use them.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import IO
+
+import pytest
+
+from tests.warm import WarmProcess, WarmStart, warm_start
+
+_PAGE = (
+    "cellwright.viewer.web.operator.feature",
+    "cellwright.viewer.web.page",
+    "cellwright.viewer.web.panels.cell",
+    "cellwright.viewer.web.panels.time_controls",
+    "cellwright.viewer.web.shadows",
+    "cellwright.viewer.web.stage",
+    "cellwright.viewer.web.tools",
+    "cellwright.viewer.web.views",
+)
+"""Modules of a page's process; they bring the others. The program itself is run, and is not among them."""
+
+
+class Subprocess:
+    """The module `subprocess` as one module of Cellwright uses it.
+
+    Args:
+        start: the warm start, for the environment of the first program.
+    """
+
+    DEVNULL, PIPE, STDOUT = subprocess.DEVNULL, subprocess.PIPE, subprocess.STDOUT
+    TimeoutExpired = subprocess.TimeoutExpired
+
+    def __init__(self, start: Callable[[Mapping[str, str]], WarmStart]) -> None:
+        self._start = start
+
+    def Popen(
+        self,
+        command: Sequence[str],
+        *,
+        stdin: int | None = None,
+        stderr: IO[bytes] | int | None = None,
+        env: Mapping[str, str] | None = None,
+        encoding: str | None = None,
+        text: bool = False,
+        **_: object,
+    ) -> WarmProcess:
+        """Fork a program. Its standard error is that of this process where it is not redirected."""
+        environment = {**os.environ} if env is None else env
+        if Path(command[1]).name == "tether.py":  # its parent would be another process
+            command = command[4:]
+        with ExitStack() as stack:
+            return self._start(environment).popen(
+                command,
+                folder=Path.cwd(),
+                environment=environment,
+                stdin=stdin == subprocess.PIPE,
+                stderr=stack.enter_context(os.fdopen(os.dup(2), "wb")) if stderr is None else stderr,
+                text=text or encoding is not None,
+            )
+
+
+def _replace(patch: pytest.MonkeyPatch, module: str, start: Callable[[Mapping[str, str]], WarmStart]) -> None:
+    if sys.platform != "win32":
+        patch.setattr(f"{module}.subprocess", Subprocess(start))
+
+
+@pytest.fixture
+def quick_pages(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pages."""
+    _replace(monkeypatch, "cellwright.viewer.web.start", lambda _: warm_start("page", lambda: WarmStart(_PAGE)))
+
+
+@pytest.fixture
+def quick_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Processes that draw; each loads the graphics library itself."""
+    _replace(monkeypatch, "cellwright.rendering.worker.client", lambda _: warm_start())
+
+
+@pytest.fixture
+def quick_agents(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Processes of agents."""
+    _replace(monkeypatch, "cellwright.remote.child", lambda _: warm_start())
+
+
+@pytest.fixture
+def quick_workers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Workers of evaluations. Tests of what a worker leaves behind, and of equal results, do not use them either."""
+
+    def start(environment: Mapping[str, str]) -> WarmStart:
+        modules = ("cellwright.evaluation.worker",)
+        return warm_start("worker of an evaluation", lambda: WarmStart(modules, environment=environment))
+
+    _replace(monkeypatch, "cellwright.evaluation.worker_process", start)
+
+
+@pytest.fixture
+def quick_serving(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Commands that serve what a benchmark measures."""
+    _replace(monkeypatch, "cellwright.bench.processes", lambda _: warm_start())
+
+
+QUICK_PAGES = pytest.mark.usefixtures("quick_pages")
+QUICK_DRAWING = pytest.mark.usefixtures("quick_drawing")
+QUICK_AGENTS = pytest.mark.usefixtures("quick_agents")
+QUICK_SERVING = pytest.mark.usefixtures("quick_serving")
+QUICK_WORKERS = pytest.mark.usefixtures("quick_workers")
