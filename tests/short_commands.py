@@ -15,7 +15,6 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
@@ -44,22 +43,14 @@ sys.exit(status)
 class _Server(socketserver.TCPServer):
     """Runs commands, one after the other: a warm process takes no second one meanwhile."""
 
-    def __init__(self, warm: WarmStart, program: str, kept: tuple[str, ...]) -> None:
+    def __init__(self, warm: WarmStart, program: str) -> None:
         super().__init__(("127.0.0.1", 0), _Answer)
-        self._warm, self._program, self._kept = warm, program, kept
-        self._answers: dict[tuple[tuple[str, ...], tuple[bytes, ...]], list[Any]] = {}
+        self._warm, self._program = warm, program
 
     def run(self, arguments: list[str], folder: Path, environment: dict[str, str]) -> list[Any]:
         """Run a command; its output on both streams, and its exit status."""
-        files = [path.read_bytes() for each in arguments if (path := folder / each).is_file()]
-        asked = (tuple(arguments), tuple(files))
-        if asked in self._answers:
-            return self._answers[asked]
         ran = self._warm.run(self._program, *arguments, folder=folder, environment=environment)
-        answer = [ran.stdout, ran.stderr, ran.returncode]
-        if any(fnmatchcase(" ".join(arguments), pattern) for pattern in self._kept):
-            self._answers[asked] = answer
-        return answer
+        return [ran.stdout, ran.stderr, ran.returncode]
 
 
 class _Answer(socketserver.StreamRequestHandler):
@@ -73,11 +64,7 @@ class _Answer(socketserver.StreamRequestHandler):
 
 @contextmanager
 def short_commands(
-    script: Path,
-    short: tuple[str, ...],
-    warm: WarmStart,
-    program: Path = SMALL_PICTURES,
-    kept: tuple[str, ...] = (),
+    script: Path, short: tuple[str, ...], warm: WarmStart, program: Path = SMALL_PICTURES
 ) -> Iterator[None]:
     """A command `cellwright`, for as long as a block lasts.
 
@@ -86,12 +73,10 @@ def short_commands(
         short: patterns of shells for the arguments of commands that end by themselves, such as `check *`.
         warm: runs those.
         program: in Python; the command.
-        kept: patterns of short commands that print the same each time and write no file. The same command with the
-            same files is run once.
     """
     modules = f"PYTHONPATH={shlex.quote(os.environ['PYTHONPATH'])} " if "PYTHONPATH" in os.environ else ""
     patterns = "|".join(pattern.replace(" ", r"\ ") for pattern in short)
-    with _Server(warm, program.read_text(encoding="utf-8"), kept) as server:
+    with _Server(warm, program.read_text(encoding="utf-8")) as server:
         ask = shlex.join([sys.executable, "-I", "-S", "-c", _ASK, str(server.server_address[1])])
         start = shlex.join([sys.executable, "-P", str(program)])
         script.write_text(

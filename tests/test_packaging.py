@@ -19,6 +19,8 @@ from packaging.requirements import Requirement
 from tests.waiting import TIMEOUT
 from tests.warm import WarmStart
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "src" / "cellwright"
 CELLWRIGHT = """

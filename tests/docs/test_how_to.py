@@ -18,6 +18,7 @@ LONGEST = 60
 
 @QUICK_AGENTS
 @QUICK_WORKERS
+@pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_a_page_can_be_followed(page: Path, tmp_path: Path, warm: WarmStart, cellwright: CommandLine) -> None:
     taken = steps(page)

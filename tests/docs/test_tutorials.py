@@ -44,6 +44,7 @@ PAGES = [
 
 @QUICK_AGENTS
 @QUICK_WORKERS
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PAGES)
 def test_a_page_can_be_followed(name: str, tmp_path: Path, warm: WarmStart, cellwright: CommandLine) -> None:
     taken = steps(ROOT / name)

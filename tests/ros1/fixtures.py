@@ -63,7 +63,7 @@ def newcomer(no_master: Ground, warm: WarmStart) -> Iterator[dict[str, str]]:
     kept = {name: value for name, value in no_master.environment.items() if name not in foreign}
     family = f"newcomer at {no_master.port}"
     short = ("check *", "ros1-env*", "ros1-workspace *", "run *")
-    with short_commands(programs / "cellwright", short, warm, kept=("run * --agent kitter --no-picture",)):
+    with short_commands(programs / "cellwright", short, warm):
         yield {**kept, "PATH": f"{programs}:{kept['PATH']}", "HOME": str(home), FAMILY: family}
     wait_until(lambda: not members(family), "end of all processes", seen=lambda: list(map(name_of, members(family))))
 
