@@ -197,8 +197,14 @@ def test_a_hold_that_does_not_get_through_is_said_again(config: RobotConfig) -> 
 def test_a_driver_that_is_stuck_is_not_waited_for(config: RobotConfig) -> None:
     hardware = Hardware()
     live = LiveDriver(config, hardware, patience=0.05)
-    free = threading.Event()
-    hardware.on_read = free.wait
+    stuck, free = threading.Event(), threading.Event()
+
+    def stick() -> None:
+        stuck.set()
+        free.wait()
+
+    hardware.on_read = stick
+    until(stuck.is_set)  # a slow machine is silent for so long without that
     until(lambda: live.fault)
     assert live.fault == "it has said nothing for 0.05 s"
     live.close()
