@@ -52,7 +52,7 @@ GEARS = ("belt_population_cycles: 20", "belt_population_cycles: 5")
 """The page's belt, and one that soon is empty: a program that misses one gear by its timing misses all of them."""
 
 PATIENCE = 'rospy.get_param("~patience", 20.0)'
-"""How long the program of the page waits for a gear; a gear comes every six seconds, to look at once a second."""
+"""How long the program of the page waits for a gear; a gear comes every six seconds, looked for once a second."""
 
 
 @pytest.mark.ros1

@@ -17,21 +17,21 @@ from cellwright.endurance.leg import FACES, Leg, run_leg
 from cellwright.simulation.snapshot import CheckpointError
 from tests.waiting import TIMEOUT
 
-Told = dict[str, list[Any]]
+Reports = dict[str, list[Any]]
 
 
-def run(leg: Leg) -> Told:
-    told: Told = defaultdict(list)
-    run_leg(leg, lambda kind, value: told[kind].append(value))
-    return told
+def run(leg: Leg) -> Reports:
+    reports: Reports = defaultdict(list)
+    run_leg(leg, lambda kind, value: reports[kind].append(value))
+    return reports
 
 
 @pytest.fixture(scope="module")
-def first(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], tuple[Told, str]]:
-    """Legs of one round that are saved, the cell's with all topics heard: what each told, and its file."""
+def first(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], tuple[Reports, str]]:
+    """Legs of one round that are saved, the cell's with all topics heard: the reports of each, and its file."""
 
     @cache
-    def begin(face: str) -> tuple[Told, str]:
+    def begin(face: str) -> tuple[Reports, str]:
         saved = str(tmp_path_factory.mktemp(face) / "1.npz")
         return run(Leg(face, 0, 1, (1,), save=saved, everything=face == "cell")), saved
 
@@ -40,7 +40,7 @@ def first(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], tuple[Tol
 
 @pytest.mark.slow
 @pytest.mark.parametrize("face", FACES)
-def test_what_is_restored_goes_on_as_what_was_not(face: str, first: Callable[[str], tuple[Told, str]]) -> None:
+def test_what_is_restored_goes_on_as_what_was_not(face: str, first: Callable[[str], tuple[Reports, str]]) -> None:
     whole = run(Leg(face, 0, 2, (1, 2)))
     begun, saved = first(face)
     second = run(Leg(face, 1, 2, (2,), start=saved))
@@ -50,7 +50,7 @@ def test_what_is_restored_goes_on_as_what_was_not(face: str, first: Callable[[st
 
 
 @pytest.mark.slow
-def test_the_cell_works_and_is_heard(first: Callable[[str], tuple[Told, str]]) -> None:
+def test_the_cell_works_and_is_heard(first: Callable[[str], tuple[Reports, str]]) -> None:
     begun, _ = first("cell")
     counts = begun["counts"][0]
     assert counts["parts taken hold of"] == 1

@@ -229,7 +229,7 @@ class Ground:
         return True
 
     def has_node(self, node: str) -> bool:
-        """Whether the master knows of a node of this name."""
+        """True if a node of this name is registered with the master."""
         return any(node in nodes for role in self.ask("getSystemState") for _, nodes in role)
 
 
@@ -282,6 +282,6 @@ def _found(program: str) -> str:
 
 @cache
 def _is_text_for(python: str, program: str) -> bool:
-    """Whether a program is a text that an interpreter runs."""
+    """True if a program is a script of this interpreter."""
     with open(program, "rb") as file:
         return file.readline(200).split() == [f"#!{python}".encode()]

@@ -30,12 +30,12 @@ from tests.waiting import TIMEOUT, wait_until
 
 
 def is_answered(guest: Talker) -> bool:
-    """Whether a guest still gets answers."""
+    """True if a guest still gets answers."""
     return guest.call("/ariac/material_locations", TriggerRequest()).kind is Kind.REFUSED
 
 
 def rude(hall: Hall, said: bytes) -> Talker:
-    """A guest that says something before it has said who it is; what it is told then."""
+    """A guest that sends bytes before its HELLO, once the server has cut it off."""
     guest = hall.guest(node="")
     guest.connection.sendall(said)
     guest.wait_until(lambda: guest.is_over)

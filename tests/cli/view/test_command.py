@@ -24,7 +24,7 @@ from tests.warm import WarmProcess, warm_start
 
 @contextmanager
 def viewing(folder: Path, *arguments: str) -> Iterator[WarmProcess]:
-    """A process that shows something."""
+    """A running `cellwright view` with these arguments; killed at the end."""
     command = [sys.executable, "-m", "cellwright", "view", *arguments, "--view-port", "0"]
     process = warm_start().popen(command, folder=folder, environment={**os.environ, "PYTHONUNBUFFERED": "1"})
     try:
@@ -34,8 +34,8 @@ def viewing(folder: Path, *arguments: str) -> Iterator[WarmProcess]:
         process.communicate()
 
 
-def told(process: WarmProcess, pattern: str) -> re.Match[str]:
-    """The next line it says, which is of this form."""
+def next_line(process: WarmProcess, pattern: str) -> re.Match[str]:
+    """The match of the next line of output with a pattern."""
     assert process.stdout is not None
     line = process.stdout.readline()
     found = re.fullmatch(pattern, line.rstrip("\n"))
@@ -47,8 +47,8 @@ def told(process: WarmProcess, pattern: str) -> re.Match[str]:
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signal there")
 def test_a_trial_stands_at_its_start_on_a_page_and_others_can_look_too(tmp_path: Path) -> None:
     with viewing(tmp_path, "lesson") as process:
-        url = told(process, r"page: (http://127\.0\.0\.1:\d+/)")[1]
-        ready = told(process, r"ready: lesson at (127\.0\.0\.1):(\d+), real time")
+        url = next_line(process, r"page: (http://127\.0\.0\.1:\d+/)")[1]
+        ready = next_line(process, r"ready: lesson at (127\.0\.0\.1):(\d+), real time")
         with urllib.request.urlopen(url, timeout=TIMEOUT) as answer:
             assert (answer.status, "<html" in answer.read().decode().lower()) == (200, True)
         link = Link((ready[1], int(ready[2])))
@@ -56,7 +56,7 @@ def test_a_trial_stands_at_its_start_on_a_page_and_others_can_look_too(tmp_path:
         assert (panel["kind"], panel["development"], panel["clock"]["tick"]) == ("cell", True, 0)
         assert panel["control"]["paused"]
         with viewing(tmp_path, f"{ready[1]}:{ready[2]}") as other:
-            assert told(other, r"page: (http://127\.0\.0\.1:\d+/)")[1] != url
+            assert next_line(other, r"page: (http://127\.0\.0\.1:\d+/)")[1] != url
             other.send_signal(signal.SIGINT)
             assert other.wait(TIMEOUT) == 0
         assert link.ask("cellwright/control", action="resume")["paused"] is False
