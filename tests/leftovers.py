@@ -45,7 +45,7 @@ def marked(run: str, owner: str | None = None) -> list[int]:
     return [pid for pid, mark in marks.items() if mark[0] == run and owner in (None, mark[1])]
 
 
-def identity(pid: int) -> str:
+def identity(pid: int | str) -> str:
     """A name of a process that no later one gets: its number and its start; empty when it is gone."""
     try:
         stat = Path(f"/proc/{pid}/stat").read_text(encoding="ascii", errors="replace")
@@ -57,7 +57,7 @@ def identity(pid: int) -> str:
 def end_orphans() -> list[str]:
     """Kill the processes of runs whose controller is gone; their command lines."""
     runs = {pid: mark.partition(" ")[0] for pid, mark in with_variable(MARK).items()}
-    orphans = [pid for pid, run in runs.items() if identity(int(run.partition("@")[0])) != run]
+    orphans = [pid for pid, run in runs.items() if identity(run.partition("@")[0]) != run]
     names = [name_of(pid) for pid in orphans]
     kill(orphans)
     return names

@@ -52,18 +52,20 @@ def test_a_failed_test_leaves_no_process(tmp_path: Path) -> None:
 
 
 def test_a_passed_test_that_leaves_a_process_is_red(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    child = subprocess.Popen(["sleep", "600"], env={**os.environ, MARK: "run test_x"})
+    run = identity(os.getpid())  # as of a run that goes on: another worker may look for orphans at any time
+    child = subprocess.Popen(["sleep", "600"], env={**os.environ, MARK: f"{run} test_x"})
     monkeypatch.setattr(leftovers, "TIMEOUT", 0.2)
     with pytest.raises(AssertionError, match=r"no end of the processes(?s:.*)sleep 600"):
-        end_processes("run", "test_x", failed=False)
+        end_processes(run, "test_x", failed=False)
     assert child.wait() == -signal.SIGKILL
 
 
 def test_processes_of_others_are_left_alone() -> None:
-    child = subprocess.Popen(["sleep", "600"], env={**os.environ, MARK: "run fixture browser"})
-    end_processes("run", "test_x", failed=True)
+    run = identity(os.getpid())
+    child = subprocess.Popen(["sleep", "600"], env={**os.environ, MARK: f"{run} fixture browser"})
+    end_processes(run, "test_x", failed=True)
     assert child.poll() is None
-    assert marked("run") == marked("run", "fixture browser") == [child.pid]
+    assert marked(run) == marked(run, "fixture browser") == [child.pid]
     child.kill()
     child.wait()
 
@@ -78,7 +80,8 @@ def test_a_run_that_was_killed_is_cleaned_up_by_the_next(tmp_path: Path) -> None
     assert first.finish() == -signal.SIGKILL
     child = int(pids.read_text().split()[1])
     assert name_of(child)
-    assert run_in(tmp_path, "-k", "nothing").finish() == pytest.ExitCode.NO_TESTS_COLLECTED
+    second = run_in(tmp_path, "-k", "nothing")
+    assert second.finish() == pytest.ExitCode.NO_TESTS_COLLECTED, second.out + second.err
     wait_until(lambda: not name_of(child), "end of the child")
 
 

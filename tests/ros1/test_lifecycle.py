@@ -118,6 +118,14 @@ def test_sigint_at_any_moment(master: Ground) -> None:
         wait_until(lambda: not published(master), "end of the registrations", seen=lambda: published(master))
 
 
+@pytest.mark.parametrize("count", [1, 8, 16, 24])
+def test_sigint_amid_registration_leaves_nothing_at_the_master(master: Ground, count: int) -> None:
+    process = master.cellwright("serve", "lesson", "--ros1", "--port", "0")
+    wait_until(lambda: len(published(master)) >= count, f"{count} registrations", seen=lambda: published(master))
+    end(process)
+    wait_until(lambda: not published(master), "end of the registrations", seen=lambda: published(master))
+
+
 def end(process: Process) -> None:
     """Ctrl-C. Before the command has begun the program dies of the signal, or says no more than that."""
     status = process.interrupt()

@@ -12,7 +12,14 @@ from cellwright.bridges.ros1.link_client import LinkClient, LinkError
 from cellwright.bridges.ros1.longest import limit_messages
 from cellwright.bridges.ros1.loop import Loop
 from cellwright.bridges.ros1.master import Master, MasterGoneError, MasterWatch, listen_on_loopback
-from cellwright.bridges.ros1.node import StoppedError, begin_node, end_process, stop_by, stop_by_exception
+from cellwright.bridges.ros1.node import (
+    StoppedError,
+    begin_node,
+    end_process,
+    stop_by,
+    stop_by_exception,
+    stop_deferred,
+)
 from cellwright.bridges.ros1.publications import Publication
 from cellwright.bridges.ros1.report import report, say_ready
 from cellwright.bridges.ros1.sent import Sent
@@ -88,16 +95,20 @@ class Bridge:
         for publication in publications:
             server.topics[publication.name] = publication.take
             if publication.name != CLOCK:
-                publication.register()
-        self._hear(welcome["topics"])
+                with stop_deferred():
+                    publication.register()
+        with stop_deferred():
+            self._hear(welcome["topics"])
         for service in self._services(welcome["services"]):
             server.services[service.resolved_name] = service.take
-            service.register()
+            with stop_deferred():
+                service.register()
         if self._frames is not None:
             self._wait_for_frames(master, self._frames)
         for publication in publications:
             if publication.name == CLOCK:  # programs take it for the sign that all is there
-                publication.register()
+                with stop_deferred():
+                    publication.register()
         MasterWatch(
             self._node,
             rospy.core.get_node_uri(),

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import sys
 import threading
 import time
-from typing import Any, Callable
+from typing import Any, Callable, Iterator
 
 import rospy
 import rospy.core
@@ -34,6 +35,27 @@ def stop_by_exception() -> None:
         signal.signal(number, stop)
 
 
+@contextlib.contextmanager
+def stop_deferred() -> Iterator[None]:
+    """Let SIGINT and SIGTERM raise a StoppedError at the end of the block, and not within it; then `stop_by_exception`.
+
+    For calls of rospy: an exception amid a registration leaves rospy's connection to the master unusable, and with it
+    nothing can be taken back. Where the block hangs, the process ends after `PATIENCE`.
+    """
+    came: list[bool] = []
+
+    def take() -> None:
+        came.append(True)
+        signal.setitimer(signal.ITIMER_REAL, PATIENCE)
+
+    signal.signal(signal.SIGALRM, lambda _number, _frame: os._exit(0))
+    stop_by(take)
+    yield
+    stop_by_exception()
+    if came:
+        raise StoppedError
+
+
 def stop_by(function: Callable[[], None]) -> None:
     """Let SIGINT and SIGTERM call a function."""
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -50,7 +72,8 @@ def begin_node(name: str) -> None:
     sys.setswitchinterval(0.0005)  # Python's own 5 ms would show in the time that a message takes
     namespace, _, base = name.rpartition("/")
     rospy.names._set_caller_id(f"{namespace}/unnamed")  # in place of what ROS_NAMESPACE said when rospy was loaded
-    rospy.init_node(base, argv=[sys.argv[0]], disable_signals=True, disable_rostime=True)
+    with stop_deferred():
+        rospy.init_node(base, argv=[sys.argv[0]], disable_signals=True, disable_rostime=True)
 
 
 def end_process(
