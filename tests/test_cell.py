@@ -95,14 +95,19 @@ def test_coming_and_going_listeners_change_nothing(reference: str) -> None:
 
 
 @pytest.mark.slow
-def test_the_seed_is_heard_in_the_sensors_and_leaves_the_run_as_it_is(reference: str) -> None:
+def test_the_seed_is_heard_in_the_sensors_and_leaves_the_run_as_it_is() -> None:
     """There is no device whose draws decide what happens: all chance is noise of sensors."""
     found = []
+    states = []
     for seed in (0, 1):
         cell = Cell(with_seed(TRIAL, seed))
         camera = Ear(cell, "logical_camera_1")
-        assert play(cell).state_hash() == reference
+        simulation = play(cell).simulation
+        state = simulation.get_state()
+        del state["devices"]["/ariac"]  # the newest message of each latched topic
+        states.append((simulation.data.qpos.tobytes(), simulation.data.qvel.tobytes(), state))
         found.append([(each.pose.position.x, each.pose.position.y) for each in camera.messages[3].models])
+    assert states[0] == states[1]
     assert found[0] != found[1]
     cell = Cell(TRIAL, seed=1)
     assert cell.seed == 1

@@ -1,3 +1,4 @@
+import json
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -13,8 +14,14 @@ from cellwright.messages.standard import String
 
 
 @pytest.fixture
-def bus() -> Bus:
-    return Bus(lambda: 0)
+def now() -> list[int]:
+    """Simulation time [ns], as a list of one."""
+    return [0]
+
+
+@pytest.fixture
+def bus(now: list[int]) -> Bus:
+    return Bus(lambda: now[0])
 
 
 def recorder(into: list[Any], name: str) -> Callable[[Any], None]:
@@ -134,29 +141,69 @@ def test_publishers_hear_of_every_change(bus: Bus) -> None:
     assert counts == [1, 2, 1, 0]
 
 
-def test_what_was_sampled_for_earlier_listeners_is_not_served_to_later_ones(bus: Bus) -> None:
-    publisher = bus.advertise("/camera", "std_msgs/String", latch=True, on_listeners=lambda _count: None)
-    publisher.publish(String("for nobody"))
+def test_a_latched_topic_is_published_whoever_listens(bus: Bus) -> None:
+    with pytest.raises(UsageError, match="/camera: a latched topic is published whoever listens"):
+        bus.advertise("/camera", "std_msgs/String", latch=True, on_listeners=lambda _count: None)
+
+
+def test_an_offered_message_is_built_once_and_only_when_it_is_needed(bus: Bus) -> None:
+    publisher = bus.advertise("/camera", "std_msgs/String", latch=True)
+    built: list[str] = []
+
+    def offer(text: str) -> None:
+        publisher.offer(lambda: built.append(text) or String(text))  # type: ignore[func-returns-value]
+
+    offer("for nobody")
+    offer("newest")
+    assert built == []
     heard: list[Any] = []
-    first = bus.subscribe("/camera", recorder(heard, "first"))
-    assert heard == []
-    publisher.publish(String("old"))
-    second = bus.subscribe("/camera", recorder(heard, "second"))
-    assert heard == [("first", "old"), ("second", "old")]
-    first.cancel()
-    third = bus.subscribe("/camera", recorder(heard, "third"))
-    assert heard[-1] == ("third", "old")
-    second.cancel()
-    third.cancel()
-    heard.clear()
-    bus.subscribe("/camera", recorder(heard, "late"))
-    assert heard == []
+    for name in ("first", "second"):
+        bus.subscribe("/camera", recorder(heard, name))
+    assert (heard, built) == ([("first", "newest"), ("second", "newest")], ["newest"])
+    offer("next")
+    assert heard[2:] == [("first", "next"), ("second", "next")]
+    assert built == ["newest", "next"]
+    publisher.offer(lambda: None)
+    assert heard[4:] == []
+
+
+def test_who_began_to_listen_after_a_measurement_does_not_get_it(bus: Bus, now: list[int]) -> None:
+    publisher = bus.advertise("/picture", "std_msgs/String")
+    heard: list[Any] = []
+    now[0] = 5
+    bus.subscribe("/picture", recorder(heard, "early"))
+    now[0] = 10
+    bus.subscribe("/picture", recorder(heard, "late"))
+    publisher.publish(String("a"), measured=6)
+    publisher.publish(String("b"), measured=10)
+    publisher.publish(String("c"), measured=11)
+    assert heard == [("early", "a"), ("early", "b"), ("early", "c"), ("late", "c")]
+    bus.forget_latched()  # time begins anew: nobody is late
+    publisher.publish(String("d"), measured=1)
+    assert heard[4:] == [("early", "d"), ("late", "d")]
+
+
+def test_latched_messages_are_kept_with_a_state(bus: Bus) -> None:
+    one = bus.advertise("/tf", "std_msgs/String", latch=True, node="/one")
+    bus.advertise("/tf", "std_msgs/String", latch=True, node="/two")
+    bus.advertise("/tf", "std_msgs/String", node="/three").publish(String("x"))
+    assert bus.latched() == {}
+    one.publish(String("kept"))
+    state = json.loads(json.dumps(bus.latched()))
+    one.publish(String("later"))
+    heard: list[Any] = []
+    bus.subscribe("/tf", recorder(heard, "before"))
+    bus.set_latched(state)
+    bus.subscribe("/tf", recorder(heard, "after"))
+    assert heard == [("before", "later"), ("after", "kept")]
+    bus.set_latched({})
+    assert one.newest is None
 
 
 def test_a_publisher_may_answer_its_first_listener_at_once(bus: Bus) -> None:
     heard: list[Any] = []
     publisher = bus.advertise(
-        "/state", "std_msgs/String", latch=True, on_listeners=lambda count: publisher.publish(String(str(count)))
+        "/state", "std_msgs/String", on_listeners=lambda count: publisher.publish(String(str(count)))
     )
     bus.subscribe("/state", recorder(heard, "a"))
     assert heard == [("a", "1")]
@@ -263,7 +310,6 @@ def test_one_publisher_of_several_can_be_chosen(bus: Bus) -> None:
             "/frames",
             "std_msgs/String",
             node=node,
-            latch=True,
             on_listeners=lambda count, node=node: told.append((node, count)),  # type: ignore[misc]
         )
         for node in ("/arm", "/camera")
@@ -276,7 +322,7 @@ def test_one_publisher_of_several_can_be_chosen(bus: Bus) -> None:
     camera.publish(String("c"))
     bus.subscribe("/frames", recorder(heard, "late"), origin="/arm")
     chosen.cancel()
-    assert heard == [("both", "a"), ("both", "c"), ("chosen", "c"), ("late", "a")]
+    assert heard == [("both", "a"), ("both", "c"), ("chosen", "c")]
     assert told == [("/arm", 1), ("/camera", 1), ("/camera", 2), ("/arm", 2), ("/camera", 1)]
 
 
@@ -292,7 +338,7 @@ def test_what_comes_in_can_be_chosen_by_who_sent_it(bus: Bus) -> None:
 def test_who_listens_along_gets_what_is_made_for_others_and_counts_as_nobody(bus: Bus) -> None:
     counts: list[int] = []
     along: list[Any] = []
-    publisher = bus.advertise("/picture", "std_msgs/String", latch=True, on_listeners=counts.append)
+    publisher = bus.advertise("/picture", "std_msgs/String", on_listeners=counts.append)
     quiet = bus.subscribe("/picture", along.append, along=True)
     assert publisher.listeners == 0
     assert not any(counts)
@@ -300,7 +346,7 @@ def test_who_listens_along_gets_what_is_made_for_others_and_counts_as_nobody(bus
     assert (publisher.listeners, counts[-1]) == (1, 1)
     publisher.publish(String("a"))
     listening.cancel()
-    assert (publisher.listeners, counts[-1], publisher.newest) == (0, 0, None)
+    assert (publisher.listeners, counts[-1]) == (0, 0)
     quiet.cancel()
     assert along == [String("a")]
     assert max(counts) == 1

@@ -19,6 +19,7 @@ import pytest
 from cellwright.cell import Cell
 from cellwright.client.client import Client
 from cellwright.client.transports import ros1
+from cellwright.client.transports.in_process import InProcess
 from cellwright.client.transports.ros1 import Ros1Transport
 from cellwright.client.transports.transport import Transport
 from cellwright.description.catalogue import find_trial
@@ -36,6 +37,7 @@ from cellwright.messages import from_ros1, to_ros1
 from cellwright.messages.standard import String
 from cellwright.messages.std_srvs import TriggerRequest, TriggerResponse
 from cellwright.run import RunOptions, run_cell
+from tests import watching
 from tests.bridges.ros1.conftest import start_bridge
 from tests.bridges.ros1.fake_cell import FakeCell, heard, out, service
 from tests.ros1.client import warm_ros
@@ -43,6 +45,7 @@ from tests.ros1.ground import Ground
 from tests.ros1.requirement import ros_python
 from tests.waiting import TIMEOUT, wait_until
 from tests.warm import WarmProcess
+from tests.watching import Action
 
 pytest_plugins = ["tests.ros1.fixtures", "tests.bridges.ros1.fixtures"]
 
@@ -338,6 +341,34 @@ def test_in_lockstep_the_result_is_that_of_one_process(no_master: Ground) -> Non
         run_to_the_end(transport)
     assert cell.finish() == 0
     assert json.loads(cell.out)["state_hash"] == alone.state_hash
+
+
+LATE: list[Action] = [
+    ("wait", 110),
+    ("subscribe", "/ariac/break_beam"),
+    ("subscribe", "/ariac/logical_camera"),
+    ("move", 0),
+    ("wait", 20),
+    ("subscribe", "/ariac/laser_profiler"),
+    ("subscribe", "/ariac/logical_camera"),
+    ("subscribe", "/ariac/arm/follow_joint_trajectory/status"),
+    ("move", 1),
+    ("wait", 70),
+    ("move", 2),
+]
+
+
+@pytest.mark.parametrize("others", [(), ("/ariac/logical_camera", "/ariac/laser_profiler", "/tf")])
+def test_in_lockstep_an_agent_is_alone_or_watched(no_master: Ground, others: tuple[str, ...]) -> None:
+    expected = watching.work(InProcess(Cell(load_trial([find_trial("lesson")]).trial, seed=1)), LATE)
+    no_master.serve("lesson", "--lockstep", "--seed", "1", "--record", "run.mcap")
+    for topic in others:
+        no_master.start(["rostopic", "echo", "--noarr", topic])
+    wait_until(
+        lambda: set(others) <= {name for name, _ in no_master.ask("getSystemState")[1]}, "subscription of the others"
+    )
+    with over_ros(no_master) as transport:
+        assert watching.work(transport, LATE) == expected
 
 
 def run_to_the_end(transport: Transport) -> None:

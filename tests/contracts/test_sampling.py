@@ -7,6 +7,7 @@ from cellwright.bus import Bus
 from cellwright.cell import Cell
 from cellwright.contracts.sampling import Sampled, Streamed, advertise
 from cellwright.contracts.table import Pace, Row, Where, says
+from cellwright.devices.sensors.sensor import Reading
 from cellwright.messages import Message
 from cellwright.messages.standard import Float64
 from cellwright.simulation.simulation import Simulation
@@ -88,35 +89,34 @@ def test_a_message_out_of_turn_and_none_at_all() -> None:
     assert bench.heard == [0.002]
 
 
-def test_what_is_latched_is_not_kept_for_nobody() -> None:
-    """A sample grows old; who comes after all have gone waits for the next one."""
+@pytest.mark.parametrize("others", [0, 1])
+def test_a_late_listener_gets_the_newest_sample_whoever_has_listened(others: int) -> None:
     bench = Bench(100, latch=True)
     Sampled(bench.bus, bench.simulation, bench.row, Fraction(1, 100), bench.build)
-    subscription = bench.bus.subscribe("/probe", bench.hear)
+    for _ in range(others):
+        bench.bus.subscribe("/probe", lambda _: None)
     bench.steps(7)
-    assert bench.heard == [0.01]
     bench.bus.subscribe("/probe", bench.hear).cancel()
-    assert bench.heard == [0.01, 0.01]
-    subscription.cancel()
     bench.steps(20)
     bench.bus.subscribe("/probe", bench.hear)
-    assert bench.heard == [0.01, 0.01]
+    assert bench.heard == [0.01, 0.05]
 
 
 def test_a_stream_is_listened_to_once_and_only_while_somebody_is_there() -> None:
     bench = Bench(10)
     events: list[str] = []
-    taps: list[Callable[[Message], None]] = []
+    taps: list[Callable[[Reading], None]] = []
 
-    def listen(publish: Callable[[Message], None]) -> Callable[[], None]:
+    def listen(take: Callable[[Reading], None]) -> Callable[[], None]:
         events.append("listen")
-        taps.append(publish)
+        taps.append(take)
         return lambda: events.append("leave")
 
-    Streamed(bench.bus, bench.row, listen)
+    Streamed(bench.bus, bench.row, listen, lambda reading: Float64(float(reading.sample)) if reading.sample else None)
     assert events == []
     both = [bench.bus.subscribe("/probe", bench.hear) for _ in range(2)]
-    taps[0](Float64(1.0))
+    for sample in (0, 1):
+        taps[0](Reading(time_ns=1, sample=sample))
     assert bench.heard == [1.0, 1.0]
     both[0].cancel()
     assert events == ["listen"]

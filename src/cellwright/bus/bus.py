@@ -8,7 +8,8 @@ than one thread (commands of other threads go through the simulation's inbox).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from base64 import b64decode, b64encode
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -17,7 +18,7 @@ from cellwright.bus.later import Later
 from cellwright.bus.refusals import Refusals
 from cellwright.bus.topics import Callback, Direction, Handler, Publisher, Subscription, Topic
 from cellwright.errors import CellwrightError, MessageError, RejectedCommandError, UnknownNameError, UsageError
-from cellwright.messages import Message, ServiceType, checked, said, service_type, type_of
+from cellwright.messages import Message, ServiceType, checked, from_cdr, said, service_type, to_cdr, type_of
 
 M = TypeVar("M", bound=Message)
 E = TypeVar("E", bound=CellwrightError)
@@ -63,6 +64,7 @@ class Bus:
     def __init__(self, now: Callable[[], int], report: Callable[[str], None] = lambda _line: None) -> None:
         self._topics: dict[str, Topic] = {}
         self._services: dict[str, _Service] = {}
+        self._now = now
         self.refusals = Refusals(now, report)
         self.on_given: list[Callable[[Given], None]] = []
         """Called with everything that comes from outside and could be handled, before it is, refused then or not."""
@@ -83,7 +85,8 @@ class Bus:
 
         Raises:
             UnknownNameError: there is no message type of this name.
-            UsageError: the name is not absolute, or the topic has another type or direction already.
+            UsageError: the name is not absolute, the topic has another type or direction already, or latch and
+                on_listeners are both given.
         """
         entry = self._topic(topic)
         entry.declare(type_name, Direction.OUT, rate)
@@ -119,10 +122,29 @@ class Bus:
         self._services[service] = _Service(service_type(type_name), handler, node)
 
     def forget_latched(self) -> None:
-        """Forget all latched messages, as when a run begins anew."""
+        """Forget all latched messages, as when a run begins anew; who listens has listened all along."""
         for topic in self._topics.values():
             for publisher in topic.publishers:
                 publisher.newest = None
+            for subscription in topic.subscriptions:
+                subscription.since = -1
+
+    def latched(self) -> dict[str, list[str | None]]:
+        """The newest messages of all latched topics, as JSON values: CDR in base64, by topic and publisher."""
+        found = {}
+        for name, topic in sorted(self._topics.items()):
+            newest = [publisher.newest for publisher in topic.publishers if publisher.latch]
+            if any(message is not None for message in newest):
+                found[name] = [None if each is None else b64encode(to_cdr(each)).decode() for each in newest]
+        return found
+
+    def set_latched(self, state: Mapping[str, Sequence[str | None]]) -> None:
+        """Take over what `latched` returned, in place of all that was latched; listeners get nothing for it."""
+        for name, topic in self._topics.items():
+            publishers = [publisher for publisher in topic.publishers if publisher.latch]
+            for publisher, text in zip(publishers, state.get(name, [None] * len(publishers)), strict=True):
+                known = topic.message_class
+                publisher.newest = None if text is None or known is None else from_cdr(b64decode(text), known)
 
     # ---------------------------------------------------------------- for clients
 
@@ -139,7 +161,7 @@ class Bus:
             UsageError: the name is not absolute.
         """
         entry = self._topic(topic)
-        subscription = Subscription(entry, callback, node, origin, along=along)
+        subscription = Subscription(entry, callback, node, origin, self._now(), along=along)
         entry.add(subscription)
         return subscription
 

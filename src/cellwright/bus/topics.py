@@ -26,8 +26,12 @@ class Direction(Enum):
 class Subscription:
     """A callback that gets every message of a topic until it is cancelled."""
 
-    def __init__(self, topic: Topic, callback: Callback, node: str, origin: str | None, *, along: bool) -> None:
+    def __init__(
+        self, topic: Topic, callback: Callback, node: str, origin: str | None, since: int, *, along: bool
+    ) -> None:
         self._topic = topic
+        self.since = since
+        """Simulation time [ns] at which it began, or -1 after time has begun anew."""
         self.along = along
         """Whether it only gets what is made for others, and is counted as nobody."""
         self.callback = callback
@@ -50,12 +54,18 @@ class Publisher:
     Args:
         topic: the topic.
         node: whose it is.
-        latch: a listener that comes late is given the newest message.
-        on_listeners: is told the number of listeners whenever it changes: for what is sampled only while somebody
-            listens. The newest message is then forgotten when the last listener goes, since it grows old.
+        latch: a late listener gets the newest message. A latched topic is published whoever listens, since the newest
+            message must not depend on that.
+        on_listeners: called with the number of listeners whenever it changes: for what is sampled only while somebody
+            listens.
+
+    Raises:
+        UsageError: latch and on_listeners exclude each other.
     """
 
     def __init__(self, topic: Topic, node: str, on_listeners: Callable[[int], None] | None, *, latch: bool) -> None:
+        if latch and on_listeners is not None:
+            raise UsageError(f"{topic.name}: a latched topic is published whoever listens; leave out on_listeners")
         self._topic = topic
         self._class = topic.message_class
         self._callbacks: tuple[Callback, ...] = ()
@@ -63,12 +73,23 @@ class Publisher:
         self.node = node
         self.latch = latch
         self.on_listeners = on_listeners
-        self.newest: Message | None = None
+        self._newest: Message | Callable[[], Message | None] | None = None
 
     @property
     def topic(self) -> str:
         """Name of the topic."""
         return self._topic.name
+
+    @property
+    def newest(self) -> Message | None:
+        """The newest message of a latched topic; built now if nobody has needed it yet."""
+        if callable(self._newest):
+            self._newest = self._newest()
+        return self._newest
+
+    @newest.setter
+    def newest(self, message: Message | None) -> None:
+        self._newest = message
 
     @property
     def listeners(self) -> int:
@@ -80,21 +101,41 @@ class Publisher:
         """The nodes that listen, in the order in which they came."""
         return tuple(each.node for each in self._topic.subscriptions_to(self.node))
 
-    def publish(self, message: Message) -> None:
+    def publish(self, message: Message, *, measured: int | None = None) -> None:
         """Give a message to every listener, in the order in which they came. Nobody changes it from here on.
 
         What a listener raises comes out here: listeners are transports, which keep their clients' errors to themselves.
+
+        Args:
+            message: of the topic's class.
+            measured: simulation time [ns] of what was sampled before it is published; listeners that began later do
+                not get it, as if nobody had listened before them.
 
         Raises:
             UsageError: the message is not of the topic's class.
         """
         if type(message) is not self._class:
             raise UsageError(f"{self.topic} carries {self._topic.type}, not {said(message)}")
-        callbacks = self._callbacks
-        if self.latch and (callbacks or self.on_listeners is None):
-            self.newest = message
-        for callback in callbacks:
+        if self.latch:
+            self._newest = message
+        elif measured is not None:
+            for subscription in self._topic.subscriptions_to(self.node):
+                if subscription.since < measured:
+                    subscription.callback(message)
+            return
+        for callback in self._callbacks:
             callback(message)
+
+    def offer(self, build: Callable[[], Message | None]) -> None:
+        """Publish what `build` makes, on a latched topic; without a listener it is called when it is needed.
+
+        Args:
+            build: gives the same message whenever it is called; None when there is nothing to say.
+        """
+        if not self._callbacks:
+            self._newest = build
+        elif (message := build()) is not None:
+            self.publish(message)
 
     def take_listeners(self) -> None:
         """Take note of who listens, and tell their number to whoever wants to know it."""
@@ -104,11 +145,6 @@ class Publisher:
         self._count = sum(not each.along for each in subscriptions)
         if self.on_listeners is not None and self._callbacks != before:
             self.on_listeners(self._count)
-
-    def forget_sample(self) -> None:
-        """Forget the newest message of what is sampled only while somebody listens, when nobody does."""
-        if self.on_listeners is not None and not self._count:
-            self.newest = None
 
 
 class Topic:
@@ -151,8 +187,8 @@ class Topic:
         """Let somebody listen: what is latched comes first."""
         self.subscriptions.append(subscription)
         for publisher in self.publishers:
-            if publisher.newest is not None and subscription.origin in (None, publisher.node):
-                subscription.callback(publisher.newest)
+            if subscription.origin in (None, publisher.node) and (newest := publisher.newest) is not None:
+                subscription.callback(newest)
         self._tell_publishers()
 
     def remove(self, subscription: Subscription) -> None:
@@ -160,8 +196,6 @@ class Topic:
         if subscription in self.subscriptions:
             self.subscriptions.remove(subscription)
             self._tell_publishers()
-            for publisher in self.publishers:
-                publisher.forget_sample()
 
     def subscriptions_to(self, node: str) -> list[Subscription]:
         """Who wants what a node says here."""

@@ -14,7 +14,7 @@ from cellwright.description.sensors import SENSOR_TYPES
 from cellwright.description.trial import Camera
 from cellwright.description.trial import Sensor as SensorDescription
 from cellwright.devices.sensors.scene import Scene
-from cellwright.devices.sensors.sensor import Sensor
+from cellwright.devices.sensors.sensor import Reading, Sensor
 from cellwright.errors import in_a_line
 from cellwright.extensions import entry_points as plugins
 from cellwright.extensions.guarded import call, guard
@@ -72,7 +72,8 @@ def bind_brought_sensors(bus: Bus, devices: GearDevices) -> None:
 
 
 def _stream(bus: Bus, kind: str, plugin: SensorPlugin, sensor: Sensor[Any]) -> None:
-    def listen(publish: Callable[[Message], None]) -> Callable[[], None]:
-        return sensor.listen(lambda reading: publish(call("sensors", kind, plugin.message, reading, sensor)))
+    def build(reading: Reading) -> Message:
+        message: Message = call("sensors", kind, plugin.message, reading, sensor)
+        return message
 
-    Streamed(bus, plugin.row.of(sensor.name), listen)
+    Streamed(bus, plugin.row.of(sensor.name), sensor.listen, build)

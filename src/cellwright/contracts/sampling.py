@@ -1,25 +1,35 @@
-"""Publishing only while somebody listens."""
+"""Topics at a rate, and topics that pass on what a sensor measures.
+
+A topic without latch is sampled only while somebody listens. A latched one is sampled always, as in the original: its
+newest message is the same whoever has listened before. Where building it costs much, it is built when it is needed.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
+from functools import partial
+from typing import Generic, TypeVar
 
 from cellwright.bus import Bus, Publisher
 from cellwright.contracts.table import Row
+from cellwright.devices.sensors.sensor import Reading
 from cellwright.messages import Message
 from cellwright.simulation.simulation import Simulation
 from cellwright.simulation.watches import Watch
 
+R = TypeVar("R", bound=Reading)
+
 
 class Sampled:
-    """A topic that has a message at its rate as long as it has a listener.
+    """A topic that has a message at its rate: always if it is latched, else while it has a listener.
 
     Args:
         row: the topic in the contract's table.
         period: time between two messages [s]; None: one in each step.
         build: makes the message, from the state of this tick; None when there is nothing to say.
-        rank: of topics that are due together, lower ones come first.
+        rank: of topics that are due together, lower ones come first; each has a rank of its own, so that their order
+            does not depend on who came when.
     """
 
     def __init__(
@@ -38,7 +48,9 @@ class Sampled:
         self._build = build
         self._rank = rank
         self._watch: Watch | None = None
-        self._publisher = advertise(bus, row, self._take_listeners)
+        if row.latch:
+            self._watch = simulation.watch(row.name, period, self._publish, rank)
+        self._publisher = advertise(bus, row, None if row.latch else self._take_listeners)
 
     def _take_listeners(self, count: int) -> None:
         if count and self._watch is None:
@@ -48,8 +60,8 @@ class Sampled:
             self._watch = None
 
     def publish(self) -> None:
-        """A message now, if somebody listens."""
-        if self._publisher.listeners:
+        """A message now, besides those at the rate."""
+        if self._watch is not None:
             self._publish(0)
 
     def _publish(self, _index: int) -> None:
@@ -58,25 +70,47 @@ class Sampled:
             self._publisher.publish(message)
 
 
-class Streamed:
-    """A topic that passes on what a sensor measures, as long as it has a listener.
+class Streamed(Generic[R]):
+    """A topic that passes on what a sensor measures: always if it is latched, else while it has a listener.
 
     Args:
         row: the topic in the contract's table.
-        listen: begins to listen to the sensor, with the function that publishes; returns what ends it.
+        listen: begins to listen to the sensor, with a function that takes readings; returns what ends it.
+        build: makes the message of a reading; None when there is nothing to say.
+        is_deferred: on a latched topic that nobody listens to, build when the message is needed. The reading alone
+            must determine the message then.
     """
 
-    def __init__(self, bus: Bus, row: Row, listen: Callable[[Callable[[Message], None]], Callable[[], None]]) -> None:
+    def __init__(
+        self,
+        bus: Bus,
+        row: Row,
+        listen: Callable[[Callable[[R], None]], Callable[[], None]],
+        build: Callable[[R], Message | None],
+        *,
+        is_deferred: bool = False,
+    ) -> None:
         self._listen = listen
+        self._build = build
         self._leave: Callable[[], None] | None = None
-        self._publisher = advertise(bus, row, self._take_listeners)
+        self._publisher = advertise(bus, row, None if row.latch else self._take_listeners)
+        if row.latch:
+            self._leave = listen(self._offer if is_deferred else self._publish)
 
     def _take_listeners(self, count: int) -> None:
         if count and self._leave is None:
-            self._leave = self._listen(self._publisher.publish)
+            self._leave = self._listen(self._publish)
         elif not count and self._leave is not None:
             self._leave()
             self._leave = None
+
+    def _publish(self, reading: R) -> None:
+        message = self._build(reading)
+        if message is not None:
+            self._publisher.publish(message, measured=reading.time_ns)
+
+    def _offer(self, reading: R) -> None:
+        self._publisher.offer(partial(self._build, reading))
 
 
 def advertise(bus: Bus, row: Row, on_listeners: Callable[[int], None] | None = None) -> Publisher:

@@ -43,7 +43,7 @@ PICTURES = frozenset({"sensor_msgs/Image", "sensor_msgs/PointCloud", "sensor_msg
 """Types of messages that are kept when somebody else listens to them: drawing them for the file alone would slow the
 run down, and they are by far the largest."""
 
-_LAST = 1_000
+_LAST = 1_000_000
 """Rank among the watches of a tick: everything else has been said."""
 
 

@@ -55,19 +55,18 @@ class CameraTopics:
         for row in table:
             camera = self._cameras.get(row.subject or "")
             if camera is not None:
-                Streamed(bus, row, partial(self._listen, row.template.rpartition("/")[2], camera))
+                self._stream(bus, row, camera)
 
-    def _listen(self, what: str, camera: PictureCamera, publish: Callable[[Message], None]) -> Callable[[], None]:
+    def _stream(self, bus: Bus, row: Row, camera: PictureCamera) -> None:
+        kind = row.template.rpartition("/")[2]
         make = {
             "color": pictures.colour_message,
             "depth": pictures.depth_message,
             "camera_info": pictures.info_message,
-        }[what]
+        }[kind]
 
-        def tell(picture: Picture) -> None:
+        def build(picture: Picture) -> Message | None:
             age = camera.simulation.now - picture.time_ns
-            message = make(replace(picture, time_ns=self._told() - age), camera)
-            if message is not None:
-                publish(message)
+            return make(replace(picture, time_ns=self._told() - age), camera)
 
-        return camera.look(tell, colour=what == "color", depth=what == "depth")
+        Streamed(bus, row, partial(camera.look, colour=kind == "color", depth=kind == "depth"), build)

@@ -56,12 +56,12 @@ class Publications:
             "/io_teleop/applied_joint_cmd": self._applied,
             "/io_teleop/gripper_states": self._gripper_states,
         }
-        for row in table:
+        for number, row in enumerate(table, 1):
             if row.name in build:
-                rank = _CLOCK_RANK if row.name == "/clock" else 0
+                rank = _CLOCK_RANK if row.name == "/clock" else number
                 Sampled(bus, simulation, row, row.period, build[row.name], rank=rank)
             elif row.name == "/io_teleop/status":
-                StatusTopic(bus, simulation, row, self._commander)
+                simulation.add(StatusTopic(bus, simulation, row, self._commander, rank=number))
 
     def _joint_states(self) -> Any:
         columns = np.zeros((3, len(self._names)))  # joints of more than one degree of freedom say 0

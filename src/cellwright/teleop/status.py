@@ -8,38 +8,42 @@ from cellwright.bus import Bus
 from cellwright.contracts.sampling import advertise
 from cellwright.contracts.table import Row
 from cellwright.messages.cellwright_msgs import TeleopStatus
+from cellwright.simulation.device import Device, State
 from cellwright.simulation.simulation import Simulation
-from cellwright.simulation.watches import Watch
 from cellwright.teleop.commander import Commander
 
 PERIOD = Fraction(1, 10)
 """Least time between two messages [s]."""
 
 
-class StatusTopic:
-    """Publishes the status; a listener that comes late has it within a period.
+class StatusTopic(Device):
+    """Publishes the status; a late listener gets the newest one.
+
+    It counts what has come in since the process began, so it is no state: after a restore it is published anew.
 
     Args:
         row: the topic in the contract's table.
+        rank: of topics that are due together, lower ones come first.
     """
 
-    def __init__(self, bus: Bus, simulation: Simulation, row: Row, commander: Commander) -> None:
-        self._bus, self._simulation, self._row, self._commander = bus, simulation, row, commander
-        self._watch: Watch | None = None
-        self._told: TeleopStatus | None = None
-        self._publisher = advertise(bus, row, self._take_listeners)
+    def __init__(self, bus: Bus, simulation: Simulation, row: Row, commander: Commander, *, rank: int) -> None:
+        super().__init__(row.name)
+        self._bus, self._commander = bus, commander
+        self._publisher = advertise(bus, row)
+        simulation.watch(row.name, PERIOD, self._publish, rank)
 
-    def _take_listeners(self, count: int) -> None:
-        if count and self._watch is None:
-            self._watch = self._simulation.watch(self._row.name, PERIOD, self._publish, 0)
-        elif not count and self._watch is not None:
-            self._watch.cancel()
-            self._watch = self._told = None
+    def reset(self) -> None:
+        """Begin a run: no message of the last one is left."""
+        self._bus.forget_latched()
+
+    def set_state(self, state: State) -> None:
+        """Go on from a saved moment, as at the beginning of a run."""
+        super().set_state(state)
+        self.reset()
 
     def _publish(self, _index: int) -> None:
         status = status_of(self._commander, self._bus)
-        if status != self._told:
-            self._told = status
+        if status != self._publisher.newest:
             self._publisher.publish(status)
 
 

@@ -21,6 +21,7 @@ from cellwright.messages.build import pose_from_transform
 from cellwright.messages.standard import CameraInfo, Image, PointCloud, PointCloud2
 from cellwright.pose import Pose
 from cellwright.world.frames import BIN_SURFACE
+from tests.cells import Ear
 
 WIDTH, HEIGHT = 96, 72
 QUIET = "noise: {colour: 0, depth: 0, depth_growth: 0}"
@@ -208,6 +209,24 @@ def test_listening_changes_nothing() -> None:
         hashes.append(cell.state_hash())
         cell.simulation.close()
     assert hashes[0] == hashes[1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("topic", ["/ariac/over/image_raw", "/ariac/over/depth/points"])
+def test_a_late_listener_gets_the_same_whoever_listens(topic: str) -> None:
+    """A picture comes a period after it was taken; one that was taken before somebody came is not for him."""
+    found = []
+    for listens in (False, True):
+        cell = new_cell()
+        for other in TOPICS if listens else ():
+            cell.bus.subscribe(other, lambda _: None)
+        cell.simulation.step_until(70_000_000)
+        late = Ear(cell, topic)
+        cell.simulation.step_until(210_000_000)
+        found.append((late.times, [to_cdr(message) for message in late.messages]))
+        cell.simulation.close()
+    assert found[0][0] == [0.15, 0.2]
+    assert found[0] == found[1]
 
 
 def test_the_cost_is_that_of_another_sensor() -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from cellwright.devices.sensors.scene import Scene, SceneModel, collision_geoms
 from cellwright.errors import UnknownNameError, UsageError
@@ -24,6 +25,11 @@ from tests.devices.sensors.scene import (
     scene_of,
 )
 
+
+def boxes_now(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    return scene.boxes(scene.moment())
+
+
 turns = st.tuples(*[st.floats(-math.pi, math.pi)] * 3)
 
 
@@ -34,7 +40,7 @@ def test_the_box_around_a_box_reaches_to_its_corners(rpy: tuple[float, float, fl
     spec = empty_spec()
     add_part(spec, "part1_0", pose, half, centre=(0.1, 0.0, 0.02))
     simulation = make_simulation(spec)
-    centres, halves = scene_of(simulation, ("part1_0", "part1")).boxes()
+    centres, halves = boxes_now(scene_of(simulation, ("part1_0", "part1")))
     signs = itertools.product((-1, 1), repeat=3)
     corners = np.array([pose.transform((0.1 + a * half[0], b * half[1], 0.02 + c * half[2])) for a, b, c in signs])
     assert centres[0] - halves[0] == pytest.approx(corners.min(axis=0), abs=1e-9)
@@ -48,7 +54,7 @@ def test_the_box_around_a_cylinder_reaches_to_its_rims(rpy: tuple[float, float, 
     spec = empty_spec()
     add_part(spec, "gear_part_1", pose, (radius, half_height, 0.0), CYLINDER)
     simulation = make_simulation(spec)
-    centres, halves = scene_of(simulation, ("gear_part_1", "gear_part")).boxes()
+    centres, halves = boxes_now(scene_of(simulation, ("gear_part_1", "gear_part")))
     rims = np.array(
         [
             pose.transform((radius * math.cos(a), radius * math.sin(a), z))
@@ -64,7 +70,7 @@ def test_the_box_around_a_ball_is_a_cube_however_it_is_turned() -> None:
     spec = empty_spec()
     add_part(spec, "part1_0", Pose.from_rpy((0, 0, 1), (0.4, 0.5, 0.6)), (0.1, 0, 0), mujoco.mjtGeom.mjGEOM_SPHERE)
     simulation = make_simulation(spec)
-    _, halves = scene_of(simulation, ("part1_0", "part1")).boxes()
+    _, halves = boxes_now(scene_of(simulation, ("part1_0", "part1")))
     assert halves[0] == pytest.approx([0.1, 0.1, 0.1], abs=1e-12)
 
 
@@ -81,7 +87,7 @@ def test_a_model_of_many_geoms_has_one_box_around_all_that_is_solid() -> None:
         ("kit_tray_1", "kit_tray"),
         ("gear_part_2", "gear_part"),
     )
-    centres, halves = scene.boxes()
+    centres, halves = boxes_now(scene)
     lower, upper = centres - halves, centres + halves
     assert lower[0] == pytest.approx([-0.05, -0.05, 4.95])
     assert lower[1] == pytest.approx([0.3 - 0.28, 3.3 - 0.51, 0.0])
@@ -106,19 +112,21 @@ def test_collision_geoms_are_those_of_the_whole_tree_that_touch() -> None:
     assert len(collision_geoms(model, model.body("gear_part_1").id)) == 1
 
 
-def test_boxes_follow_what_moves_even_within_a_tick() -> None:
+def test_boxes_and_poses_are_those_of_the_moment_that_was_kept() -> None:
     spec = empty_spec()
     add_part(spec, "part1_0", Pose(), (0.1, 0.02, 0.02))
     simulation = make_simulation(spec)
     scene = scene_of(simulation, ("part1_0", "part1"))
-    before = scene.boxes()
-    assert scene.boxes()[0] is before[0]  # nothing moved: nothing is computed again
-    move(simulation, "part1_0", Pose((0.0, 0.0, 1.0)))
-    simulation.refresh()
-    assert scene.boxes()[0][0] == pytest.approx([0, 0, 1])
+    first = scene.moment()
+    assert scene.boxes(scene.moment())[0] is scene.boxes(first)[0]  # nothing moved: nothing is computed again
+    move(simulation, "part1_0", Pose((0.0, 0.0, 1.0)))  # also within a tick
+    second = scene.moment()
     move(simulation, "part1_0", Pose.from_rpy((0.0, 0.0, 1.0), (0, 0, math.pi / 2)))
-    simulation.refresh()
-    assert scene.boxes()[1][0] == pytest.approx([0.02, 0.1, 0.02])
+    third = scene.moment()
+    assert scene.boxes(second)[0][0] == pytest.approx([0, 0, 1])
+    assert scene.boxes(third)[1][0] == pytest.approx([0.02, 0.1, 0.02])
+    assert scene.boxes(first)[0][0] == pytest.approx([0, 0, 0])
+    assert scene.poses(second, np.array([0])) == [Pose((0.0, 0.0, 1.0))]
 
 
 def test_short_names_have_no_prefix() -> None:
@@ -146,5 +154,5 @@ def test_scenes_that_make_no_sense_are_refused() -> None:
 
 def test_an_empty_scene_has_no_boxes() -> None:
     simulation = make_simulation(empty_spec())
-    centres, halves = scene_of(simulation).boxes()
+    centres, halves = boxes_now(scene_of(simulation))
     assert centres.shape == halves.shape == (0, 3)

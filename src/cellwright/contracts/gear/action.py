@@ -69,8 +69,11 @@ class TrajectoryAction(Device):
         bus.listen(f"{NAME}/goal", row["goal"].type, self._take_goal, node=SIMULATOR)
         bus.listen(f"{NAME}/cancel", row["cancel"].type, self._take_cancel, node=SIMULATOR)
         self._result = advertise(bus, row["result"])
-        self._status = Sampled(bus, simulation, row["status"], row["status"].period, self._told)
-        Sampled(bus, simulation, row["feedback"], row["feedback"].period, self._progress)
+        sampled = {
+            each: Sampled(bus, simulation, row[each], row[each].period, build, rank=1 + rows.index(row[each]))
+            for each, build in (("status", self._told), ("feedback", self._progress))
+        }
+        self._status = sampled["status"]
         arm.on_goal_ended.append(self._tell_ended)
 
     # ---------------------------------------------------------------- life

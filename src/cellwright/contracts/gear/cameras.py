@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from cellwright.bus import Bus
 from cellwright.contracts import pictures
@@ -36,12 +37,4 @@ def _stream(bus: Bus, row: Row, camera: PictureCamera) -> None:
         "": (pictures.cloud_message, False, True),
     }[topic]
 
-    def listen(publish: Callable[[Message], None]) -> Callable[[], None]:
-        def tell(picture: Picture) -> None:
-            message = make(picture, camera)
-            if message is not None:  # who has come while it was being drawn may want what is not there yet
-                publish(message)
-
-        return camera.look(tell, colour=colour, depth=depth)
-
-    Streamed(bus, row, listen)
+    Streamed(bus, row, partial(camera.look, colour=colour, depth=depth), lambda picture: make(picture, camera))

@@ -19,7 +19,7 @@ from cellwright.devices.kit_tray import KitTray
 from cellwright.devices.population import Population
 from cellwright.devices.sensors.break_beam import BreakBeam
 from cellwright.devices.sensors.laser_profiler import LaserProfiler
-from cellwright.devices.sensors.logical_camera import LogicalCamera
+from cellwright.devices.sensors.logical_camera import CameraReading, LogicalCamera
 from cellwright.devices.sensors.proximity import ProximitySensor
 from cellwright.devices.sensors.sensor import Sensor
 from cellwright.errors import UsageError
@@ -38,7 +38,6 @@ STATED_JOINTS = (*sorted(ARM_JOINTS), GRIPPER_JOINT)
 
 _CLOCK_RANK = -10  # a message never comes before the clock that it is stamped with
 
-Publish = Callable[[Message], None]
 S = TypeVar("S", bound=Sensor[Any])
 
 
@@ -59,8 +58,8 @@ class Publications(Device):
         self._bus = bus
         self._devices = devices
         self._static: Publisher | None = None
-        self._order: Publisher | None = None
         self._is_competition = competition
+        self._rows = rows
         for row in rows:
             if row.kind is Kind.TOPIC and row.rate is not None:
                 self._bind(row)
@@ -73,13 +72,14 @@ class Publications(Device):
         if self._static is not None:
             self._static.publish(messages.frames_message(all_static_frames(self._devices), 0))
 
+    def get_state(self) -> State:
+        """The newest message of each latched topic."""
+        return {"latched": self._bus.latched()}
+
     def set_state(self, state: State) -> None:
-        """Go on from a saved moment; the competition, which knows the newest order, has been restored before."""
-        super().set_state(state)
+        """Go on from a saved moment."""
         self.reset()
-        announced = self._devices.competition.announced
-        if self._order is not None and announced:
-            self._order.newest = messages.order_message(announced[-1])  # those who listen have heard it
+        self._bus.set_latched(state["latched"])
 
     # ---------------------------------------------------------------- binding
 
@@ -110,7 +110,8 @@ class Publications(Device):
         if bind is not None:  # the action's topics are bound by the action
             bind(row)
 
-    def _sample(self, row: Row, build: Callable[[], Message], *, rank: int = 0) -> None:
+    def _sample(self, row: Row, build: Callable[[], Message], *, rank: int | None = None) -> None:
+        rank = 1 + self._rows.index(row) if rank is None else rank
         Sampled(self._bus, self._devices.simulation, row, row.period, build, rank=rank)
 
     # ---------------------------------------------------------------- time and frames
@@ -130,11 +131,8 @@ class Publications(Device):
     def _camera_frames(self, row: Row) -> None:
         cameras = [each for each in self._devices.sensors.values() if isinstance(each, LogicalCamera)]
 
-        def listen(publish: Publish) -> Callable[[], None]:
-            leave = [
-                camera.listen(lambda reading: publish(messages.frames_message(reading.frames, reading.time_ns)))
-                for camera in (*cameras, *self._devices.quality.values())
-            ]
+        def listen(take: Callable[[CameraReading], None]) -> Callable[[], None]:
+            leave = [camera.listen(take) for camera in (*cameras, *self._devices.quality.values())]
 
             def leave_all() -> None:
                 for each in leave:
@@ -142,7 +140,7 @@ class Publications(Device):
 
             return leave_all
 
-        Streamed(self._bus, row, listen)
+        Streamed(self._bus, row, listen, lambda reading: messages.frames_message(reading.frames, reading.time_ns))
 
     # ---------------------------------------------------------------- the trial
 
@@ -153,7 +151,7 @@ class Publications(Device):
         self._sample(row, lambda: Float32(single(self._devices.competition.score().total)))
 
     def _orders(self, row: Row) -> None:
-        publisher = self._order = advertise(self._bus, row)
+        publisher = advertise(self._bus, row)
 
         def tell(effect: Effect) -> None:
             if isinstance(effect, OrderAnnounced):
@@ -219,28 +217,16 @@ class Publications(Device):
 
     def _break_beam(self, row: Row) -> None:
         sensor = self._sensor(row, BreakBeam)
-        listen: Any = sensor.listen if row.period is not None else sensor.listen_changes
-        Streamed(
-            self._bus,
-            row,
-            lambda publish: listen(lambda reading: publish(messages.beam_message(reading, sensor.frame))),
-        )
+        listen = sensor.listen if row.period is not None else sensor.listen_changes
+        Streamed(self._bus, row, listen, lambda reading: messages.beam_message(reading, sensor.frame))
 
     def _proximity(self, row: Row) -> None:
         sensor = self._sensor(row, ProximitySensor)
-        Streamed(
-            self._bus,
-            row,
-            lambda publish: sensor.listen(lambda reading: publish(messages.range_message(reading, sensor.frame))),
-        )
+        Streamed(self._bus, row, sensor.listen, lambda reading: messages.range_message(reading, sensor.frame))
 
     def _laser(self, row: Row) -> None:
         sensor = self._sensor(row, LaserProfiler)
-        Streamed(
-            self._bus,
-            row,
-            lambda publish: sensor.listen(lambda reading: publish(messages.scan_message(reading, sensor.frame))),
-        )
+        Streamed(self._bus, row, sensor.listen, lambda reading: messages.scan_message(reading, sensor.frame))
 
     def _camera(self, row: Row) -> None:
         self._stream_images(row, self._sensor(row, LogicalCamera))
@@ -249,8 +235,4 @@ class Publications(Device):
         self._stream_images(row, self._devices.quality[int(row.subject or 0)])
 
     def _stream_images(self, row: Row, camera: LogicalCamera) -> None:
-        Streamed(
-            self._bus,
-            row,
-            lambda publish: camera.listen(lambda reading: publish(messages.image_message(reading))),
-        )
+        Streamed(self._bus, row, camera.listen, messages.image_message, is_deferred=True)

@@ -11,6 +11,7 @@ from typing import ClassVar
 from cellwright.devices.sensors.rays import Rays
 from cellwright.devices.sensors.sensor import Reading, Sensor
 from cellwright.pose import Pose
+from cellwright.simulation.device import State
 from cellwright.simulation.simulation import Simulation
 
 BEAM_START = 0.025
@@ -37,7 +38,10 @@ class BeamReading(Reading):
 
 
 class BreakBeam(Sensor[BeamReading]):
-    """A break beam; the ray runs along the +x axis of its pose. Arguments as in `Sensor`."""
+    """A break beam; the ray runs along the +x axis of its pose. Arguments as in `Sensor`.
+
+    It measures whoever listens: whether a reading is a change must not depend on that.
+    """
 
     default_period: ClassVar[Fraction] = Fraction(1, 20)
 
@@ -46,6 +50,8 @@ class BreakBeam(Sensor[BeamReading]):
         super().attach(simulation)
         source = self.world_T_sensor @ Pose((BEAM_START, 0.0, 0.0))
         self._ray = Rays(source, [(1.0, 0.0, 0.0)], farthest=BEAM_LENGTH)
+        self._detected = self._has_changed = False
+        self._arm()
 
     def measure(self, index: int) -> BeamReading:
         """Whether the beam is interrupted now."""
@@ -62,25 +68,41 @@ class BreakBeam(Sensor[BeamReading]):
     def listen_changes(self, callback: Callable[[BeamReading], None]) -> Callable[[], None]:
         """Have those readings given to `callback` that differ from the one before in `detected`.
 
-        The beam counts as whole before the first reading, so that this one is a change only if it is interrupted.
+        The beam counts as whole before the first reading of a run.
 
         Returns:
             A function that ends it. Calling it again does nothing.
         """
-        return self.listen(_Changes(callback))
 
+        def take(reading: BeamReading) -> None:
+            if self._has_changed:
+                callback(reading)
 
-class _Changes:
-    """Passes on the changes in what one listener sees, independent of all other listeners."""
+        return self.listen(take)
 
-    def __init__(self, callback: Callable[[BeamReading], None]) -> None:
-        self._callback = callback
-        self._time = -1
+    def reset(self) -> None:
+        """Begin a run with a whole beam."""
+        super().reset()
         self._detected = False
 
-    def __call__(self, reading: BeamReading) -> None:
-        before = self._detected if reading.time_ns > self._time else False  # time jumped back: another run
-        self._time = reading.time_ns
+    def get_state(self) -> State:
+        """The switch, and whether the newest reading found the beam interrupted."""
+        return {**super().get_state(), "detected": self._detected}
+
+    def set_state(self, state: State) -> None:
+        """Go on from a saved moment."""
+        super().set_state(state)
+        self._detected = state["detected"]
+
+    def _deliver(self, reading: BeamReading) -> None:
+        self._has_changed = reading.detected != self._detected
         self._detected = reading.detected
-        if reading.detected != before:
-            self._callback(reading)
+        super()._deliver(reading)
+
+    def _disarm(self) -> None:
+        """Go on measuring."""
+
+    def close(self) -> None:
+        """Send all listeners away and measure no more."""
+        super().close()
+        super()._disarm()

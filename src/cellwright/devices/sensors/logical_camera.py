@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cached_property, partial
 from typing import ClassVar
 
 import numpy as np
@@ -57,19 +59,24 @@ class Detection:
     frames: tuple[Frame, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class CameraReading(Reading):
-    """One picture.
+    """One picture; what is in view is found out when it is needed, as of the moment of the picture.
 
     Attributes:
         world_T_camera: pose of the camera.
         camera_frame: the frame of the camera itself.
-        detections: what is in view, in the order of the scene.
+        detect: finds the detections.
     """
 
     world_T_camera: Pose
     camera_frame: Frame
-    detections: tuple[Detection, ...]
+    detect: Callable[[], tuple[Detection, ...]] = field(repr=False, compare=False)
+
+    @cached_property
+    def detections(self) -> tuple[Detection, ...]:
+        """What is in view, in the order of the scene."""
+        return self.detect()
 
     @property
     def frames(self) -> tuple[Frame, ...]:
@@ -91,6 +98,7 @@ class LogicalCamera(Sensor[CameraReading]):
     """
 
     default_period: ClassVar[Fraction] = Fraction(1, 10)
+    needs_positions: ClassVar[bool] = False
     near: ClassVar[float] = 0.2
     """[m]"""
     far: ClassVar[float] = 0.75
@@ -126,20 +134,22 @@ class LogicalCamera(Sensor[CameraReading]):
 
     def measure(self, index: int) -> CameraReading:
         """The models in view now."""
-        in_view = self.frustum.meets(*self.scene.boxes())
-        told = np.flatnonzero(in_view[self.scene.nested_in] & self._tells)
-        detections: tuple[Detection, ...] = ()
-        if told.size:
-            # every model has its own noise in a sample, whatever else is in view; none is drawn beyond the last
-            noise = self.normal(index, _NOISE_A_MODEL * (int(told[-1]) + 1)).reshape(-1, _NOISE_A_MODEL)
-            detections = tuple(map(self._detect, told.tolist(), self.scene.poses(told), noise[told]))
         return CameraReading(
             time_ns=self.simulation.now,
             sample=index,
             world_T_camera=self.world_T_sensor,
             camera_frame=self._frame,
-            detections=detections,
+            detect=partial(self._look, self.scene.moment(), index),
         )
+
+    def _look(self, moment: bytes, index: int) -> tuple[Detection, ...]:
+        in_view = self.frustum.meets(*self.scene.boxes(moment))
+        told = np.flatnonzero(in_view[self.scene.nested_in] & self._tells)
+        if not told.size:
+            return ()
+        # every model has its own noise in a sample, whatever else is in view; none is drawn beyond the last
+        noise = self.normal(index, _NOISE_A_MODEL * (int(told[-1]) + 1)).reshape(-1, _NOISE_A_MODEL)
+        return tuple(map(self._detect, told.tolist(), self.scene.poses(moment, told), noise[told]))
 
     def _detect(self, index: int, world_T_model: Pose, noise: NDArray[np.float64]) -> Detection:
         model = self.scene.models[index]

@@ -54,7 +54,9 @@ def collision_geoms(model: mujoco.MjModel, body: int) -> tuple[int, ...]:
 
 
 class Scene:
-    """All models and, while nothing moves, their boxes: cameras that look in one tick share the work.
+    """All models, and the boxes around them as of a moment that was kept: cameras that look in one tick share the work.
+
+    A moment is the engine's `qpos`. Looking at one leaves the engine's data as they are.
 
     Args:
         model: the engine's model.
@@ -77,6 +79,8 @@ class Scene:
         self.models = tuple(models)
         self.own_types = frozenset(own_types)
         self._data = data
+        self._looked_at = b""
+        self._there = mujoco.MjData(model)
         places: dict[str, int] = {}
         for index, each in enumerate(self.models):
             if each.name in places:
@@ -100,30 +104,37 @@ class Scene:
         types = model.geom_type[self._geoms]
         self._cylinders = np.flatnonzero(types == mujoco.mjtGeom.mjGEOM_CYLINDER)
         self._balls = np.flatnonzero(np.isin(types, (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_ELLIPSOID)))
-        self._seen: tuple[bytes, bytes] | None = None
+        self._model = model
         self._boxes = (np.empty((0, 3)), np.empty((0, 3)))
 
-    def poses(self, indices: NDArray[np.intp]) -> list[Pose]:
-        """`world_T_model` of some models. Positions must be up to date (`Simulation.refresh`)."""
-        return body_poses(self._data, self._bodies[indices])
+    def moment(self) -> bytes:
+        """The positions of all joints now, as bytes; `poses` and `boxes` take them then or later."""
+        return bytes(self._data.qpos)
 
-    def boxes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def poses(self, moment: bytes, indices: NDArray[np.intp]) -> list[Pose]:
+        """`world_T_model` of some models at a moment."""
+        self._look_at(moment)
+        return body_poses(self._there, self._bodies[indices])
+
+    def boxes(self, moment: bytes) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Middle and half size of the box along the world's axes around each model [m], both of shape (n, 3).
 
-        Boxes are exact for boxes, cylinders, balls and meshes' own boxes. Positions must be up to date.
+        Boxes are exact for boxes, cylinders, balls and meshes' own boxes.
         """
-        if not self.models:
-            return self._boxes
-        # compared as bytes, not by tick: poses may be written by hand within a tick, and most ticks move little
-        seen = (self._data.xpos.tobytes(), self._data.xquat.tobytes())
-        if seen != self._seen:
-            self._seen = seen
-            self._boxes = self._compute()
+        self._look_at(moment)
         return self._boxes
 
+    def _look_at(self, moment: bytes) -> None:
+        if self._looked_at != moment:
+            self._looked_at = moment
+            self._there.qpos[:] = np.frombuffer(moment)
+            mujoco.mj_kinematics(self._model, self._there)
+            if self.models:
+                self._boxes = self._compute()
+
     def _compute(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        rotations = self._data.geom_xmat[self._geoms].reshape(-1, 3, 3)
-        centres = self._data.geom_xpos[self._geoms] + np.einsum("gij,gj->gi", rotations, self._local_centres)
+        rotations = self._there.geom_xmat[self._geoms].reshape(-1, 3, 3)
+        centres = self._there.geom_xpos[self._geoms] + np.einsum("gij,gj->gi", rotations, self._local_centres)
         spans = np.abs(rotations) * self._local_halves[:, None, :]
         x, y, z = spans[..., 0], spans[..., 1], spans[..., 2]
         # along a world axis a box reaches |x|+|y|+|z|; a disc, where it is round, only the root of the squares

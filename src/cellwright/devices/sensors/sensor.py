@@ -41,6 +41,8 @@ class Reading:
 
 R = TypeVar("R", bound=Reading)
 
+_FIRST_RANK = 10_000  # after the topics that need no sensor
+
 
 @dataclass(slots=True, eq=False)
 class _Listener(Generic[R]):
@@ -67,6 +69,8 @@ class Sensor(Device, ABC, Generic[R]):
     """
 
     default_period: ClassVar[Fraction]
+    needs_positions: ClassVar[bool] = True
+    """Whether `measure` reads positions of bodies and geoms, which are brought up to date before."""
 
     def __init__(
         self,
@@ -95,6 +99,7 @@ class Sensor(Device, ABC, Generic[R]):
         self._enabled_at_start = enabled
         self._enabled = enabled
         self._chance: SampleNoise | None = None
+        self._rank = _FIRST_RANK
         self._listeners: list[_Listener[R]] = []
         self._under_way: deque[R] = deque()
         self._watches: list[Watch] = []
@@ -167,9 +172,9 @@ class Sensor(Device, ABC, Generic[R]):
 
     def _arm(self) -> None:
         if not self._watches:
-            self._watches.append(self.simulation.watch(self.name, self.period, self._sample))
+            self._watches.append(self.simulation.watch(self.name, self.period, self._sample, self._rank))
             if self._latency_ns:
-                self._watches.append(self.simulation.watch(self.name, None, self._deliver_due))
+                self._watches.append(self.simulation.watch(self.name, None, self._deliver_due, self._rank))
 
     def _disarm(self) -> None:
         for watch in self._watches:
@@ -180,7 +185,8 @@ class Sensor(Device, ABC, Generic[R]):
     def _sample(self, index: int) -> None:
         if not self._enabled:
             return
-        self.simulation.refresh()
+        if self.needs_positions:
+            self.simulation.refresh()
         reading = self.measure(index)
         if self._latency_ns:
             self._under_way.append(reading)
@@ -208,6 +214,8 @@ class Sensor(Device, ABC, Generic[R]):
         """Take a place in a simulation; its seed is the root of the noise."""
         super().attach(simulation)
         self._chance = SampleNoise(simulation.seed, self.name)
+        # those that are due together have their turn in the order of the devices, whoever began to listen first
+        self._rank = _FIRST_RANK + len(simulation.devices)
 
     def reset(self) -> None:
         """Begin a run, switched on or off as it was made; who listens goes on listening."""

@@ -43,11 +43,11 @@ class EePoseTopics:
 
     def serve(self, bus: Bus, simulation: Simulation, table: tuple[Row, ...]) -> None:
         """Take a place on the bus, where the robot has arms."""
-        for row in table:
+        for rank, row in enumerate(table, 1):
             if row.name == TOPIC:
                 bus.listen(row.name, row.type, self._command, node=row.node)
             elif row.name == "/io_teleop/state_ee_poses":
-                Sampled(bus, simulation, row, row.period, self.state)
+                Sampled(bus, simulation, row, row.period, self.state, rank=rank)
 
     def _command(self, message: Any, node: str) -> None:
         poses = self.targets(message)

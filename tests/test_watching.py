@@ -1,0 +1,118 @@
+"""Watching changes nothing: an agent gets the same messages at the same times, and leaves the same state."""
+
+from __future__ import annotations
+
+import re
+import runpy
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+
+from cellwright import load_trial
+from cellwright.agents.agent import Agent, find_agent
+from cellwright.cell import Cell
+from cellwright.client.transports.in_process import InProcess
+from cellwright.run import RunOptions, run_cell
+from tests.client.test_socket import connected, served
+from tests.watching import ACTIONS, TRIAL, WATCHERS, Action, all_topics, nobody, recording, work
+
+ROOT = Path(__file__).parents[1]
+BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)
+
+LATE: list[Action] = [
+    ("wait", 110),
+    ("subscribe", "/ariac/break_beam_1"),
+    ("subscribe", "/ariac/break_beam_1_change"),
+    ("move", 0),
+    ("wait", 20),
+    ("subscribe", "/ariac/logical_camera_2"),
+    ("subscribe", "/ariac/laser_profiler_1"),
+    ("subscribe", "/tf"),
+    ("subscribe", "/ariac/quality_control_sensor_1"),
+    ("subscribe", "/ariac/arm/follow_joint_trajectory/status"),
+    ("move", 1),
+    ("wait", 70),
+    ("unsubscribe", 2),
+    ("subscribe", "/ariac/logical_camera_2"),
+    ("move", 2),
+]
+"""Latched topics are asked for in mid-run, some of them again."""
+
+
+@pytest.mark.slow
+@settings(max_examples=12, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(actions=ACTIONS, watch=st.sampled_from(WATCHERS))
+@example(actions=LATE, watch=WATCHERS[0])
+@example(actions=LATE, watch=WATCHERS[1])
+@example(actions=LATE, watch=WATCHERS[2])
+def test_a_random_agent_is_alone_or_watched(tmp_path: Path, actions: list[Action], watch: object) -> None:
+    found = []
+    for look in (nobody, watch):
+        cell = Cell(TRIAL)
+        look(cell, tmp_path)  # type: ignore[operator]
+        found.append((work(InProcess(cell), actions), cell.state_hash()))
+    alone, watched = found
+    assert watched == alone
+
+
+def test_late_subscribers_get_the_newest_message_of_latched_topics() -> None:
+    heard = work(InProcess(Cell(TRIAL)), LATE)
+    first: dict[str, int] = {}
+    for time, topic, _ in heard:
+        first.setdefault(topic, time)
+    begun, later = 222_000_000, 262_000_000  # the tick after subscribing: in one process messages come with a step
+    assert first["/ariac/break_beam_1"] == begun
+    assert {first[topic] for topic in ("/ariac/logical_camera_2", "/ariac/quality_control_sensor_1")} == {later}
+    assert first["/ariac/arm/follow_joint_trajectory/status"] == later
+    assert first["/ariac/laser_profiler_1"] == 270_000_000  # not latched: the next one
+
+
+def agent_of(source: str, folder: Path) -> Agent:
+    """A new agent: a known one, or `PAGE CLASS` in a page's example."""
+    page, _, name = source.partition(" ")
+    if not name:
+        return find_agent(source)()
+    (block,) = [each for each in BLOCK.findall((ROOT / page).read_text()) if f"class {name}:" in each]
+    (folder / "example.py").write_text(block)
+    found: Agent = runpy.run_path(str(folder / "example.py"))[name]()
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "source",
+    [
+        "lesson",
+        "kitter",
+        "README.md MyRobot",
+        "docs/agents.md BeltPicker",
+        "docs/getting-started.md MyRobot",
+        "docs/motion.md Mover",
+        "docs/serve.md Looks",
+        "docs/how-to/add-an-agent.md Taster",
+        "docs/how-to/find-a-part.md Finder",
+    ],
+)
+def test_agents_of_the_docs_are_alone_or_watched(tmp_path: Path, source: str) -> None:
+    trial = load_trial("lesson")
+    found = []
+    for watch in (nobody, all_topics, recording):
+        cell = Cell(trial)
+        watch(cell, tmp_path)
+        result = run_cell(cell, agent_of(source, tmp_path), RunOptions(until=8.0))
+        found.append((result.state_hash, cell.simulation.now, result.outcome, result.error))
+    assert found[1:] == found[:1] * 2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("watch", [nobody, *WATCHERS])
+def test_over_a_socket_it_is_the_same(tmp_path: Path, watch: object) -> None:
+    cell = Cell(TRIAL)
+    expected = work(InProcess(cell), LATE)
+    other = Cell(TRIAL)
+    watch(other, tmp_path)  # type: ignore[operator]
+    with served(other) as home, connected(home) as transport:
+        assert work(transport, LATE) == expected
+        assert home.end().state_hash == cell.state_hash()
