@@ -89,8 +89,7 @@ def test_where_the_joints_are() -> None:
 
 
 def test_going_somewhere_and_standing_there() -> None:
-    """The original's servo leaves the rail 0.05 m short at most, where dry friction holds it: 500 N / 10 kN/m."""
-    for servo, close in (("original", 0.05), ("precise", 0.001)):
+    for servo, close in (("original", 0.003), ("precise", 0.001)):
         client = client_of(Cell(ARM_ONLY, servo=servo))  # type: ignore[arg-type]
         assert client.move_arm([in_order(START), in_order(NEAR)], [0.5, 1.5])
         assert 1.5 <= client.time < 3.0
@@ -100,9 +99,9 @@ def test_going_somewhere_and_standing_there() -> None:
 
 def test_how_close_is_close_enough() -> None:
     client = client_of(Cell(ARM_ONLY))
-    assert not client.move_arm([in_order(NEAR)], tolerance=0.01, timeout=0.5)
+    assert not client.move_arm([in_order(NEAR)], tolerance=0.0001, timeout=0.5)  # the arm sags by more
     assert client.time == 1.5
-    assert client.move_arm([in_order(NEAR)], tolerance=0.06)
+    assert client.move_arm([in_order(NEAR)])
 
 
 def test_not_arriving_in_time() -> None:

@@ -30,6 +30,7 @@ def test_everything_written() -> None:
     gains:
       elbow_joint: {p: 1000, d: 20, i: 1, i_clamp: 5}
       wrist_1_joint: {p: 10, d: 1}
+    dry_friction: {linear_arm_actuator_joint: 500}
     constraints:
       goal_time: 2
       stopped_velocity_tolerance: 0
@@ -45,6 +46,7 @@ def test_everything_written() -> None:
         arm=ArmSettings(
             servo="precise",
             gains={"elbow_joint": JointGains(1000.0, 20.0, 1.0, 5.0), "wrist_1_joint": JointGains(10.0, 1.0)},
+            dry_friction={"linear_arm_actuator_joint": 500.0},
             tolerances={"elbow_joint": JointTolerance(0.2, 0.05), "wrist_1_joint": JointTolerance(0.1, 0.0)},
             goal_time=2.0,
             stopped_velocity_tolerance=0.0,
@@ -98,6 +100,8 @@ def test_any_fraction_is_exact_or_refused(numerator: int, denominator: int) -> N
             "{arm: {gains: {elbow: {p: 1, d: 1}}}}",
             "cellwright.arm.gains.elbow: unknown joint; did you mean elbow_joint",
         ),
+        ("{arm: {dry_friction: {elbow_joint: -1}}}", "must not be negative, and is -1"),
+        ("{arm: {dry_friction: {rail: 1}}}", "cellwright.arm.dry_friction.rail: unknown joint"),
         ("{arm: {gains: {elbow_joint: {p: 1}}}}", "the required entry 'd' is missing"),
         ("{arm: {gains: {elbow_joint: {p: 1, d: -1}}}}", "must not be negative, and is -1"),
         ("{arm: {gains: {elbow_joint: {p: 1, d: 1, k: 1}}}}", "unknown gain (known: p, d, i, i_clamp)"),

@@ -133,7 +133,7 @@ int main(int argc, char ** argv)
   command.points[0].positions[0] += 0.25;
   command.points[0].time_from_start = ros::Duration(1.0);
   const double goal = command.points[0].positions[0];
-  arm.publish(command);  // the rail's friction leaves it a few centimetres short
+  arm.publish(command);
   if (!pass([&] { return std::abs(state.actual.positions[0] - goal) < 0.06; })) return 2;
   std::printf("moved %s\\n", state.joint_names[0].c_str());
 

@@ -79,14 +79,14 @@ def test_pushed_pick_from_the_bin_lays_the_cup_flat(shift: float) -> None:
 
 
 def test_belt_pick_meets_the_mark_of_a_gear() -> None:
-    """1.4 s after the gear breaks the beam the cup rests on its mark, 3 mm high, while the belt runs."""
+    """1.5 s after the gear breaks the beam the cup rests on its mark, 3 mm high, while the belt runs."""
     bench = Bench(cell(lying("gear_part", 1.21, 2.6, BELT_SURFACE), has_arm=True))
     bench.put_arm(BY_BELT)
     bench.set_belt(0.2)
     part = bench.world.parts[0]
     while bench.position(part)[1] > 2.25 + 0.039:
         mujoco.mj_step(bench.model, bench.data)
-    bench.run(0.3)
+    bench.run(0.4)
     drive(bench, BY_BELT, ON_BELT, 1.0)
     met = 0
     for _ in range(10):

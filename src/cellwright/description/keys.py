@@ -167,6 +167,7 @@ OWN_ARM = Keys(
         f"`{_ARM.servo}`",
     ),
     Key("gains", "`{joint: {p, d, i, i_clamp}}`", "gains of the servos of single joints", "the profile's"),
+    Key("dry_friction", "`{joint: friction}`, N m or N, not negative", "dry friction of single joints", "none"),
     Key("constraints", "`{…, joint: {…}}`", "when a trajectory has failed", "see below"),
     Key(
         "stop_trajectory_duration",

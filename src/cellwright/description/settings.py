@@ -84,6 +84,10 @@ def _arm(table: Table, reader: Reader) -> tuple[ArmSettings, Mapping[str, float]
         values["servo"] = profile
     if (gains := table.get("gains")) and (gains_table := reader.table(gains)):
         values["gains"] = _gains(gains_table, reader)
+    if (friction := table.get("dry_friction")) and (friction_table := reader.table(friction)):
+        values["dry_friction"] = _numbers(
+            friction_table, tuple(str(each.name) for each in _joints(friction_table, reader)), reader
+        )
     if (constraints := table.get("constraints")) and (constraint_table := reader.table(constraints)):
         values |= _constraints(constraint_table, reader)
     if (stop := table.get("stop_trajectory_duration")) and (duration := _positive(stop, reader)) is not None:

@@ -191,10 +191,14 @@ class JointTolerance:
 
 @dataclass(frozen=True, slots=True)
 class ArmSettings:
-    """How the arm is controlled, in the shape of the original's controller file. Gains not named keep the profile's."""
+    """How the arm is controlled, in the shape of the original's controller file. Gains not named keep the profile's.
+
+    `dry_friction` is in N for the rail and N m for the other joints; joints not named have none.
+    """
 
     servo: ServoProfile = "original"
     gains: Mapping[str, JointGains] = field(default_factory=dict)
+    dry_friction: Mapping[str, float] = field(default_factory=dict)
     tolerances: Mapping[str, JointTolerance] = field(default_factory=dict)
     goal_time: float = 0.6
     stopped_velocity_tolerance: float = 0.05

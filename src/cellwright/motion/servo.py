@@ -54,25 +54,24 @@ class ServoModel:
         stiffness: p [N/m for the rail; N m/rad].
         derivative: d [N s/m; N m s/rad].
         damping: viscous friction [N s/m; N m s/rad].
-        friction: dry [N; N m].
+        friction: dry [N; N m]; of the cell's arm only where its file says so (`arm.dry_friction`).
         inertia: that is moved [kg; kg m^2]; 0 where it is left out of account.
     """
 
     stiffness: Joints
     derivative: Joints
     damping: Joints
-    friction: Joints
+    friction: Joints = STILL
     inertia: Joints = STILL
 
 
 ORIGINAL_SERVO = ServoModel(
     stiffness=Joints(10000.0, 10000.0, 50000.0, 50000.0, 100.0, 75.0, 25.0),
-    derivative=Joints(500.0, 150.0, 10.0, 1.0, 5.0, 2.0, 1.0),
+    derivative=Joints(500.0, 150.0, 150.0, 150.0, 5.0, 2.0, 1.0),
     damping=Joints(20.0, 20.0, 20.0, 20.0, 1.0, 1.0, 0.5),
-    friction=Joints(500.0, 20.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     inertia=Joints(32.7, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
 )
-"""The servos of the `original` profile: the published gains of the arm's controller and its joints' friction."""
+"""The servos of the `original` profile: the published gains of the arm's controller and its joints' damping."""
 
 
 def anticipated(motion: JointMotion, servo: ServoModel = ORIGINAL_SERVO, *, payload: float = 0.0) -> JointMotion:

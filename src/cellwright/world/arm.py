@@ -43,7 +43,8 @@ class ArmJoint:
         effort: largest force [N] or torque [N m] of the drive.
         velocity: published limit [m/s] or [rad/s]. As in the original, nothing holds a command to it.
         damping: viscous [N s/m] or [N m s/rad].
-        friction: dry [N] or [N m].
+        friction: dry [N] or [N m], as published. In the original it never acted: the engine dropped the motor that
+            carries it, since it sets both stops of a damped joint to one value. Only the URDF tells it.
         stiffness: position gain of the `precise` profile.
         armature: inertia of the drive as the joint feels it, `precise` profile [kg] or [kg m^2].
     """
@@ -152,7 +153,7 @@ def gains_of(settings: ArmSettings) -> dict[str, JointGains]:
     Raises:
         UnknownNameError: the settings name a joint that the arm does not have.
     """
-    for name in settings.gains:
+    for name in (*settings.gains, *settings.dry_friction):
         if name not in JOINT_NAMES:
             raise UnknownNameError("arm joint", name, JOINT_NAMES)
     return {joint.name: settings.gains.get(joint.name, joint.gains) for joint in JOINTS}
@@ -212,9 +213,9 @@ def _give_mass(link: Any, form: Cylinder, servo: ServoProfile) -> None:
 def _add_joint(spec: Any, link: Any, joint: ArmJoint, settings: ArmSettings, gains: JointGains) -> None:
     """A joint and its servo: a `pid` actuator with a position and a velocity setpoint, limited in force.
 
-    `original`: the effort controller's gains, the joint's damping and dry friction. The integral term is clamped to
-    +-i_clamp in units of force; the engine clamps the integral itself.
-    `precise`: an ideal drive that feels neither friction nor weight, critically damped; gains that the settings name
+    `original`: the effort controller's gains and the joint's damping. The integral term is clamped to +-i_clamp in
+    units of force; the engine clamps the integral itself.
+    `precise`: an ideal drive that feels neither damping nor weight, critically damped; gains that the settings name
     still hold.
     """
     prismatic = joint.name == "linear_arm_actuator_joint"
@@ -234,7 +235,8 @@ def _add_joint(spec: Any, link: Any, joint: ArmJoint, settings: ArmSettings, gai
         dof.armature = joint.armature
     else:
         dof.damping[0] = joint.damping
-        dof.frictionloss = joint.friction
+    if friction := settings.dry_friction.get(joint.name, 0.0):
+        dof.frictionloss = friction
         # softer dry friction creeps under a steady load instead of holding it
         dof.solref_friction = (0.004, 1.0)
         dof.solimp_friction = (0.9999, 0.9999, 0.001, 0.5, 2.0)

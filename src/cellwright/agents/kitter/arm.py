@@ -1,8 +1,7 @@
 """The arm as the agent moves it: tool poses with the cup facing down, and the servos' softness made up for.
 
-The servos hold the arm 1 to 3 mm low and leave the rail up to 4 cm short of where it is sent. Joint states tell both:
-the rail is overdriven on its way and then taken as it stands, and what the other joints are off is added to their
-next command.
+The servos hold the arm 1 to 3 mm low. Joint states tell by how much, and what the joints are off is added to their next
+command. The rail arrives where it is sent.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 from cellwright.agents.kitter.joint_watch import JointWatch
-from cellwright.agents.kitter.postures import folded, near_posture, on_rail, station_posture
+from cellwright.agents.kitter.postures import folded, near_posture, station_posture
 from cellwright.agents.kitter.timing import travel_time, velocities_along
 from cellwright.agents.kitter.tool_ways import TimedPose, at_height, facing_down, following_way, straight_way
 from cellwright.client import Client
@@ -26,9 +25,6 @@ RAIL, PAN = 0, 1
 
 FACE = 0.005
 """The cup's face is this far [m] below the gripper link."""
-
-RAIL_SHORTFALL = 0.04
-"""How far [m] the rail stops short: its friction over its stiffness, less what momentum gives."""
 
 OTHER_STATION = 0.8
 """A pan [rad] that differs by more belongs to another station."""
@@ -43,7 +39,7 @@ RISING = 0.5
 """How fast the tool rises [m/s]."""
 
 MOST_SAG = 0.03
-"""What a joint is off by [rad] at most because of sag and friction; more is something else."""
+"""What a joint is off by [rad] at most because of sag; more is something else."""
 
 
 class Arm:
@@ -85,10 +81,7 @@ class Arm:
     # ---------------------------------------------------------------- from station to station
 
     def travel(self, goal: Pose, rail: float) -> bool:
-        """Go to a tool pose above a station, with the rail at (about) `rail` [m]; False if it is out of reach.
-
-        The rail ends within millimetres of the place, and the tool where it was sent whatever the rail did.
-        """
+        """Go to a tool pose above a station, with the rail at `rail` [m]; False if it is out of reach."""
         stops = self._stops(goal, rail)
         if stops is None:
             return False
@@ -96,7 +89,6 @@ class Arm:
             self.rise(SAFE)
         for joints in stops:
             self._move(joints)
-        self._stop_rail()
         return self.settle(goal)
 
     def travel_time(self, goal: Pose, rail: float) -> float:
@@ -110,17 +102,14 @@ class Arm:
     def settle(self, goal: Pose) -> bool:
         """Correct the arm until the tool stands within a millimetre of a pose, or three times; False: out of reach."""
         for _ in range(3):
-            measured = self._joints.positions
-            joints = near_posture(goal, measured.rail, self._commanded)
+            joints = near_posture(goal, self._commanded[RAIL], self._commanded)
             if joints is None:
                 return False
-            off = [want - have for want, have in zip(joints, measured, strict=True)]
+            off = [want - have for want, have in zip(joints, self._joints.positions, strict=True)]
             if math.dist(self.tool.position, goal.position) < 0.001 and max(map(abs, off[1:])) < 0.005:
                 return True
             sags = (max(-MOST_SAG, min(MOST_SAG, each)) for each in self._sags())
-            sent = [want + sag for want, sag in zip(joints, sags, strict=True)]
-            sent[RAIL] = measured.rail
-            self._move(sent)
+            self._move([want + sag for want, sag in zip(joints, sags, strict=True)])
             self._client.sleep(0.1)
         return True
 
@@ -146,8 +135,7 @@ class Arm:
 
         What the joints are off now is taken to be what they will be off on the way.
         """
-        sags, near = self._sags(), self._joints.positions
-        rail = near.rail
+        sags, near, rail = self._sags(), self._joints.positions, self._commanded[RAIL]
         points, times = [], []
         for time, pose in way:
             joints = near_posture(pose, rail, near)
@@ -170,29 +158,19 @@ class Arm:
         if posture is None:
             return None
         joints = list(posture)
-        way = on_rail(rail) - self.rail
-        if abs(way) > 0.01:
-            joints[RAIL] += math.copysign(RAIL_SHORTFALL, way)
-        else:
-            joints[RAIL] = self._commanded[RAIL]
         if abs(joints[PAN] - self._commanded[PAN]) < OTHER_STATION:
             return [joints]
         return [folded(self._commanded, self._commanded), folded(joints, self._commanded), joints]
 
     def _sags(self) -> list[float]:
-        """By how much each joint stands short of what it was sent to [m; rad]."""
-        return [sent - have for sent, have in zip(self._commanded, self._joints.positions, strict=True)]
+        """By how much each joint stands short of what it was sent to [m; rad]; the rail does not."""
+        return [0.0, *(sent - have for sent, have in zip(self._commanded[1:], self._joints.positions[1:], strict=True))]
 
     def _move(self, joints: Sequence[float]) -> None:
         """Go to joint positions on the straight way in joint space, and wait until there."""
         duration = travel_time(self._commanded, joints)
         self._send([joints], [duration], [[0.0] * 7])
         self._client.doze(duration)
-
-    def _stop_rail(self) -> None:
-        """Take the rail as it stands, so that nothing pulls at it."""
-        self._client.sleep(0.06)
-        self._commanded[RAIL] = self.rail
 
     def _send(
         self, points: Sequence[Sequence[float]], times: Sequence[float], velocities: Sequence[Sequence[float]]

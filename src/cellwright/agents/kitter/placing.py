@@ -126,5 +126,4 @@ def pose_on_tray(station: Station, part_type: str, tray_T_part: Pose, drop: floa
 def can_reach(arm: Arm, station: Station, held: Held, tray_T_part: Pose) -> bool:
     """Whether the arm reaches a place on the tray with what it holds."""
     goal = release_pose(held, pose_on_tray(station, held.type, tray_T_part))
-    rail = math.copysign(abs(station.rail) - 0.01, station.rail)
-    return arm.reaches(goal, rail)
+    return arm.reaches(goal, station.rail)

@@ -149,7 +149,7 @@ class LogicalCamera(Sensor[CameraReading]):
             return ()
         # every model has its own noise in a sample, whatever else is in view; none is drawn beyond the last
         noise = self.normal(index, _NOISE_A_MODEL * (int(told[-1]) + 1)).reshape(-1, _NOISE_A_MODEL)
-        return tuple(map(self._detect, told.tolist(), self.scene.poses(moment, told), noise[told]))
+        return tuple(map(self._detect, told.tolist(), self.scene.poses(told, moment), noise[told]))
 
     def _detect(self, index: int, world_T_model: Pose, noise: NDArray[np.float64]) -> Detection:
         model = self.scene.models[index]

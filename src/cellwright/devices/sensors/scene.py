@@ -111,20 +111,22 @@ class Scene:
         """The positions of all joints now, as bytes; `poses` and `boxes` take them then or later."""
         return bytes(self._data.qpos)
 
-    def poses(self, moment: bytes, indices: NDArray[np.intp]) -> list[Pose]:
-        """`world_T_model` of some models at a moment."""
+    def poses(self, indices: NDArray[np.intp], moment: bytes | None = None) -> list[Pose]:
+        """`world_T_model` of some models at a moment; now if there is none given."""
         self._look_at(moment)
         return body_poses(self._there, self._bodies[indices])
 
-    def boxes(self, moment: bytes) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def boxes(self, moment: bytes | None = None) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Middle and half size of the box along the world's axes around each model [m], both of shape (n, 3).
 
-        Boxes are exact for boxes, cylinders, balls and meshes' own boxes.
+        They are those of a moment; now if there is none given. They are exact for boxes, cylinders, balls and the own
+        boxes of meshes.
         """
         self._look_at(moment)
         return self._boxes
 
-    def _look_at(self, moment: bytes) -> None:
+    def _look_at(self, moment: bytes | None) -> None:
+        moment = self.moment() if moment is None else moment
         if self._looked_at != moment:
             self._looked_at = moment
             self._there.qpos[:] = np.frombuffer(moment)
