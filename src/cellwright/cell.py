@@ -25,6 +25,7 @@ from cellwright.devices.deletion_wall import DeletionWall
 from cellwright.devices.demo_tray import DemoTray
 from cellwright.devices.gripper.vacuum_gripper import VacuumGripper
 from cellwright.devices.kit_tray import KitTray
+from cellwright.devices.overlaps import Overlaps
 from cellwright.devices.parts import Parts
 from cellwright.devices.population import Population
 from cellwright.devices.sensors.break_beam import BreakBeam
@@ -82,6 +83,7 @@ class Cell:
             first_pose=self.world.put_in_first_pose,
         )
         self.parts = Parts(self.world.parts)
+        self.overlaps = Overlaps(self.parts)
         self.conveyor = Conveyor(self.parts)
         self.population = (
             Population(
@@ -172,6 +174,7 @@ class Cell:
         """Every device, in the order in which they act in a tick."""
         return [
             self.parts,
+            self.overlaps,
             self.conveyor,
             *filter(None, [self.population]),
             self.deletion_wall,

@@ -29,6 +29,8 @@ class Parts(Device):
         self.in_play: set[str] = set()
         self.on_taken: list[Callable[[WorldPart], None]] = []
         """Those who are told when a part was taken out of the cup, if it was in it: put elsewhere, or locked."""
+        self.on_placed: list[Callable[[int], None]] = []
+        """Those who are told the body of a part that was put somewhere in a run."""
         rows = np.array([part.qpos for part in parts], dtype=np.int64).reshape(-1, 1)
         self._position_rows = rows + np.arange(3)
 
@@ -77,6 +79,8 @@ class Parts(Device):
         """Have a part stand at a pose, at rest and held by nothing: it appears there, or was dropped there."""
         self._teleport(part, world_T_part)
         self.in_play.add(part.name)
+        for listener in self.on_placed:
+            listener(part.body)
 
     def put_away(self, part: WorldPart) -> None:
         """Take a part out of play, onto its shelf slot."""

@@ -192,6 +192,18 @@ PART_TYPES = tuple(_CATALOGUE)
 """Part types that can be built."""
 
 
+STAYING_TYPES = frozenset({"disk_part", "gasket_part", "gear_part"})
+"""Part types whose contact surfaces correct no penetration in the original; those of the others do so slowly."""
+
+
+def separation_speed(name: str) -> float:
+    """How fast [m/s] a part's surface lets it out of what it was put into; of two bodies the lower one counts.
+
+    Figures: `max_vel` of the original's models (0 or 0.1).
+    """
+    return 0.0 if name in STAYING_TYPES else 0.1
+
+
 def part_type(name: str) -> PartType:
     """A type of part by name.
 
