@@ -44,6 +44,8 @@ def test_a_kit_of_no_order_in_progress_scores_nothing(
     scorer: Scorer, kit_type: str, reason: RefusalReason, order_id: str | None
 ) -> None:
     scorer.announce("order_1", 100)
+    for kit in TWO.kits:
+        scorer.submit(kit.kit_type, (), 105)
     scorer.withdraw("order_1", 110)
     before = scorer.get_state()
     score = scorer.submit(kit_type, filling(ONE), 120)
@@ -88,6 +90,17 @@ def test_withdrawing_keeps_the_points_and_the_clock_of_an_incomplete_order(score
     assert scorer.withdraw("order_0", 300).total == 6.0
     assert scorer.game_score(400).orders[0].time_taken == 300
     assert scorer.withdraw("order_1", 400).total == 0.0
+
+
+def test_a_kit_of_an_order_that_was_taken_back_is_scored_when_it_is_submitted_later(scorer: Scorer) -> None:
+    scorer.announce("order_0", 100)
+    scorer.withdraw("order_0", 200)
+    assert scorer.submit("order_0_kit_0", filling(ONE), 300).total == 6.0
+    for kit in ONE.kits[1:]:
+        scorer.submit(kit.kit_type, (), 400)
+    score = scorer.game_score(900).orders[0]
+    assert (score.total, score.time_taken, score.is_complete) == (6.0, 300, True)
+    assert scorer.submit("order_0_kit_0", (), 500).refusal is not None
 
 
 def test_the_end_stops_every_clock(scorer: Scorer) -> None:
@@ -141,7 +154,7 @@ def test_state_goes_through_json_with_the_evidence(scorer: Scorer) -> None:
     assert copy.get_state() == scorer.get_state()
     for each in (scorer, copy):
         assert each.submit("order_0_kit_0", (), 140) == first
-        assert each.submit("order_1_kit_0", (), 140).refusal is not None
+        assert each.submit("order_1_kit_0", (), 140).refusal is None
         each.submit("order_0_kit_1", filling(ONE), 150)
         each.end(160)
     assert copy.game_score(999) == scorer.game_score(999)

@@ -67,6 +67,10 @@ class _Announced:
     def is_complete(self) -> bool:
         return all(kit.kit_type in self.judged for kit in self.order.kits)
 
+    @property
+    def is_closed(self) -> bool:
+        return self.is_withdrawn and self.is_complete
+
     def score(self, now: int) -> OrderScore:
         kits = tuple(
             self.judged[kit.kit_type][1] if kit.kit_type in self.judged else KitScore(kit.kit_type)
@@ -142,7 +146,7 @@ class Scorer:
         announced = self._announced.get(order.order_id)
         if announced is None:
             return self._refuse(RefusalReason.NOT_ANNOUNCED, kit_type, order.order_id)
-        if announced.is_withdrawn:
+        if announced.is_closed:
             return self._refuse(RefusalReason.ORDER_CLOSED, kit_type, order.order_id)
         if kit_type not in announced.judged:
             announced.judged[kit_type] = (contents, score_kit(kit, contents))
@@ -151,7 +155,11 @@ class Scorer:
         return announced.judged[kit_type][1]
 
     def withdraw(self, order_id: str, now: int) -> OrderScore:
-        """Score no more kits of an order; what it has earned stays. Its clock runs on if it is not complete."""
+        """Take an order back; what it has earned stays, and once it is complete no kit of it is scored any more.
+
+        Of one that is not complete the clock runs on from its announcement, and a kit that is submitted later is scored
+        in full, as in the original.
+        """
         if order_id in self._announced:
             self._announced[order_id].is_withdrawn = True
         return self.order_score(order_id, now)
@@ -227,6 +235,6 @@ class Scorer:
 
     def _refuse(self, reason: RefusalReason, kit_type: str, order_id: str | None = None) -> KitScore:
         wanted = tuple(
-            kit.kit_type for each in self._announced.values() if not each.is_withdrawn for kit in each.order.kits
+            kit.kit_type for each in self._announced.values() if not each.is_closed for kit in each.order.kits
         )
         return KitScore(kit_type, refusal=Refusal(reason, kit_type, order_id, wanted))
