@@ -61,6 +61,11 @@ class Terminal:
         found = _PROMPT.search(self._printed)
         return int(found[1]) if found else None
 
+    @property
+    def foreground(self) -> str:
+        """Name of the program that gets Ctrl-C; of the shell itself where none runs."""
+        return Path(f"/proc/{os.tcgetpgrp(self._leader)}/comm").read_text(encoding="utf-8").strip()
+
     def give(self, command: str) -> None:
         """Type a command."""
         self._printed = ""

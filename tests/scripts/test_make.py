@@ -17,7 +17,7 @@ def make(folder: Path, version: str) -> subprocess.CompletedProcess[str]:
     """Run `make` for an environment of a Python that says to be of a version, and that makes none."""
     python = folder / "python"
     claim = f"import sys; sys.version_info = ({version})"
-    python.write_text(f'#!/bin/sh\n[ "$1" = -m ] && exit 77\nexec {sys.executable} -c "{claim}\n$2"\n')
+    python.write_text(f'#!/bin/sh\n[ "$1" = -m ] && exit 77\nexec "{sys.executable}" -c "{claim}\n$2"\n')
     python.chmod(0o755)
     shutil.copy(ROOT / "Makefile", folder)
     (folder / "pyproject.toml").touch()

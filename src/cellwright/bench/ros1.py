@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 import statistics
-import subprocess
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -108,7 +107,9 @@ def _bridged(clients: Clients, environment: Mapping[str, str], seconds: float) -
             raise ServiceFailedError("the bridge is not ready")
         yield Figure("until the bridge is ready", time.perf_counter() - begin, "s")
         clients.start()
-        processes = {"the cell": os.getpid(), "the bridge": bridge_of(os.getpid())}
+        if ros.bridge_pid is None:
+            raise ServiceFailedError("the bridge has ended")
+        processes = {"the cell": os.getpid(), "the bridge": ros.bridge_pid}
         before, start = {name: busy(pid) for name, pid in processes.items()}, time.perf_counter()
         pacer = Pacer(cell.simulation, 1.0, sleep=server.wait)
         polled = 0.0
@@ -141,14 +142,3 @@ def busy(pid: int) -> float:
     """Processor time of a process so far [s]."""
     fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
-def bridge_of(pid: int) -> int:
-    """The process id of the bridge that a process has started."""
-    command = ["/bin/ps", "-o", "pid=,args=", "--ppid", str(pid)]
-    listed = subprocess.run(command, capture_output=True, text=True, check=True)  # noqa: S603
-    for line in listed.stdout.splitlines():
-        number, _, program = line.strip().partition(" ")
-        if "bridges/ros1" in program:
-            return int(number)
-    raise UsageError("there is no bridge")

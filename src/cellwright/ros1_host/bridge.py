@@ -55,6 +55,11 @@ class Bridge:
         )
 
     @property
+    def pid(self) -> int:
+        """Its process id."""
+        return self._child.pid
+
+    @property
     def started(self) -> float:
         """When it was started [s] of `time.monotonic`."""
         return self._child.started

@@ -141,6 +141,11 @@ class Ros1:
 
     # ---------------------------------------------------------------- while the cell runs
 
+    @property
+    def bridge_pid(self) -> int | None:
+        """Process id of the bridge; None while there is none."""
+        return None if self._bridge is None else self._bridge.pid
+
     def poll(self) -> None:
         """Look after master and bridge, and start anew what has ended; to be called often, and by the same thread."""
         try:
