@@ -428,8 +428,13 @@ def test_no_parts_however_many_rows() -> None:
 
 
 def test_files_of_other_years_are_told_so() -> None:
-    early = "orders: {order_0: {announcement_time: 0, parts: {}}}"
-    assert all("'announcement_time' belongs to the 2016 format" in message for message in errors(early))
+    early = "orders: {order_0: {announcement_time: 30, parts: {}}, order_1: {announcement_time: 60, parts: {}}}"
+    first, second = errors(early)
+    assert "orders.order_0.announcement_time: this entry belongs to the 2016 format" in first
+    assert "write announcement_condition: time and announcement_condition_value: 30 instead" in first
+    assert second.endswith("announcement_condition_value: 60 instead")
+    assert "belt parts are listed by type and then by time [s]" in error("belt_parts: {1.0: {type: part1, pose: {}}}")
+    assert "must be a number, not the text 'xyz'" in error("belt_parts: {part1: {xyz: [0, 0, 0]}}")
     later = (
         "orders: {o: {announcement_condition: time, announcement_condition_value: 0, products: {}, destinations: []}}"
     )

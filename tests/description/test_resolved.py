@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from cellwright.description.gear2017 import load_trial
-from cellwright.description.resolved import resolved
+from cellwright.description.resolved import resolved, resolved_cell
 from tests.conftest import DATA
 
 TRIALS: dict[str, Any] = json.loads((DATA / "gear2017_trials.json").read_text())["trials"]
@@ -61,3 +61,23 @@ models_to_spawn: {world: {models: {a: {type: part2, pose: {xyz: [1, 2, 3]}}}}}
 """
     data = resolved(load_trial(text=text).figures)
     assert data["extra_models"] == [["world|part2_1", "part2", "world", [1.0, 2.0, 3.0], [0.0, 0.0, 0.0]]]
+
+
+def test_sensors_and_what_else_stands_in_the_cell_are_listed() -> None:
+    text = """
+sensors: {beam: {type: break_beam, pose: {xyz: [1.6, 2.25, 0.91], rpy: [0, 0, pi]}}}
+arm: {type: ur10}
+cellwright:
+  seed: 7
+  timestep: 1/1000
+  arm: {servo: precise, initial_joint_states: {elbow_joint: 1.5}}
+  sensors: {over: {type: rgb_camera, pose: {xyz: [0, 0, 2]}, width: 64}}
+"""
+    found = resolved_cell(load_trial(text=text).trial)
+    assert json.loads(json.dumps(found)) == found
+    beam, over = found["sensors"]
+    assert beam == {"name": "beam", "type": "break_beam", "xyz": [1.6, 2.25, 0.91], "rpy": [0.0, 0.0, 3.14159265359]}
+    assert (over["type"], over["frame"], over["width"], over["xyz"]) == ("rgb_camera", "world", 64, [0.0, 0.0, 2.0])
+    assert (found["arm"]["servo"], found["arm"]["initial_joint_states"]) == ("precise", {"elbow_joint": 1.5})
+    assert (found["seed"], found["timestep"], found["options"]["insert_agvs"]) == (7, 0.001, True)
+    assert resolved_cell(load_trial(text="").trial)["arm"] is None

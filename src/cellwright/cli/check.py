@@ -30,7 +30,7 @@ def check(
 
     Errors make a file unusable. Warnings name what the format of 2017 passed over in silence, such as an option that
     does not exist. With `--json`: `ok`, `errors`, `warnings`, and under `resolved` every part, sensor and order with
-    its figures worked out.
+    its figures worked out, the arm and the options.
 
     A robot is a robot configuration (`vr_configs.yml`) or a URDF: `resolved` is what `cellwright robot --json` prints.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from cellwright.description.figures import BeltFigure
 from cellwright.description.models import PartBook
 from cellwright.description.other_years import OtherYear
-from cellwright.description.reading.tree import Entry, Leaf, Node, Scalar
+from cellwright.description.reading.tree import Entry, Leaf, Node, Scalar, Table
 
 
 def read_belt(node: Node, book: PartBook, other_year: OtherYear) -> tuple[BeltFigure, ...]:
@@ -14,6 +14,9 @@ def read_belt(node: Node, book: PartBook, other_year: OtherYear) -> tuple[BeltFi
     table = reader.table(node)
     found: dict[tuple[str, Scalar], BeltFigure] = {}
     for entry in reader.entries(table) if table else ():
+        if isinstance(entry.value, Table) and "type" in entry.value.entries:
+            reader.problems.error(entry, other_year.belt_by_time())
+            continue
         written_type = reader.key(entry)
         times = reader.table(entry.value)
         if written_type is None or times is None:
@@ -37,6 +40,8 @@ def _part(part_type: str, entry: Entry, book: PartBook, other_year: OtherYear) -
         reader.problems.error(entry, f"a time [s] is expected here, under it the pose{other_year.belt_without_pose()}")
         return None
     time = reader.number(Leaf(entry.name, entry.place, entry.key))
+    if time is None:
+        return None
     if isinstance(entry.value, Leaf) and entry.value.value is None:
         reader.problems.error(entry, f"the required entry 'pose' is missing{other_year.belt_without_pose()}")
         return None
@@ -46,7 +51,7 @@ def _part(part_type: str, entry: Entry, book: PartBook, other_year: OtherYear) -
     reader.ignored(table, ("pose",))
     pose = reader.required(table, "pose")
     placement = reader.placement(pose) if pose else None
-    if time is None or placement is None:
+    if placement is None:
         return None
     if time < 0:
         reader.problems.warn(entry, "a time before the start; the part appears at once")

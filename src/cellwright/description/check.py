@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from cellwright.description.gear2017 import load_trial
-from cellwright.description.resolved import resolved
+from cellwright.description.resolved import resolved, resolved_cell
 from cellwright.description.robot.document import document
 from cellwright.description.robot.robots import is_robot_file, load_robot
 from cellwright.description.trial import Trial
@@ -57,7 +57,8 @@ def check(paths: Sequence[Path]) -> Report:
         loaded = load_trial(paths)
     except DescriptionError as error:
         return Report(errors=tuple(map(str, error.problems)), warnings=tuple(map(str, error.warnings)))
-    return Report(warnings=tuple(map(str, loaded.warnings)), resolved=resolved(loaded.figures), trial=loaded.trial)
+    found = {**resolved(loaded.figures), **resolved_cell(loaded.trial)}
+    return Report(warnings=tuple(map(str, loaded.warnings)), resolved=found, trial=loaded.trial)
 
 
 def _check_robot(path: Path) -> Report:

@@ -51,10 +51,15 @@ def _order(entry: Entry, book: PartBook, other_year: OtherYear) -> OrderFigure |
     table = reader.table(entry.value)
     if table is None:
         return None
-    reader.ignored(table, ORDER.names)
+    early = table.entries.get("announcement_time") if table.get("announcement_condition") is None else None
+    reader.ignored(table, ORDER.names if early is None else (*ORDER.names, "announcement_time"))
     remark = other_year.order(table)
-    condition_node = reader.required(table, "announcement_condition", remark)
-    value_node = reader.required(table, "announcement_condition_value", remark)
+    if early is None:
+        condition_node = reader.required(table, "announcement_condition", remark)
+        value_node = reader.required(table, "announcement_condition_value", remark)
+    else:
+        reader.problems.error(early, other_year.announcement_time(early.value))
+        condition_node = value_node = None
     parts_node = reader.required(table, "parts", remark)
     count_node = table.get("kit_count")
     kit_count = reader.whole(count_node) if count_node else DEFAULT_KITS

@@ -5,7 +5,7 @@ The years are those in which an entry first appeared; later formats kept many of
 
 from collections.abc import Mapping
 
-from cellwright.description.reading.tree import Items, Scalar, Table
+from cellwright.description.reading.tree import Items, Leaf, Node, Scalar, Table, shortened
 from cellwright.errors import did_you_mean
 
 EARLY = 2016
@@ -66,7 +66,6 @@ _NAMES_NOW: Mapping[str, str] = {
     "models_over_shelves": "models_over_bins",
     "products": "parts",
     "shipment_count": "kit_count",
-    "announcement_time": "announcement_condition",
 }
 
 
@@ -110,9 +109,24 @@ class OtherYear:
                 return f"; {str(name)!r}{self._belongs(year)}{instead}"
         return ""
 
+    def announcement_time(self, node: Node) -> str:
+        """What to write in place of the announcement of an order in an early file."""
+        time = shortened(str(node.value)) if isinstance(node, Leaf) and node.value is not None else "0"
+        return (
+            f"this entry{self._belongs(EARLY)}: write announcement_condition: time and "
+            f"announcement_condition_value: {time} instead"
+        )
+
     def list_of_orders(self) -> str:
         """A remark on orders that come as a list."""
         return self._belongs(2023)
+
+    def belt_by_time(self) -> str:
+        """What to say of belt parts that are listed by their times."""
+        return (
+            f"belt parts are listed by type and then by time [s], as in gear_part: {{1.0: {{pose: {{…}}}}}}; this entry"
+            f"{self._belongs(EARLY)}"
+        )
 
     def belt_without_pose(self) -> str:
         """A remark on belt parts without a pose."""

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import asdict
 from typing import Any
 
 from cellwright.description.figures import ZERO, Figures, OrderFigure, Placement, kit_type, order_id
 from cellwright.description.reading.python2 import number_text
-from cellwright.pose import Vector3
+from cellwright.description.trial import Sensor, Trial
+from cellwright.pose import Pose, Vector3, rpy_from_quaternion
 
 
 def resolved(figures: Figures) -> dict[str, Any]:
@@ -40,6 +42,35 @@ def resolved(figures: Figures) -> dict[str, Any]:
             [model.name, model.type, model.origin, *_numbers(model.placement)] for model in figures.extra_models
         )
     return data
+
+
+def resolved_cell(trial: Trial) -> dict[str, Any]:
+    """What stands in the cell besides parts and orders, as JSON-able data: sensors, arm, options and what is one's own.
+
+    Angles are roll, pitch and yaw [rad]; poses are in the world frame, a camera's in its `frame`.
+    """
+    arm = asdict(trial.settings.arm) | {"initial_joint_states": dict(trial.initial_joint_states)}
+    return {
+        "sensors": [_sensor(sensor) for sensor in trial.sensors],
+        "arm": arm if trial.has_arm else None,
+        "options": asdict(trial.options),
+        "seed": trial.settings.seed,
+        "timestep": trial.settings.timestep[0] / trial.settings.timestep[1],
+        "part_types": sorted(trial.part_models),
+        "furniture": [{"name": each.name, **_pose(each.pose)} for each in trial.furniture],
+        "devices": [{"name": each.name, "type": each.type} for each in trial.devices],
+    }
+
+
+def _sensor(sensor: Sensor) -> dict[str, Any]:
+    more = asdict(sensor)
+    del more["pose"]
+    return {**more, **_pose(sensor.pose)}
+
+
+def _pose(pose: Pose) -> dict[str, list[float]]:
+    xyz, rpy = pose.position, rpy_from_quaternion(pose.quaternion)
+    return {"xyz": [float(number_text(v)) for v in xyz], "rpy": [float(number_text(v)) for v in rpy]}
 
 
 def _announced(figures: Figures) -> list[tuple[int, OrderFigure]]:
