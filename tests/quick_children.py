@@ -60,6 +60,8 @@ class Subprocess:
         environment = {**os.environ} if env is None else env
         if Path(command[1]).name == "tether.py":  # its parent would be another process
             command = command[4:]
+        elif len(command) > 3 and Path(command[3]).name == "guard.py":  # it cannot be forked
+            command = command[5:]
         with ExitStack() as stack:
             return self._start(environment).popen(
                 command,

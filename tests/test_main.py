@@ -1,6 +1,7 @@
 """The command line's way in."""
 
 import io
+import json
 import os
 import signal
 import subprocess
@@ -81,3 +82,19 @@ def test_what_a_pipe_has_no_letter_for_is_written_as_a_number(encoding: str, mon
     monkeypatch.setattr("cellwright.cli.main.main", lambda: print("a 配 \udcff", flush=True))
     way_in.main()
     assert written.getvalue().rstrip() == b"a \\u914d \\udcff"
+
+
+@pytest.mark.slow
+def test_threads_that_an_agent_leaves_behind_do_not_keep_a_run_from_ending(tmp_path: Path) -> None:
+    (tmp_path / "agents.py").write_text(
+        "import threading, time\n"
+        "class Leaves:\n"
+        "    def run(self, client):\n"
+        "        client.start_competition()\n"
+        "        threading.Thread(target=time.sleep, args=(100_000,), name='mine').start()\n"
+    )
+    command = ["run", "lesson", "--agent", "agents.py:Leaves", "--no-picture", "--until", "1", "--json"]
+    process = Process([sys.executable, "-m", "cellwright", *command], os.environ, tmp_path)
+    status = process.finish()
+    assert (status, json.loads(process.out)["outcome"]) == (1, "gave_up")
+    assert "left running, and ended with the process: mine\n" in process.err

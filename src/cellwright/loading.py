@@ -1,11 +1,18 @@
-"""What a process may be told while it is still loading: there is nothing to tidy up yet."""
+"""Begin and end of a process: Ctrl-C while it loads, and threads that somebody's agent leaves running."""
 
 from __future__ import annotations
 
+import atexit
+import os
 import signal
+import sys
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+import time
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager, suppress
+
+PATIENCE = 2.0
+"""How long threads may take to end when their process is done [s]."""
 
 
 @contextmanager
@@ -25,3 +32,27 @@ def interrupts_end_the_process() -> Iterator[None]:
     finally:
         if is_usual:
             signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def end_despite_threads(before: Collection[threading.Thread], status: int) -> None:
+    """End this process if threads go on that it would wait for, after `PATIENCE`; say so. Else return.
+
+    Args:
+        before: threads that are not ours.
+        status: exit status.
+    """
+    own = {*before, threading.current_thread()}
+    left = [thread for thread in threading.enumerate() if thread not in own and not thread.daemon]
+    end = time.monotonic() + PATIENCE
+    for thread in left:
+        thread.join(max(0.0, end - time.monotonic()))
+    names = [thread.name for thread in left if thread.is_alive()]
+    if names:
+        with suppress(OSError, ValueError):  # who listens has gone
+            sys.stderr.write(f"left running, and ended with the process: {', '.join(names)}\n")
+        with suppress(Exception):
+            atexit._run_exitfuncs()
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(OSError, ValueError):
+                stream.flush()
+        os._exit(status)

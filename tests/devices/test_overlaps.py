@@ -133,8 +133,9 @@ def test_it_goes_on_from_a_snapshot(floor: Floor) -> None:
     assert other.cell.state_hash() == expected
 
 
-def test_where_nothing_overlaps_it_rests() -> None:
-    floor = Floor(cell(GEARS[0]))
+@pytest.mark.parametrize("parts", [0, 1])
+def test_where_nothing_overlaps_it_rests(parts: int) -> None:
+    floor = Floor(cell(*GEARS[:parts]))
     assert floor.cell.overlaps.stepping
     floor.cell.step()
     assert not floor.cell.overlaps.stepping

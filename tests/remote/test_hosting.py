@@ -146,20 +146,25 @@ def test_an_agent_that_clings_to_its_cell_is_ended(agents: str) -> None:
     child = AgentProcess(f"{agents}:Clings", ("127.0.0.1", 1), node="/agent", level=30, say=said.append)
     child.end(TIMEOUT)
     with pytest.raises(AgentError, match="nobody answers"):
-        child.worked()
+        child.worked(was_there=False)
     host = Host(Cell(KITTING), f"{agents}:Clings")
     result = host.run(RunOptions(until=0.2, speed=1.0))
     assert result.outcome is Outcome.UNTIL
 
 
 @pytest.mark.slow
-def test_a_killed_parent_leaves_no_agent_behind(agents: str, tmp_path: Path) -> None:
-    """The agent's connection ends, and with it the agent."""
+def test_a_killed_parent_leaves_no_agent_behind(agents: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither the agent, which ignores signals, nor what it has started, nor its files."""
+    files = tmp_path / "files"
+    files.mkdir()
+    monkeypatch.setenv("TMPDIR", str(files))
     beat = tmp_path / "beat"
     (tmp_path / "beating.py").write_text(
-        "import pathlib\n"
+        "import pathlib, signal, subprocess\n"
         "class Beats:\n"
         "    def run(self, client):\n"
+        "        signal.signal(signal.SIGTERM, signal.SIG_IGN)\n"
+        "        subprocess.Popen(['sleep', '100000'], start_new_session=True)\n"
         "        while True:\n"
         f"            pathlib.Path({str(beat)!r}).write_text(str(client.time))\n"
         "            client.sleep(0.05)\n"
@@ -172,5 +177,80 @@ def test_a_killed_parent_leaves_no_agent_behind(agents: str, tmp_path: Path) -> 
         parent.signal(signal.SIGKILL)
         parent.finish()
         wait_until(lambda: not parent.relatives(), "end of the agent", seen=lambda: parent.relatives())
+        assert not list(files.glob("cellwright-*"))
     finally:
         parent.kill()
+
+
+HOSTILE = """
+import os, signal, sys, threading, time
+from agents import Delivers
+
+def pipe(path):
+    if os.path.exists(path):
+        os.unlink(path)
+    os.mkfifo(path)
+
+DEEDS = {
+    "forged": lambda path: open(path, "w").write('{"parting": "refused", "error": "no such agent"}'),
+    "cut": lambda path: open(path, "w").write('{"parting": "ret'),
+    "of_another_kind": lambda path: open(path, "w").write('{"parting": ["returned"], "error": {}}'),
+    "nested": lambda path: open(path, "w").write("[" * 200_000),
+    "a_pipe": pipe,
+    "missing": lambda path: None,
+}
+
+class Lies(Delivers):
+    def run(self, client):
+        super().run(client)
+        client.wait_until(lambda: client.score > 0)
+        DEEDS[os.environ["DEED"]](sys.argv[6])
+        sys.stdout.flush()
+        os._exit(0)
+
+class Threads(Delivers):
+    def run(self, client):
+        super().run(client)
+        threading.Thread(target=time.sleep, args=(600,)).start()
+
+class Forks(Delivers):
+    def run(self, client):
+        super().run(client)
+        if os.fork() == 0:
+            os.setsid()
+            signal.signal(signal.SIGTERM, signal.SIG_IGN)
+            time.sleep(600)
+"""
+
+
+@pytest.fixture
+def hostile(agents: str) -> str:
+    file = Path(agents).with_name("hostile.py")
+    file.write_text(HOSTILE)
+    return str(file)
+
+
+@QUICK_AGENTS
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="there is no mkfifo")
+@pytest.mark.parametrize("deed", ["forged", "cut", "of_another_kind", "nested", "a_pipe", "missing"])
+def test_whatever_an_agent_makes_of_its_report_the_run_has_its_score(
+    hostile: str, monkeypatch: pytest.MonkeyPatch, deed: str
+) -> None:
+    monkeypatch.setenv("DEED", deed)
+    result = Host(Cell(KITTING), f"{hostile}:Lies", lockstep=True).run(RunOptions())
+    assert result.score.total > 0.0
+    assert result.outcome is Outcome.CRASHED
+    assert result.error == "the agent's process ended with status 0\n"
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="only there a process can take on orphans")
+@pytest.mark.parametrize("name", ["Threads", "Forks"])
+def test_the_run_ends_when_its_agent_has_whatever_that_leaves_behind(hostile: str, name: str) -> None:
+    said: list[str] = []
+    result = Host(Cell(KITTING), f"{hostile}:{name}", lockstep=True, say=said.append).run(RunOptions())
+    assert (result.outcome, result.error) == (Outcome.DONE, "")
+    assert result.score.total > 0.0
+    left = "the agent left a process running, now ended: " if name == "Forks" else "left running, and ended with the"
+    assert any(left in line for line in said)

@@ -32,7 +32,7 @@ orders:
       rod:
         type: piston_rod_part
         pose:
-          xyz: [0.066, 0.083, 0]
+          xyz: [0.107, 0.053, 0]
           rpy: [0, 0, 2.23]
 time_limit: 300
 """

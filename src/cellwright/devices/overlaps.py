@@ -86,6 +86,7 @@ class Overlaps(Device):
         """Find pairs that overlap now, and hold back what would push the known ones apart."""
         data = self.simulation.data
         if not (self._put or self._is_counting or (data.body_awake[self._watched] == _AWAKE).any()):
+            self.set_stepping(bool(self._pairs))
             return
         bodies = self._bodies[data.contact.geom]
         keys = bodies.min(axis=1) * len(self._is_part) + bodies.max(axis=1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-import signal
+import stat
 import subprocess
 import sys
 import tempfile
@@ -19,7 +19,7 @@ from cellwright.agents.agent import AgentError
 from cellwright.remote.program import REFUSED
 from cellwright.remote.working import Parting, Worked
 
-_TETHER = Path(link.__file__).with_name("tether.py")
+_GUARD = Path(link.__file__).with_name("guard.py")
 
 if sys.platform == "win32":
     _APART = subprocess.CREATE_NEW_PROCESS_GROUP
@@ -28,6 +28,9 @@ else:
 
 _LEAVING = 2.0
 """So long [s] a process that is over may take to end by itself, and again when it is told to."""
+
+_LONGEST_REPORT = 1 << 20
+"""Bytes of a report that are read; the agent may have written it."""
 
 
 class AgentProcess:
@@ -54,17 +57,18 @@ class AgentProcess:
         say: Callable[[str], None],
         environment: Mapping[str, str] | None = None,
     ) -> None:
-        self._folder = tempfile.TemporaryDirectory(prefix="cellwright-")
+        self._folder = tempfile.TemporaryDirectory(prefix="cellwright-", ignore_cleanup_errors=True)
         self._was_ended = False
-        self._said: dict[str, str] | None = None
+        self._said: Worked | None = None
+        self._refusal = ""
         self._report = Path(self._folder.name) / "report.json"
         command = [sys.executable, "-m", "cellwright.remote.program"]
         if sys.platform == "linux":  # elsewhere it ends with its connection
-            command = [sys.executable, str(_TETHER), str(os.getpid()), str(int(signal.SIGTERM)), *command]
+            command = [sys.executable, "-I", "-S", str(_GUARD), self._folder.name, *command]
         # a session of its own: Ctrl-C is for the parent, which ends the run in good order
         self._process = subprocess.Popen(  # noqa: S603 - our own interpreter and module
             [*command, way, address[0], str(address[1]), node, agent, str(self._report), str(level)],
-            stdin=subprocess.DEVNULL,
+            stdin=subprocess.PIPE,  # its end ends all
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             encoding="utf-8",
@@ -92,27 +96,55 @@ class AgentProcess:
             try:
                 process.wait(_LEAVING)
             except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
+                self._kill()
         self._reader.join(_LEAVING)
-        with contextlib.suppress(OSError, ValueError):
-            self._said = json.loads(self._report.read_text(encoding="utf-8"))
+        self._read_report()
+        if process.stdin is not None:
+            process.stdin.close()
         self._folder.cleanup()
 
-    def worked(self) -> Worked:
+    def worked(self, *, was_there: bool) -> Worked:
         """How the agent left its cell, when the process has ended.
+
+        Args:
+            was_there: whether the agent has come to its cell: then it was made, whatever its process says.
 
         Raises:
             AgentError: there is no such agent, or it could not be made.
         """
-        said = self._said
-        if said is None and self._was_ended:  # it did not take note that its run is over
+        if self._refusal and not was_there:
+            raise AgentError(self._refusal)
+        if self._said is not None:
+            return self._said
+        if self._was_ended:  # it did not take note that its run is over
             return Worked(Parting.RUN_ENDED)
-        if said is None:
-            return Worked(Parting.CRASHED, f"the agent's process ended with status {self._process.returncode}\n")
-        if said["parting"] == REFUSED:
-            raise AgentError(said["error"])
-        return Worked(Parting(said["parting"]), said["error"])
+        return Worked(Parting.CRASHED, f"the agent's process ended with status {self._process.returncode}\n")
+
+    def _kill(self) -> None:
+        process = self._process
+        if process.stdin is not None:  # where there is a guard, it kills whatever the agent has started as well
+            process.stdin.close()
+        try:
+            process.wait(_LEAVING)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+    def _read_report(self) -> None:
+        """Take what the process says of how it ended. The agent may have written it: nonsense is left out."""
+        try:
+            descriptor = os.open(self._report, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+        except OSError:
+            return
+        with open(descriptor, "rb") as file, contextlib.suppress(OSError, ValueError, RecursionError):
+            if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+                return
+            said = json.loads(file.read(_LONGEST_REPORT))
+            if isinstance(said, dict) and isinstance(error := said.get("error"), str):
+                if said.get("parting") == REFUSED:
+                    self._refusal = error or "the agent could not be made"
+                else:
+                    self._said = Worked(Parting(str(said.get("parting"))), error)
 
 
 def _pass_on(lines: IO[str] | None, say: Callable[[str], None]) -> None:

@@ -11,6 +11,7 @@ from cellwright.cell import Cell
 from cellwright.client.client import Client
 from cellwright.contracts.gear.parameters import parameters
 from cellwright.errors import RunEndedError
+from cellwright.kitting.effects import CompetitionState
 from cellwright.remote.child import AgentProcess
 from cellwright.remote.working import Parting, Worked
 from cellwright.ros1_host import Ros1
@@ -55,6 +56,7 @@ class Host:
     def __post_init__(self) -> None:
         self._serving: Serving | None = None
         self._is_interrupted = False
+        self._was_there = False
 
     @property
     def is_interrupted(self) -> bool:
@@ -92,6 +94,7 @@ class Host:
         def look_after() -> None:
             if self.ros is not None:
                 self.ros.poll()
+            self._was_there = self._was_there or NODE in server.guests
             if child is None or not child.is_running:
                 serving.stop()
 
@@ -111,7 +114,8 @@ class Host:
                 child.end()
         if self._is_interrupted or child is None:
             return Outcome.INTERRUPTED, ""
-        worked = child.worked()
+        has_begun = self.cell.competition.state is not CompetitionState.INIT  # over ROS 1 its name is not known here
+        worked = child.worked(was_there=self._was_there or has_begun)
         if outcome is Outcome.UNSTABLE:
             return outcome, error
         return self._outcome(worked, course)
@@ -124,6 +128,7 @@ class Host:
         )
         while self.ros is None and child.is_running and NODE not in server.guests and not self._is_interrupted:
             server.wait(_NAP)
+        self._was_there = NODE in server.guests
         return child
 
     def _outcome(self, worked: Worked, course: Course) -> tuple[Outcome, str]:

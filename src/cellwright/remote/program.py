@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import logging
 import sys
+import threading
 from collections.abc import Sequence
 from pathlib import Path
 from threading import get_ident
@@ -17,6 +18,7 @@ from cellwright.agents.agent import find_agent
 from cellwright.client.transports.ros1 import Ros1Transport
 from cellwright.client.transports.socket import SocketTransport
 from cellwright.errors import CellwrightError, RunEndedError
+from cellwright.loading import end_despite_threads
 from cellwright.remote.working import Parting, work
 from cellwright.ros1_host import installation
 
@@ -26,6 +28,7 @@ REFUSED = "refused"
 
 def main(arguments: Sequence[str]) -> None:
     """Work the cell as the command line says."""
+    before = threading.enumerate()
     way, host, port, node, name, report, level = arguments
     try:
         agent = find_agent(name)()
@@ -42,6 +45,7 @@ def main(arguments: Sequence[str]) -> None:
         said = {"parting": worked.parting, "error": worked.error}
     sys.stdout.flush()
     Path(report).write_text(json.dumps(said), encoding="utf-8")
+    end_despite_threads(before, 0)
 
 
 def _over_ros1(node: str) -> Ros1Transport:

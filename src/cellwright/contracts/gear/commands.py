@@ -38,7 +38,7 @@ from cellwright.messages.standard import String
 from cellwright.messages.std_srvs import TriggerRequest, TriggerResponse
 
 SIMULATOR = "/gazebo"
-"""The node that the cell appears as; the only one that may use the cheats of a competition."""
+"""The node that the cell appears as. A guest may call itself so as well: the name allows nothing."""
 
 NOT_ALLOWED = "not allowed in a competition"
 
@@ -48,7 +48,7 @@ class Commands:
 
     Args:
         devices: what they act on.
-        competition: whether cheats are refused to everybody but the cell itself.
+        competition: whether cheats are refused; the cell itself does such things without a service.
     """
 
     def __init__(self, devices: GearDevices, *, competition: bool) -> None:
@@ -108,8 +108,8 @@ class Commands:
     # ---------------------------------------------------------------- cheats
 
     def _may_cheat(self, service: str, node: str) -> bool:
-        """Whether a node may use a cheat; one that may not is told in the answer, and its people in the report."""
-        if not self._is_competition or node == SIMULATOR:
+        """Whether cheats are allowed; if not, the answer and the report say so."""
+        if not self._is_competition:
             return True
         if self._refusals is not None:
             source = f"/ariac/{service} from {node}" if node else f"/ariac/{service}"
