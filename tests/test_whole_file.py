@@ -10,7 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.whole_file import in_its_place, whole_file, write_whole
+from cellwright.description.gear2017 import load_trial
+from cellwright.errors import DescriptionError, RecordingError
+from cellwright.replay.opened import open_recording
+from cellwright.whole_file import in_its_place, open_to_read, whole_file, write_whole
 
 
 class DiskFullError(Exception):
@@ -149,3 +152,30 @@ def test_a_writer_that_opens_its_file_itself(tmp_path: Path) -> None:
     with pytest.raises(DiskFullError):
         write_half()
     assert [(each.name, each.read_text()) for each in tmp_path.iterdir()] == [("a.bag", "new")]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
+def test_a_named_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    with pytest.raises(OSError, match="it is a named pipe, not a file"):
+        open_to_read(pipe)
+    with pytest.raises(DescriptionError, match="pipe: cannot be read: it is a named pipe, not a file"):
+        load_trial([pipe])
+    with pytest.raises(RecordingError, match="it is a named pipe, not a file"):
+        open_recording(pipe)
+
+
+@pytest.mark.skipif(not os.path.isdir("/dev/fd"), reason="pipes without a name have no path")
+def test_a_pipe_that_a_shell_passes_on_is_read() -> None:
+    read, write = os.pipe()
+    os.write(write, b"time_limit: 7\n")
+    os.close(write)
+    with open_to_read(Path(f"/dev/fd/{read}")) as file:
+        assert file.read() == b"time_limit: 7\n"
+    os.close(read)
+
+
+def test_a_folder_cannot_be_read(tmp_path: Path) -> None:
+    with pytest.raises(IsADirectoryError):
+        open_to_read(tmp_path)

@@ -1,8 +1,13 @@
-"""Files that are there whole or as they were before: what fails half-way, or is killed, leaves no half file behind."""
+"""Files that are written whole or stay as they were before, and files that are read without waiting for a writer.
+
+What fails half-way, or is killed, leaves no half file behind.
+"""
 
 from __future__ import annotations
 
+import errno
 import os
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from itertools import count
@@ -10,6 +15,28 @@ from pathlib import Path
 from typing import BinaryIO
 
 _numbers = count()
+
+
+def open_to_read(path: Path) -> BinaryIO:
+    """Open a file to read it. A named pipe is refused, since opening one waits for somebody who writes into it.
+
+    What a shell passes on as `/dev/stdin` or `<(command)` is a pipe without a name, and read.
+
+    Raises:
+        OSError: it cannot be read, or is a named pipe.
+        ValueError: it has a name that no file can have.
+    """
+    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    try:
+        if stat.S_ISFIFO(os.fstat(descriptor).st_mode):
+            if os.path.lexists(os.path.realpath(path)):
+                raise OSError(errno.EINVAL, "it is a named pipe, not a file", str(path))
+            os.set_blocking(descriptor, True)
+        return os.fdopen(descriptor, "rb")
+    except BaseException:
+        with suppress(OSError):
+            os.close(descriptor)
+        raise
 
 
 @contextmanager

@@ -20,6 +20,7 @@ from typing import Any
 from cellwright.description.reading.problems import Place, Problem
 from cellwright.errors import DescriptionError, UsageError
 from cellwright.operators.robot import GRIPPER_COMMAND, JOINT_COMMAND
+from cellwright.whole_file import open_to_read
 
 GRIPPERS = ("gripper_right", "gripper_left")
 """Names that stand for the grippers, in their order."""
@@ -111,7 +112,7 @@ def read_targets(path: Path) -> Targets:
 
 def _text(path: Path) -> str:
     try:
-        with path.open("rb") as stream:
+        with open_to_read(path) as stream:
             content = stream.read(LARGEST + 1)
         if len(content) > LARGEST:
             raise UsageError(f"{path}: is larger than {LARGEST >> 20} MiB")

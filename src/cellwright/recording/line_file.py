@@ -10,6 +10,8 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
+from cellwright.whole_file import open_to_read
+
 _BYTES_AS_THEY_ARE: int = getattr(os, "O_BINARY", 0)  # without it Windows would write two characters for a line end
 
 
@@ -74,7 +76,7 @@ def _is_cut_short(path: Path) -> bool:
     """Whether the last line of a file has no end."""
     if not path.is_file():
         return False
-    with path.open("rb") as file:
+    with open_to_read(path) as file:
         size = file.seek(0, os.SEEK_END)
         file.seek(max(size - 1, 0))
         return file.read(1) not in (b"", b"\n")

@@ -12,6 +12,7 @@ from cellwright.recording.format import METADATA, Entry
 from cellwright.recording.scan import ChunkPlace, Layout, scan
 from cellwright.recording.soundness import check_bytes
 from cellwright.recording.unpacking import entries, unpack
+from cellwright.whole_file import open_to_read
 
 _KEPT = 8  # chunks that are kept unpacked, for those who look around in one place
 
@@ -33,7 +34,7 @@ class ScannedFile:
     def __init__(self, path: Path) -> None:
         self.path = path
         try:
-            self._file = path.open("rb")
+            self._file = open_to_read(path)
         except OSError as error:
             raise RecordingError(f"{path}: cannot be read: {error.strerror or error}") from None
         try:

@@ -59,7 +59,7 @@ def test_a_program_that_is_good(tiny: CommandLine) -> None:
         assert set(recording.sources) == set(recording.header.facts["files"])
     again = tiny(*work, "--min-score", "7", "--json")
     assert again.status == 1
-    assert "1 of them have a result from before" in again.err
+    assert "1 of them has a result from before" in again.err
     document = json.loads(again.out)
     assert document["results"][0]["shortcoming"] == "6 of 6 points, but 7 points were asked for"
     assert ElementTree.fromstring((folder / "junit.xml").read_bytes()).get("failures") == "1"
@@ -150,7 +150,7 @@ def test_on_a_terminal_a_table_moves(tmp_path: Path) -> None:
         progress.show_running([Running(jobs[2], 3.0, 42.0, 5.0), Running(other[0], 3.0, 7.0, 1.0)])
         progress.take(LOST)
     text = screen.getvalue()
-    for words in ("1 of them have a result", "[2/4] tiny seed 3", "2/3", "0/1", "42 of 500 s", "7 s", "5 points"):
+    for words in ("1 of them has a result", "[2/4] tiny seed 3", "2/3", "0/1", "42 of 500 s", "7 s", "5 points"):
         assert words in text, words
 
 

@@ -59,7 +59,7 @@ def test_a_page_of_somebody_else_is_not_let_in() -> None:
     with door() as found:
         own = f"http://127.0.0.1:{found.port}"
         assert said(found, Origin=own) == ""
-        for origin in ("https://evil.example", "null", "http://127.0.0.1:1", f"{own}.evil.example", ""):
+        for origin in ("https://evil.example", "null", "http://127.0.0.1:1", f"{own}.evil.example", "", "http://["):
             assert "has no business here" in said(found, Origin=origin)
 
 

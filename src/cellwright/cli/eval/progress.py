@@ -47,7 +47,7 @@ class EvalProgress:
         count = len(self._jobs)
         self._line(f"{count} {'run' if count == 1 else 'runs'}, agent {self._jobs[0].agent}, results in {folder}")
         if known:
-            self._line(f"{len(known)} of them have a result from before")
+            self._line(f"{len(known)} of them {'has' if len(known) == 1 else 'have'} a result from before")
 
     def take(self, result: Result) -> None:
         """A new result."""

@@ -88,7 +88,11 @@ HowDrawn = Annotated[
 ]
 Checkpoints = Annotated[
     list[str] | None,
-    typer.Option(metavar="T:FILE.npz", help="Save the simulation at this time [s]; repeatable.", rich_help_panel=SAVE),
+    typer.Option(
+        metavar="T:FILE.npz",
+        help="Save the simulation at this time [s]; repeatable. It is an event of the run: the state hash changes.",
+        rich_help_panel=SAVE,
+    ),
 ]
 Resume = Annotated[
     Path | None,

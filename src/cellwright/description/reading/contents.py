@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from cellwright.description.reading.sources import note_source
+from cellwright.whole_file import open_to_read
 
 
 def read_at_most(path: Path, most: int) -> bytes | None:
@@ -14,7 +15,7 @@ def read_at_most(path: Path, most: int) -> bytes | None:
         OSError: it cannot be read.
         ValueError: it has a name that no file can have.
     """
-    with path.open("rb") as stream:
+    with open_to_read(path) as stream:
         content = stream.read(most + 1)
     if len(content) > most:
         return None

@@ -11,6 +11,7 @@ from pathlib import Path
 from cellwright.description.reading.problems import Place, Problem
 from cellwright.description.reading.sources import note_source
 from cellwright.errors import DescriptionError
+from cellwright.whole_file import open_to_read
 
 MAX_BYTES = 512 * 1024
 """Largest size of all files of one trial together."""
@@ -68,7 +69,7 @@ def read_texts(paths: Sequence[Path]) -> JoinedText:
     left = MAX_BYTES
     for file, path in enumerate(paths):
         try:
-            with path.open("rb") as stream:
+            with open_to_read(path) as stream:
                 data = stream.read(left + 1)
         except (OSError, ValueError) as error:
             reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)

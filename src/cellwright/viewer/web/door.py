@@ -73,7 +73,7 @@ class Door:
         if not self.token and _name(host) not in _OWN_NAMES | {self.host}:
             return f"this page is not at {host:.80}"
         origin = headers.get("Origin")
-        if origin is not None and urlsplit(origin).netloc.lower() != host.lower():
+        if origin is not None and _place(origin) != host.lower():
             return f"a page of {origin:.80} has no business here"
         if self.token and not self._has_token(path, headers):
             return "this page needs the token that is in its address, as it was printed where the cell was started"
@@ -142,7 +142,7 @@ class Door:
         return counted
 
     def _has_token(self, path: str, headers: Headers) -> bool:
-        shown = parse_qs(urlsplit(path).query).get(TOKEN, [])
+        shown = parse_qs(path.partition("?")[2]).get(TOKEN, [])
         for text in headers.get_all("Cookie"):
             try:
                 cookies = SimpleCookie(text)
@@ -150,6 +150,14 @@ class Door:
                 continue
             shown += [morsel.value for name, morsel in cookies.items() if name.startswith(_COOKIE)]
         return any(hmac.compare_digest(each.encode(), self.token.encode()) for each in shown)
+
+
+def _place(origin: str) -> str:
+    """The host and port of an Origin header; empty where it names none."""
+    try:
+        return urlsplit(origin).netloc.lower()
+    except ValueError:
+        return ""
 
 
 def _name(host: str) -> str:

@@ -1,0 +1,187 @@
+"""What finals teams asked of the arm: it arrives where it is sent, and picks from each bin and from the belt.
+
+One rospy program, as they wrote them: it waits until every joint is within 9 mm or 9 mrad of its goal.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import pytest
+
+from cellwright.agents.kitter.picking import bin_rail, grip_pose
+from cellwright.agents.kitter.postures import folded, near_posture, station_posture
+from cellwright.agents.lesson import BY_BELT, OFF_BELT, ON_BELT, WAYPOINTS
+from cellwright.motion import Joints, tool_down
+from cellwright.pose import Pose
+from cellwright.world.arm import INITIAL_POSITIONS, JOINT_NAMES
+from cellwright.world.frames import BIN_CENTRES, BIN_SURFACE
+from tests.ros1.ground import Ground
+from tests.waiting import wait_until
+
+pytest_plugins = ["tests.ros1.fixtures"]
+
+pytestmark = [pytest.mark.ros1, pytest.mark.slow]
+
+TRIAL = """\
+options: {insert_models_over_bins: true, insert_agvs: false, belt_population_cycles: 30}
+models_over_bins: {%s}
+belt_parts: {gear_part: {6.0: {pose: {xyz: [0, 0, 0.1], rpy: [0, 0, 0]}}}}
+orders:
+  order_0: {announcement_condition: time, announcement_condition_value: 0, parts: {one: {type: gear_part, pose: {}}}}
+time_limit: -1
+arm: {type: ur10}
+sensors: {break_beam: {type: break_beam, pose: {xyz: [1.6, 2.25, 0.91], rpy: [0, 0, pi]}}}
+"""
+BINS = {name: centre for name, centre in BIN_CENTRES.items() if centre[0] > -0.5}
+"""Those that the arm reaches with its tool upright: the farther row is 1.3 m from its shoulder, and it 1.18 m long."""
+
+ONE_GEAR = "xyz_start: [0.3, 0.3, 0], xyz_end: [0.3, 0.3, 0], rpy: [0, 0, 0], num_models_x: 1, num_models_y: 1"
+
+INITIAL = [INITIAL_POSITIONS[name] for name in JOINT_NAMES]
+
+
+def in_the_lessons_order(number: int) -> list[float]:
+    """A waypoint of the lesson, in the controller's order."""
+    elbow, rail, lift, pan, *wrists = WAYPOINTS[number][:7]
+    return [rail, pan, lift, elbow, *wrists]
+
+
+def goals_all_over_the_rail(count: int) -> list[list[float]]:
+    """Postures drawn in, so that the arm touches nothing on its way."""
+    chance = random.Random(2017)
+    found = []
+    for _ in range(count):
+        asked = [*INITIAL]
+        asked[0], asked[1], asked[6] = chance.uniform(-2.05, 2.05), chance.uniform(2.5, 3.8), chance.uniform(-1.5, 1.5)
+        goal = folded(asked, INITIAL)
+        found.append([*goal[:2], *(value + chance.uniform(-0.08, 0.08) for value in goal[2:])])
+    return found
+
+
+def pick(x: float, y: float) -> dict[str, Any]:
+    """The way to a gear in a bin: to come over it, down onto it, and up again."""
+    x, y, grip = grip_pose("gear_part", Pose((x, y, BIN_SURFACE)), 0, 0.0).position
+    rail = bin_rail(y)
+    above = station_posture(tool_down(x, y, 0.95), rail, INITIAL)
+    assert above is not None
+    down: list[Joints] = [above]
+    for height in (0.90, 0.85, 0.80, grip + 0.02, grip + 0.005, grip - 0.004):
+        goal = near_posture(tool_down(x, y, height), rail, down[-1])
+        assert goal is not None
+        down.append(goal)
+    return {"over": [folded(above, INITIAL), list(above)], "down": [list(each) for each in down[1:]]}
+
+
+def program(goals: list[list[float]], picks: dict[str, Any], belt: dict[str, Any]) -> dict[str, Any]:
+    import rospy
+    from osrf_gear.msg import Proximity, VacuumGripperState
+    from osrf_gear.srv import VacuumGripperControl
+    from sensor_msgs.msg import JointState
+    from std_srvs.srv import Trigger
+    from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+    names = [
+        "linear_arm_actuator_joint", "shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint",
+        "wrist_1_joint", "wrist_2_joint", "wrist_3_joint",
+    ]  # fmt: skip
+    rospy.init_node("team")
+    states: list[Any] = []
+    seen = {"attached": False, "beam": False}
+    rospy.Subscriber("/ariac/joint_states", JointState, states.append)
+    rospy.Subscriber("/ariac/gripper/state", VacuumGripperState, lambda m: seen.update(attached=m.attached))
+    rospy.Subscriber("/ariac/break_beam", Proximity, lambda m: seen.update(beam=m.object_detected))
+    publisher = rospy.Publisher("/ariac/arm/command", JointTrajectory, queue_size=10)
+    gripper = rospy.ServiceProxy("/ariac/gripper/control", VacuumGripperControl)
+    start = rospy.ServiceProxy("/ariac/start_competition", Trigger)
+    start.wait_for_service()
+    wait_until(lambda: states and publisher.get_num_connections(), "joint states, and a listener to commands")
+
+    def until(condition: Callable[[], object], seconds: float) -> bool:
+        """Wait for so long by the cell's clock; whether the condition came true."""
+        end = rospy.Time.now() + rospy.Duration(seconds)
+        while not condition():
+            if rospy.Time.now() > end:
+                return bool(condition())
+            rospy.sleep(0.01)
+        return True
+
+    def send(waypoints: Sequence[Any], times: list[float]) -> tuple[float, dict[str, float]]:
+        """Send the arm along; the time at which it should have arrived, and its last goal."""
+        message = JointTrajectory(joint_names=names)
+        for positions, seconds in zip(waypoints, times):  # noqa: B905 - as of Python 3.8
+            message.points.append(JointTrajectoryPoint(positions=positions, time_from_start=rospy.Duration(seconds)))
+        del states[:]
+        publisher.publish(message)
+        return rospy.Time.now().to_sec() + times[-1], dict(zip(names, waypoints[-1]))  # noqa: B905
+
+    def off(state: Any, goal: dict[str, float]) -> float:
+        return float(max(abs(state.position[state.name.index(name)] - value) for name, value in goal.items()))
+
+    def arrive(end: float, goal: dict[str, float], within: float = 3.0) -> float | None:
+        """How late all joints were within 9 mm or 9 mrad [s]; None if they never were."""
+
+        def late() -> float | None:
+            for state in tuple(states):
+                after = state.header.stamp.to_sec() - end
+                if 0.0 <= after <= within and off(state, goal) < 0.009:
+                    return float(after)
+            return None
+
+        until(lambda: late() is not None or (states and states[-1].header.stamp.to_sec() > end + within), 60.0)
+        return late()
+
+    def go(waypoints: Sequence[Any], times: list[float]) -> None:
+        end, goal = send(waypoints, times)
+        until(
+            lambda: states and states[-1].header.stamp.to_sec() >= end and off(states[-1], goal) < 0.009,
+            times[-1] + 3.0,
+        )
+
+    late, last = [], None
+    for goal in goals:
+        far = 2.0 if last is None else max(1.0, abs(goal[0] - last[0]))
+        late.append(arrive(*send([goal], [far])))
+        last = goal
+    start()
+    held = {}
+    for name, way in picks.items():
+        go(way["over"], [3.5, 5.0])
+        gripper(True)
+        send(way["down"], [0.3, 0.6, 0.9, 1.2, 1.5, 1.8])
+        took = until(lambda: seen["attached"], 4.0)
+        go([way["down"][0], way["over"][1], way["over"][0]], [1.0, 1.5, 2.5])
+        held[name] = took and seen["attached"]
+        gripper(False)
+        until(lambda: not seen["attached"], 1.0)
+    go([belt["by"]], [4.0])
+    taken = False
+    for _ in range(3):
+        until(lambda: not seen["beam"], 10.0)
+        until(lambda: seen["beam"], 20.0)
+        rospy.sleep(0.3)
+        gripper(True)
+        send([belt["on"]], [1.0])
+        taken = until(lambda: seen["attached"], 1.6)
+        go([belt["off"] if taken else belt["by"]], [1.0])
+        if taken:
+            break
+    return {"late": late, "held": held, "belt": taken and seen["attached"]}
+
+
+def test_the_arm_arrives_and_picks_as_teams_asked(master: Ground) -> None:
+    master.folder.joinpath("goals.yaml").write_text(
+        TRIAL % ", ".join(f"{name}: {{models: {{gear_part: {{{ONE_GEAR}}}}}}}" for name in BINS)
+    )
+    master.serve(str(master.folder / "goals.yaml"), "--speed", "8")
+    on = in_the_lessons_order(ON_BELT)
+    on[2] = -0.66
+    belt = {"by": in_the_lessons_order(BY_BELT), "on": on, "off": in_the_lessons_order(OFF_BELT)}
+    picks = {name: pick(x, y) for name, (x, y) in BINS.items()}
+    found = master.client(program, goals_all_over_the_rail(50), picks, belt).value()
+    assert None not in found["late"], found["late"]
+    assert max(found["late"]) < 3.0
+    assert found["held"] == dict.fromkeys(BINS, True)
+    assert found["belt"]
