@@ -93,7 +93,8 @@ def test_killed_and_resumed(folder: Path, here: Callable[[str], tuple[int, bytes
     (folder / "hold").unlink()
     status, out = here("Noted")
     assert status == 0, out
-    assert f"{len(before)} of them have a result from before".encode() in out
+    verb = "has" if len(before) == 1 else "have"
+    assert f"{len(before)} of them {verb} a result from before".encode() in out
     after = results(folder)
     assert after[: len(before)] == before
     seeds = [json.loads(line)["seed"] for line in after]
