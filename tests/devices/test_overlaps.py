@@ -110,6 +110,17 @@ def test_a_part_that_is_put_into_another_stays_too(floor: Floor) -> None:
     assert math.dist(floor.pose(disk.name).position, place.position) == pytest.approx(0.06, abs=1 * MM)
 
 
+def test_a_part_that_lies_in_the_floor_is_not_pressed_further_into_it() -> None:
+    gear = Part("bin|gear_part_1", "gear_part", Pose((-0.3, 0.23, BIN_SURFACE - 0.004)))
+    floor = Floor(cell(gear))
+    floor.run(0.5)
+    height = floor.pose(gear.name).position[2]
+    assert height == pytest.approx(BIN_SURFACE - 0.004, abs=0.5 * MM)
+    floor.simulation.data.xfrc_applied[floor.part(gear.name).body, 2] = -60.0  # as the arm presses its cup onto it
+    floor.run(1.0)
+    assert floor.pose(gear.name).position[2] == pytest.approx(height, abs=0.5 * MM)
+
+
 def test_bodies_that_have_been_apart_collide_again(floor: Floor) -> None:
     floor.run(1.0)
     x, y, _ = floor.pose(GEARS[0].name).position

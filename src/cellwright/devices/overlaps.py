@@ -2,9 +2,9 @@
 
 The original's contact surfaces correct a penetration at a limited speed; the engine's would push parts apart at metres
 per second. So the pairs of bodies that overlap at the start of a run, or after a part was put somewhere, are watched
-until they are apart. While they are, the engine's position term is taken off their contacts, but for what a limited
-speed needs: nothing comes nearer, friction holds, and no energy comes out of the overlap. Where no pair overlaps the
-device rests and costs nothing.
+until they are apart. The penetration that they have then counts as none, but for what a limited speed needs: what is
+pressed deeper is pushed back, friction holds, and no energy comes out of the overlap. Where no pair overlaps the device
+rests and costs nothing.
 """
 
 from __future__ import annotations
@@ -20,9 +20,6 @@ from cellwright.world.parts import separation_speed
 
 DEPTH = 0.0002
 """Penetration [m] from which on bodies overlap; parts at rest sink in by a few micrometres."""
-
-SUPPORT = 16e-6
-"""Penetration [m] that is left to what a part lies on, so that it bears the part: about that of a part at rest."""
 
 APART = 50
 """After so many steps without a penetration two bodies are apart for good."""
@@ -41,7 +38,7 @@ class Overlaps(Device):
         super().__init__("overlaps")
         self._parts = parts
         self._put: set[int] | None = None
-        self._pairs: dict[int, int] = {}
+        self._pairs: dict[int, tuple[int, float]] = {}
         parts.on_placed.append(self._take_placed)
 
     def attach(self, simulation: Simulation) -> None:
@@ -68,13 +65,20 @@ class Overlaps(Device):
         self.set_stepping(True)
 
     def get_state(self) -> State:
-        """The pairs, with the steps that each has been apart, and the parts that were put somewhere in this tick."""
-        return {"pairs": sorted(self._pairs.items()), "put": sorted(self._put or ())}
+        """The pairs, and the parts that were put somewhere in this tick.
+
+        A pair has a number that says which bodies it is of, the steps that these have been apart, and how deep they lie
+        in one another [m].
+        """
+        return {
+            "pairs": [[key, apart, depth] for key, (apart, depth) in sorted(self._pairs.items())],
+            "put": sorted(self._put or ()),
+        }
 
     def set_state(self, state: State) -> None:
         """Watch what `get_state` returned."""
         self._put = set(state["put"])
-        self._set_pairs(dict(state["pairs"]))
+        self._set_pairs({key: (apart, depth) for key, apart, depth in state["pairs"]})
 
     def _take_placed(self, body: int) -> None:
         self._put = {*(self._put or ()), body}
@@ -90,47 +94,56 @@ class Overlaps(Device):
             return
         bodies = self._bodies[data.contact.geom]
         keys = bodies.min(axis=1) * len(self._is_part) + bodies.max(axis=1)
-        deep = data.contact.dist < -DEPTH
+        depths = -data.contact.dist
         if self._put:
             is_new = np.isin(bodies, list(self._put)).any(axis=1) & self._is_part[bodies].any(axis=1)
-            self._set_pairs({**self._pairs, **dict.fromkeys(keys[is_new & deep].tolist(), 0)})
+            found = _deepest(keys, depths, is_new & (depths > DEPTH))
+            self._set_pairs({**self._pairs, **{key: (0, depth) for key, depth in found.items()}})
             self._put = None
         watched = np.isin(keys, self._keys)
         for index in np.flatnonzero(watched).tolist():
-            self._hold_back(data, index, bodies[index])
-        self._count(set(keys[watched & deep].tolist()))
+            self._hold_back(data, index, bodies[index], self._pairs[int(keys[index])][1])
+        self._follow(_deepest(keys, depths, watched & (depths > DEPTH)))
 
-    def _hold_back(self, data: mujoco.MjData, index: int, bodies: NDArray[np.int64]) -> None:
-        """Take off a contact's reference acceleration what a penetration beyond the limit adds to it."""
+    def _hold_back(self, data: mujoco.MjData, index: int, bodies: NDArray[np.int64], known: float) -> None:
+        """Take off a contact's reference acceleration what the known penetration [m] adds to it."""
         row = int(data.contact.efc_address[index])
         if row < 0:
             return
         stiffness, damping, impedance, _ = data.efc_KBIP[row]
-        speed = float(self._speeds[bodies].min())
-        most = damping * speed / (stiffness * impedance)
-        if not self._is_part[bodies].all():
-            most = max(most, SUPPORT)
+        most = damping * float(self._speeds[bodies].min()) / (stiffness * impedance)
         depth = float(data.efc_margin[row] - data.efc_pos[row])
-        if depth > most:
-            data.efc_aref[row] -= stiffness * impedance * (depth - most)
+        excess = min(depth, known) - most
+        if excess > 0.0:
+            data.efc_aref[row] -= stiffness * impedance * excess
 
-    def _count(self, deep: set[int]) -> None:
-        """Forget pairs that have been apart for a while; those that fell asleep in one another have no contacts."""
+    def _follow(self, deepest: dict[int, float]) -> None:
+        """Take note of how deep each pair is now; forget those that have been apart for a while."""
         awake = self.simulation.data.body_awake
         pairs = {}
-        for key, steps in self._pairs.items():
+        for key, (steps, depth) in self._pairs.items():
             one, other = divmod(key, len(self._is_part))
-            sleeps = awake[one] != _AWAKE and awake[other] != _AWAKE
-            apart = 0 if key in deep or (sleeps and not steps) else steps + 1
-            if apart < APART:
-                pairs[key] = apart
+            if key in deepest:
+                pairs[key] = (0, min(depth, deepest[key]))
+            elif steps == 0 and awake[one] != _AWAKE and awake[other] != _AWAKE:
+                pairs[key] = (0, depth)  # what sleeps has no contacts
+            elif steps + 1 < APART:
+                pairs[key] = (steps + 1, depth)
         if pairs != self._pairs:
             self._set_pairs(pairs)
         if not pairs:
             self.set_stepping(False)
 
-    def _set_pairs(self, pairs: dict[int, int]) -> None:
+    def _set_pairs(self, pairs: dict[int, tuple[int, float]]) -> None:
         self._pairs = pairs
-        self._is_counting = any(pairs.values())
+        self._is_counting = any(apart for apart, _ in pairs.values())
         self._keys = np.array(sorted(pairs), dtype=np.int64)
         self._watched = np.unique(np.array([divmod(key, len(self._is_part)) for key in pairs], dtype=np.int64))
+
+
+def _deepest(keys: NDArray[np.int64], depths: NDArray[np.float64], chosen: NDArray[np.bool_]) -> dict[int, float]:
+    """The largest depth [m] of each pair among the chosen contacts."""
+    found: dict[int, float] = {}
+    for key, depth in zip(keys[chosen].tolist(), depths[chosen].tolist(), strict=True):
+        found[key] = max(depth, found.get(key, 0.0))
+    return found
