@@ -7,7 +7,10 @@ process that has loaded Cellwright.
 import sys
 from typing import Any
 
-from cellwright.rendering import picture
+from cellwright.loading import interrupts_end_the_process
+
+with interrupts_end_the_process():  # as the command itself loads
+    from cellwright.rendering import picture
 
 draw_full_size = picture.render
 
