@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.processes import Process
-from tests.waiting import TIMEOUT
+from tests.waiting import TIMEOUT, wait_until
 
 
 @pytest.mark.slow
@@ -43,14 +43,18 @@ def test_ctrl_c_while_it_is_being_loaded_says_nothing(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="a Ctrl-C cannot be sent to one process there")
 def test_ctrl_c_before_there_is_a_cell(tmp_path: Path) -> None:
-    """It waits for a configuration that never comes, and is interrupted."""
-    os.mkfifo(tmp_path / "config.yaml")
-    command = [sys.executable, "-m", "cellwright.gear", "-f", str(tmp_path / "config.yaml")]
-    process = Process(command, os.environ, tmp_path)
-    try:
-        with (tmp_path / "config.yaml").open("w"):  # opened here once it is opened there
-            status = process.interrupt()
-    finally:
-        process.kill()
-    assert process.err == ""
-    assert status == 130
+    """It waits for the rest of a configuration that never comes, and is interrupted."""
+    from fcntl import ioctl
+    from termios import FIONREAD
+
+    command = [sys.executable, "-m", "cellwright.gear", "-f", "/dev/stdin"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, cwd=tmp_path) as process:
+        assert process.stdin is not None
+        assert process.stderr is not None
+        process.stdin.write(b"#")
+        process.stdin.flush()
+        pipe = process.stdin.fileno()
+        wait_until(lambda: ioctl(pipe, FIONREAD, bytes(4)) == bytes(4), "reading of the configuration")
+        process.send_signal(signal.SIGINT)
+        assert process.wait(TIMEOUT) == 130
+        assert process.stderr.read() == b""
