@@ -16,7 +16,7 @@ from cellwright.cell import Cell
 from cellwright.client.transports.in_process import InProcess
 from cellwright.run import RunOptions, run_cell
 from tests.client.test_socket import connected, served
-from tests.watching import ACTIONS, TRIAL, WATCHERS, Action, all_topics, nobody, recording, work
+from tests.watching import ACTIONS, TRIAL, WATCHERS, Action, Watcher, all_topics, nobody, recording, work
 
 ROOT = Path(__file__).parents[1]
 BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)
@@ -47,11 +47,11 @@ LATE: list[Action] = [
 @example(actions=LATE, watch=WATCHERS[0])
 @example(actions=LATE, watch=WATCHERS[1])
 @example(actions=LATE, watch=WATCHERS[2])
-def test_a_random_agent_is_alone_or_watched(tmp_path: Path, actions: list[Action], watch: object) -> None:
+def test_a_random_agent_is_alone_or_watched(tmp_path: Path, actions: list[Action], watch: Watcher) -> None:
     found = []
     for look in (nobody, watch):
         cell = Cell(TRIAL)
-        look(cell, tmp_path)  # type: ignore[operator]
+        look(cell, tmp_path)
         found.append((work(InProcess(cell), actions), cell.state_hash()))
     alone, watched = found
     assert watched == alone
@@ -108,11 +108,11 @@ def test_agents_of_the_docs_are_alone_or_watched(tmp_path: Path, source: str) ->
 
 @pytest.mark.slow
 @pytest.mark.parametrize("watch", [nobody, *WATCHERS])
-def test_over_a_socket_it_is_the_same(tmp_path: Path, watch: object) -> None:
+def test_over_a_socket_it_is_the_same(tmp_path: Path, watch: Watcher) -> None:
     cell = Cell(TRIAL)
     expected = work(InProcess(cell), LATE)
     other = Cell(TRIAL)
-    watch(other, tmp_path)  # type: ignore[operator]
+    watch(other, tmp_path)
     with served(other) as home, connected(home) as transport:
         assert work(transport, LATE) == expected
         assert home.end().state_hash == cell.state_hash()

@@ -38,6 +38,7 @@ TOPICS = sorted(
 )
 
 Action = tuple[str, Any]
+Watcher = Callable[[Cell, Path], None]
 
 ACTIONS: st.SearchStrategy[list[Action]] = st.lists(
     st.one_of(

@@ -186,17 +186,14 @@ HOSTILE = """
 import os, signal, sys, threading, time
 from agents import Delivers
 
-def pipe(path):
-    if os.path.exists(path):
-        os.unlink(path)
-    os.mkfifo(path)
-
 DEEDS = {
     "forged": lambda path: open(path, "w").write('{"parting": "refused", "error": "no such agent"}'),
     "cut": lambda path: open(path, "w").write('{"parting": "ret'),
     "of_another_kind": lambda path: open(path, "w").write('{"parting": ["returned"], "error": {}}'),
     "nested": lambda path: open(path, "w").write("[" * 200_000),
-    "a_pipe": pipe,
+    "a_pipe": os.mkfifo,
+    "a_folder": os.mkdir,
+    "a_link": lambda path: os.symlink("/dev/zero", path),
     "missing": lambda path: None,
 }
 
@@ -233,7 +230,9 @@ def hostile(agents: str) -> str:
 @QUICK_AGENTS
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no mkfifo")
-@pytest.mark.parametrize("deed", ["forged", "cut", "of_another_kind", "nested", "a_pipe", "missing"])
+@pytest.mark.parametrize(
+    "deed", ["forged", "cut", "of_another_kind", "nested", "a_pipe", "a_folder", "a_link", "missing"]
+)
 def test_whatever_an_agent_makes_of_its_report_the_run_has_its_score(
     hostile: str, monkeypatch: pytest.MonkeyPatch, deed: str
 ) -> None:

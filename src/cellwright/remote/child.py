@@ -18,6 +18,7 @@ from cellwright import link
 from cellwright.agents.agent import AgentError
 from cellwright.remote.program import REFUSED
 from cellwright.remote.working import Parting, Worked
+from cellwright.whole_file import open_to_read
 
 _GUARD = Path(link.__file__).with_name("guard.py")
 
@@ -132,12 +133,8 @@ class AgentProcess:
 
     def _read_report(self) -> None:
         """Take what the process says of how it ended. The agent may have written it: nonsense is left out."""
-        try:
-            descriptor = os.open(self._report, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
-        except OSError:
-            return
-        with open(descriptor, "rb") as file, contextlib.suppress(OSError, ValueError, RecursionError):
-            if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        with contextlib.suppress(OSError, ValueError, RecursionError), open_to_read(self._report) as file:
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 return
             said = json.loads(file.read(_LONGEST_REPORT))
             if isinstance(said, dict) and isinstance(error := said.get("error"), str):

@@ -25,7 +25,7 @@ from cellwright.simulation.simulation import CHANGING_FIELDS, Simulation
 from cellwright.whole_file import whole_file
 
 _INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
-_FORMAT = 2
+_FORMAT = 3
 _LARGEST = 256 << 20  # of a file's contents [bytes]; a cell's are some hundred times smaller
 
 
