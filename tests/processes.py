@@ -193,6 +193,14 @@ def name_of(pid: int) -> str:
         return ""
 
 
+def is_running(pid: int) -> bool:
+    """Whether a process is there, and not only waiting for its parent to take its status."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_bytes().rpartition(b")")[2].split()[0] != b"Z"
+    except OSError:
+        return False
+
+
 def members(family: str) -> list[int]:
     """The processes that are there and have the variable `FAMILY` with this value."""
     return [pid for pid, value in with_variable(FAMILY).items() if value == family]

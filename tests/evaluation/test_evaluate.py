@@ -18,7 +18,9 @@ from cellwright.evaluation.result import Result
 from cellwright.evaluation.results_file import ResultsFile
 from cellwright.recording.json_lines import read_json_lines
 from tests.evaluation.conftest import Judge, tiny_jobs
+from tests.processes import is_running
 from tests.quick_children import QUICK_WORKERS
+from tests.waiting import wait_until
 
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
 LINUX = pytest.mark.skipif(not MEMORY_IS_LIMITED, reason="memory is not limited there")
@@ -32,14 +34,6 @@ models_over_bins:
       piston_rod_part:
         {xyz_start: [0.1, 0.1, 0.0], xyz_end: [0.5, 0.5, 0.0], rpy: [0, 0, 0], num_models_x: 2, num_models_y: 2}
 """
-
-
-def is_alive(process: int) -> bool:
-    """Whether a process is there and is no zombie."""
-    try:
-        return b") Z" not in Path(f"/proc/{process}/stat").read_bytes()
-    except FileNotFoundError:
-        return False
 
 
 @pytest.mark.slow
@@ -158,7 +152,7 @@ def test_what_a_program_leaves_behind_is_ended(judge: Judge) -> None:
     assert result.outcome == "done"
     left = [int(number) for number in Path("left.txt").read_text().split()]
     assert len(left) == 2
-    assert not any(map(is_alive, left))
+    wait_until(lambda: not any(map(is_running, left)), "end of what the program left behind")
 
 
 @QUICK_WORKERS

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from cellwright.cli.main import main
-from tests.evaluation.test_evaluate import is_alive
+from tests.processes import is_running
 from tests.quick_children import QUICK_WORKERS
 from tests.waiting import TIMEOUT, wait_until
 from tests.warm import WarmProcess, warm_start
@@ -84,7 +84,7 @@ def test_killed_and_resumed(folder: Path, here: Callable[[str], tuple[int, bytes
     workers = children(killed.pid)
     killed.send_signal(signal.SIGKILL)
     killed.communicate()
-    wait_until(lambda: not any(map(is_alive, workers)), "end of the workers")
+    wait_until(lambda: not any(map(is_running, workers)), "end of the workers")
     before = results(folder)
     assert 1 <= len(before) < 4
     with (folder / "out" / "results.jsonl").open("a") as file:
@@ -112,7 +112,7 @@ def test_workers_that_hang_do_not_outlive_it(folder: Path) -> None:
     workers = children(killed.pid)
     killed.kill()
     killed.communicate()
-    wait_until(lambda: not any(map(is_alive, workers)), "end of the workers")
+    wait_until(lambda: not any(map(is_running, workers)), "end of the workers")
     assert results(folder) == []
 
 
@@ -128,7 +128,7 @@ def test_asked_to_end_it_keeps_what_there_is(number: int, folder: Path) -> None:
     assert process.returncode == 1
     assert "Traceback" not in out
     assert "interrupted: " in out
-    assert not any(map(is_alive, workers))
+    wait_until(lambda: not any(map(is_running, workers)), "end of the workers")
     written = json.loads((folder / "out" / "summary.json").read_text())
     assert written["runs"] == len(results(folder))
     assert (folder / "out" / "report.html").exists()

@@ -11,6 +11,7 @@ import pytest
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.video import Video
 from cellwright.rendering.worker import RenderingError
+from tests.processes import is_running
 from tests.quick_children import QUICK_DRAWING
 from tests.rendering.scenes_of_shapes import BALL, ball_at
 from tests.rendering.worker.test_film import read
@@ -112,16 +113,9 @@ def test_whoever_gives_frames_may_be_killed(tmp_path: Path) -> None:
         check=False,
     )
     assert ran.returncode == -signal.SIGKILL
-    wait_until(lambda: not _is_there(int(ran.stdout)), "end of the process that draws")  # by itself
+    wait_until(lambda: not is_running(int(ran.stdout)), "end of the process that draws")  # by itself
     assert len(read(file)) == 30
     assert file.read_bytes().index(b"moov") < file.read_bytes().index(b"mdat")  # and has finished the file
-
-
-def _is_there(pid: int) -> bool:
-    try:
-        return "Z" not in Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2][:3]
-    except OSError:
-        return False
 
 
 @pytest.mark.slow

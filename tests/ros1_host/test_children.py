@@ -6,13 +6,13 @@ import os
 import signal
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.ros1_host.children import Child, Lines, Patience, how_it_ended
+from tests.processes import is_running
 from tests.waiting import TIMEOUT, wait_until
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="ROS 1 is not there")
@@ -36,15 +36,6 @@ def ended(process: Child) -> int:
     assert status is not None
     process.stop()
     return status
-
-
-def is_alive(pid: int) -> bool:
-    """Whether a process runs, and is not only waiting to be looked after."""
-    try:
-        state = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
-    except (FileNotFoundError, ProcessLookupError):
-        return False
-    return state != "Z"
 
 
 # ---------------------------------------------------------------- what they say
@@ -155,7 +146,7 @@ os.kill(os.getpid(), 9)
     ran = subprocess.run([sys.executable, "-c", parent], capture_output=True, text=True, timeout=TIMEOUT, check=False)
     assert ran.returncode == -signal.SIGKILL
     pid = int(ran.stdout)
-    wait_until(lambda: not is_alive(pid), "end of the child")
+    wait_until(lambda: not is_running(pid), "end of the child")
 
 
 @pytest.mark.parametrize(
