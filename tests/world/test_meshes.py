@@ -6,14 +6,14 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from cellwright.world.meshes import Mesh, gasket_outline, gear_outline, ring, turned
+from cellwright.world.meshes import Circle, Mesh, gasket_outline, gear_outline, lofted, ring
 
 MESHES = {
     "gear": ring(gear_outline, 0.006, 0.0, 0.0119, 144),
     "gasket": ring(gasket_outline, 0.03, 0.0, 0.02, 72),
     "plain ring": ring(lambda _: 0.1, 0.05, -0.01, 0.01, 90),
-    "drum": turned([(0.1, 0.0), (0.1, 0.2)], 60),
-    "cone frustum": turned([(0.038, -0.005), (0.05, 0.003), (0.05, 0.005)], 24),
+    "drum": lofted([Circle(0.1, 0.0), Circle(0.1, 0.2)], 60),
+    "leaning cone": lofted([Circle(0.038, -0.005), Circle(0.05, 0.003, 0.01), Circle(0.05, 0.015, 0.02, -0.1)], 24),
 }
 
 

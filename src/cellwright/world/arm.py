@@ -187,7 +187,7 @@ def add_arm(spec: Any, settings: ArmSettings, contact_time: float) -> None:
         link = link.add_body(name=joint.link, pos=joint.pose.position, quat=joint.pose.quaternion)
         _give_mass(link, BODIES[joint.link], settings.servo)
         _add_joint(spec, link, joint, settings, gains[joint.name])
-        arm_looks.dress_link(link, joint.link)
+        arm_looks.dress_link(spec, link, joint.link)
         if joint.link == "base_link":
             link.add_site(name="base", quat=(0.0, 0.0, 0.0, 1.0))
     for name, pose in (

@@ -1,14 +1,16 @@
 """What the arm touches with and looks like, link by link, and its suction cup.
 
-The shapes follow the outline of a UR10 within millimetres: housings of joints as cylinders, tubes as capsules. They are
-what the arm rests with on a bin's rim when a program drives the tool into a part.
+The solid shapes lie within 2 mm of the original's collision meshes: tubes and collars as cylinders, housings of joints
+as drums whose ends lean and are rounded off. With them the arm rests on a bin's rim when a program drives the tool into
+a part, and passes the posts beside the bins or hits them.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Literal
 
 from cellwright.pose import Pose
 from cellwright.world import colours, meshes
@@ -22,10 +24,48 @@ from cellwright.world.shapes import (
     add_shape,
     at,
     box,
-    capsule,
     cylinder,
     mesh,
 )
+
+_CORNERS = 32
+_SWAPPED = Pose.from_rpy((0.0, 0.0, 0.0), (math.pi / 2, 0.0, math.pi))  # swaps y and z
+
+
+@dataclass(frozen=True, slots=True)
+class Housing:
+    """A drum around a joint, convex, with ends that lean and are rounded off.
+
+    Attributes:
+        axis: the drum's axis is parallel to this axis of the link.
+        sections: cross-sections from the lowest coordinate along the axis upward; they shift and lean along z where the
+            axis is y, along y where it is z.
+    """
+
+    axis: Literal["y", "z"]
+    sections: tuple[meshes.Circle, ...]
+
+    @property
+    def pose(self) -> Pose:
+        """The drum's mesh in the frame of the link."""
+        return _SWAPPED if self.axis == "y" else HERE
+
+    @property
+    def mesh(self) -> meshes.Mesh:
+        """The drum; its axis is parallel to z."""
+        return meshes.lofted(self.sections, _CORNERS)
+
+    @property
+    def cylinder(self) -> Shape:
+        """The cylinder around the drum's axis with its largest radius, for formats that know no drums."""
+        widest = max(self.sections, key=lambda section: section.radius)
+        low, high = self.sections[0].height, self.sections[-1].height
+        centre = at(y=widest.shift, z=(low + high) / 2)
+        return cylinder(widest.radius, high - low, self.pose @ centre, colours.ARM_GREY)
+
+
+def _housing(axis: Literal["y", "z"], *sections: tuple[float, ...]) -> Housing:
+    return Housing(axis, tuple(meshes.Circle(*section) for section in sections))
 
 
 def _along_y(radius: float, low: float, high: float, z: float, colour: Colour = colours.ARM_GREY) -> Shape:
@@ -39,36 +79,91 @@ def _along_z(radius: float, low: float, high: float, y: float = 0.0, colour: Col
     return cylinder(radius, high - low, at(y=y, z=(low + high) / 2), colour)
 
 
-SOLID: Mapping[str, tuple[Shape, ...]] = {
+SOLID: Mapping[str, tuple[Shape | Housing, ...]] = {
     "base_link": (
         box(0.26, 0.34, 0.05, at(z=-0.025), colours.RAIL),
         _along_z(0.075, 0.0, 0.038),
     ),
     "shoulder_link": (
-        _along_z(0.0755, -0.089, 0.088),
-        _along_y(0.0755, 0.0, 0.086, 0.0),
+        _housing(
+            "z",
+            (0.0752, -0.089),
+            (0.0752, 0.057, 0.0, 0.087),
+            (0.072, 0.073, 0.001, 0.087),
+            (0.0665, 0.0826, 0.006, 0.087),
+        ),
+        _along_y(0.0752, 0.0, 0.086, 0.0),
     ),
     "upper_arm_link": (
-        _along_y(0.075, -0.135, 0.042, 0.0),
-        capsule(0.054, 0.612, at(y=-0.045, z=0.306), colours.ARM_GREY),
-        _along_y(0.0615, -0.105, 0.024, 0.612),
+        _housing(
+            "y",
+            (0.0748, -0.135),
+            (0.0745, -0.01),
+            (0.0738, 0.006, 0.001, 0.087),
+            (0.0727, 0.023, 0.002, 0.087),
+            (0.0706, 0.031, 0.0035, 0.087),
+            (0.055, 0.0377, 0.014, 0.087),
+        ),
+        _along_z(0.0746, 0.03, 0.0965, y=-0.045),
+        _along_z(0.0548, 0.0965, 0.53, y=-0.045),
+        _along_z(0.058, 0.53, 0.612, y=-0.045),
+        _housing(
+            "y",
+            (0.0593, -0.1047, 0.612),
+            (0.0605, -0.02, 0.612, -0.13),
+            (0.059, 0.0065, 0.611, -0.13),
+            (0.0565, 0.013, 0.609, -0.13),
+            (0.05, 0.0182, 0.604, -0.13),
+        ),
     ),
     "forearm_link": (
-        _along_y(0.06, -0.069, 0.067, 0.0),
-        capsule(0.043, 0.5723, at(z=0.28615), colours.ARM_GREY),
-        _along_y(0.0465, -0.058, 0.061, 0.5723),
+        _housing(
+            "y",
+            (0.045, -0.0642, 0.0165, -0.13),
+            (0.045, -0.0622, 0.0, -0.13),
+            (0.053, -0.0575, 0.0, -0.13),
+            (0.0568, -0.0505, 0.001, -0.13),
+            (0.0588, -0.0365, 0.0015, -0.13),
+            (0.0573, 0.0),
+            (0.0573, 0.0673),
+        ),
+        _along_z(0.0577, 0.02, 0.0805),
+        _along_z(0.044, 0.0805, 0.5723, y=-0.0008),
+        _housing(
+            "y",
+            (0.04, -0.0545, 0.5723, 0.09),
+            (0.044, -0.05, 0.5723, 0.09),
+            (0.0462, -0.043, 0.5723, 0.09),
+            (0.0458, 0.0609, 0.5723),
+        ),
     ),
     "wrist_1_link": (
-        _along_y(0.0455, 0.061, 0.1605, 0.0),
-        _along_z(0.0455, -0.057, 0.062, y=0.1149),
+        _along_y(0.045, 0.0609, 0.1149, 0.0),
+        _housing(
+            "z",
+            (0.038, -0.0535, 0.1149, 0.087),
+            (0.044, -0.05, 0.1149, 0.087),
+            (0.0457, -0.043, 0.1149, 0.087),
+            (0.0452, 0.062, 0.1149),
+        ),
     ),
     "wrist_2_link": (
-        _along_z(0.0455, 0.062, 0.1615),
-        _along_y(0.0455, -0.057, 0.0616, 0.1157),
+        _along_z(0.045, 0.062, 0.1157),
+        _housing(
+            "y",
+            (0.038, -0.0545, 0.1157, 0.087),
+            (0.044, -0.05, 0.1157, 0.087),
+            (0.0457, -0.043, 0.1157, 0.087),
+            (0.045, 0.0616, 0.1157),
+        ),
     ),
-    "wrist_3_link": (_along_y(0.045, 0.0616, 0.0921, 0.0),),
+    "wrist_3_link": (_housing("y", (0.045, 0.0616), (0.045, 0.078), (0.042, 0.0855), (0.033, 0.0921)),),
 }
-"""What each link touches with, in its own frame; it is seen as well."""
+"""What each link touches with, in its own frame; it is seen as well.
+
+Forearm and upper arm have a collar where the tube begins. Three convex shapes for such a link would fill the corner
+between collar and housing, 7 and 12 mm deep.
+"""
 
 SEEN: Mapping[str, tuple[Shape, ...]] = {
     "base_link": (
@@ -112,6 +207,8 @@ BEAM = box(0.2, 4.6, 0.1, HERE, colours.RAIL)
 CUP = cylinder(0.05, 0.01, HERE, colours.CUP)
 """The plain disc that the suction cup stands for, in its link's frame."""
 
+_CUP_SECTIONS = (meshes.Circle(0.038, -0.005), meshes.Circle(0.05, 0.003), meshes.Circle(0.05, 0.005))
+
 
 def dress_rail(rail: Any, world: Any) -> None:
     """The beam. It belongs to the robot, so the arm passes through it as it did in the original."""
@@ -124,9 +221,14 @@ def dress_rail(rail: Any, world: Any) -> None:
         add_shape(world, box(0.3, 0.3, 0.012, at(0.0, y, -0.894), colours.STEEL_DARK).moved(RAIL), Role.SEEN)
 
 
-def dress_link(body: Any, link: str) -> None:
+def dress_link(spec: Any, body: Any, link: str) -> None:
     """Give a link of the arm its shapes."""
-    for shape in SOLID[link]:
+    for number, solid in enumerate(SOLID[link], 1):
+        shape = solid
+        if isinstance(shape, Housing):
+            name = f"{link} {number}"
+            meshes.add_mesh(spec, name, shape.mesh)
+            shape = mesh(name, colours.ARM_GREY, shape.pose)
         add_shape(body, shape, Role.BOTH, Touch.ROBOT)
     for shape in SEEN[link]:
         add_shape(body, shape, Role.SEEN)
@@ -141,7 +243,7 @@ def dress_cup(spec: Any, gripper: Any, name: str, face: str, contact_time: float
 
     The geom `face` is the plain disc. It touches nothing and is not seen: it tells what such a disc would touch.
     """
-    meshes.add_mesh(spec, meshes.CUP, meshes.turned([(0.038, -0.005), (0.05, 0.003), (0.05, 0.005)], 24))
+    meshes.add_mesh(spec, meshes.CUP, meshes.lofted(_CUP_SECTIONS, 24))
     cup = add_shape(gripper, mesh(meshes.CUP, colours.CUP), Role.BOTH, Touch.ROBOT, name=name)
     cup.friction[0] = 0.1
     cup.priority = 1

@@ -15,6 +15,9 @@ from cellwright.pose import Pose
 BIN_YAW = 1.5708
 """How the bins are turned [rad], with the original's rounding."""
 
+WORKCELL = Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, 1.57 - math.pi / 2))
+"""Frame of the posts and bars: the yaw of the original's workcell is 1.57, a little less than a right angle."""
+
 BIN_SURFACE = 0.725
 """Height [m] of the surface that parts lie on in a bin."""
 

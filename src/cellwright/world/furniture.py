@@ -21,6 +21,7 @@ from cellwright.world.frames import (
     SHELF_CENTRE,
     SHELF_PITCH,
     SHELF_SURFACE,
+    WORKCELL,
     bin_frame,
     shelf_columns,
 )
@@ -121,22 +122,28 @@ def add_conveyor(spec: Any) -> None:
 def add_frames(spec: Any) -> None:
     """Posts and bars that sensors hang from and an arm can hit: two portals over the bins, a fence along the conveyor.
 
-    Each is a body of its own and flat: the box around it is what the arm is tested against first.
+    They turn with the original's workcell, the yaw of which is rounded to 1.57. Each is a body of its own and flat: the
+    box around it is what the arm is tested against first.
     """
     thick = 0.05
-    for number, x in enumerate((-1.08, -0.31), 1):
-        portal = spec.worldbody.add_body(name=f"camera_frame_{number}", pos=(x, 0.0, 0.0))
+
+    def stand(name: str, x: float, z: float = 0.0) -> Any:
+        frame = WORKCELL @ at(x=x, z=z)
+        return spec.worldbody.add_body(name=name, pos=frame.position, quat=frame.quaternion)
+
+    for number, x in enumerate((-1.08, -0.3143), 1):
+        portal = stand(f"camera_frame_{number}", x)
         add_shape(portal, box(thick, 3.5, thick, at(y=-0.25, z=2.0), colours.FRAME), Role.BOTH)
         for y in (-2.0, 1.5):
             add_shape(portal, box(thick, thick, 1.975, at(y=y, z=0.9875), colours.FRAME), Role.BOTH)
-    fence = spec.worldbody.add_body(name="conveyor_frame", pos=(1.7, 0.0, 0.0))
+    fence = stand("conveyor_frame", 1.7)
     add_shape(fence, box(thick, 10.0, thick, at(z=0.95), colours.FRAME), Role.BOTH)
     for y in range(-5, 6):
         add_shape(fence, box(thick, thick, 3.0, at(y=float(y), z=1.5), colours.FRAME), Role.BOTH)
-    beam = spec.worldbody.add_body(name="conveyor_beam", pos=(1.21, 0.0, 3.0))
+    beam = stand("conveyor_beam", 1.21, 3.0)
     add_shape(beam, box(thick, 10.0, thick, HERE, colours.FRAME), Role.BOTH)
     for y in (-5.0, 0.0, 5.0):
-        add_shape(spec.worldbody, box(0.54, thick, thick, at(1.455, y, 3.0), colours.FRAME), Role.SEEN)
+        add_shape(spec.worldbody, box(0.54, thick, thick, WORKCELL @ at(1.455, y, 3.0), colours.FRAME), Role.SEEN)
 
 
 def add_shelf(spec: Any, slots: int) -> None:

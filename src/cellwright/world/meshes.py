@@ -1,9 +1,10 @@
-"""Meshes made in code: rings cut from flat outlines, and bodies turned on a lathe."""
+"""Meshes made in code: rings cut from flat outlines, and bodies lofted over circles."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import mujoco
@@ -46,26 +47,44 @@ def ring(outer: Callable[[float], float], inner: float, bottom: float, top: floa
     return np.array(vertices), np.array(triangles)
 
 
-def turned(profile: Sequence[tuple[float, float]], corners: int) -> Mesh:
-    """A closed body of revolution about z.
+@dataclass(frozen=True, slots=True)
+class Circle:
+    """Cross-section of a lofted body.
+
+    Attributes:
+        radius: [m].
+        height: z [m] of the centre.
+        shift: y [m] of the centre.
+        lean: slope of the circle's plane, dz/dy.
+    """
+
+    radius: float
+    height: float
+    shift: float = 0.0
+    lean: float = 0.0
+
+
+def lofted(sections: Sequence[Circle], corners: int) -> Mesh:
+    """A closed body over circles one above the other.
 
     Args:
-        profile: radius and height [m] from the lowest face upward, both ends closed by a flat face.
+        sections: from the lowest upward, both ends closed by a flat face.
         corners: number of corners of each circle.
     """
+    angles = [2 * math.pi * k / corners for k in range(corners)]
     vertices = [
-        (radius * math.cos(2 * math.pi * k / corners), radius * math.sin(2 * math.pi * k / corners), height)
-        for radius, height in profile
-        for k in range(corners)
+        (each.radius * math.cos(a), each.shift + across, each.height + each.lean * across)
+        for each in sections
+        for a, across in ((a, each.radius * math.sin(a)) for a in angles)
     ]
     triangles: list[tuple[int, int, int]] = []
-    for level in range(len(profile) - 1):
+    for level in range(len(sections) - 1):
         low, high = level * corners, (level + 1) * corners
         for k in range(corners):
             following = (k + 1) % corners
             triangles.append((low + k, low + following, high + following))
             triangles.append((low + k, high + following, high + k))
-    last = (len(profile) - 1) * corners
+    last = (len(sections) - 1) * corners
     for k in range(1, corners - 1):
         triangles.append((0, k + 1, k))
         triangles.append((last, last + k, last + k + 1))

@@ -221,7 +221,7 @@ def add_part_meshes(spec: Any) -> None:
     meshes.add_mesh(spec, meshes.GEAR, meshes.ring(meshes.gear_outline, 0.006, 0.0, 0.0119, 144))
     meshes.add_mesh(spec, meshes.GASKET, meshes.ring(meshes.gasket_outline, 0.03, 0.0, 0.02, 72))
     groove = [(0.1125, 0.0), (0.1125, 0.004), (0.1, 0.009), (0.1, 0.0634), (0.1125, 0.0684), (0.1125, 0.0724)]
-    meshes.add_mesh(spec, meshes.PULLEY, meshes.turned(groove, 48))
+    meshes.add_mesh(spec, meshes.PULLEY, meshes.lofted([meshes.Circle(*each) for each in groove], 48))
 
 
 def add_part(spec: Any, name: str, kind: PartType, pose: Pose) -> Any:

@@ -50,7 +50,8 @@ def _add_arm(robot: Element) -> None:
     before = _RAIL_LINK
     for joint in JOINTS:
         name = joint.link
-        urdf.link(robot, name, solid=arm_looks.SOLID[name], seen=arm_looks.SEEN[name], form=BODIES[name])
+        solid = [each.cylinder if isinstance(each, arm_looks.Housing) else each for each in arm_looks.SOLID[name]]
+        urdf.link(robot, name, solid=solid, seen=arm_looks.SEEN[name], form=BODIES[name])
         urdf.moving_joint(
             robot,
             "prismatic" if before == _RAIL_LINK else "revolute",
