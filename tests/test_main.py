@@ -1,5 +1,6 @@
 """The command line's way in."""
 
+import errno
 import io
 import json
 import os
@@ -11,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from cellwright.__main__ import _shortage, main
 from tests.processes import Process
 from tests.waiting import TIMEOUT
 
@@ -98,3 +100,33 @@ def test_threads_that_an_agent_leaves_behind_do_not_keep_a_run_from_ending(tmp_p
     status = process.finish()
     assert (status, json.loads(process.out)["outcome"]) == (1, "gave_up")
     assert "left running, and ended with the process: mine\n" in process.err
+
+
+def test_too_few_descriptors_are_said_in_a_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def work() -> int:
+        raise error
+
+    monkeypatch.setattr("cellwright.cli.main.main", work)
+    error: Exception = OSError(errno.EMFILE, "Too many open files")
+    assert main() == 1
+    assert capsys.readouterr().err == "error: too many open files for this process; raise the limit (ulimit -n)\n"
+    error = OSError(errno.ENOENT, "a defect")
+    with pytest.raises(OSError, match="a defect"):
+        main()
+
+
+@pytest.mark.parametrize(
+    ("error", "word"),
+    [
+        (OSError(errno.ENFILE, "file table overflow"), "files"),
+        (OSError(errno.ENOMEM, "no memory"), "memory"),
+        (MemoryError(), "memory"),
+        (ImportError("libx.so: failed to map segment from shared object"), "memory"),
+        (RuntimeError("engine error: Could not allocate memory"), "memory"),
+    ],
+)
+def test_a_shortage_is_told_from_other_errors(error: Exception, word: str) -> None:
+    assert word in _shortage(error)
+    assert _shortage(OSError(errno.ENOENT, "no such file")) == _shortage(ImportError("no module")) == ""

@@ -6,10 +6,16 @@ it is first asked for, so that `import cellwright` costs next to nothing, and wo
 
 from __future__ import annotations
 
+import os
 from importlib import import_module
 from typing import TYPE_CHECKING
 
 __version__ = "0.1.0"
+
+if "MUJOCO_GL" in os.environ:
+    from cellwright import mujoco_gl
+
+    mujoco_gl.settle()
 
 if TYPE_CHECKING:
     from cellwright import errors as errors

@@ -102,7 +102,7 @@ def did_you_mean(name: str, valid: Iterable[str]) -> str:
     return f"; did you mean {close[0]}" if close else ""
 
 
-def showable(text: str, most: int) -> str:
+def showable(text: str, most: int = 20_000) -> str:
     """A text that any terminal and any file can hold: line breaks and tabs stay, what cannot be shown is written out.
 
     Args:

@@ -34,10 +34,12 @@ class Pace:
     Attributes:
         factor: simulated seconds a wall second, on average.
         worst_lateness: how late [s] of wall time the latest tick came.
+        stood: so long [s] of wall time it stood for clients that were behind.
     """
 
     factor: float
     worst_lateness: float
+    stood: float = 0.0
 
 
 class Attendance:
@@ -147,5 +149,5 @@ class Serving:
         except SimulationError as error:
             return Outcome.UNSTABLE, f"{error}\n"
         if passing.tempo.speed is not None and not self.server.lockstep:
-            self.pace = Pace(passing.pacer.factor, passing.pacer.worst)
+            self.pace = Pace(passing.pacer.factor, passing.pacer.worst, passing.pacer.stood)
         return how_it_ended(self.cell, otherwise=Outcome.UNTIL), ""

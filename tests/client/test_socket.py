@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 import socket
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -15,6 +17,7 @@ from cellwright.cell import Cell
 from cellwright.client.client import Client
 from cellwright.client.session import Session
 from cellwright.client.transports import socket as socket_module
+from cellwright.client.transports.connection import _error
 from cellwright.client.transports.in_process import InProcess
 from cellwright.client.transports.socket import SocketTransport
 from cellwright.client.transports.transport import Transport
@@ -335,6 +338,14 @@ def test_what_is_no_cell_is_told_from_one(said: bytes) -> None:
         with pytest.raises(UsageError, match="nobody answers at"):
             SocketTransport(address)
         thread.join(TIMEOUT)
+
+
+def test_what_a_cell_says_cannot_play_with_the_terminal() -> None:
+    said = Frame(Kind.REFUSED, name="UsageError", payload=b"not \x1b[2J\x1b]0;you\x07")
+    with pytest.raises(UsageError, match=re.escape(r"not \x1b[2J\x1b]0;you\x07")):
+        raise _error(said)
+    with pytest.raises(UnknownNameError, match=re.escape(r"\x1b")):
+        raise _error(replace(said, name="UnknownNameError"))
 
 
 def test_a_client_connects_to_an_address_as_people_write_it() -> None:

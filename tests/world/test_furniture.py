@@ -75,7 +75,9 @@ def test_shelf(bench: Bench) -> None:
 def test_frames_stand_in_an_arms_way(bench: Bench) -> None:
     assert height(bench, -0.31, 0.0, 2.5) == pytest.approx(2.025)
     assert height(bench, 1.21, 0.5, 3.5) == pytest.approx(3.025)
-    assert look(bench, (1.4, 2.0, 1.5), (1.0, 0.0, 0.0)) == pytest.approx(0.275)
+    assert look(bench, (1.4, 2.0, 1.5), (1.0, 0.0, 0.0)) == pytest.approx(0.275 + 0.0016, abs=1e-4)
+    for y, x in ((1.5, -0.3131), (-2.0, -0.3159)):  # where the posts of the original stand
+        assert look(bench, (0.0, y, 1.5), (-1.0, 0.0, 0.0)) == pytest.approx(-x - 0.025, abs=1e-4)
 
 
 def test_the_deletion_wall_is_a_space_and_no_thing(bench: Bench) -> None:

@@ -12,7 +12,7 @@ import threading
 from pathlib import Path
 from typing import Any, Mapping
 
-from cellwright.errors import CellwrightError, UsageError
+from cellwright.errors import CellwrightError, UsageError, showable
 from cellwright.link.frames import Decoder, Frame, FrameError, Kind, hello
 
 OWNER = "/assembled_robot"
@@ -83,7 +83,7 @@ class RobotProcess:
             payload = json.dumps(values).encode()
             answer = self._exchange(Frame(Kind.CALL, self._number, name=service, payload=payload))
         if answer.kind is Kind.REFUSED:
-            raise CellwrightError(answer.text())
+            raise CellwrightError(showable(answer.text()))
         return answer.json()
 
     def close(self) -> None:
@@ -147,7 +147,7 @@ class RobotProcess:
                 while self._frames:
                     answer = self._frames.pop(0)
                     if answer.kind is Kind.ENDED:
-                        raise CellwrightError(f"the robot's process has ended: {answer.text()}")
+                        raise CellwrightError(f"the robot's process has ended: {showable(answer.text())}")
                     if answer.number in (frame.number, 0):  # 0: who is cut off is told so
                         return answer
                 data = connection.recv(_PIECE)

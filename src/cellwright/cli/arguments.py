@@ -75,7 +75,14 @@ Recorded = Annotated[
 
 Host = Annotated[str, typer.Option(metavar="HOST", help="Address to listen at.", rich_help_panel=REACH)]
 
-Port = Annotated[int, typer.Option(metavar="N", help="Port to listen at; 0 takes a free one.", rich_help_panel=REACH)]
+Port = Annotated[
+    int | None,
+    typer.Option(
+        metavar="N",
+        help="Port to listen at; 0 takes a free one. 11399 when left out, or one of the next where it is in use.",
+        rich_help_panel=REACH,
+    ),
+]
 
 Log = Annotated[
     Path | None,

@@ -46,9 +46,11 @@ def ready(name: str, server: Server, speed: float | None) -> str:
         pace = "lockstep"
     else:
         pace = "as fast as it goes" if speed is None else "real time" if speed == 1.0 else f"{speed:g} x real time"
-    return f"ready: {name} at {host}:{port}, {pace}"
+    in_use = f" ({server.busy_port} is in use)" if server.busy_port else ""
+    return f"ready: {name} at {host}:{port}{in_use}, {pace}"
 
 
 def pace_text(pace: Pace) -> str:
     """How time kept to the wall clock, in words."""
-    return f"{pace.factor:.4f} x real time, latest tick {pace.worst_lateness * 1e3:.1f} ms late"
+    stood = f", time stood {pace.stood:.1f} s for clients that were behind" if pace.stood else ""
+    return f"{pace.factor:.4f} x real time, latest tick {pace.worst_lateness * 1e3:.1f} ms late{stood}"

@@ -10,6 +10,7 @@ The guest (a client or a bridge) speaks first with HELLO and is answered WELCOME
 | PUBLISH | its own choice, 0: no answer wanted | topic | message type | on whose behalf | message | DONE |
 | CALL | its own choice | service | service type | on whose behalf | request | ANSWER, or see below |
 | ADVANCE | its own choice | | | | `advance` | TIME |
+| PONG | of the PING, or 0: PING me | | | | | none |
 
 | cell says | number | name | payload |
 |---|---|---|---|
@@ -19,12 +20,17 @@ The guest (a client or a bridge) speaks first with HELLO and is answered WELCOME
 | ANSWER | of the call | | response |
 | REFUSED | of what was asked | name of the error's class in `cellwright.errors` | the reason, UTF-8 |
 | TIME | of what was asked | | simulation time [ns], see `read_time` |
+| PING | of the cell's choice, above 0 | | |
 | ENDED | 0 | | the reason, UTF-8; nothing follows |
 
 Messages, requests and responses are in the form that the guest named in its HELLO: CDR or that of ROS 1. Numbers of
 one connection are the guest's own; one that is in use must not be used again. An empty node stands for the guest's own.
 ADVANCE is for a cell in lockstep, whose time passes for nothing else. It ends early with a message of a subscription
 that is not `quiet`. There an answer may need time to pass: DONE says so, and ANSWER with the same number comes later.
+
+PING measures how far a guest is behind: it answers PONG when it is done with all that came before. A guest asks for
+PINGs by a PONG of its own. In real time, simulation time stands while such a guest is late with its answer, within the
+limits of `cellwright.server.heartbeat`.
 """
 
 from __future__ import annotations
@@ -58,6 +64,7 @@ class Kind(IntEnum):
     PUBLISH = 4
     CALL = 5
     ADVANCE = 6
+    PONG = 7
     WELCOME = 65
     MESSAGE = 66
     DONE = 67
@@ -65,6 +72,7 @@ class Kind(IntEnum):
     REFUSED = 69
     TIME = 70
     ENDED = 71
+    PING = 72
 
 
 class FrameError(Exception):

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 
 from cellwright.link.frames import LONGEST_SAID, Decoder, Frame, Kind
+from cellwright.server.heartbeat import Heartbeat
 from cellwright.server.reasons import Reasons
 
 BEHIND = 1 << 20
@@ -56,6 +57,8 @@ class Guest:
         """With so many bytes waiting its messages are dropped."""
         self.is_heavy = False
         """Whether what it asked for last took long to carry out."""
+        self.heartbeat: Heartbeat | None = None
+        """Tells how far it is behind; None unless it asked for PINGs."""
         self.untold = Reasons()
         """Why messages could not be put into a form for it, since that was last said."""
         self.is_gone = False

@@ -5,8 +5,9 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 
-from cellwright.link.frames import FrameError
+from cellwright.link.frames import Frame, FrameError, Kind
 from cellwright.server.guest import FULL, MOST_WAITING, Guest
+from cellwright.server.heartbeat import LATE
 from cellwright.server.reasons import Reasons
 from cellwright.server.requests import refusal
 
@@ -37,6 +38,7 @@ class Guests:
         self._forget = forget
         self._there: list[Guest] = []
         self._cut_off: dict[str, Reasons] = {}
+        self._waited_for: set[str] = set()
         self._looked = time.monotonic()
 
     def __iter__(self) -> Iterator[Guest]:
@@ -86,6 +88,27 @@ class Guests:
         """Give each guest its part of what may wait for all."""
         for guest in self._there:
             guest.full = min(FULL, MOST_WAITING // len(self._there))
+
+    # ---------------------------------------------------------------- those that are behind
+
+    def ping(self) -> None:
+        """Send the PINGs that are due."""
+        now = time.monotonic()
+        for guest in self._there:
+            if guest.heartbeat is not None and not guest.is_leaving and (number := guest.heartbeat.ping(now)):
+                guest.say(Frame(Kind.PING, number))
+
+    def hold_time(self) -> bool:
+        """Whether simulation time stands for a guest that is behind; the first time that it does is reported."""
+        now, held = time.monotonic(), False
+        for guest in self._there:
+            if guest.heartbeat is None or guest.is_leaving or guest.is_gone or not guest.heartbeat.is_held(now):
+                continue
+            held = True
+            if guest.name not in self._waited_for and len(self._waited_for) < _MOST_NAMED:
+                self._waited_for.add(guest.name)
+                self._report(f"time stands while {guest.name} is more than {LATE:g} s behind; this is said once")
+        return held
 
     # ---------------------------------------------------------------- those that misbehave
 

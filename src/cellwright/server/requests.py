@@ -5,6 +5,7 @@ from __future__ import annotations
 import hmac
 import json
 import logging
+import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,6 +26,7 @@ from cellwright.errors import (
 from cellwright.link.frames import PROTOCOL, QUIET, Frame, FrameError, Kind, read_advance, time_frame
 from cellwright.messages import Message, ServiceType, message_type, service_type, type_of
 from cellwright.server.guest import Guest
+from cellwright.server.heartbeat import Heartbeat
 from cellwright.server.translation import ENCODINGS, Translation, from_bytes
 from cellwright.server.welcome import welcome
 
@@ -124,6 +126,10 @@ class Requests:
                 self._call(guest, frame)
             case Kind.ADVANCE:
                 self._advance(guest, frame)
+            case Kind.PONG:
+                now = time.monotonic()
+                guest.heartbeat = guest.heartbeat or Heartbeat(now)
+                guest.heartbeat.pong(frame.number, now)
             case _:
                 again = " again" if frame.kind is Kind.HELLO else ""
                 raise FrameError(f"{frame.kind.name} is nothing that a guest may say{again}")

@@ -6,6 +6,7 @@ carried out at that border. Time is looked at after every frame, so that a flood
 
 from __future__ import annotations
 
+import os
 import secrets
 import select
 import socket
@@ -15,12 +16,14 @@ from ipaddress import ip_address
 
 from cellwright.bus.served import Served
 from cellwright.link.frames import Frame, FrameError, Kind
-from cellwright.server.door import accept, listen
 from cellwright.server.guest import Guest
 from cellwright.server.guests import Guests
+from cellwright.server.listening import Listener, listen
 from cellwright.server.requests import Asked, Extra, Requests, refusal
 
 DEFAULT_PORT = 11399
+TRIES = 20
+"""So many ports are tried from the default one on, where it is in use."""
 LOOPBACK = "127.0.0.1"
 
 _TIME_TO_TAKE = 0.5  # [s]: those that read are told that it is over; nobody is waited for longer
@@ -28,6 +31,7 @@ _LONG = 0.02  # [s]: what takes longer to carry out is heavy, and time does not 
 _REST = 3  # times as long as it took nothing else that is heavy is carried out
 _FRAMES_A_TURN = 16
 _MUCH = 1 << 16  # bytes begun
+_MOST_DESCRIPTORS = 1024  # those beyond are none that `select` could look at
 
 
 class Server:
@@ -36,7 +40,7 @@ class Server:
     Args:
         cell: whose bus it is.
         host: the address to listen at; anything but loopback lets others in the network drive the cell.
-        port: the port to listen at; 0 takes a free one.
+        port: the port to listen at; 0 takes a free one, None the default one, or one of the next where it is in use.
         lockstep: whether time passes for guests that ask for it, and for nothing else.
         report: takes a line about guests that misbehave, at most one a second for each.
 
@@ -52,11 +56,14 @@ class Server:
         cell: Served,
         *,
         host: str = LOOPBACK,
-        port: int = DEFAULT_PORT,
+        port: int | None = DEFAULT_PORT,
         lockstep: bool = False,
         report: Callable[[str], None] = lambda _line: None,
     ) -> None:
-        self._listener = listen(host, port)
+        found = listen(host, port) if port is not None else listen(host, DEFAULT_PORT, tries=TRIES)
+        self._listener = Listener(found)
+        self.busy_port = DEFAULT_PORT if port is None and self.address[1] != DEFAULT_PORT else 0
+        """The default port where it was wished for and in use; else 0."""
         self.key = ""
         self._requests = Requests(cell, lockstep=lockstep)
         self._guests = Guests(report, self._requests.forget)
@@ -67,7 +74,7 @@ class Server:
     @property
     def address(self) -> tuple[str, int]:
         """Host and port that it listens at."""
-        host, port = self._listener.getsockname()[:2]
+        host, port = self._listener.socket.getsockname()[:2]
         return str(host), int(port)
 
     @property
@@ -128,6 +135,7 @@ class Server:
         In lockstep it ends as soon as somebody wishes that time pass, unless `until_asked` says otherwise.
         """
         deadline = time.perf_counter() + seconds
+        self._guests.ping()
         self._flush()
         while True:
             until = deadline
@@ -150,6 +158,10 @@ class Server:
     def is_anybody_behind(self) -> bool:
         """Whether some guest has to read first before more can be told it, if nothing is to be lost."""
         return any(guest.is_behind and not guest.is_gone for guest in self._guests)
+
+    def hold_time(self) -> bool:
+        """Whether simulation time stands, out of lockstep, for a guest that is behind: a bridge on a busy machine."""
+        return self._guests.hold_time()
 
     def dismiss(self, reason: str, *, keep: Callable[[str], bool]) -> None:
         """Tell guests that it is over and why, and hear no more of them, but for those whose names are kept."""
@@ -182,7 +194,7 @@ class Server:
     def _look_at_sockets(self, timeout: float) -> None:
         """Wait until some socket is ready; take in what came, send what waits."""
         readers: list[Guest | None] = [None, *(guest for guest in self._guests if guest.may_be_read)]
-        read = {_socket(guest, self._listener): guest for guest in readers}
+        read = {_socket(guest, self._listener.socket): guest for guest in readers}
         write = {guest.connection: guest for guest in self._guests if guest.has_waiting and not guest.is_gone}
         readable, writable, _ = select.select(list(read), list(write), (), timeout)
         for connection in writable:
@@ -190,15 +202,27 @@ class Server:
         for connection in readable:
             guest = read[connection]
             if guest is None:
-                come = accept(self._listener)
-                if come is not None:
-                    self._guests.admit(come)
+                self._take_in()
             else:
                 guest.read()
                 if guest.begun > _MUCH:
                     self._guests.limit_what_is_begun()
         if readable or writable:
             self._guests.forget_those_gone()
+
+    def _take_in(self) -> None:
+        """Take in who has come, where there is room."""
+        come = self._listener.accept()
+        if come is None:
+            return
+        connection, host = come
+        if os.name == "posix" and connection.fileno() >= _MOST_DESCRIPTORS:
+            connection.close()
+            return
+        try:
+            self._guests.admit(Guest(connection, host))
+        except OSError:  # it is gone already
+            connection.close()
 
     def _take_turns(self, deadline: float) -> bool:
         """Carry out frames that came, guest by guest; False when time ran out before all had a turn."""

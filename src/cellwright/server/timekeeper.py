@@ -36,6 +36,7 @@ class Timekeeper:
         on_poll: called about ten times a second of wall time.
         patience: in lockstep, how long [s] of wall time to go on serving when there is no more time to be had: who
             asks for some is told so, and may still ask for other things.
+        can_stand: whether time may stand while a guest is behind; not where a real robot moves on.
     """
 
     def __init__(
@@ -46,11 +47,13 @@ class Timekeeper:
         tempo: float | Tempo | None = 1.0,
         on_poll: Callable[[], None] = lambda: None,
         patience: float = 0.0,
+        can_stand: bool = True,
     ) -> None:
         self._simulation = served.simulation
         self._server = server
         self._on_poll = on_poll
         self._patience = patience
+        self._can_stand = can_stand
         self._polled = self._served = 0.0
         self.is_stopped = False
         """Set it, from anywhere, to have `run` end before the next tick."""
@@ -84,9 +87,22 @@ class Timekeeper:
         """
         if not self._wait_for_the_tempo():
             return False
+        if self._can_stand and self.tempo.speed is not None and not self._wait_for_guests():
+            return False
         self.pacer.step()
         self._look_around()
         return True
+
+    def _wait_for_guests(self) -> bool:
+        """Serve guests while time stands for one that is behind; False when it is stopped."""
+        if not self._server.hold_time():
+            return True
+        begun = time.perf_counter()
+        while not self.is_stopped and self._server.hold_time():
+            self._serve(_NAP, until_asked=False)
+            self._look_around()
+        self.pacer.stand(time.perf_counter() - begun)
+        return not self.is_stopped
 
     def _wait_for_the_tempo(self) -> bool:
         """Serve guests while time stands; False when it is stopped."""

@@ -45,6 +45,8 @@ class Pacer:
         self._begun = self._wall = self._stepped = clock()
         self._begun_at = self._simulated = self._newest = simulation.now
         self._rested = 0.0
+        self.stood = 0.0
+        """So long [s] of wall time `stand` has added up."""
         self.worst = 0.0
         """How late [s] of wall time the latest tick came."""
 
@@ -73,6 +75,11 @@ class Pacer:
         if ahead < -_PATIENCE:
             self._wall, self._simulated = now, self._newest
         return False
+
+    def stand(self, seconds: float) -> None:
+        """Take note that time stood for so long [s] of wall time: it is not made good, and counts for the factor."""
+        self._wall += seconds
+        self.stood += seconds
 
     def _wait(self, seconds: float) -> None:
         if seconds <= _LONGEST_WAIT:

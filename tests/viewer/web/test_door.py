@@ -1,8 +1,9 @@
 """Who is let in to a page, and who is not."""
 
 import http.client
+import socket
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 
 import pytest
 import viser
@@ -13,7 +14,7 @@ from websockets.sync.client import connect
 from websockets.typing import Origin
 
 from cellwright.errors import UsageError
-from cellwright.viewer.web.door import Door
+from cellwright.viewer.web.door import MAX_UNFINISHED, Door
 from cellwright.viewer.web.program import Server
 from tests.waiting import TIMEOUT
 
@@ -143,3 +144,17 @@ def test_a_viser_that_cannot_be_guarded_is_none() -> None:
     with door() as found, pytest.raises(UsageError, match="cannot be guarded"), found.guards_viser():
         pass
     assert websockets.asyncio.server.serve.__name__ == "serve"
+
+
+def test_half_requests_keep_nobody_out() -> None:
+    with page() as found, ExitStack() as opened:
+        half = [opened.enter_context(socket.create_connection((found.host, found.port), TIMEOUT)) for _ in range(80)]
+        for connection in half:
+            connection.sendall(b"GET / HTTP/1.1\r\n")
+        for connection in half[: 80 - MAX_UNFINISHED]:  # the oldest ones make room
+            with suppress(ConnectionResetError):
+                assert connection.recv(1) == b""
+        asked = http.client.HTTPConnection(found.host, found.port, timeout=TIMEOUT)
+        asked.request("GET", "/")
+        assert asked.getresponse().status == 200
+        asked.close()

@@ -69,6 +69,8 @@ class Bridge:
             self._begin()
             self._loop.wake_by_signals()
             stop_by(lambda: self._loop.stop(ENDED))
+            if self._sent is None:
+                self._link.keep_up(lambda: any(publication.is_behind for publication in self._sends))
             say_ready()
             status = self._loop.run()
         except (LinkError, MasterGoneError, rospy.ROSInitException) as error:
@@ -91,7 +93,7 @@ class Bridge:
         begin_node(self._node)
         rospy.on_shutdown(lambda: self._loop.stop(ENDED))  # `rosnode kill`, or another node takes the name
         self._sent = Sent() if in_lockstep else None
-        publications = self._publications(welcome["topics"])
+        publications = self._sends = self._publications(welcome["topics"])
         for publication in publications:
             server.topics[publication.name] = publication.take
             if publication.name != CLOCK:

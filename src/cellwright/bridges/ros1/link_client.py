@@ -16,6 +16,7 @@ PATIENCE = 10.0
 """How long the cell may take to answer HELLO [s]."""
 
 _PIECE = 1 << 18
+_PAUSE = 0.02
 _NUMBERS = (1 << 32) - 1
 
 Answered = Callable[[Frame], None]
@@ -42,7 +43,9 @@ class LinkClient:
     """
 
     def __init__(self, loop: Loop, address: tuple[str, int], node: str, on_end: Callable[[str | None], None]) -> None:
+        self._loop = loop
         self._on_end = on_end
+        self._is_behind: Callable[[], bool] = lambda: False
         self._decoder = Decoder()
         self._lock = threading.Lock()
         self._number = 0
@@ -90,6 +93,15 @@ class LinkClient:
         self._listeners.pop(number, None)
         self._outlet.send(Frame(Kind.UNSUBSCRIBE, number).encode())
 
+    def keep_up(self, is_behind: Callable[[], bool]) -> None:
+        """Ask the cell to let time stand while this end is behind.
+
+        Args:
+            is_behind: whether messages that came are still on their way; asked by the loop's thread.
+        """
+        self._is_behind = is_behind
+        self._pong(0)
+
     def close(self) -> None:
         """Let go of the cell."""
         self._has_ended = True
@@ -126,6 +138,8 @@ class LinkClient:
             listener = self._listeners.get(frame.number)
             if listener is not None:
                 listener(frame.payload)
+        elif frame.kind is Kind.PING:
+            self._answer(frame.number)
         elif frame.kind is Kind.ENDED:
             self._end(frame.text())
         else:
@@ -133,6 +147,18 @@ class LinkClient:
                 answered = self._answers.pop(frame.number, None)
             if answered is not None:
                 answered(frame)
+
+    def _answer(self, ping: int) -> None:
+        """Answer a PING once all that came before is on its way."""
+        if self._has_ended:
+            return
+        if self._is_behind():
+            self._loop.later(_PAUSE, lambda: self._answer(ping))
+        else:
+            self._pong(ping)
+
+    def _pong(self, number: int) -> None:
+        self._outlet.send(Frame(Kind.PONG, number).encode())
 
     def _end(self, reason: str | None) -> None:
         if not self._has_ended:

@@ -4,10 +4,17 @@ from __future__ import annotations
 
 import socket
 import threading
+import time
 from collections import deque
 from typing import Callable
 
 from cellwright.bridges.ros1.loop import Callback, Loop
+
+LATE = 0.1
+"""Data that waits for longer [s] is late."""
+
+HOPELESS = 5.0
+"""With data waiting for longer [s] the other side does not count as behind any more."""
 
 
 class Outlet:
@@ -46,6 +53,7 @@ class Outlet:
         """The part of a piece whose beginning has been sent."""
         self._waiting: deque[bytes] = deque()
         self._on_empty: Callback | None = None
+        self._waits_since: float | None = None
         self.is_closed = False
         loop.watch(connection, on_read)
 
@@ -53,6 +61,12 @@ class Outlet:
     def is_empty(self) -> bool:
         """Whether nothing waits to be sent."""
         return not self._rest and not self._waiting
+
+    @property
+    def is_behind(self) -> bool:
+        """Whether data has waited longer than LATE; False again after HOPELESS: nobody reads there."""
+        since = self._waits_since
+        return since is not None and LATE < time.monotonic() - since < HOPELESS
 
     def send(self, data: bytes) -> None:
         """Send a piece, now or when the other side takes it. That it is gone is found out by reading."""
@@ -62,6 +76,7 @@ class Outlet:
             if self.is_empty:
                 self._rest = self._sent(data)
                 if self._rest:
+                    self._waits_since = time.monotonic()
                     self._loop.call(self._watch)
                 return
             dropped = 0
@@ -118,6 +133,7 @@ class Outlet:
                 self._bytes -= len(self._rest)
             empty = self.is_empty
         if empty and not self.is_closed:
+            self._waits_since = None
             self._loop.watch(self._connection, self._on_read)
             if self._on_empty is not None:
                 self._on_empty()

@@ -97,6 +97,11 @@ class Publication:
             self._give(peer, self._newest)
         return None
 
+    @property
+    def is_behind(self) -> bool:
+        """Whether messages wait for a subscriber that reads."""
+        return any(peer.outlet.is_behind for peer in self._peers)
+
     def lost(self, peer: Peer) -> None:
         """Forget a subscriber that has gone."""
         if peer not in self._peers:

@@ -14,7 +14,6 @@ from cellwright.cli.arguments import OUTPUT, Host, Port, Recorded
 from cellwright.cli.bar import bar
 from cellwright.cli.exit_status import DONE
 from cellwright.cli.view.arguments import Open, View, ViewHost, ViewPort, page_wish
-from cellwright.server import DEFAULT_PORT
 from cellwright.server.server import LOOPBACK
 from cellwright.simulation.clock import nanoseconds, seconds
 
@@ -84,7 +83,7 @@ def replay(
         ),
     ] = False,
     host: Host = LOOPBACK,
-    port: Port = DEFAULT_PORT,
+    port: Port = None,
     bag: Annotated[
         Path | None,
         typer.Option(

@@ -19,7 +19,7 @@ from cellwright.replay.recorded import NODE, Recorded
 from cellwright.replay.services import RecordingServices
 from cellwright.ros1_host import Ros1
 from cellwright.ros1_host.identity import Identity
-from cellwright.server import DEFAULT_PORT, Server
+from cellwright.server import Server
 from cellwright.server.server import LOOPBACK
 from cellwright.simulation.clock import nanoseconds, seconds
 from cellwright.simulation.tempo import Tempo
@@ -38,7 +38,7 @@ class PlayOptions:
         until: simulation time [s] up to which to play; None: to the end.
         at_end: what becomes of time then.
         host: address to listen at.
-        port: port to listen at; 0 takes a free one.
+        port: port to listen at, as `Server` takes it.
         ros1: be a node of ROS 1 too.
         page: a page on it; None for none.
         paused: let time stand until somebody on the page lets it pass.
@@ -49,7 +49,7 @@ class PlayOptions:
     until: float | None = None
     at_end: AtEnd = AtEnd.STOP
     host: str = LOOPBACK
-    port: int = DEFAULT_PORT
+    port: int | None = None
     ros1: bool = False
     page: PageWish | None = None
     paused: bool = False

@@ -29,7 +29,6 @@ from cellwright.cli.arguments import (
 )
 from cellwright.cli.serve.trial import EXIT_ON_COMPLETION, ServeOptions, serve_trial
 from cellwright.cli.view.arguments import LOOK, Open, View, ViewHost, ViewPort, page_wish, refuse_a_camera
-from cellwright.server import DEFAULT_PORT
 from cellwright.server.server import LOOPBACK
 
 
@@ -62,7 +61,7 @@ def serve(
         ),
     ] = False,
     host: Host = LOOPBACK,
-    port: Port = DEFAULT_PORT,
+    port: Port = None,
     ros1: Annotated[
         bool,
         typer.Option(

@@ -31,7 +31,7 @@ from cellwright.rendering.video_wish import VideoWish
 from cellwright.rendering.views import VIEWS
 from cellwright.ros1_host import Ros1
 from cellwright.run import Outcome, RecordOptions, RunOptions
-from cellwright.server import DEFAULT_PORT, Server
+from cellwright.server import Server
 from cellwright.server.server import LOOPBACK
 from cellwright.server.services import onlookers
 from cellwright.server.services.cell_panel import IN_COMPETITION, CellPanel
@@ -56,7 +56,7 @@ class ServeOptions:
         until: stop at this simulation time [s]; None: when somebody stops it.
         ends_when_done: stop when the competition is done.
         host: address to listen at.
-        port: port to listen at; 0 takes a free one.
+        port: port to listen at, as `Server` takes it.
         ros1: be the simulator of ROS 1 programs too.
         as_json: print the result as JSON, and nothing else on stdout.
         log: file for what happens.
@@ -78,7 +78,7 @@ class ServeOptions:
     until: float | None = None
     ends_when_done: bool = False
     host: str = LOOPBACK
-    port: int = DEFAULT_PORT
+    port: int | None = None
     ros1: bool = False
     as_json: bool = False
     log: Path | None = None
@@ -161,7 +161,7 @@ def serve_trial(
     pace = serving.pace
     if not wanted.as_json:
         score_table.show(console, result)
-        if wanted.verbose and pace is not None:
+        if pace is not None and (wanted.verbose or pace.stood):
             lines.note(console, "pace", lines.pace_text(pace))
     pictures = Pictures(wanted.camera, [], lines.warn)
     # After the score, since it takes a while; not for somebody who wants it to end now, with the work undone.

@@ -47,7 +47,6 @@ from cellwright.cli.view.arguments import Open, View, ViewHost, ViewPort, page_w
 from cellwright.contracts.io_teleop.rows import NODE
 from cellwright.description.robot.robots import load_robot
 from cellwright.devices.joint_servos import Motion
-from cellwright.server import DEFAULT_PORT
 from cellwright.server.server import LOOPBACK
 from cellwright.teleop.drivers.own import find_driver
 from cellwright.teleop.safety.settings import RESUME_SPEED, Guard, SafetySettings
@@ -77,7 +76,7 @@ def teleop(
     check_driver: CheckDriver = False,
     until: Until = None,
     host: Host = LOOPBACK,
-    port: Port = DEFAULT_PORT,
+    port: Port = None,
     gui: Gui = False,
     init_debug: InitDebug = False,
     snapshot: Snapshot = None,

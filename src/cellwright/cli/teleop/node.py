@@ -90,7 +90,7 @@ def run_node(load: Load, wanted: TeleopOptions) -> int:
         onlookers.offer(server, node, RobotPanel(node).tell, _control(node, tempo, wanted))
         say = partial(console.print, markup=False, soft_wrap=True)
         to_close.enter_context(page_on(server, wanted.page, f"{node.name} · Cellwright", say))
-        keeper = Timekeeper(node, server, tempo=tempo, on_poll=poll)
+        keeper = Timekeeper(node, server, tempo=tempo, on_poll=poll, can_stand=wanted.driver is None)
         progress = NodeProgress(
             console,
             node,
@@ -175,7 +175,7 @@ def _run(node: RobotNode, server: Server, keeper: Timekeeper, wanted: TeleopOpti
         node.close()
         server.close("the node has stopped")
     if keeper.tempo.speed is not None and not wanted.lockstep:
-        ran.pace = Pace(keeper.pacer.factor, keeper.pacer.worst)
+        ran.pace = Pace(keeper.pacer.factor, keeper.pacer.worst, keeper.pacer.stood)
     node.bus.refusals.flush()
     return ran
 

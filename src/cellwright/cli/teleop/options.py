@@ -13,7 +13,6 @@ from cellwright.description.robot.config import RobotConfig
 from cellwright.devices.joint_servos import Motion
 from cellwright.rendering.video_wish import VideoWish
 from cellwright.run import RecordOptions
-from cellwright.server import DEFAULT_PORT
 from cellwright.server.server import LOOPBACK
 from cellwright.teleop.drivers.driver import Driver
 from cellwright.teleop.safety.settings import SafetySettings
@@ -40,7 +39,7 @@ class TeleopOptions:
         lockstep: let time pass only when a guest asks.
         until: stop at this simulation time [s]; None: when somebody stops it.
         host: address to listen at.
-        port: port to listen at; 0 takes a free one.
+        port: port to listen at, as `Server` takes it.
         ros1: be a node of ROS 1 too.
         node: its name there.
         driver: makes what moves the robot in place of the simulation.
@@ -62,7 +61,7 @@ class TeleopOptions:
     lockstep: bool = False
     until: float | None = None
     host: str = LOOPBACK
-    port: int = DEFAULT_PORT
+    port: int | None = None
     ros1: bool = False
     node: str = io_teleop.NODE
     driver: MakeDriver | None = None

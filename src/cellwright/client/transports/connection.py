@@ -9,7 +9,7 @@ from collections.abc import Callable
 from contextlib import suppress
 
 from cellwright import errors
-from cellwright.errors import CellwrightError, RunEndedError, UnknownNameError, UsageError
+from cellwright.errors import CellwrightError, RunEndedError, UnknownNameError, UsageError, showable
 from cellwright.link.frames import LONGEST_SAID, Decoder, Frame, FrameError, Kind, hello
 
 _PIECE = 1 << 18
@@ -194,9 +194,9 @@ class Connection:
             case Kind.MESSAGE:
                 self._on_frame(frame)
             case Kind.ENDED:
-                self._is_over(frame.text())
+                self._is_over(showable(frame.text()))
             case Kind.REFUSED if frame.number == 0:
-                self._is_over(frame.text())
+                self._is_over(showable(frame.text()))
             case _ if frame.number in self._promised:
                 self._promised[frame.number] = frame
             case _ if frame.number == self._awaited:
@@ -223,7 +223,7 @@ def _error(answer: Frame) -> BaseException:
     """The error that a refusal stands for, of a class that this process knows."""
     found = getattr(errors, answer.name, CellwrightError)
     if found is UnknownNameError:
-        return _ToldUnknownNameError(answer.text())
+        return _ToldUnknownNameError(showable(answer.text()))
     if not isinstance(found, type) or not issubclass(found, (CellwrightError, RunEndedError)):
         found = CellwrightError
-    return found(answer.text())
+    return found(showable(answer.text()))

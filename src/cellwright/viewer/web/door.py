@@ -7,9 +7,9 @@ cannot name this host (DNS rebinding), and their origin gives them away. With a 
 
 from __future__ import annotations
 
+import asyncio
 import hmac
 import http
-import os
 import socket
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -23,9 +23,12 @@ from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from cellwright.errors import UsageError
+from cellwright.server.listening import listen
 
 MOST_CONNECTIONS = 32
 """So many browsers may look on at once."""
+MAX_UNFINISHED = 32
+"""Connections whose request is not whole yet; the oldest one makes room for another."""
 LONGEST_MESSAGE = 4 << 20
 """Bytes of the longest message that is taken of a browser."""
 TOKEN = "token"  # noqa: S105
@@ -49,7 +52,7 @@ class Door:
     """
 
     def __init__(self, host: str, port: int, *, token: str = "") -> None:
-        self.socket = _listen(host, port)
+        self.socket = listen(host, port, tries=_TRIES, backlog=MOST_CONNECTIONS)
         self.host, self.port = str(self.socket.getsockname()[0]), int(self.socket.getsockname()[1])
         self.token = token
         self.is_local = ip_address(self.host).is_loopback
@@ -57,6 +60,7 @@ class Door:
             self.socket.close()
             raise UsageError(f"{host} is open to the network: a page there needs a token")
         self._count = 0
+        self._unfinished: dict[Any, None] = {}
 
     @property
     def url(self) -> str:
@@ -94,6 +98,7 @@ class Door:
             options.update(
                 sock=self.socket,
                 max_size=LONGEST_MESSAGE,
+                create_connection=self._connection,
                 process_request=self._looking_at(options.get("process_request")),
             )
             return serve(self._counted(handler), **options)
@@ -108,8 +113,15 @@ class Door:
 
     # ---------------------------------------------------------------- inside
 
+    def _connection(self, *arguments: Any, **options: Any) -> websockets.asyncio.server.ServerConnection:
+        """A connection that has sent no request yet."""
+        connection = _Connection(*arguments, **options)
+        connection.unfinished = self._unfinished
+        return connection
+
     def _looking_at(self, answer: Callable[..., Any] | None) -> Callable[..., Any]:
         def look(connection: Any, request: Request) -> Response | None:
+            self._unfinished.pop(connection, None)
             reason = self.refusal(request.path, request.headers)
             if reason:
                 return connection.respond(http.HTTPStatus.FORBIDDEN, reason + "\n")  # type: ignore[no-any-return]
@@ -152,6 +164,24 @@ class Door:
         return any(hmac.compare_digest(each.encode(), self.token.encode()) for each in shown)
 
 
+class _Connection(websockets.asyncio.server.ServerConnection):
+    """A connection that is in `unfinished` until its request is whole, so that half requests keep nobody out."""
+
+    unfinished: dict[Any, None]
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        super().connection_made(transport)
+        self.unfinished[self] = None
+        if len(self.unfinished) > MAX_UNFINISHED:
+            oldest = next(iter(self.unfinished))
+            del self.unfinished[oldest]
+            oldest.transport.abort()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self.unfinished.pop(self, None)
+        super().connection_lost(exc)
+
+
 def _place(origin: str) -> str:
     """The host and port of an Origin header; empty where it names none."""
     try:
@@ -166,26 +196,3 @@ def _name(host: str) -> str:
         return (urlsplit(f"//{host}").hostname or "").lower()
     except ValueError:
         return ""
-
-
-def _listen(host: str, port: int) -> socket.socket:
-    if not 0 <= port <= 65535:
-        raise UsageError(f"a port is from 0 to 65535, not {port}")
-    reason = ""
-    for wished in range(port, min(port + (_TRIES if port else 1), 65536)):
-        try:
-            family, kind, protocol, _, address = socket.getaddrinfo(host, wished, type=socket.SOCK_STREAM)[0]
-        except OSError as error:
-            raise UsageError(f"{host}: cannot be listened at: {error.strerror or error}") from None
-        listener = socket.socket(family, kind, protocol)
-        try:
-            if os.name == "posix":  # elsewhere it would let two pages share a port
-                listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            listener.bind(address)
-            listener.listen(MOST_CONNECTIONS)
-        except OSError as error:
-            listener.close()
-            reason = error.strerror or str(error)
-        else:
-            return listener
-    raise UsageError(f"{host}:{port}: cannot be listened at: {reason}")

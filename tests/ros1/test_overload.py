@@ -1,0 +1,120 @@
+"""On a busy machine the clock of the cell waits, and nothing is lost."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+
+from cellwright.cli.serve.result import RESULT
+from cellwright.client.transports.socket import SocketTransport
+from tests.processes import Process, name_of
+from tests.ros1.ground import Ground
+from tests.waiting import wait_until
+
+pytest_plugins = ["tests.ros1.fixtures"]
+
+pytestmark = [pytest.mark.ros1, pytest.mark.slow]
+
+
+NICE = 19
+"""How far the bridge stands back behind the busy processes. Without time that stands commands are then missed."""
+
+
+@contextmanager
+def stopped(pid: int) -> Iterator[None]:
+    """A process that gets no time at all."""
+    os.kill(pid, signal.SIGSTOP)
+    try:
+        yield
+    finally:
+        os.kill(pid, signal.SIGCONT)
+
+
+def bridge_of(cell: Process) -> int:
+    """The process of a cell's bridge."""
+    (bridge,) = [pid for pid in cell.relatives() if "bridges/ros1" in name_of(pid)]
+    return bridge
+
+
+def test_time_stands_while_the_bridge_gets_no_time(master: Ground) -> None:
+    cell = master.serve("lesson")
+    host, port = cell.wait_for(r"^ready: lesson at (\S+):(\d+)").groups()
+    bridge = bridge_of(cell)
+    onlooker = SocketTransport((host, int(port)), node="/onlooker")
+    try:
+        with stopped(bridge):
+            cell.wait_for("time stands while /gazebo is more than 0.1 s behind; this is said once")
+            onlooker.ask_server(RESULT)
+            before = onlooker.now()
+            for _ in range(5):  # each is answered between two ticks
+                onlooker.ask_server(RESULT)
+            assert onlooker.now() == before
+        wait_until(lambda: onlooker.now() > before, "time that passes")
+    finally:
+        onlooker.close()
+    assert "dropped" not in cell.said
+
+
+def program(count: int) -> dict[str, Any]:
+    """Send the rail to and fro, and take note of every joint state."""
+    import rospy
+    from sensor_msgs.msg import JointState
+    from std_srvs.srv import Trigger
+    from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+    names = [
+        "linear_arm_actuator_joint", "shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint",
+        "wrist_1_joint", "wrist_2_joint", "wrist_3_joint",
+    ]  # fmt: skip
+    rospy.init_node("team")
+    states: list[Any] = []
+    rospy.Subscriber("/ariac/joint_states", JointState, states.append)
+    publisher = rospy.Publisher("/ariac/arm/command", JointTrajectory, queue_size=10)
+    start = rospy.ServiceProxy("/ariac/start_competition", Trigger)
+    start.wait_for_service()
+    wait_until(lambda: states and publisher.get_num_connections(), "joint states, and a listener to commands")
+    for topic, _ in rospy.get_published_topics():
+        rospy.Subscriber(topic, rospy.AnyMsg, lambda _: None)
+    start()
+    rest = dict(zip(states[-1].name, states[-1].position))  # noqa: B905 - as of Python 3.8
+
+    def rail() -> float:
+        return float(states[-1].position[states[-1].name.index(names[0])])
+
+    missed = []
+    for number in range(count):
+        goal = 0.05 if number % 2 else -0.05
+        point = JointTrajectoryPoint(positions=[goal, *(rest[name] for name in names[1:])])
+        point.time_from_start = rospy.Duration(0.2)
+        message = JointTrajectory(joint_names=names, points=[point])
+        message.header.stamp = rospy.Time.now()
+        publisher.publish(message)
+        end = rospy.Time.now() + rospy.Duration(2.0)
+        while abs(rail() - goal) > 0.02 and rospy.Time.now() < end:
+            rospy.sleep(0.02)
+        if abs(rail() - goal) > 0.02:
+            missed.append(number)
+    stamps = [state.header.stamp.to_nsec() for state in tuple(states)]
+    numbers = [state.header.seq for state in tuple(states)]
+    return {"stamps": stamps, "numbers": numbers, "missed": missed}
+
+
+def test_nothing_is_lost_beside_busy_processes(master: Ground) -> None:
+    for _ in range(os.cpu_count() or 1):
+        master.start(["sh", "-c", "while :; do :; done"])
+    cell = master.serve("lesson")
+    os.setpriority(os.PRIO_PROCESS, bridge_of(cell), NICE)
+    found = master.client(program, 15).value()
+    periods = {later - earlier for earlier, later in zip(found["stamps"], found["stamps"][1:], strict=False)}
+    assert len(found["stamps"]) > 50
+    assert len(periods) == 1, periods
+    assert found["numbers"] == list(range(found["numbers"][0], found["numbers"][0] + len(found["numbers"])))
+    assert found["missed"] == []
+    cell.interrupt()
+    assert "dropped" not in cell.said
+    assert "due" not in cell.said

@@ -1,0 +1,109 @@
+"""The heartbeat of a guest: when time stands for it, and for how long at most."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.link.frames import Frame, Kind
+from cellwright.server import heartbeat
+from cellwright.server.heartbeat import LATE, MAX_HELD, PERIOD, REGAINED, Heartbeat
+from cellwright.server.timekeeper import Timekeeper
+from tests.server.talk import Hall, Talker, served
+from tests.teleop.talk import Talk
+from tests.waiting import wait_until
+
+LOOK = 0.01
+"""Time [s] between two looks."""
+
+
+def held(beat: Heartbeat, answers: list[float], until: float) -> list[bool]:
+    """Whether time stood at each look, for a guest that answers its PINGs after so long [s] each, then never."""
+    found, due, number = [], list(answers), 0
+    answer_at = float("inf")
+    for look in range(round(until / LOOK)):
+        now = look * LOOK
+        if number and now >= answer_at:
+            beat.pong(number, now)
+            number, answer_at = 0, float("inf")
+        if sent := beat.ping(now):
+            number = sent
+            answer_at = now + due.pop(0) if due else float("inf")
+        found.append(beat.is_held(now))
+    return found
+
+
+@given(st.lists(st.floats(0.0, LATE - 2 * LOOK), min_size=1, max_size=30))
+def test_time_never_stands_for_a_guest_that_keeps_up(answers: list[float]) -> None:
+    assert not any(held(Heartbeat(0.0), answers, len(answers) * PERIOD))
+
+
+def test_time_stands_while_an_answer_is_late() -> None:
+    found = held(Heartbeat(0.0), [0.5, *[0.0] * 100], 1.0)
+    assert found.index(True) * LOOK == pytest.approx(LATE, abs=2 * LOOK)
+    assert sum(found) * LOOK == pytest.approx(0.5 - LATE, abs=3 * LOOK)
+
+
+def test_time_stands_once_for_a_guest_that_never_answers() -> None:
+    found = held(Heartbeat(0.0), [], 3 * MAX_HELD)
+    assert sum(found) * LOOK == pytest.approx(MAX_HELD, abs=3 * LOOK)
+    assert found[len(found) // 2 :] == [False] * (len(found) // 2)
+
+
+@given(st.lists(st.floats(0.0, 30.0), max_size=20))
+def test_whatever_a_guest_does_time_goes_on(answers: list[float]) -> None:
+    seconds = 60.0
+    found = held(Heartbeat(0.0), answers, seconds)
+    assert sum(found) * LOOK <= MAX_HELD + REGAINED * (seconds - sum(found) * LOOK) + 3 * LOOK
+
+
+def test_an_answer_to_another_ping_counts_for_nothing() -> None:
+    beat = Heartbeat(0.0)
+    number = beat.ping(0.0)
+    beat.pong(number + 1, 0.1)
+    assert beat.is_held(0.2)
+    beat.pong(number, 0.2)
+    assert not beat.is_held(0.3)
+    assert beat.ping(0.2 + PERIOD / 2) == 0
+    assert beat.ping(0.2 + PERIOD) == number + 1
+
+
+def test_a_pause_is_not_charged() -> None:
+    beat = Heartbeat(0.0)
+    beat.ping(0.0)
+    assert not beat.is_held(0.0)
+    assert beat.is_held(3 * MAX_HELD)  # nobody asked meanwhile: time stood for another reason
+
+
+def test_time_stands_for_a_guest_that_asked_for_pings(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(heartbeat, "MAX_HELD", 0.3)
+    talk = Talk()
+    with served(talk.node) as hall:
+        asks(hall, "/silent")
+        asks(hall, "/gone").connection.close()
+        keeper = Timekeeper(talk.node, hall.server)
+        keeper.run(lambda: 200_000_000)
+        assert keeper.pacer.stood > 0.2
+        assert keeper.pacer.factor < 0.9
+        assert hall.lines == ["time stands while /silent is more than 0.1 s behind; this is said once"]
+
+
+@pytest.mark.parametrize(("tempo", "can_stand"), [(None, True), (1.0, False)])
+def test_time_stands_only_where_it_keeps_to_the_wall_clock_and_can(tempo: float | None, *, can_stand: bool) -> None:
+    talk = Talk()
+    with served(talk.node) as hall:
+        asks(hall, "/silent")
+        wait_until(hall.server.hold_time, "guest that is behind")
+        keeper = Timekeeper(talk.node, hall.server, tempo=tempo, can_stand=can_stand)
+        keeper.run(lambda: 50_000_000)
+        assert hall.server.hold_time()
+        assert keeper.pacer.stood == 0.0
+
+
+def asks(hall: Hall, node: str) -> Talker:
+    """A guest that has asked for PINGs and answers none."""
+    guest = hall.guest(node)
+    guest.say(Frame(Kind.PONG, 0))
+    guest.wait_for(Kind.PING, 1)
+    return guest
