@@ -16,6 +16,7 @@ from typing import IO
 
 from cellwright import link
 from cellwright.agents.agent import AgentError
+from cellwright.errors import showable
 from cellwright.remote.program import REFUSED
 from cellwright.remote.working import Parting, Worked
 from cellwright.whole_file import open_to_read
@@ -99,7 +100,11 @@ class AgentProcess:
             except subprocess.TimeoutExpired:
                 self._kill()
         self._reader.join(_LEAVING)
-        self._read_report()
+        report = read_report(self._report)
+        if isinstance(report, Worked):
+            self._said = report
+        elif report:
+            self._refusal = report
         if process.stdin is not None:
             process.stdin.close()
         self._folder.cleanup()
@@ -131,17 +136,22 @@ class AgentProcess:
             process.kill()
             process.wait()
 
-    def _read_report(self) -> None:
-        """Take what the process says of how it ended. The agent may have written it: nonsense is left out."""
-        with contextlib.suppress(OSError, ValueError, RecursionError), open_to_read(self._report) as file:
-            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-                return
-            said = json.loads(file.read(_LONGEST_REPORT))
-            if isinstance(said, dict) and isinstance(error := said.get("error"), str):
-                if said.get("parting") == REFUSED:
-                    self._refusal = error or "the agent could not be made"
-                else:
-                    self._said = Worked(Parting(str(said.get("parting"))), error)
+
+def read_report(path: Path) -> Worked | str:
+    """Read what an agent's process says of how it ended. The agent may have written it: nonsense is left out.
+
+    Returns:
+        How the agent left its cell, or why it could not be made; empty where the file says neither.
+    """
+    with contextlib.suppress(OSError, ValueError, RecursionError), open_to_read(path) as file:
+        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+            return ""
+        said = json.loads(file.read(_LONGEST_REPORT))
+        if isinstance(said, dict) and isinstance(error := said.get("error"), str):
+            if said.get("parting") == REFUSED:
+                return showable(error) or "the agent could not be made"
+            return Worked(Parting(str(said.get("parting"))), showable(error))
+    return ""
 
 
 def _pass_on(lines: IO[str] | None, say: Callable[[str], None]) -> None:

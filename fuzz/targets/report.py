@@ -1,0 +1,42 @@
+"""The report of an agent's process, which the agent may have written."""
+
+from __future__ import annotations
+
+import json
+import random
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from cellwright.remote.child import read_report
+from cellwright.remote.program import REFUSED
+from cellwright.remote.working import Parting, Worked
+from fuzz.trees import mutated
+from fuzz.verdict import FindingError
+
+LONGEST = 4_000
+WORDS = ("parting", "error", REFUSED, *Parting)
+_FILE = Path(tempfile.mkdtemp(prefix="cellwright-fuzz-")) / "report.json"
+
+
+def seeds() -> Iterator[bytes]:
+    """A report of each kind."""
+    for parting in (REFUSED, *Parting):
+        yield json.dumps({"parting": parting, "error": "KeyError: 'x'\n"}).encode()
+
+
+def mutate(data: bytes, chance: random.Random) -> bytes | None:
+    """Another document."""
+    try:
+        return json.dumps(mutated(json.loads(data), chance, WORDS), default=str).encode()
+    except (ValueError, TypeError, RecursionError):
+        return None
+
+
+def attempt(data: bytes) -> None:
+    """Read the bytes: they say how the agent left its cell, why it could not be made, or nothing."""
+    _FILE.write_bytes(data)
+    said = read_report(_FILE)
+    text = said.error if isinstance(said, Worked) else said
+    if not text.replace("\n", "").replace("\t", "").isprintable():
+        raise FindingError(f"a text that a terminal cannot show: {text!r:.200}")
