@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.errors import in_a_line, showable
+from cellwright.errors import did_you_mean, in_a_line, showable
 
 ANYTHING = st.text(st.characters(exclude_categories=()))
 
@@ -37,3 +37,11 @@ def test_an_error_in_a_line() -> None:
     assert in_a_line(KeyError()) == "KeyError"
     assert in_a_line(SyntaxError("wrong", ("file.py", 1, 2, "text"))) == "SyntaxError: wrong"
     assert in_a_line(SyntaxError()) == "SyntaxError"
+
+
+def test_the_name_with_the_same_number_is_meant() -> None:
+    names = ["final15", "final01", "final10"]
+    assert did_you_mean("final1", names) == "; did you mean final01"
+    assert did_you_mean("Final001", names) == "; did you mean final01"
+    assert did_you_mean("final10x", names) == "; did you mean final10"
+    assert did_you_mean("x", names) == ""

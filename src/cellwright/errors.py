@@ -6,6 +6,7 @@ never reaches an `assert`.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from difflib import get_close_matches
 
@@ -98,8 +99,15 @@ class ServiceFailedError(CellwrightError):
 
 def did_you_mean(name: str, valid: Iterable[str]) -> str:
     """The tail "; did you mean X" when one of the valid names is close, else an empty string."""
-    close = get_close_matches(name, list(valid), n=1, cutoff=0.6)
+    names = list(valid)
+    close = [each for each in names if _without_zeros(each) == _without_zeros(name)]  # final1: final01, not final15
+    close = close or get_close_matches(name, names, n=1, cutoff=0.6)
     return f"; did you mean {close[0]}" if close else ""
+
+
+def _without_zeros(name: str) -> str:
+    """A name in lower case, without the zeros before its numbers."""
+    return re.sub(r"(?<!\d)0+(?=\d)", "", name.lower())
 
 
 def showable(text: str, most: int = 20_000) -> str:

@@ -15,8 +15,8 @@ from cellwright.messages.sources import sources
 INTRODUCTION = """\
 # The contract of the kit-building cell
 
-Every name that the cell answers to, in a program's own process as over ROS 1 and ROS 2. The names, types, rates and
-latches are those of the 2017 competition. Made from the table in `src/cellwright/contracts/gear/rows.py` by
+Every name that the cell answers to, in a program's own process as over ROS 1. The names, types, rates and latches are
+those of the 2017 competition. Made from the table in `src/cellwright/contracts/gear/rows.py` by
 `python -m cellwright.contracts.page > docs/contract.md`; a test holds the two together.
 
 - Rates are in simulation time, and "each step" means the simulation's own step (2 ms unless the file says otherwise).

@@ -22,7 +22,7 @@ from cellwright.evaluation.summary import (
 from cellwright.run import versions
 
 _OPEN = 3  # runs that are shown at length from the start, if they lost points
-_SHORT = {"wall_limit": "too slow", "memory_limit": "memory", "log_limit": "log", "died": "died", "gave_up": "gave up"}
+_SHORT = {"memory_limit": "memory", "log_limit": "log", "died": "died", "gave_up": "gave up"}
 
 _KEY = (
     ("order", "order, until it is complete"),

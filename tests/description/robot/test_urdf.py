@@ -50,6 +50,17 @@ def test_joints_are_counted_down_the_tree_and_children_in_the_order_of_the_file(
     assert warnings == []
 
 
+def test_a_robot_without_visuals_is_drawn_by_its_collision_shapes(tmp_path: Path) -> None:
+    box = '<geometry><box size="1 1 1"/></geometry>'
+    links = f'<link name="a"><collision>{box}</collision></link><link name="b"/>'
+    found, warnings = read(tmp_path, robot(links, joint("j", "a", "b")))
+    assert [(shape.is_touched, shape.is_seen) for shape in found.links["a"].shapes] == [(True, True)]
+    assert (found.links["b"].shapes, warnings) == ((), [])
+    links += f'<link name="c"><visual>{box}</visual></link>'
+    found, _ = read(tmp_path, robot(links, joint("j", "a", "b"), joint("k", "a", "c")))
+    assert [(shape.is_touched, shape.is_seen) for shape in found.links["a"].shapes] == [(True, False)]
+
+
 def test_a_robot_may_be_one_link_and_have_no_name(tmp_path: Path) -> None:
     found, _ = read(tmp_path, '<robot><link name="box"/></robot>')
     assert (found.name, found.root, found.joints) == ("robot", "box", ())

@@ -165,12 +165,19 @@ class _Reader:
         return False
 
     def _with_stand_ins(self, links: dict[str, Link], joints: list[Joint]) -> dict[str, Link]:
-        """The links, with simple shapes where their meshes are missing, or where the file has no shapes at all."""
+        """The links, with simple shapes where their meshes are missing, or where the file has no shapes at all.
+
+        A robot without visuals is drawn by its collision shapes.
+        """
         lacking = self._links.lacking
-        if not lacking and not any(link.shapes for link in links.values()):
+        shapes = [shape for link in links.values() for shape in link.shapes]
+        if not lacking and not shapes:
             if joints and not self._problems.errors:
                 self._warn("no shapes in the file; simple ones stand in")
             lacking = {name: {Use.SEEN, Use.TOUCHED} for name in links}
+        elif not any(shape.is_seen for shape in shapes):
+            bare = {name: {Use.SEEN} for name, link in links.items() if link.shapes}
+            lacking = {name: lacking.get(name, set()) | bare.get(name, set()) for name in {**lacking, **bare}}
         return {name: with_stand_ins(link, joints, lacking.get(name, set())) for name, link in links.items()}
 
     def _tell_of_all(self) -> None:
