@@ -4,6 +4,8 @@ Lines of JSON (see `json_lines`), each with its `kind`, and its simulation `time
 
 - `run`: trial, seed, versions and so on, the most that can be had, and whatever else the caller knows;
 - `state`, `conveyor`, `population`, `order`, `kit`, `order complete`, `trial over`: what the referee did;
+- `collision`: a link of the arm hit something, and it is over; `link`, `obstacle`, `begin`, `end` [s], and `deviation`
+  [m], how far the tool was from its setpoint at most;
 - `reset`: the run has begun anew under way, at the time that is told; what follows counts from 0 again;
 - `result`: how it ended, the score with all its evidence, the state hash. A log without it is of a run that was killed.
 """
@@ -71,6 +73,10 @@ class RunEvents:
         """Tell what the referee did at the time `now` [ns]."""
         kind, values = _values(effect, self._reach)
         self._write({"kind": kind, "time": seconds(now), **values})
+
+    def collision(self, facts: Mapping[str, Any]) -> None:
+        """Tell of a collision of the arm that is over, with the fields of `run.collisions.Collision`."""
+        self._write({"kind": "collision", "time": facts["end"], **facts})
 
     def end(self, outcome: str, evidence: Evidence, now: int, more: Mapping[str, Any]) -> None:
         """Tell what came of it.

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from cellwright.cell import Cell
 from cellwright.description.reading.sources import Sources
 from cellwright.kitting.effects import Effect
+from cellwright.run.collisions import Collision
 from cellwright.run.result import RunResult, versions
 from cellwright.simulation.clock import nanoseconds
 
@@ -99,6 +100,10 @@ class CellRecording:
             self._events.end(name, result.evidence, self._cell.simulation.now, more)
             self._recorder.end({"outcome": name, "score": result.score.total, "wall": result.wall, **more})
         self._files.finish(self._recorder.paths)
+
+    def collision(self, collision: Collision) -> None:
+        """Keep a collision of the arm."""
+        self._events.collision(asdict(collision))
 
     def _begin(self) -> None:
         cell = self._cell

@@ -13,6 +13,7 @@ import numpy as np
 import cellwright
 from cellwright.kitting.score.evidence import Evidence
 from cellwright.kitting.score.scorer import GameScore
+from cellwright.run.collisions import Collision
 
 
 class Outcome(StrEnum):
@@ -41,6 +42,8 @@ class RunResult:
     steps: int
     error: str = ""
     heard: dict[str, int] = field(default_factory=dict)
+    collisions: list[Collision] = field(default_factory=list)
+    """What links of the arm hit."""
     recordings: list[Path] = field(default_factory=list)
     """The recordings that were written."""
     is_recorded: bool = True

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
+from dataclasses import asdict
 from fractions import Fraction
 from functools import partial
 
@@ -15,9 +16,10 @@ from cellwright.competition import is_done
 from cellwright.errors import UsageError
 from cellwright.kitting.effects import Effect
 from cellwright.recording.run_log import RunLog
+from cellwright.run.collisions import Collision, CollisionWatch
 from cellwright.run.course import Course, Work
 from cellwright.run.options import RunOptions
-from cellwright.run.record import record_while
+from cellwright.run.record import CellRecording, record_while
 from cellwright.run.result import RunResult, versions
 from cellwright.run.working import work_in_process
 from cellwright.simulation.clock import nanoseconds
@@ -81,9 +83,12 @@ def _conduct(cell: Cell, work: Work, options: RunOptions, leaving: ExitStack) ->
     if cell.competition.state == "done" and options.ends_when_done:  # it was so in the checkpoint
         _end_soon(transport)
     recording = None if options.record is None else record_while(cell, options.record, options, leaving)
+    collisions = _watch_collisions(course, options, recording, leaving)
     outcome, error = work(course)
     cell.bus.refusals.flush()
+    found = [] if collisions is None else collisions.end()
     result = course.result(outcome, error)
+    result.collisions = found
     if options.log is not None:
         more = {"competition_state": result.competition_state, "state_hash": result.state_hash, "error": result.error}
         counts = {"simulated": result.simulated, "wall": result.wall, "steps": result.steps}
@@ -106,6 +111,24 @@ def _keep_log(course: Course, log: RunLog, leaving: ExitStack) -> None:
     cell.competition.on_effect.append(keep)
     leaving.callback(cell.competition.on_effect.remove, keep)
     course.on_reset.append(log.reset)
+
+
+def _watch_collisions(
+    course: Course, options: RunOptions, recording: CellRecording | None, leaving: ExitStack
+) -> CollisionWatch | None:
+    if course.cell.arm is None:
+        return None
+
+    def keep(collision: Collision) -> None:
+        if options.log is not None:
+            options.log.collision(asdict(collision))
+        if recording is not None:
+            recording.collision(collision)
+
+    watch = CollisionWatch(course.cell, keep)
+    leaving.callback(watch.end)
+    course.on_reset.append(watch.reset)
+    return watch
 
 
 def _end_soon(transport: InProcess) -> None:

@@ -11,7 +11,7 @@ from tests.cli.conftest import CommandLine
 from tests.quick_children import QUICK_AGENTS
 from tests.test_serving import ended, serving
 
-HASH = "1fb83864"
+HASH = "4f3967b7"
 """How the state hash begins when kitter has worked the lesson's cell, in any process."""
 
 

@@ -47,6 +47,7 @@ def of_run(
         "steps": result.steps,
         "state_hash": result.state_hash,
         "score": of_score(result.evidence, final),
+        "collisions": [asdict(collision) for collision in result.collisions],
         "heard": result.heard,
         "refused": dict(cell.bus.refusals.counts),
         "pictures": list(pictures),

@@ -17,6 +17,7 @@ from cellwright.kitting.score.trial_score import TrialScore
 from cellwright.run import RunResult, versions
 from cellwright.simulation.clock import seconds
 
+_MOST_COLLISIONS = 5
 _NAME_WIDTH = 22  # leaves the table 80 columns wide with the longest type of part
 
 
@@ -44,6 +45,8 @@ def show(console: Console, result: RunResult, final: TrialScore | None = None) -
         *_times(found),
         ("sensors", f"cost {found.system_cost:g} $"),
         *(("finals", line) for line in _final(final)),
+        *(("collision", collision.sentence()) for collision in result.collisions[:_MOST_COLLISIONS]),
+        ("", f"and {more} more collisions" if (more := len(result.collisions) - _MOST_COLLISIONS) > 0 else ""),
         ("simulated", f"{result.simulated:.1f} s in {result.wall:.1f} s: {result.real_time_factor:.1f} x real time"),
         ("state hash", result.state_hash),
         ("versions", ", ".join(f"{name} {version}" for name, version in known[:3])),

@@ -1,0 +1,62 @@
+"""What the arm hits is told, and changes nothing."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from cellwright.cell import Cell
+from cellwright.client import Client
+from cellwright.recording.run_log import RunLog
+from cellwright.run import RunOptions, run_cell
+from cellwright.world.arm import JOINT_NAMES
+from tests.cells import ARM_ONLY
+from tests.world.arm_poses import ABOVE_BIN
+
+
+def positions(rail: float) -> list[float]:
+    """The arm reaches out over the bins, with the rail at this place [m]."""
+    return [rail, *(ABOVE_BIN[name] for name in JOINT_NAMES[1:])]
+
+
+class IntoThePost:
+    """Drives along the bins with the arm reaching out, against the post at y 1.5 m, and back."""
+
+    def run(self, client: Client) -> None:
+        client.start_competition()
+        client.send_arm([positions(0.25), positions(1.9)], [2.0, 5.0], joints=JOINT_NAMES)
+        client.sleep(8.0)
+        client.send_arm([positions(0.25)], [2.0], joints=JOINT_NAMES)
+        client.sleep(3.0)
+
+
+@pytest.mark.slow
+def test_an_arm_that_is_held_up_by_a_post_is_told(tmp_path: Path) -> None:
+    log = RunLog(tmp_path / "run.jsonl")
+    cell = Cell(ARM_ONLY)
+    result = run_cell(cell, IntoThePost(), RunOptions(log=log, ends_when_done=False))
+    collisions = [each for each in result.collisions if each.deviation > 0.02]
+    assert {each.obstacle for each in collisions} == {"camera frame 2"}
+    (first, *_) = collisions
+    assert 2.0 < first.begin < 6.0
+    assert first.begin + 1.0 < first.end < 11.0
+    assert first.sentence().startswith(f"{first.link} against camera frame 2, {first.begin:.1f} to {first.end:.1f} s; ")
+    assert first.sentence().endswith(f"held up {first.deviation * 1e3:.0f} mm from its goal")
+    lines = [json.loads(line) for line in (tmp_path / "run.jsonl").read_text().splitlines()]
+    logged = [line for line in lines if line["kind"] == "collision"]
+    assert [line["obstacle"] for line in logged] == [each.obstacle for each in result.collisions]
+    assert logged[0]["deviation"] == result.collisions[0].deviation
+
+
+class Nowhere:
+    """Stands where it is."""
+
+    def run(self, client: Client) -> None:
+        client.start_competition()
+        client.sleep(1.0)
+
+
+def test_an_arm_that_touches_nothing_has_no_collision() -> None:
+    assert run_cell(Cell(ARM_ONLY), Nowhere()).collisions == []
