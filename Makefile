@@ -14,7 +14,7 @@ unexport PYTHONDONTWRITEBYTECODE
 IS_NEW_ENOUGH := 'import sys; sys.version_info < (3, 11) and sys.exit("Python 3.11 or newer is needed, and this is \
 %d.%d; name another: make PYTHON=python3.12" % tuple(sys.version_info[:2]))'
 
-.PHONY: run lesson test quick system ros1 display browser check collected docs bench soak fuzz format clean
+.PHONY: run lesson test quick dev system ros1 display browser check collected docs bench soak fuzz format clean
 
 run: .venv/.installed
 	$(BIN)/cellwright run lesson
@@ -31,6 +31,9 @@ test:
 # What needs no ROS, browser or display, and takes little time.
 quick: .venv/.installed-dev
 	$(BIN)/pytest -n 2 -m "not ros1 and not browser and not display and not slow"
+
+# The tools of tests and checks alone: nothing of the system's.
+dev: .venv/.installed-dev
 
 # One after the other, as dpkg wants it.
 system:

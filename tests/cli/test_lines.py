@@ -12,6 +12,7 @@ from cellwright.serving import Pace
 class Served:
     address = ("127.0.0.1", 11399)
     lockstep = False
+    busy_port = 0
 
 
 def test_a_warning_goes_to_stderr(capsys: pytest.CaptureFixture[str]) -> None:
@@ -40,5 +41,14 @@ def test_what_is_ready_says_where_and_how_its_time_passes(speed: float | None, l
     assert lines.ready("lesson", served, speed) == f"ready: lesson at 127.0.0.1:11399, {told}"  # type: ignore[arg-type]
 
 
+def test_a_default_port_that_is_in_use_is_told() -> None:
+    served = Served()
+    served.address, served.busy_port = ("127.0.0.1", 11400), 11399
+    line = lines.ready("lesson", served, 1.0)  # type: ignore[arg-type]
+    assert line == "ready: lesson at 127.0.0.1:11400 (11399 is in use), real time"
+
+
 def test_the_pace_has_its_unit() -> None:
+    stood = Pace(0.5, 0.0123, 2.04)
+    assert lines.pace_text(stood).endswith(" ms late, time stood 2.0 s for clients that were behind")
     assert lines.pace_text(Pace(0.99996, 0.0123)) == "1.0000 x real time, latest tick 12.3 ms late"
