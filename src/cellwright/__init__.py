@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 __version__ = "0.1.0"
 
-if "MUJOCO_GL" in os.environ:
+if os.environ.get("MUJOCO_GL", "disable") != "disable":
     from cellwright import mujoco_gl
 
     mujoco_gl.settle()
