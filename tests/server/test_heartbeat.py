@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from cellwright.link.frames import Frame, Kind
 from cellwright.server import heartbeat
-from cellwright.server.heartbeat import LATE, MAX_HELD, PERIOD, REGAINED, Heartbeat
+from cellwright.server.heartbeat import LATE, MAX_HELD, PERIOD, REGAINED, Heartbeat, StandingTime
 from cellwright.server.timekeeper import Timekeeper
 from tests.server.talk import Hall, Talker, served
 from tests.teleop.talk import Talk
@@ -17,63 +17,76 @@ from tests.waiting import wait_until
 LOOK = 0.01
 """Time [s] between two looks."""
 
+Answers = list[float]
+"""After so long [s] a guest answers each of its PINGs; then never again."""
 
-def held(beat: Heartbeat, answers: list[float], until: float) -> list[bool]:
-    """Whether time stood at each look, for a guest that answers its PINGs after so long [s] each, then never."""
-    found, due, number = [], list(answers), 0
-    answer_at = float("inf")
+
+def held(visits: list[Answers], until: float) -> list[bool]:
+    """Whether time stood at each look.
+
+    A guest comes, gives its answers, stays for `MAX_HELD` without another and goes; then the next one comes.
+    """
+    standing, found, due = StandingTime(0.0), [], list(visits)
+    beat, answers, leaves, number, answer_at = Heartbeat(0.0), due.pop(0), float("inf"), 0, float("inf")
     for look in range(round(until / LOOK)):
         now = look * LOOK
+        if now >= leaves and due:
+            beat, answers, leaves, number = Heartbeat(now), due.pop(0), float("inf"), 0
         if number and now >= answer_at:
             beat.pong(number, now)
             number, answer_at = 0, float("inf")
         if sent := beat.ping(now):
-            number = sent
-            answer_at = now + due.pop(0) if due else float("inf")
-        found.append(beat.is_held(now))
+            number, answer_at = sent, now + answers.pop(0) if answers else float("inf")
+            leaves = now + MAX_HELD if answer_at == float("inf") else leaves
+        found.append(standing.may_stand(now, is_wanted=beat.is_late(now)))
     return found
 
 
 @given(st.lists(st.floats(0.0, LATE - 2 * LOOK), min_size=1, max_size=30))
-def test_time_never_stands_for_a_guest_that_keeps_up(answers: list[float]) -> None:
-    assert not any(held(Heartbeat(0.0), answers, len(answers) * PERIOD))
+def test_time_never_stands_for_a_guest_that_keeps_up(answers: Answers) -> None:
+    assert not any(held([answers], len(answers) * PERIOD))
 
 
 def test_time_stands_while_an_answer_is_late() -> None:
-    found = held(Heartbeat(0.0), [0.5, *[0.0] * 100], 1.0)
+    found = held([[0.5, *[0.0] * 100]], 1.0)
     assert found.index(True) * LOOK == pytest.approx(LATE, abs=2 * LOOK)
     assert sum(found) * LOOK == pytest.approx(0.5 - LATE, abs=3 * LOOK)
 
 
 def test_time_stands_once_for_a_guest_that_never_answers() -> None:
-    found = held(Heartbeat(0.0), [], 3 * MAX_HELD)
+    found = held([[]], 3 * MAX_HELD)
     assert sum(found) * LOOK == pytest.approx(MAX_HELD, abs=3 * LOOK)
     assert found[len(found) // 2 :] == [False] * (len(found) // 2)
 
 
-@given(st.lists(st.floats(0.0, 30.0), max_size=20))
-def test_whatever_a_guest_does_time_goes_on(answers: list[float]) -> None:
+@given(st.lists(st.lists(st.floats(0.0, 30.0), max_size=20), min_size=1, max_size=8))
+def test_whatever_guests_do_time_goes_on(visits: list[Answers]) -> None:
     seconds = 60.0
-    found = held(Heartbeat(0.0), answers, seconds)
-    assert sum(found) * LOOK <= MAX_HELD + REGAINED * (seconds - sum(found) * LOOK) + 3 * LOOK
+    stood = sum(held(visits, seconds)) * LOOK
+    assert stood <= MAX_HELD + REGAINED * (seconds - stood) + 3 * LOOK
+
+
+def test_guests_that_come_anew_share_the_time_that_may_stand() -> None:
+    seconds = 120.0
+    stood = sum(held([[]] * 12, seconds)) * LOOK
+    assert stood == pytest.approx((MAX_HELD + REGAINED * seconds) / (1.0 + REGAINED), rel=0.05)
 
 
 def test_an_answer_to_another_ping_counts_for_nothing() -> None:
     beat = Heartbeat(0.0)
     number = beat.ping(0.0)
     beat.pong(number + 1, 0.1)
-    assert beat.is_held(0.2)
+    assert beat.is_late(0.2)
     beat.pong(number, 0.2)
-    assert not beat.is_held(0.3)
+    assert not beat.is_late(0.3)
     assert beat.ping(0.2 + PERIOD / 2) == 0
     assert beat.ping(0.2 + PERIOD) == number + 1
 
 
 def test_a_pause_is_not_charged() -> None:
-    beat = Heartbeat(0.0)
-    beat.ping(0.0)
-    assert not beat.is_held(0.0)
-    assert beat.is_held(3 * MAX_HELD)  # nobody asked meanwhile: time stood for another reason
+    standing = StandingTime(0.0)
+    assert standing.may_stand(3 * MAX_HELD, is_wanted=True)  # nobody asked meanwhile: time stood for another reason
+    assert standing.may_stand(3 * MAX_HELD + LOOK, is_wanted=True)
 
 
 def test_time_stands_for_a_guest_that_asked_for_pings(monkeypatch: pytest.MonkeyPatch) -> None:

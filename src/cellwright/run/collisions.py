@@ -76,7 +76,7 @@ class CollisionWatch:
         self._is_link[links] = True
         self._joints = [int(model.joint(name).qposadr[0]) for name in ARM_JOINTS]
         self._gripper = int(model.body(GRIPPER).id)
-        self._setpoint = mujoco.MjData(model)
+        self._setpoint: mujoco.MjData | None = None
         self._watch = cell.simulation.watch("collisions", PERIOD, self._look)
 
     def end(self) -> list[Collision]:
@@ -104,10 +104,8 @@ class CollisionWatch:
         if touching:
             deviation = self._deviation()
             for link, body in touching:
-                names = (str(simulation.model.body(each).name) for each in (link, body))
-                link_name, obstacle = (name.replace("world", "floor") for name in names)
-                shown = obstacle.replace("_frame", " frame").replace("frame_", "frame ").replace("_belt", " belt")
-                open_ = self._open.setdefault((link, body), Collision(link_name, shown, now, now))
+                names = [str(simulation.model.body(each).name) for each in (link, body)]
+                open_ = self._open.setdefault((link, body), Collision(names[0], _shown(names[1]), now, now))
                 open_.end, open_.deviation = now, max(open_.deviation, deviation)
 
     def _close(self, now: float) -> None:
@@ -121,9 +119,18 @@ class CollisionWatch:
         """Distance [m] of the gripper link from where the controller wants it."""
         cell = self._cell
         assert cell.arm is not None
+        if self._setpoint is None:
+            self._setpoint = mujoco.MjData(cell.simulation.model)
         self._setpoint.qpos[:] = cell.simulation.data.qpos
         self._setpoint.qpos[self._joints] = cell.arm.following().desired.positions
         mujoco.mj_kinematics(cell.simulation.model, self._setpoint)
         cell.simulation.refresh()
         found = cell.simulation.data.xpos[self._gripper] - self._setpoint.xpos[self._gripper]
         return float(np.linalg.norm(found))
+
+
+def _shown(body: str) -> str:
+    """The words for a body of the model that is no link of the arm."""
+    if body == "world":
+        return "floor"
+    return body.replace("_frame", " frame").replace("frame_", "frame ").replace("_belt", " belt")

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 
 from cellwright.link.frames import Frame, FrameError, Kind
 from cellwright.server.guest import FULL, MOST_WAITING, Guest
-from cellwright.server.heartbeat import LATE
+from cellwright.server.heartbeat import LATE, StandingTime
 from cellwright.server.reasons import Reasons
 from cellwright.server.requests import refusal
 
@@ -40,6 +40,7 @@ class Guests:
         self._cut_off: dict[str, Reasons] = {}
         self._waited_for: set[str] = set()
         self._looked = time.monotonic()
+        self._standing_time = StandingTime(self._looked)
 
     def __iter__(self) -> Iterator[Guest]:
         return iter(self._there)
@@ -99,16 +100,17 @@ class Guests:
                 guest.say(Frame(Kind.PING, number))
 
     def hold_time(self) -> bool:
-        """Whether simulation time stands for a guest that is behind; the first time that it does is reported."""
-        now, held = time.monotonic(), False
-        for guest in self._there:
-            if guest.heartbeat is None or guest.is_leaving or guest.is_gone or not guest.heartbeat.is_held(now):
-                continue
-            held = True
+        """Whether simulation time stands for guests that are behind; the first time that it does is reported."""
+        now = time.monotonic()
+        late = [guest for guest in self._there if guest.heartbeat is not None and guest.heartbeat.is_late(now)]
+        late = [guest for guest in late if not guest.is_leaving and not guest.is_gone]
+        if not self._standing_time.may_stand(now, is_wanted=bool(late)):
+            return False
+        for guest in late:
             if guest.name not in self._waited_for and len(self._waited_for) < _MOST_NAMED:
                 self._waited_for.add(guest.name)
                 self._report(f"time stands while {guest.name} is more than {LATE:g} s behind; this is said once")
-        return held
+        return True
 
     # ---------------------------------------------------------------- those that misbehave
 

@@ -1,4 +1,4 @@
-"""Heartbeat of a guest: how far it is behind, and for how long simulation time may stand for it."""
+"""Heartbeat of a guest: how far it is behind, and for how long simulation time may stand for guests."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ LATE = 0.1
 """A guest is behind when its answer takes longer than this [s]."""
 
 MAX_HELD = 10.0
-"""Longest time [s] for which simulation time stands for a guest; after that the guest must answer first."""
+"""Longest time [s] for which simulation time stands for guests; one whose answer takes longer must answer first."""
 
 REGAINED = 4.0
-"""Seconds of `MAX_HELD` that a guest gets back for each second in which time does not stand for it."""
+"""Seconds of `MAX_HELD` that guests get back for each second in which time does not stand for them."""
 
 _LONGEST_LOOK = 0.5  # [s]; more between two looks is a pause, in which time stood for another reason
 
@@ -20,17 +20,14 @@ _LONGEST_LOOK = 0.5  # [s]; more between two looks is a pause, in which time sto
 class Heartbeat:
     """PING and PONG of one guest, on the wall clock.
 
-    Simulation time stands while an answer is late, up to a limit: a guest that never answers holds time once, for
-    `MAX_HELD`, and one that answers now and then for at most four fifths of the time.
-
     Example:
         >>> heartbeat = Heartbeat(now=0.0)
         >>> heartbeat.ping(0.02)
         1
-        >>> heartbeat.is_held(0.1), heartbeat.is_held(0.2)
-        (False, True)
+        >>> heartbeat.is_late(0.1), heartbeat.is_late(0.2), heartbeat.is_late(20.0)
+        (False, True, False)
         >>> heartbeat.pong(1, 0.3)
-        >>> heartbeat.is_held(0.31)
+        >>> heartbeat.is_late(0.31)
         False
     """
 
@@ -38,9 +35,6 @@ class Heartbeat:
         self._number = 0
         self._sent: float | None = None  # when the PING was sent that is not answered yet
         self._next = now
-        self._looked = now
-        self._credit = MAX_HELD
-        self._is_trusted = True
 
     def ping(self, now: float) -> int:
         """The number of the PING that is due; 0 when none is."""
@@ -54,15 +48,27 @@ class Heartbeat:
         """Take an answer; one to another PING than the last says nothing."""
         if number == self._number and self._sent is not None:
             self._sent, self._next = None, now + PERIOD
-            self._is_trusted = True
 
-    def is_held(self, now: float) -> bool:
-        """Whether simulation time stands for this guest; to be asked again and again while it does."""
+    def is_late(self, now: float) -> bool:
+        """Whether the answer is late, but not so late that nobody waits for it any longer."""
+        return self._sent is not None and LATE < now - self._sent < LATE + MAX_HELD
+
+
+class StandingTime:
+    """For how long time may stand for all guests together: `MAX_HELD` at a stretch, four fifths in the long run.
+
+    One account for all: a guest that leaves and comes again begins none of its own.
+    """
+
+    def __init__(self, now: float) -> None:
+        self._looked = now
+        self._left = MAX_HELD
+
+    def may_stand(self, now: float, *, is_wanted: bool) -> bool:
+        """Whether time stands until the next look; to be asked again and again, also when nobody wants it to."""
         passed, self._looked = min(now - self._looked, _LONGEST_LOOK), now
-        is_late = self._sent is not None and now - self._sent > LATE
-        if not (is_late and self._is_trusted):
-            self._credit = min(MAX_HELD, self._credit + REGAINED * passed)
-            return False
-        self._credit -= passed
-        self._is_trusted = self._credit > 0.0
-        return self._is_trusted
+        if is_wanted and self._left > 0.0:
+            self._left -= passed
+            return True
+        self._left = min(MAX_HELD, self._left + REGAINED * passed)
+        return False

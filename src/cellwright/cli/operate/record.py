@@ -18,6 +18,7 @@ from cellwright.operators.robot import JOINT_STATES
 
 _LOOK = 0.1  # [s] between two looks at whether it is to end
 _SHORTEST = 0.001  # [s]: less than a tick, and more than rounding makes nothing of
+_MAX_SILENCE = 2.0  # [s]; a recording that grows no longer ends so much later than it should have
 
 APPLIED = "/io_teleop/applied_joint_cmd"
 
@@ -29,7 +30,11 @@ def record(
     ],
     duration: Annotated[
         float | None,
-        typer.Option(metavar="T", help="How long [s]; until Ctrl-C when left out.", rich_help_panel=WHAT),
+        typer.Option(
+            metavar="T",
+            help="How long [s], from the first message on; until Ctrl-C when left out.",
+            rich_help_panel=WHAT,
+        ),
     ] = None,
     targets: Annotated[
         bool,
@@ -61,12 +66,12 @@ def record(
     with link.robot() as robot:
         session, wish = robot.session, Stop()
         recorder = Recorder(robot, path, topic=APPLIED if targets else JOINT_STATES, report=failures.append)
-        end = None if duration is None else session.time + duration
+        wanted = float("inf") if duration is None else duration
+        end = session.time + wanted + _MAX_SILENCE
         with stopped_by_signals(wish.stop):
             try:
-                while not wish.has_come and recorder.is_writing and (end is None or session.time < end):
-                    left = _LOOK if end is None else max(_SHORTEST, end - session.time)
-                    session.sleep(min(_LOOK, left))
+                while not wish.has_come and recorder.is_writing and recorder.time < wanted and session.time < end:
+                    session.sleep(min(_LOOK, max(_SHORTEST, wanted - recorder.time)))
                 recorder.close()
             except RunEndedError as error:
                 failures.append(str(error))
