@@ -21,6 +21,7 @@ CELLWRIGHT = (ROOT / "tests" / "small_pictures.py").read_text(encoding="utf-8")
 PAGES = [
     "README.md",
     "docs/getting-started.md",
+    "docs/find-parts.md",
     "docs/agents.md",
     "docs/look.md",
     "docs/trials.md",
