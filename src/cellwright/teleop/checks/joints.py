@@ -123,15 +123,16 @@ def _move(rig: Rig, joint: Joint) -> tuple[float, float]:
 
 def _gripper(rig: Rig, config: RobotConfig, number: int) -> Finding:
     """Close a gripper, and see how far it comes."""
-    named = [config.robot.joint(name) for name in config.grippers[number].joints]
-    joints = [joint for joint in named if joint.mimic is None]  # others may go to the lower ends of their ways
+    gripper = config.grippers[number]
+    named = [config.robot.joint(name) for name in gripper.joints]
+    joints = [joint for joint in named if joint.mimic is None]  # others may go to the other ends of their ways
     ways = [joint.limits.upper - joint.limits.lower for joint in joints]
     rig.begin()
     rig.send_grippers([float(each == number) for each in range(len(config.grippers))])
     longest = max((way / joint.limits.velocity for way, joint in zip(ways, joints, strict=True)), default=0.0)
     _, positions = rig.run(min(longest, _LONGEST) + PATIENCE)
     short = [
-        abs(joint.limits.upper - float(positions[-1][rig.numbers[joint.name]])) / way if way > 0 else math.inf
+        abs(gripper.way(joint)[1] - float(positions[-1][rig.numbers[joint.name]])) / way if way > 0 else math.inf
         for way, joint in zip(ways, joints, strict=True)
     ]
     worst = max(range(len(short)), key=short.__getitem__)
