@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from cellwright.description.robot.config import End
 from cellwright.description.robot.limbs import Limbs, find_limbs
 from cellwright.description.robot.urdf import read_urdf
 from tests.description.robot.torso_robot import arm_names, urdf, write
@@ -74,6 +75,18 @@ def test_a_hand_of_long_chains_does_not_make_a_trunk_of_its_arm(tmp_path: Path) 
     found = limbs(tmp_path, text.replace("</robot>", "".join([*links, *joints, "</robot>"])))
     assert [arm.joints for arm in found.arms] == [arm_names("main")]
     assert [len(gripper.joints) for gripper in found.grippers] == [8]
+
+
+def test_an_arm_like_the_panda_is_an_arm_with_a_gripper_that_is_closed_at_0(tmp_path: Path) -> None:
+    text = urdf(("main",), torso=0, fingers=(("0 1 0", 0.0, 0.04), ("0 -1 0", 0.0, 0.04)))
+    follower = '<limit lower="0.0" upper="0.04" effort="50" velocity="0.25"/><mimic joint="main_gripper_joint1"/>'
+    head, _, tail = text.rpartition('<limit lower="0.0"')
+    found = limbs(tmp_path, f"{head}{follower}{tail.partition('/>')[2]}")
+    assert [arm.joints for arm in found.arms] == [arm_names("main")]
+    (gripper,) = found.grippers
+    assert gripper.joints == fingers("main")
+    assert gripper.open_ends == (End.UPPER, End.UPPER)
+    assert found.is_end_known == (True,)
 
 
 @pytest.mark.parametrize("sides", [("left", "right"), ("one", "two")])
