@@ -54,3 +54,18 @@ def test_two_fingers_of_one_palm_may_be_called_left_and_right(tmp_path: Path) ->
     text = urdf(("main",)).replace("main_gripper_joint1", "left_finger").replace("main_gripper_joint2", "right_finger")
     robot = read_urdf(write(tmp_path, text), warn=lambda _line: None)
     assert mixed(robot, "left_finger", "right_finger") == ""
+
+
+def test_a_joint_that_spreads_a_finger_makes_no_limb_of_it(tmp_path: Path) -> None:
+    """Two fingers, called left and right, that each hang on a joint which does not close them."""
+    text = urdf(("main",), fingers=())
+    for side in ("left", "right"):
+        for name, parent in ((f"{side}_spread", "main_arm_link7"), (f"{side}_finger", f"{side}_spread_link")):
+            joint = (
+                f'<link name="{name}_link"/><joint name="{name}" type="revolute"><parent link="{parent}"/>'
+                f'<child link="{name}_link"/><axis xyz="1 0 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/>'
+                "</joint></robot>"
+            )
+            text = text.replace("</robot>", joint)
+    robot = read_urdf(write(tmp_path, text), warn=lambda _line: None)
+    assert mixed(robot, "left_finger", "right_finger") == ""

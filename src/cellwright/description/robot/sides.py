@@ -7,8 +7,9 @@ from collections.abc import Sequence
 
 from cellwright.description.robot.model import Joint, RobotModel
 
-MIN_ARM_JOINTS = 3
-"""Joints between a fork and a group's joints that make the branch a limb of its own rather than a finger."""
+MIN_NAMED_JOINTS, MIN_JOINTS = 2, 3
+"""Joints between a fork and a group's joints that make the branch a limb rather than a finger, with and without names
+that tell the sides: one joint may be that which spreads a finger."""
 
 _SIDE = re.compile(
     r"(?:^|[_\W])(?P<r>r(?:ight)?)(?=[_\W\d]|$)|(?:^|[_\W])(?P<l>l(?:eft)?)(?=[_\W\d]|$)|(?P<right>right)|(?P<left>left)",
@@ -27,8 +28,8 @@ def side_of(name: str) -> str:
 def mixed_sides(robot: RobotModel, joints: Sequence[Joint]) -> str:
     """Reason why a group of joints belongs to both sides of a robot; empty if it belongs to one.
 
-    Two fingers of one palm may be called left and right. So names count only where other joints stand between the fork
-    and the group, and without names it takes two branches with `MIN_ARM_JOINTS` such joints.
+    Two fingers of one palm may be called left and right. So names count only where a limb stands between the fork and
+    the group, and without names it takes two such limbs.
     """
     ways = [robot.chain(joint.child) for joint in joints]
     shared = _shared_length(ways)
@@ -40,9 +41,9 @@ def mixed_sides(robot: RobotModel, joints: Sequence[Joint]) -> str:
         if own:
             between[own[0].name] = max(count, between.get(own[0].name, 0))
     by_side = {side_of(joint.name): joint.name for joint in joints}
-    if "right" in by_side and "left" in by_side and any(between.values()):
+    if "right" in by_side and "left" in by_side and max(between.values(), default=0) >= MIN_NAMED_JOINTS:
         return f"{by_side['right']} is on the right, {by_side['left']} on the left"
-    branches = [name for name, count in between.items() if count >= MIN_ARM_JOINTS]
+    branches = [name for name, count in between.items() if count >= MIN_JOINTS]
     return f"its joints hang on two limbs, behind {branches[0]} and behind {branches[1]}" if len(branches) > 1 else ""
 
 
