@@ -32,6 +32,7 @@ WORDS = (
     ),
     *("grippers", "head", "waist", "dorsal", "controller_indices", "cmd_ee", "base", "fixed_link", "wo_controller"),
     *("cameras", "joint_order", "pybullet", "without_gui", "-1", "left_arm_joint_1", "tandem"),
+    *("open", "upper", "lower", "max_acceleration"),
 )
 _CATALOGUE = bundled.ROOT / "src/cellwright/description/robot/catalogue/tandem"
 _FOLDER = Path(tempfile.mkdtemp(prefix="cellwright-fuzz-"))

@@ -245,3 +245,15 @@ def test_how_far_a_gripper_is_closed_whose_thumb_follows_the_other_way(urdf: Pat
         assert gripper.status == pytest.approx(status, abs=1e-4)
     robot.move_j((index for index in (0, 1)), map(float, "12"))  # what can be walked through but has no length
     robot.close()
+
+
+@pytest.mark.slow
+def test_a_gripper_that_is_open_at_its_upper_limits(urdf: Path) -> None:
+    robot = AssembledRobot(urdf, configs() | {"grippers": [{"joint_index": [3, 4], "open": ["upper", "lower"]}]})
+    (gripper,) = robot.grippers
+    assert gripper.joint_range == [[0.0, 0.04], [0.0, 0.02]]
+    for status in (0.0, 0.25, 1.0):
+        gripper.reset(status)
+        assert gripper.joint_pos == pytest.approx([0.04 * (1 - status), 0.02 * status], abs=1e-6)
+        assert gripper.status == pytest.approx(status, abs=1e-4)
+    robot.close()

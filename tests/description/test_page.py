@@ -184,7 +184,7 @@ def test_the_entries_of_a_group_that_must_be_there(group: str, entries: Keys, tm
     whole = yaml.safe_load(find_robot("tandem").read_text())
     urdf = find_robot("tandem").parent / whole["urdf_path"]
     file = tmp_path / "vr_configs.yml"
-    for name in entries.names:
+    for name in entries.required:
         body = yaml.safe_load(yaml.safe_dump({**whole, "urdf_path": urdf.as_posix()}))
         del body[group][0][name]
         file.write_text(yaml.safe_dump(body))

@@ -80,9 +80,10 @@ class RobotArm:
 
 
 class RobotGripper:
-    """A gripper or hand: 0 is open, all its joints at their lower limits, and 1 closed, at the upper ones.
+    """A gripper or hand: 0 is open, each of its joints at one of its limits, and 1 closed, at the other one.
 
-    Joints that mimic others go with these, wherever that is, and have no part in how far it is closed.
+    The configuration says which is which; open is the lower limit where it does not. Joints that mimic others go with
+    these, wherever that is, and have no part in how far it is closed.
 
     Attributes:
         finger_index: indices of its joints.
@@ -94,6 +95,7 @@ class RobotGripper:
         self.finger_index: list[int] = list(described["joints"])
         self._follows: list[bool] = list(described["follows"])  # which of them mimic others
         self.joint_range = [list(joints.range_of(index)) for index in self.finger_index]
+        self._ways: list[list[float]] = [list(way) for way in described["ways"]]  # where each is open, and closed
 
     @property
     def joint_pos(self) -> list[float]:
@@ -103,15 +105,15 @@ class RobotGripper:
     @property
     def status(self) -> float:
         """How far it is closed, from 0 to 1."""
-        fingers = [each for each, follows in zip(zip(self.joint_pos, self.joint_range), self._follows) if not follows]
-        way = sum(position - lower for position, (lower, _) in fingers)
-        whole = sum(upper - lower for _, (lower, upper) in fingers)
+        fingers = [each for each, follows in zip(zip(self.joint_pos, self._ways), self._follows) if not follows]
+        way = sum((place - begin) * (1.0 if end > begin else -1.0) for place, (begin, end) in fingers)
+        whole = sum(abs(end - begin) for _, (begin, end) in fingers)
         return min(max(way / whole, 0.0), 1.0) if whole > 0.0 else 0.0
 
     def joint_pos_from_status(self, status: float) -> list[float]:
         """Positions of its joints [rad; m] when it is closed so far; what is beyond 0 or 1 counts as 0 or 1."""
         part = min(max(float(status), 0.0), 1.0)
-        return [lower + part * (upper - lower) for lower, upper in self.joint_range]
+        return [begin + part * (end - begin) for begin, end in self._ways]
 
     def move(self, status: float) -> None:
         """Close it so far: 0 is open, 1 closed."""

@@ -74,6 +74,7 @@ class RobotServices:
                 {
                     "joints": self._indices(gripper.joints),
                     "follows": [self._robot.joint(name).mimic is not None for name in gripper.joints],
+                    "ways": [gripper.way(self._robot.joint(name)) for name in gripper.joints],
                 }
                 for gripper in config.grippers
             ],

@@ -6,7 +6,7 @@ from there, within limits and as fast as is allowed, what is applied.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 
@@ -42,6 +42,7 @@ class Commander(Device):
         safety: what is guarded against.
         gate: whose commands are taken.
         notices: where people are told of what was taken otherwise than it was meant.
+        max_accelerations: how fast targets may change their speed [rad/s^2; m/s^2], by joint; others are not bounded.
 
     Attributes:
         numbers: number of each joint with one degree of freedom, by name.
@@ -53,7 +54,15 @@ class Commander(Device):
         why_held: why the robot was held last, in a sentence; empty when it follows commands.
     """
 
-    def __init__(self, driver: Driver, robot: RobotModel, safety: SafetySettings, gate: Gate, notices: Notices) -> None:
+    def __init__(
+        self,
+        driver: Driver,
+        robot: RobotModel,
+        safety: SafetySettings,
+        gate: Gate,
+        notices: Notices,
+        max_accelerations: Mapping[str, float],
+    ) -> None:
         super().__init__("commander")
         self.driver, self.gate, self.notices = driver, gate, notices
         self.numbers = {name: number for number, name in enumerate(driver.joints)}
@@ -70,6 +79,7 @@ class Commander(Device):
             np.array([each.upper for each in limits]),
             np.array([fastest(joint) for joint in joints]),
             safety,
+            np.array([max_accelerations.get(joint.name, np.inf) for joint in joints]),
         )
         self.mimics = Mimics(joints, self.numbers)
         self._safety = safety

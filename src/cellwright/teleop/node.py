@@ -90,7 +90,9 @@ class RobotNode:
             """When the newest command came, as the stamps of messages count [ns]."""
             self.bus.on_given.append(lambda _given: setattr(self, "arrived", told()))
             gate = Gate(safety, lambda: self.simulation.now, lambda: self.arrived)
-            self.commander = Commander(self.driver, config.robot, safety, gate, notices)
+            self.commander = Commander(
+                self.driver, config.robot, safety, gate, notices, max_accelerations=config.max_accelerations
+            )
             self.homing = Homing(config, self.commander)
             self.base = Base(config)
             self.ee_poses = EePoses(config, self.commander, caps=Caps.of(safety.tip_speed, safety.tip_turning))

@@ -57,6 +57,7 @@ def test_all_joints_by_index(cellwright: CommandLine, small: str) -> None:
         "mimic": None,
         "groups": ["arms[1]"],
         "home": 0.2,
+        "max_acceleration": None,
     }
     assert found["joints"][10]["mimic"] == {"joint": "l_finger", "multiplier": -1.0, "offset": 0.0}
     assert found["joints"][0]["parent_index"] == -1

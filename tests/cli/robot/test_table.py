@@ -1,12 +1,13 @@
 """The table of a robot in terminals of any width: names stay whole, figures are left out before that."""
 
+from dataclasses import replace
 from io import StringIO
 
 import pytest
 from rich.console import Console
 
 from cellwright.cli.robot import table as robot_table
-from cellwright.description.robot.config import RobotConfig
+from cellwright.description.robot.config import End, RobotConfig
 from cellwright.description.robot.robots import load_robot
 
 
@@ -64,3 +65,13 @@ def test_a_robot_of_one_link(tandem: RobotConfig, monkeypatch: pytest.MonkeyPatc
     single = tandem.robot.__class__("post", "base", {"base": tandem.robot.links["base"]}, ())
     lines = shown(RobotConfig(single, "post", tandem.path, tandem.urdf_path), 80, monkeypatch)
     assert lines[0] == "post: 0 joints, 0 of them driven; root link base (-1)"
+
+
+def test_ends_and_bounds_of_the_file_are_told(tandem: RobotConfig, monkeypatch: pytest.MonkeyPatch) -> None:
+    right, left = tandem.grippers
+    ends = tuple(End.UPPER for _ in right.joints)
+    changed = replace(tandem, grippers=(replace(right, open_ends=ends), left), max_accelerations={"lift": 0.5})
+    lines = shown(changed, 120, monkeypatch)
+    assert "gripper R   open at the upper limits of its joints" in lines
+    assert "bounds      of accelerations, rad/s² and m/s²: lift 0.5" in lines
+    assert not any(line.startswith("gripper L") for line in lines)

@@ -99,7 +99,8 @@ def plain(value: Any) -> Any:
     if isinstance(value, tuple):
         return [plain(item) for item in value]
     if isinstance(value, Arm | Posture | Gripper):
-        return [plain(getattr(value, name)) for name in ("joints", "tip", "home") if hasattr(value, name)]
+        names = ("joints", "tip", "home", "open_ends")
+        return [plain(getattr(value, name)) for name in names if getattr(value, name, None)]
     return value
 
 

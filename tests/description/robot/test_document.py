@@ -31,7 +31,10 @@ def test_groups_as_in_the_file_with_names(small: RobotConfig) -> None:
         "reference_link": "torso",
     }
     assert groups["arms"][1]["reference_link"] == "base"
-    assert groups["grippers"] == [{"joints": ["r_finger", "r_thumb"]}, {"joints": ["l_finger", "l_thumb"]}]
+    assert groups["grippers"] == [
+        {"joints": ["r_finger", "r_thumb"], "open": ["lower", "lower"]},
+        {"joints": ["l_finger", "l_thumb"], "open": ["lower", "lower"]},
+    ]
     assert groups["head"] == {"joints": ["head_pitch", "head_yaw"], "home": [0.3, 0.0], "axes": ["pitch", "yaw"]}
     assert (groups["waist"], groups["dorsal"]) == (
         {"joints": ["spin"], "home": [0.5]},

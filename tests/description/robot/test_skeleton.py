@@ -14,6 +14,7 @@ from cellwright.description.robot.model import RobotModel
 from cellwright.description.robot.robots import bundled, load_robot
 from cellwright.description.robot.skeleton import skeleton
 from cellwright.description.robot.urdf import read_urdf
+from tests.description.robot import torso_robot
 from tests.description.robot.small_robot import SHAPE
 
 
@@ -151,6 +152,28 @@ def test_any_tree_can_be_begun(
     config, warnings = read_back(folder, model)
     assert warnings == []
     assert all(len(arm.joints) >= LEAST_JOINTS for arm in config.arms)
+
+
+@pytest.mark.parametrize(
+    ("fingers", "line", "open_positions"),
+    [
+        (torso_robot.INWARDS, "    open: upper   # guessed", [0.04, 0.04]),
+        ((("0 1 0", 0.0, 0.04), ("0 1 0", -0.04, 0.0)), "    open: [upper, lower]   # guessed", [0.04, -0.04]),
+        ((("0 1 0", -0.04, 0.0), ("0 -1 0", -0.04, 0.0)), "    open: ", [-0.04, -0.04]),
+        ((("0 1 0", 0.0, 0.04),) * 3, "    # Not known which end is open", [0.0] * 3),
+    ],
+)
+def test_which_end_of_a_gripper_is_open_is_written_where_it_can_be_told(
+    tmp_path: Path, fingers: tuple[tuple[str, float, float], ...], line: str, open_positions: list[float]
+) -> None:
+    path = torso_robot.write(tmp_path, torso_robot.urdf(fingers=fingers))
+    model = read_urdf(path, warn=lambda _line: None)
+    lines = [each for each in skeleton(model, path, tmp_path).splitlines() if each.startswith(line)]
+    assert len(lines) == (0 if open_positions == [-0.04, -0.04] else 2)  # the lower limits need no entry
+    config, warnings = read_back(tmp_path, model)
+    assert warnings == []
+    left = config.grippers[1]
+    assert [left.way(model.joint(name))[0] for name in left.joints] == open_positions
 
 
 def test_a_robot_on_another_drive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

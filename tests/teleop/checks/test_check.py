@@ -17,6 +17,7 @@ from cellwright.description.robot.model import Limits, Mimic
 from cellwright.description.robot.robots import load_robot
 from cellwright.devices.joint_servos import Motion
 from cellwright.errors import UsageError
+from cellwright.teleop.checks import joints as check_joints
 from cellwright.teleop.checks import reference as check_reference
 from cellwright.teleop.checks.check import check_motion
 from cellwright.teleop.checks.findings import Finding, MotionReport
@@ -236,6 +237,34 @@ def test_a_joint_too_weak_to_brake_in_time_is_found() -> None:
     assert [(f.what, f.where) for f in findings if not f.passed and f.unit == "% of way"] == [
         ("the farthest goes beyond", "shoulder_left")
     ]
+
+
+def test_a_joint_that_does_not_settle_counts_among_the_farthest() -> None:
+    """With an effort of 2 N m the shoulder swings about its target for seconds."""
+    findings = {finding.what: finding for finding in check_motion(with_limits("shoulder_left", effort=2.0)).findings}
+    assert findings["shoulder_left"].where == "it does not come within 2 % of its target"
+    farthest = findings["the farthest goes beyond"]
+    assert (farthest.where, farthest.passed) == ("shoulder_left", False)
+    assert farthest.worst > 100 * check_joints.OVERSHOOT
+    assert farthest.remedy.startswith("drives reach their limits of effort; write in the configuration: arms[1].")
+
+
+def test_a_joint_that_is_pushed_away_is_found_with_the_one_that_pushes() -> None:
+    findings = {finding.what: finding for finding in check_motion(with_limits("elbow_left", effort=3.0)).findings}
+    strays = findings["the farthest strays"]
+    assert (strays.where, strays.passed) == ("elbow_left, while shoulder_left moves", False)
+    assert strays.worst > 1e3 * check_joints.STRAY
+    remedies = [finding.remedy for finding in findings.values() if finding.remedy]
+    assert len(remedies) == 1
+    assert "arms[1].max_acceleration: [" in remedies[0]
+
+
+def test_a_joint_with_a_bound_has_the_time_that_it_needs() -> None:
+    config = replace(two_arms(), max_accelerations={"waist": 0.3})  # 0.2 rad take 1.6 s
+    findings = {finding.what: finding for finding in check_motion(config).findings}
+    settles = next(finding for what, finding in findings.items() if what.endswith("step and settle"))
+    assert settles.passed
+    assert "waist" not in findings
 
 
 def test_a_home_beyond_the_limits_is_not_held() -> None:

@@ -163,3 +163,87 @@ def test_its_state_is_json_and_goes_on_as_if_nothing_had_been() -> None:
         assert first.advance(TICK) == second.advance(TICK)
         assert first.applied.tolist() == second.applied.tolist()
     assert first.get_state() == second.get_state()
+
+
+# ---------------------------------------------------------------- accelerations
+
+ACCELERATIONS = np.array([8.0, 2.0, np.inf])
+AT_ONCE = ACCELERATIONS * TICK * TICK
+
+
+def braked(safety: SafetySettings | None = None) -> Approach:
+    approach = Approach(JOINTS, LOWER, UPPER, SPEEDS, safety or SafetySettings(), ACCELERATIONS)
+    approach.begin(at(0.0, 0.1, 0.0))
+    return approach
+
+
+def ways(approach: Approach, steps: int) -> Array:
+    """Ways of all joints in each of some steps (steps, joints) [rad; m]."""
+    places = [approach.applied.copy()]
+    for _ in range(steps):
+        approach.advance(TICK)
+        places.append(approach.applied.copy())
+    return np.diff(np.array(places), axis=0)
+
+
+@pytest.mark.slow
+@given(st.lists(st.tuples(targets, st.integers(1, 200)), min_size=1, max_size=8))
+def test_targets_change_their_speed_no_faster_than_their_bounds(asked: list[tuple[Array, int]]) -> None:
+    approach = braked()
+    newest = np.zeros(3)
+    for each, steps in asked:
+        approach.follow(0, ALL, each, lambda: at(0, 0, 0))
+        found = ways(approach, steps)
+        changes = np.abs(np.diff(np.vstack([newest, found]), axis=0))[:, :2]
+        assert (changes <= AT_ONCE[:2] * (1 + 1e-6) + 1e-12).all()
+        assert (np.abs(found)[:, :2] <= SPEEDS[:2] * TICK * (1 + 1e-9)).all()
+        assert (approach.applied[:2] >= LOWER[:2] - 1e-12).all()
+        assert (approach.applied[:2] <= UPPER[:2] + 1e-12).all()
+        newest = found[-1]
+    assert approach.applied[2] == approach.desired[2], "what has no bound is there at once"
+
+
+@pytest.mark.slow
+@given(st.floats(-2.0, 2.0), st.floats(0.0, 0.4))
+def test_a_target_comes_to_rest_where_it_is_to_be_and_not_beyond(turn: float, slide: float) -> None:
+    approach = braked()
+    approach.follow(0, ALL, at(turn, slide, 0.0), lambda: at(0, 0, 0))
+    begun = approach.applied.copy()
+    for _ in range(round(4.0 / TICK)):
+        if not approach.advance(TICK):
+            break
+        done = (approach.applied - begun) * np.sign(approach.desired - begun)
+        assert (done <= np.abs(approach.desired - begun) + 1e-12).all()
+    assert approach.applied.tolist() == approach.desired.tolist() == [turn, slide, 0.0]
+    assert not approach.advance(TICK), "nothing is left to be done"
+
+
+def test_a_step_takes_the_time_that_its_bound_asks_for() -> None:
+    """1 rad with 8 rad/s^2 up and down takes 2 sqrt(1 / 8) s; its speed stays below the joint's 3 rad/s."""
+    approach = braked()
+    approach.follow(0, ALL, at(1.0, 0.1, 0.0), lambda: at(0, 0, 0))
+    found = ways(approach, round(2 * np.sqrt(1 / 8) / TICK) + 2)
+    assert found[:, 0].sum() == pytest.approx(1.0, abs=1e-9)
+    assert found[:, 0].max() / TICK == pytest.approx(np.sqrt(8.0), rel=0.02)
+    assert found[-4, 0] > 0.0, "and no less"
+
+
+def test_a_hold_stops_at_once_and_the_next_target_begins_from_rest() -> None:
+    approach = braked()
+    approach.follow(0, ALL, at(1.0, 0.1, 0.0), lambda: at(0, 0, 0))
+    ways(approach, 40)
+    stopped = approach.applied.copy()
+    approach.hold(stopped)
+    assert not ways(approach, 3).any()
+    approach.release()
+    approach.follow(0, ALL, at(1.0, 0.1, 0.0), lambda: at(0, 0, 0))
+    assert ways(approach, 1)[0, 0] == pytest.approx(AT_ONCE[0])
+
+
+def test_with_bounds_it_goes_on_from_its_state_as_it_was() -> None:
+    one, other = braked(), braked()
+    one.follow(0, ALL, at(1.5, 0.3, 1.0), lambda: at(0, 0, 0))
+    ways(one, 30)
+    other.set_state(json.loads(json.dumps(one.get_state())))
+    assert ways(one, 200).tolist() == ways(other, 200).tolist()
+    assert "moved" not in made().get_state(), "without bounds the state is what it was"

@@ -131,6 +131,14 @@ def _notes(config: RobotConfig) -> list[tuple[str, str]]:
         command = config.command_links[number]
         by = f"; poses move {command}" if command != arm.tip else "; poses"
         notes.append((_label(config, f"arms[{number}]"), f"tip {arm.tip}{by} in the frame of {reference}"))
+    for number, gripper in enumerate(config.grippers):
+        ends = dict.fromkeys(gripper.open_ends)
+        if ends:
+            text = f"{next(iter(ends))} limits" if len(ends) == 1 else f"limits: {', '.join(gripper.open_ends)}"
+            notes.append((_label(config, f"grippers[{number}]"), f"open at the {text} of its joints"))
+    if config.max_accelerations:
+        bounds = ", ".join(f"{name} {value:g}" for name, value in config.max_accelerations.items())
+        notes.append(("bounds", f"of accelerations, rad/s² and m/s²: {bounds}"))
     if config.fixed_link is not None:
         notes.append(("fixed", f"{config.fixed_link} is fastened to the world instead of the root"))
     for joint in config.robot.joints:

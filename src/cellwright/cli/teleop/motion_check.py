@@ -87,6 +87,8 @@ def show(console: Console, report: MotionReport) -> None:
     for finding in report.findings:
         if finding.note and finding.passed:
             console.print(f"  {finding.what}: {finding.note}", markup=False, soft_wrap=True)
+        if finding.remedy:
+            console.print(f"  {finding.what}: {finding.remedy}", markup=False, soft_wrap=True)
     good = sum(finding.passed for finding in report.findings)
     console.print()
     console.print(f"passed      {good} of {len(report.findings)}", markup=False)

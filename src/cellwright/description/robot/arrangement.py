@@ -9,6 +9,7 @@ from cellwright.description.reading.tree import Items, Node, Table
 from cellwright.description.robot.config import Arm, RobotConfig
 from cellwright.description.robot.model import Joint, RobotModel
 from cellwright.description.robot.references import listed, numbered
+from cellwright.description.robot.sides import mixed_sides
 
 
 def groups(config: RobotConfig) -> Iterator[tuple[str, tuple[str, ...], tuple[float, ...] | None]]:
@@ -28,8 +29,7 @@ def check_shared(root: Table, config: RobotConfig, problems: Problems) -> None:
     first: dict[str, str] = {}
     homes: dict[str, float] = {}
     for key, joints, home in groups(config):
-        lower = tuple(config.robot.joint(name).limits.lower for name in joints)
-        for name, position in zip(joints, home or lower, strict=True):
+        for name, position in zip(joints, home or _open(config, key, joints), strict=True):
             if name not in first:
                 first[name], homes[name] = key, position
             elif homes[name] != position:
@@ -39,6 +39,21 @@ def check_shared(root: Table, config: RobotConfig, problems: Problems) -> None:
                 )
             else:
                 problems.warn(_node(root, key), f"{name} is in {first[name]} as well: what comes last is done")
+
+
+def _open(config: RobotConfig, key: str, joints: Sequence[str]) -> tuple[float, ...]:
+    """Where the joints of a gripper are open [rad; m]."""
+    gripper = config.grippers[int(key[len("grippers[") : -1])]
+    return tuple(gripper.way(config.robot.joint(name))[0] for name in joints)
+
+
+def check_sides(root: Table, config: RobotConfig, problems: Problems) -> None:
+    """Warn of arms and grippers that have joints of both sides of the robot."""
+    robot = config.robot
+    for key, joints, _ in groups(config):
+        why = mixed_sides(robot, [robot.joint(name) for name in joints])
+        if why and key.startswith(("arms", "grippers")):
+            problems.warn(_node(root, key), f"mixes right and left: {why}; make a group of each side")
 
 
 def check_arms(

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from cellwright.description.robot.model import RobotModel
+from cellwright.description.robot.model import Joint, RobotModel
 from cellwright.pose import Pose
 
 
@@ -20,11 +21,30 @@ class Arm:
     home: tuple[float, ...]
 
 
+class End(StrEnum):
+    """An end of a joint's range."""
+
+    LOWER = "lower"
+    UPPER = "upper"
+
+
 @dataclass(frozen=True, slots=True)
 class Gripper:
-    """A gripper or hand: its joints. Status 0 (open) is the lower limit of each, 1 (closed) the upper one."""
+    """A gripper or hand: status 0 (open) is one limit of each of its joints, 1 (closed) the other one.
+
+    Attributes:
+        joints: by name.
+        open_ends: the limit at which each joint is open; empty where that is the lower one of all.
+    """
 
     joints: tuple[str, ...]
+    open_ends: tuple[End, ...] = ()
+
+    def way(self, joint: Joint) -> tuple[float, float]:
+        """Where one of its joints is open, and where it is closed [rad; m]."""
+        lower, upper = joint.limits.lower, joint.limits.upper
+        opens_up = bool(self.open_ends) and self.open_ends[self.joints.index(joint.name)] is End.UPPER
+        return (upper, lower) if opens_up else (lower, upper)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +84,8 @@ class RobotConfig:
         command_links: tip of each arm, that `target_ee_poses` commands.
         reference_links: the link in whose frame each of these poses is given; None: the robot's base.
         cameras: as in the file.
+        max_accelerations: how fast the targets of joints may change their speed [rad/s^2; m/s^2], by joint; others are
+            not bounded.
         others: entries that are kept as they are written: `base_command_mode`, which the base reads, and what is known
             and used by nothing here (thresholds and scales of the headset's side).
     """
@@ -84,6 +106,7 @@ class RobotConfig:
     command_links: tuple[str, ...] = ()
     reference_links: tuple[str | None, ...] = ()
     cameras: tuple[Camera, ...] = ()
+    max_accelerations: Mapping[str, float] = field(default_factory=dict)
     others: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -103,5 +126,5 @@ class RobotConfig:
                 found |= dict(zip(group.joints, group.home, strict=True))
         for gripper in self.grippers:
             joints = [self.robot.joint(name) for name in gripper.joints]
-            found |= {joint.name: joint.limits.lower for joint in joints if joint.mimic is None}
+            found |= {joint.name: gripper.way(joint)[0] for joint in joints if joint.mimic is None}
         return found

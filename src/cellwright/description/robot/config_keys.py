@@ -12,6 +12,7 @@ INDEX_ORDERS = ("pybullet", "urdf")
 
 _JOINTS = "list of indices or names"
 _HOME = "list of positions, rad or m"
+_POSTURE = "`{joint_index, rest_j_pos, max_acceleration}`"
 
 ENTRIES = Keys(
     Key("urdf_path", "path", "URDF or xacro file, counted from the file's folder, or from the one above", REQUIRED),
@@ -33,15 +34,15 @@ ENTRIES = Keys(
     Key("grippers", "list, right before left", "see below"),
     Key(
         "head",
-        "`{joint_index, rest_j_pos}`",
+        _POSTURE,
         "three joints in the order roll, pitch, yaw, with -1 for what the head lacks, and as many positions",
     ),
     Key(
         "dorsal",
-        "`{joint_index, rest_j_pos}`",
+        _POSTURE,
         "the lift of the torso: one joint; it goes home to 0 where none is said",
     ),
-    Key("waist", "`{joint_index, rest_j_pos}`", "the waist"),
+    Key("waist", _POSTURE, "the waist"),
     Key("folding_waist", "as `waist`", "more joints of the waist; `rot_offset`, `cmd_ee` and `base` are not used"),
     Key("controller_indices", "`{cmd_ee, base}`", "which poses `target_ee_poses` commands, see below", "see below"),
     Key("cameras", "list", "cameras that take pictures, see below"),
@@ -83,25 +84,38 @@ UNUSED: Mapping[str, str] = {
 }
 """Entries that are known and used by nothing here, each with what it is for."""
 
+_MAX_ACCELERATION = Key(
+    "max_acceleration",
+    "rad/s², m/s²: a number, or a list with one for each joint",
+    "how fast the targets of its joints may change their speed, see below",
+    "no bound",
+)
 ARMS = Keys(
     Key("joint_index", _JOINTS, "its joints, from the shoulder on", REQUIRED),
     Key("ee_index", "index or name", "the link at its tip", REQUIRED),
     Key("rest_j_pos", _HOME, "home, a position for each joint", REQUIRED),
+    _MAX_ACCELERATION,
 )
 ARM = ARMS.names
 GRIPPERS = Keys(
     Key(
         "joint_index",
         _JOINTS,
-        "its joints. Open (0) is the lower limit of each, closed (1) the upper one. Joints that mimic others may be "
-        "named or not",
+        "its joints; those that mimic others may be named or not",
         REQUIRED,
     ),
+    Key(
+        "open",
+        "`lower` or `upper`, or a list with one for each joint",
+        "the limit at which its joints are open (status 0); the other one is closed (1). Not known to the original",
+        "`lower`",
+    ),
+    _MAX_ACCELERATION,
 )
 GRIPPER = GRIPPERS.names
 GRIPPER_UNUSED = ("thumb", "index", "middle", "ring", "pinky")
 """Lists of the joints of each finger: old revisions have them, and only `joint_index` was ever read."""
-POSTURE = ("joint_index", "rest_j_pos")
+POSTURE = ("joint_index", "rest_j_pos", "max_acceleration")
 FOLDING_WAIST_UNUSED = ("rot_offset", "cmd_ee", "base")
 CAMERAS = Keys(
     Key(

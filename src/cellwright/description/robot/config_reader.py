@@ -17,7 +17,7 @@ from cellwright.description.reading.texts import read_texts
 from cellwright.description.reading.tree import Entry, Items, Leaf, Node, Table, described
 from cellwright.description.reading.yaml_source import parse
 from cellwright.description.robot import config_keys
-from cellwright.description.robot.arrangement import check_arms, check_shared
+from cellwright.description.robot.arrangement import check_arms, check_shared, check_sides
 from cellwright.description.robot.base_pose import read_base_pose
 from cellwright.description.robot.cameras import plain, read_cameras
 from cellwright.description.robot.config import Arm, Posture, RobotConfig
@@ -116,11 +116,13 @@ class _Reading:
             command_links=command_links,
             reference_links=reference_links,
             cameras=read_cameras(cameras, self.reader) if cameras else (),
+            max_accelerations=groups.max_accelerations,
             others=self._others(),
         )
         if not self.reader.problems.errors:
             check_shared(self.root, config, self.reader.problems)
             check_arms(found_arms, config, joints, self.reader.problems)
+            check_sides(self.root, config, self.reader.problems)
         return config
 
     def _list(self, name: str, what: str) -> Iterator[Node]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from cellwright.description.robot.arrangement import groups
-from cellwright.description.robot.config import RobotConfig
+from cellwright.description.robot.config import End, RobotConfig
 from cellwright.description.robot.config_keys import UNUSED
 from cellwright.description.robot.group_reader import AXES_OF_HEAD
 from cellwright.description.robot.model import ROOT, Joint, JointType
@@ -69,6 +69,7 @@ def _joint(config: RobotConfig, joint: Joint) -> dict[str, Any]:
         else {"joint": joint.mimic.joint, "multiplier": joint.mimic.multiplier, "offset": joint.mimic.offset},
         "groups": groups_of(config, joint),
         "home": config.home.get(joint.name),
+        "max_acceleration": config.max_accelerations.get(joint.name),
     }
 
 
@@ -84,7 +85,13 @@ def _groups(config: RobotConfig) -> dict[str, Any]:
             }
             for arm, command, reference in zip(config.arms, config.command_links, config.reference_links, strict=True)
         ],
-        "grippers": [{"joints": list(gripper.joints)} for gripper in config.grippers],
+        "grippers": [
+            {
+                "joints": list(gripper.joints),
+                "open": list(gripper.open_ends) or [End.LOWER] * len(gripper.joints),
+            }
+            for gripper in config.grippers
+        ],
     }
     for name in ("head", "waist", "dorsal"):
         group = getattr(config, name)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 from cellwright.description.reading.reader import Reader
 from cellwright.description.reading.tree import Items, Leaf, Node, Table, described
 from cellwright.description.robot import config_keys
-from cellwright.description.robot.config import Arm, Gripper, Posture
+from cellwright.description.robot.config import Arm, End, Gripper, Posture
 from cellwright.description.robot.model import ROOT, Joint
 from cellwright.description.robot.references import References
 
@@ -23,10 +24,12 @@ class GroupReader:
     Attributes:
         reader: reads single values.
         references: finds joints and links.
+        max_accelerations: the bounds that the groups set for their joints [rad/s^2; m/s^2]; the least of several.
     """
 
     reader: Reader
     references: References
+    max_accelerations: dict[str, float] = field(default_factory=dict)
 
     def arm(self, node: Node) -> Arm | None:
         """An arm."""
@@ -37,6 +40,7 @@ class GroupReader:
         tip_node = self.reader.required(table, "ee_index")
         tip = self.references.link(tip_node) if tip_node else None
         home = self._home(table, joints)
+        self._bound(table, joints)
         if joints is None or tip is None or home is None:
             return None
         return Arm(_names(joints), tip, home)
@@ -54,11 +58,26 @@ class GroupReader:
         if endless:
             self.reader.problems.error(
                 table.get("joint_index") or table,
-                f"{', '.join(endless)}: a gripper is open at the lower limits of its joints, closed at the upper ones, "
-                "and the URDF gives none",
+                f"{', '.join(endless)}: a gripper opens and closes between the limits of its joints, and the URDF "
+                "gives none",
             )
             return None
-        return Gripper(_names(joints))
+        self._bound(table, joints)
+        return Gripper(_names(joints), self._open_ends(table, len(joints)))
+
+    def _open_ends(self, table: Table, count: int) -> tuple[End, ...]:
+        """The limit at which each joint of a gripper is open; empty where that is the lower one of all."""
+        node = table.get("open")
+        if node is None:
+            return ()
+        items = node.items if isinstance(node, Items) else (node,) * count
+        ends = [End(str(item.value)) for item in items if isinstance(item, Leaf) and item.value in tuple(End)]
+        if len(items) != count or len(ends) != count:
+            choice = " or ".join(End)
+            what = f"a list of {len(items)}" if isinstance(node, Items) and len(items) != count else described(node)
+            self.reader.problems.error(node, f"must be {choice}, or a list of {count} of them, not {what}")
+            return ()
+        return tuple(ends) if End.UPPER in ends else ()
 
     def posture(self, node: Node, unused: tuple[str, ...] = ()) -> Posture | None:
         """The waist: joints and their home.
@@ -72,6 +91,7 @@ class GroupReader:
             return None
         joints = self._joints(table)
         home = self._home(table, joints)
+        self._bound(table, joints)
         return Posture(_names(joints), home) if joints is not None and home is not None else None
 
     def lift(self, node: Node) -> Posture | None:
@@ -85,6 +105,7 @@ class GroupReader:
         home = self.reader.number(_only(home_node)) if home_node else 0.0
         if joint is None or home is None:
             return None
+        self._bound(table, (joint,))
         return Posture((joint.name,), (self._reachable(home_node or table, joint, home),))
 
     def head(self, node: Node) -> tuple[Posture | None, tuple[int, ...]]:
@@ -102,6 +123,7 @@ class GroupReader:
         joints = self.references.joints(there) if axes else ()
         if not joints:
             return None, ()
+        self._bound(table, [joints[axes.index(axis)] if axis in axes else None for axis in range(len(joint_items))])
         found = [(home_items[axis], joint, homes[axis]) for axis, joint in zip(axes, joints, strict=True)]
         home = [self._reachable(where, joint, value) for where, joint, value in found if value is not None]
         return (Posture(_names(joints), tuple(home)), axes) if len(home) == len(axes) else (None, ())
@@ -134,6 +156,29 @@ class GroupReader:
         found = zip(node.items, joints, positions, strict=True)
         home = [self._reachable(item, joint, position) for item, joint, position in found if position is not None]
         return tuple(home) if len(home) == len(joints) else None
+
+    def _bound(self, table: Table, joints: Sequence[Joint | None] | None) -> None:
+        """Note how fast the targets of a group's joints may change their speed [rad/s^2; m/s^2].
+
+        Args:
+            table: the group.
+            joints: one for each place in the list of its joints; None for one that the robot lacks.
+        """
+        node = table.get("max_acceleration")
+        if node is None or joints is None:
+            return
+        items = node.items if isinstance(node, Items) else (node,)
+        values = [self.reader.number(item) for item in items]
+        if any(value is not None and value <= 0.0 for value in values):
+            self.reader.problems.error(node, "must be above 0 [rad/s^2; m/s^2]; leave the entry out for no bound")
+        if isinstance(node, Items) and len(values) != len(joints):
+            self.reader.problems.error(
+                node, f"must be a number, or a list with one for each joint: here are {len(values)} for {len(joints)}"
+            )
+            return
+        for joint, value in zip(joints, values if isinstance(node, Items) else values * len(joints), strict=True):
+            if joint is not None and joint.mimic is None and value is not None:
+                self.max_accelerations[joint.name] = min(value, self.max_accelerations.get(joint.name, math.inf))
 
     def _reachable(self, where: Node, joint: Joint, position: float) -> float:
         """The position [rad; m], or the limit that lies next to it, for a joint never leaves its limits."""

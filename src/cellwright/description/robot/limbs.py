@@ -1,7 +1,8 @@
 """Guesses which joints of a robot are its arms, hands, head, waist and lift: a beginning for a configuration file.
 
 An arm is a run of four or more joints without a fork, as near to the root as there is one; what moves behind its end is
-its hand. Names tell arms from legs, and right from left; where they say nothing, the side follows from y.
+its hand. A run that forks into two such runs is a trunk, and they are the arms. Names tell arms from legs, and right
+from left; where they say nothing, the side follows from y.
 """
 
 from __future__ import annotations
@@ -11,29 +12,35 @@ import re
 from dataclasses import dataclass
 
 from cellwright.description.robot.config import Arm, Gripper, Posture
+from cellwright.description.robot.finger_ends import find_open_ends
 from cellwright.description.robot.model import Joint, JointType, RobotModel
 from cellwright.description.robot.posture import link_poses
+from cellwright.description.robot.sides import mixed_sides, side_of
 
 LEAST_JOINTS = 4
 """Fewest joints of an arm."""
+ARM_SHARE = 1 / 3
+"""Least length of an arm, as a share of the trunk that it hangs on; a finger is shorter against its arm."""
 
 _LEG = re.compile(r"leg|hip|knee|ankle|foot|toe|thigh|calf|wheel", re.IGNORECASE)
 _HEAD = re.compile(r"head|neck|pan|tilt|camera", re.IGNORECASE)
 _FINGER = re.compile(r"grip|finger|jaw|claw|knuckle|thumb", re.IGNORECASE)
 _TOOL = re.compile(r"(^|_)(ee|tcp|tool0?|tip|grasp\w*|end_?effector)(_|$)", re.IGNORECASE)
 _HAND = re.compile(r"hand|palm|flange", re.IGNORECASE)
-_RIGHT = re.compile(r"(^|[_\W])r(ight)?([_\W\d]|$)|right", re.IGNORECASE)
-_LEFT = re.compile(r"(^|[_\W])l(eft)?([_\W\d]|$)|left", re.IGNORECASE)
 
 _BEND = 0.5  # [rad] from the limit that an arm begins at when 0 is next to it
 
 
 @dataclass(frozen=True, slots=True)
 class Limbs:
-    """What was found: arms and grippers right before left, the head's joints as (roll, pitch, yaw)."""
+    """What was found: arms and grippers right before left, the head's joints as (roll, pitch, yaw).
+
+    `is_end_known` says of each gripper whether its kinematics tell at which limits it is open.
+    """
 
     arms: tuple[Arm, ...]
     grippers: tuple[Gripper, ...]
+    is_end_known: tuple[bool, ...]
     head: tuple[str | None, str | None, str | None]
     lift: Posture | None
     waist: Posture | None
@@ -46,16 +53,20 @@ def find_limbs(robot: RobotModel) -> Limbs:
     limbs = [limb for limb in runs.limbs if not any(_LEG.search(joint.name + joint.child) for joint in limb)]
     limbs.sort(key=lambda limb: _side(robot, limb))
     arms = [[joint for joint in limb if joint not in _trailing(limb)] for limb in limbs]
-    hands = [_hand(robot, arm) for arm in arms]
+    hands = [hand for hand in (_hand(robot, arm) for arm in arms) if hand and not mixed_sides(robot, hand)]
+    ends = [find_open_ends(robot, _names(hand)) for hand in hands]
     head = _head(robot, [joint for joint in runs.rest if _HEAD.search(joint.name + joint.child)])
     trunk = [
         joint for joint in runs.rest if joint.name not in head and any(joint in _above(robot, arm) for arm in arms)
     ]
     lifts = [joint for joint in trunk if joint.type is JointType.PRISMATIC]
     waist = [joint for joint in trunk if joint not in lifts]
+    if {"right", "left"} <= {side_of(joint.name) for joint in waist}:
+        waist = [joint for joint in waist if not side_of(joint.name)]
     return Limbs(
         tuple(Arm(_names(arm), _tip(robot, arm), tuple(map(_bent, arm))) for arm in arms),
-        tuple(Gripper(_names(hand)) for hand in hands if hand),
+        tuple(Gripper(_names(hand), each or ()) for hand, each in zip(hands, ends, strict=True)),
+        tuple(each is not None for each in ends),
         head,
         Posture(_names(lifts[:1]), (_rest(lifts[0]),)) if lifts else None,
         Posture(_names(waist), tuple(map(_rest, waist))) if waist else None,
@@ -72,16 +83,23 @@ class _Runs:
         for joint in robot.joints:
             self._below.setdefault(joint.parent, []).append(joint)
         self._moving: set[str] = set()  # links behind which something moves
+        self._counts: dict[str, int] = {}  # most joints of one way behind a link
+        self._lengths: dict[str, float] = {}  # length of the longest way behind a link [m]
         for joint in reversed(robot.joints):
             if joint.is_driven or joint.child in self._moving:
                 self._moving.add(joint.parent)
+            count = self._counts.get(joint.child, 0) + _is_of_an_arm(joint)
+            length = self._lengths.get(joint.child, 0.0) + math.dist(joint.origin.position, (0, 0, 0))
+            self._counts[joint.parent] = max(count, self._counts.get(joint.parent, 0))
+            self._lengths[joint.parent] = max(length, self._lengths.get(joint.parent, 0.0))
 
     def walk(self, link: str) -> None:
         """Follow every way that leads on from a link."""
         starts = [joint for joint in self._below.get(link, []) if self._leads_on(joint)]
         while starts:
-            run, end = self._run(starts.pop(0))
-            if len(run) >= LEAST_JOINTS:
+            start = starts.pop(0)
+            run, end = self._run(start)
+            if len(run) >= LEAST_JOINTS and not self._forks_into_arms(start, end):
                 self.limbs.append(run)
             else:
                 self.rest += run
@@ -97,8 +115,26 @@ class _Runs:
                 return run, joint.child
             joint = ways[0]
 
+    def _forks_into_arms(self, start: Joint, end: str) -> bool:
+        """Whether behind a run, from its first joint to its last link, two arms hang."""
+        length = self._lengths.get(start.child, 0.0) - self._lengths.get(end, 0.0)
+        while True:
+            arms = [
+                joint
+                for joint in self._below.get(end, [])
+                if self._counts.get(joint.child, 0) + _is_of_an_arm(joint) >= LEAST_JOINTS
+                and self._lengths.get(joint.child, 0.0) >= ARM_SHARE * length
+            ]
+            if len(arms) != 1:
+                return len(arms) > 1
+            end = arms[0].child
+
     def _leads_on(self, joint: Joint) -> bool:
         return joint.is_driven or joint.child in self._moving
+
+
+def _is_of_an_arm(joint: Joint) -> bool:
+    return joint.is_driven and joint.mimic is None and not _FINGER.search(joint.name + joint.child)
 
 
 def _trailing(limb: list[Joint]) -> list[Joint]:
@@ -161,9 +197,8 @@ def _head(robot: RobotModel, joints: list[Joint]) -> tuple[str | None, str | Non
 
 def _side(robot: RobotModel, limb: list[Joint]) -> tuple[int, float]:
     """What limbs are sorted by: right first, then left; by y [m] where the names do not tell."""
-    text = f"{limb[0].name} {limb[-1].name}"
-    right, left = bool(_RIGHT.search(text)), bool(_LEFT.search(text))
-    side = 0 if right == left else -1 if right else 1
+    sides = {side_of(limb[0].name), side_of(limb[-1].name)}
+    side = ("right" not in sides) - ("left" not in sides)
     return side, link_poses(robot, {})[limb[-1].child].position[1]
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import yaml
 
+from cellwright.description.robot.config import End, Gripper
 from cellwright.description.robot.limbs import Limbs, find_limbs
 from cellwright.description.robot.model import RobotModel
 from cellwright.description.robot.posture import link_poses
@@ -50,10 +51,12 @@ def _lines(robot: RobotModel, limbs: Limbs, urdf_path: str) -> Iterator[str]:
         yield f"    ee_index: {_text(arm.tip)}"
         yield f"    rest_j_pos: {_numbers(arm.home)}"
     yield ""
-    yield "# Grippers, the right one first: open at the lower limits of these joints, closed at the upper ones."
+    yield "# Grippers, the right one first: open at the lower limits of these joints, closed at the upper ones;"
+    yield "# with `open: upper` the other way round."
     yield "grippers:" if limbs.grippers else "# grippers:\n#   - joint_index: [finger_1, finger_2]"
-    for gripper in limbs.grippers:
+    for gripper, is_end_known in zip(limbs.grippers, limbs.is_end_known, strict=True):
         yield f"  - joint_index: {_listed(gripper.joints)}"
+        yield from _opening(gripper, is_known=is_end_known)
     yield ""
     yield "# The head's roll, pitch and yaw; -1 for what it lacks."
     head = ", ".join("-1" if name is None else _text(name) for name in limbs.head)
@@ -69,6 +72,17 @@ def _lines(robot: RobotModel, limbs: Limbs, urdf_path: str) -> Iterator[str]:
         yield "# Poses as targets: the link of each arm that they move, and the frame they are given in (-1: the root)."
         tips = _listed(arm.tip for arm in limbs.arms)
         yield f"controller_indices: {{cmd_ee: {tips}, base: {_numbers([-1] * len(limbs.arms))}}}"
+
+
+def _opening(gripper: Gripper, *, is_known: bool) -> Iterator[str]:
+    """The entry `open` of a gripper, or why there is none."""
+    ends = set(gripper.open_ends)
+    if not is_known:
+        yield "    # Not known which end is open: move it, and write `open: upper` here if status 0 closes it."
+    elif ends == {End.UPPER}:
+        yield "    open: upper   # guessed: at the upper limits its fingers are farther apart"
+    elif End.UPPER in ends:
+        yield f"    open: [{', '.join(gripper.open_ends)}]   # guessed: there its fingers are farther apart"
 
 
 def _height(robot: RobotModel) -> float:

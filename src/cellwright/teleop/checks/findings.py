@@ -17,6 +17,7 @@ class Finding:
         where: the worst figure was found; empty where there is but one.
         passed: whether all was well.
         note: more to say, in a sentence.
+        remedy: what to do where it failed, in a sentence.
     """
 
     what: str
@@ -26,6 +27,7 @@ class Finding:
     where: str = ""
     passed: bool = True
     note: str = ""
+    remedy: str = ""
 
 
 @dataclass(frozen=True)

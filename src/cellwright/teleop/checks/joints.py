@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from cellwright.description.robot.config import RobotConfig
 from cellwright.description.robot.model import Joint
+from cellwright.teleop.checks.accelerations import proposal
 from cellwright.teleop.checks.findings import Finding
 from cellwright.teleop.checks.rig import Rig
 from cellwright.teleop.home import TIME
@@ -22,8 +24,10 @@ SETTLED = 0.02
 """How near a joint comes to its target, as a share of its way."""
 OVERSHOOT = 0.25
 """How far it may go beyond, as a share of its way: a drive at the limit of its effort brakes late."""
+STRAY = 0.05
+"""How far joints that nobody commands may go while another one moves [rad; m]: 5 cm at a reach of 1 m."""
 PATIENCE = 1.0
-"""How much longer a joint may take than its way at full speed takes [s]."""
+"""How much longer a joint may take than its way needs, at full speed and with its bound of acceleration [s]."""
 DRIFT = 1e-3
 """How far a joint may go from where the robot was put up, with nothing commanded [rad; m]."""
 
@@ -32,17 +36,45 @@ _LONGEST = 20.0  # [s] that a gripper is waited for
 
 @dataclass
 class Worst:
-    """The worst of several figures, and whose it is."""
+    """The worst of several figures, and whose it is.
 
+    Attributes:
+        limit: what they may be.
+        name: whose the worst figure is.
+        value: that figure.
+        count: how many there were.
+        beyond: whose figures are greater than the limit.
+    """
+
+    limit: float
     name: str = ""
     value: float = 0.0
     count: int = 0
+    beyond: list[str] = field(default_factory=list)
 
-    def look(self, name: str, value: float) -> None:
-        """Take one more into account."""
+    def look(self, name: str, value: float, owner: str = "") -> None:
+        """Take one more into account; with `owner`, of another joint than the one that is to blame."""
         self.count += 1
+        if value > self.limit:
+            self.beyond.append(name)
         if not self.name or value > self.value:
-            self.name, self.value = name, value
+            self.name, self.value = f"{owner}, while {name} moves" if owner else name, value
+
+
+class Response(NamedTuple):
+    """The response of a robot to a step of one joint.
+
+    Attributes:
+        late: how much longer the joint takes to settle than its way takes [s]; infinite if it does not settle.
+        beyond: how far it goes beyond its target, as a share of its way.
+        stray: how far the joint that moves most among those that nobody commanded goes [rad; m].
+        who: that joint.
+    """
+
+    late: float
+    beyond: float
+    stray: float
+    who: str
 
 
 def check_joints(rig: Rig, config: RobotConfig) -> Iterator[Finding]:
@@ -65,27 +97,53 @@ def check_joints(rig: Rig, config: RobotConfig) -> Iterator[Finding]:
         names[worst],
         bool(drift[worst] <= DRIFT),
     )
-    late, beyond = Worst(), Worst()
-    for joint in config.robot.driven:
-        if joint.mimic is not None:
-            continue
-        why = _cannot(joint)
-        took, over = (math.inf, 0.0) if why else _move(rig, joint)
-        if not why and math.isinf(took):
-            why = f"it does not come within {100 * SETTLED:.0f} % of its target"
-        if why:
-            yield Finding(joint.name, math.inf, PATIENCE, "s late", why, passed=False)
-            continue
-        late.look(joint.name, took)
-        beyond.look(joint.name, 100 * over)
-    if late.count:
-        yield Finding(f"{late.count} joints step and settle", late.value, PATIENCE, "s late", late.name)
-        passed = beyond.value <= 100 * OVERSHOOT
-        yield Finding("the farthest goes beyond", beyond.value, 100 * OVERSHOOT, "% of way", beyond.name, passed)
+    yield from _steps(rig, config)
     for number in range(len(config.grippers)):
         yield _gripper(rig, config, number)
     if config.home:
         yield _home(rig, config)
+
+
+def _steps(rig: Rig, config: RobotConfig) -> Iterator[Finding]:
+    """Move each joint by itself; a finding for each that does not come, and the farthest of all, these included."""
+    late, beyond, stray = Worst(PATIENCE), Worst(OVERSHOOT), Worst(STRAY)
+    for joint in config.robot.driven:
+        if joint.mimic is not None:
+            continue
+        why = _cannot(joint)
+        if not why:
+            response = _move(rig, joint, config)
+            beyond.look(joint.name, response.beyond)
+            stray.look(joint.name, response.stray, response.who)
+            if math.isfinite(response.late):
+                late.look(joint.name, response.late)
+                continue
+            why = f"it does not come within {100 * SETTLED:.0f} % of its target"
+        yield Finding(joint.name, math.inf, PATIENCE, "s late", why, passed=False)
+    if late.count:
+        yield Finding(f"{late.count} joints step and settle", late.value, PATIENCE, "s late", late.name)
+    if not beyond.count:
+        return
+    to_blame = tuple(dict.fromkeys((*beyond.beyond, *stray.beyond)))
+    remedy = proposal(rig, config, to_blame) if to_blame else ""
+    yield Finding(
+        "the farthest goes beyond",
+        100 * beyond.value,
+        100 * OVERSHOOT,
+        "% of way",
+        beyond.name,
+        not beyond.beyond,
+        remedy=remedy if beyond.beyond else "",
+    )
+    yield Finding(
+        "the farthest strays",
+        1e3 * stray.value,
+        1e3 * STRAY,
+        "mrad; mm",
+        stray.name if stray.value else "",
+        not stray.beyond,
+        remedy="" if beyond.beyond else remedy,
+    )
 
 
 def _cannot(joint: Joint) -> str:
@@ -99,17 +157,22 @@ def _cannot(joint: Joint) -> str:
     return ""
 
 
-def _move(rig: Rig, joint: Joint) -> tuple[float, float]:
-    """How much longer than at full speed a joint takes to settle [s], and how far it goes beyond, as a share."""
+def _move(rig: Rig, joint: Joint, config: RobotConfig) -> Response:
+    """Step a joint, and look at it and at all others."""
     rig.begin()
     number, limits = rig.numbers[joint.name], joint.limits
-    start = float(rig.positions[number])
+    begin = rig.positions
+    others = np.array([each != joint.name and config.robot.joint(each).mimic is None for each in rig.numbers])
+    start = float(begin[number])
     target = _aside(joint, start)
-    least = abs(target - start) / limits.velocity
+    least = _least_time(abs(target - start), limits.velocity, config.max_accelerations.get(joint.name, math.inf))
     rig.send({joint.name: target})
     settled, beyond, since = math.inf, 0.0, 0.0
+    away = np.zeros(len(begin))
     while since < least + PATIENCE:
-        share = (float(rig.step()[number]) - start) / (target - start)
+        positions = rig.step()
+        away = np.maximum(away, np.abs(positions - begin))
+        share = (float(positions[number]) - start) / (target - start)
         since += rig.timestep
         beyond = max(beyond, share - 1.0)
         if abs(share - 1.0) > SETTLED:
@@ -118,20 +181,31 @@ def _move(rig: Rig, joint: Joint) -> tuple[float, float]:
             settled = since
         elif since > settled + 0.1:
             break
-    return max(0.0, settled - least), beyond
+    away[~others] = 0.0
+    worst = int(away.argmax())
+    return Response(max(0.0, settled - least), beyond, float(away[worst]), tuple(rig.numbers)[worst])
+
+
+def _least_time(way: float, speed: float, acceleration: float) -> float:
+    """How long a way from rest to rest takes at least [s]; way [rad; m], speed [rad/s; m/s], acceleration per s^2."""
+    if math.isinf(acceleration):
+        return way / speed
+    ramp = min(speed / acceleration, math.sqrt(way / acceleration))
+    return 2 * ramp + (way - acceleration * ramp * ramp) / min(speed, acceleration * ramp)
 
 
 def _gripper(rig: Rig, config: RobotConfig, number: int) -> Finding:
     """Close a gripper, and see how far it comes."""
-    named = [config.robot.joint(name) for name in config.grippers[number].joints]
-    joints = [joint for joint in named if joint.mimic is None]  # others may go to the lower ends of their ways
+    gripper = config.grippers[number]
+    named = [config.robot.joint(name) for name in gripper.joints]
+    joints = [joint for joint in named if joint.mimic is None]  # others may go to the other ends of their ways
     ways = [joint.limits.upper - joint.limits.lower for joint in joints]
     rig.begin()
     rig.send_grippers([float(each == number) for each in range(len(config.grippers))])
     longest = max((way / joint.limits.velocity for way, joint in zip(ways, joints, strict=True)), default=0.0)
     _, positions = rig.run(min(longest, _LONGEST) + PATIENCE)
     short = [
-        abs(joint.limits.upper - float(positions[-1][rig.numbers[joint.name]])) / way if way > 0 else math.inf
+        abs(gripper.way(joint)[1] - float(positions[-1][rig.numbers[joint.name]])) / way if way > 0 else math.inf
         for way, joint in zip(ways, joints, strict=True)
     ]
     worst = max(range(len(short)), key=short.__getitem__)

@@ -96,13 +96,13 @@ def _closing(rig: Rig, config: RobotConfig, closing: Closing) -> Finding:
     what = f"{_side(closing.gripper)}, to {closing.status:g}"
     if closing.gripper >= len(config.grippers):
         return Finding(what, math.inf, 100 * GRIPPER, "%", "there is no such gripper", passed=False)
-    joints = [config.robot.joint(name) for name in config.grippers[closing.gripper].joints]
-    chosen = [rig.numbers[joint.name] for joint in joints]
-    lower = np.array([joint.limits.lower for joint in joints])
-    whole = sum(joint.limits.upper - joint.limits.lower for joint in joints)
+    gripper = config.grippers[closing.gripper]
+    chosen = [rig.numbers[name] for name in gripper.joints]
+    ways = np.array([gripper.way(config.robot.joint(name)) for name in gripper.joints])
+    begin, way = ways[:, 0], ways[:, 1] - ways[:, 0]
     _command_gripper(rig, config, closing.gripper, closing.status)
     times, positions = rig.run(float(closing.times[-1]))
-    statuses = (positions[:, chosen] - lower).sum(axis=1) / whole
+    statuses = ((positions[:, chosen] - begin) * np.sign(way)).sum(axis=1) / np.abs(way).sum()
     off = np.abs(np.interp(closing.times, times, statuses) - closing.statuses)
     worst = int(off.argmax())
     where = f"{closing.times[worst]:.3f} s"

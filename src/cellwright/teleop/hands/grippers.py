@@ -13,7 +13,7 @@ from cellwright.devices.joint_servos import Array
 
 
 class GripperRange:
-    """A gripper's joints between open (their lower limits) and closed (their upper ones).
+    """A gripper's joints between open and closed: the two limits of each, as the configuration has them.
 
     Joints without limits, those that follow another, and those of more than one degree of freedom have no part in it.
 
@@ -27,20 +27,22 @@ class GripperRange:
         joints = [robot.joint(name) for name in gripper.joints if name in numbers]
         used = [each for each in joints if each.mimic is None and _is_limited(each)]
         self.joints = np.array([numbers[joint.name] for joint in used], dtype=np.intp)
-        self._lower = np.array([joint.limits.lower for joint in used])
-        self._range = np.array([joint.limits.upper - joint.limits.lower for joint in used])
+        ways = [gripper.way(joint) for joint in used]
+        self._open = np.array([begin for begin, _ in ways])
+        self._way = np.array([end - begin for begin, end in ways])
 
     def positions(self, status: float) -> Array:
         """Where the joints are to be for a status from 0 to 1 [rad; m]."""
-        found: Array = self._lower + min(1.0, max(0.0, status)) * self._range
+        found: Array = self._open + min(1.0, max(0.0, status)) * self._way
         return found
 
     def status(self, positions: Array) -> float:
         """How far the gripper is closed, 0 to 1, with all joints of the robot at `positions` [rad; m]."""
-        whole = float(self._range.sum())
+        whole = float(np.abs(self._way).sum())
         if whole <= 0.0:
             return 0.0
-        return min(1.0, max(0.0, float((positions[self.joints] - self._lower).sum()) / whole))
+        closed = (positions[self.joints] - self._open) * np.sign(self._way)
+        return min(1.0, max(0.0, float(closed.sum()) / whole))
 
 
 def ranges(grippers: Sequence[Gripper], robot: RobotModel, numbers: Mapping[str, int]) -> tuple[GripperRange, ...]:

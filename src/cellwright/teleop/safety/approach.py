@@ -1,4 +1,7 @@
-"""The way of targets from what was asked for to what is applied: limits, speeds, first jumps, offsets. Pure logic."""
+"""The way of targets from what was asked for to what is applied: limits, speeds, accelerations, first jumps, offsets.
+
+Pure logic.
+"""
 
 from __future__ import annotations
 
@@ -14,6 +17,7 @@ from cellwright.teleop.safety.settings import Guard, SafetySettings
 
 NOBODY = -1
 
+_ROUNDING = 1e-12  # of a way, below which it is the same
 _WORTH_TELLING = 1e-3  # [rad; m]: limits and targets are written with few digits
 
 Numbers = NDArray[np.intp]
@@ -31,6 +35,8 @@ class Approach:
         lower, upper: their limits [rad; m]; infinite where there are none.
         speeds: the URDF's limits of speed [rad/s; m/s].
         safety: what is guarded against.
+        accelerations: how fast targets may change their speed [rad/s^2; m/s^2]; infinite where there is no bound. A
+            target with such a bound never moves faster than its joint, and brakes in time for where it is to stop.
 
     Attributes:
         desired: where commands want the joints [rad; m], within limits.
@@ -39,7 +45,13 @@ class Approach:
     """
 
     def __init__(
-        self, joints: tuple[str, ...], lower: Array, upper: Array, speeds: Array, safety: SafetySettings
+        self,
+        joints: tuple[str, ...],
+        lower: Array,
+        upper: Array,
+        speeds: Array,
+        safety: SafetySettings,
+        accelerations: Array | None = None,
     ) -> None:
         count = len(joints)
         self._joints = joints
@@ -47,6 +59,11 @@ class Approach:
         self._speeds = safety.speeds(joints, speeds)
         self._slow = np.minimum(np.minimum(self._speeds, speeds), safety.resume_speed)
         self._safety = safety
+        bounds = np.full(count, np.inf) if accelerations is None else accelerations
+        self._braked: Numbers = np.flatnonzero(np.isfinite(bounds))  # whose acceleration is bounded
+        self._accelerations = bounds[self._braked]
+        self._speeds[self._braked] = np.minimum(self._speeds, speeds)[self._braked]
+        self._moved = np.zeros(len(self._braked))  # by how much these went in the newest step [rad; m]
         self._has_limits = bool(np.isfinite(self._speeds).any())
         self.desired, self.applied = np.zeros(count), np.zeros(count)
         self.source = np.full(count, NOBODY)
@@ -62,7 +79,7 @@ class Approach:
         self.desired, self.applied = positions.copy(), positions.copy()
         self.source[:] = NOBODY
         self._wary[:] = self._slowly[:] = False
-        self._offsets[:] = 0.0
+        self._offsets[:] = self._moved[:] = 0.0
         self._is_under_way = False
         self._is_untouched = True
 
@@ -76,6 +93,9 @@ class Approach:
         """Hold joints at positions [rad; m] of all joints: what was asked for is forgotten."""
         within = np.clip(positions, self.lower, self.upper)
         self.desired[joints] = self.applied[joints] = within[joints]
+        stopped = np.zeros(len(within), dtype=bool)
+        stopped[joints] = True
+        self._moved[stopped[self._braked]] = 0.0
         self._is_under_way, self._is_untouched = True, False
         self.source[joints] = NOBODY
         self._slowly[joints] = False
@@ -152,7 +172,12 @@ class Approach:
             reach = np.where(self._slowly, self._slow, self._speeds) * seconds
             error = self.desired - self.applied
             is_there = np.abs(error) <= reach
-            self.applied = np.where(is_there, self.desired, self.applied + np.clip(error, -reach, reach))
+            applied = np.where(is_there, self.desired, self.applied + np.clip(error, -reach, reach))
+            if len(self._braked):
+                chosen = self._braked
+                applied[chosen] = self._brake(error[chosen], reach[chosen], seconds)
+                is_there[chosen] = (applied[chosen] == self.desired[chosen]) & (self._moved == 0.0)
+            self.applied = applied
             self._slowly &= ~is_there
             self._is_under_way = not is_there.all()
         else:
@@ -160,18 +185,43 @@ class Approach:
             self._is_under_way = False
         return True
 
+    def _brake(self, error: Array, reach: Array, seconds: float) -> Array:
+        """Where the targets with bounded accelerations are after a step [rad; m]; they stop where they are to be.
+
+        A target that goes s in a step and brakes by b in each later one has (k + 1) s - b k (k + 1) / 2 before it, with
+        k the whole number of steps that it still moves after this one. So it goes as far as leaves that distance.
+
+        Args:
+            error: how far these joints have to go [rad; m].
+            reach: how far they may go in a step [rad; m].
+            seconds: length of the step [s].
+        """
+        by = self._accelerations * seconds * seconds
+        far = np.abs(error)
+        later = np.floor((np.sqrt(1.0 + 8.0 * far / by) - 1.0) / 2.0)
+        ahead = np.minimum(far / (later + 1.0) + by * later / 2.0, reach)
+        way = np.clip(np.copysign(ahead, error), self._moved - by, self._moved + by)
+        lands = np.abs(way - error) <= _ROUNDING * (far + by)
+        self._moved = np.where(lands & (far == 0.0), 0.0, way)
+        found: Array = np.where(lands, self.desired[self._braked], self.applied[self._braked] + way)
+        return found
+
     # ---------------------------------------------------------------- state
 
     def get_state(self) -> dict[str, Any]:
         """All of it, as JSON values."""
-        arrays = {name: getattr(self, attribute).tolist() for name, attribute in _ARRAYS.items()}
+        arrays = {name: getattr(self, attribute).tolist() for name, attribute in self._arrays().items()}
         return arrays | {"under way": self._is_under_way, "untouched": self._is_untouched}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Take over what `get_state` returned."""
-        for name, attribute in _ARRAYS.items():
+        for name, attribute in self._arrays().items():
             setattr(self, attribute, np.array(state[name], dtype=getattr(self, attribute).dtype))
         self._is_under_way, self._is_untouched = state["under way"], state["untouched"]
+
+    def _arrays(self) -> dict[str, str]:
+        """Attributes that make up the state, by their names in it."""
+        return _ARRAYS | {"moved": "_moved"} if len(self._braked) else _ARRAYS
 
 
 _ARRAYS = {
