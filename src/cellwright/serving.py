@@ -21,10 +21,12 @@ class Hooks:
     Attributes:
         on_ready: called when guests are about to be served and time is about to pass.
         on_poll: called about ten times a second of wall time; it may end the serving with `Serving.stop`.
+        on_over: called with what came of the run, while guests are still there.
     """
 
     on_ready: Callable[[], None] = lambda: None
     on_poll: Callable[[], None] = lambda: None
+    on_over: Callable[[RunResult], None] = lambda _result: None
 
 
 @dataclass(frozen=True)
@@ -132,6 +134,7 @@ class Serving:
         try:
             result = conduct(self.cell, self.work, options)
             reason = f"the run is over: {result.outcome}"
+            self.hooks.on_over(result)
             return result
         finally:
             self.server.close(reason)

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.browser.conftest import Visit
+from tests.browser.seen import change
 from tests.browser.serving import viewed
 from tests.processes import Process
 from tests.waiting import TIMEOUT
@@ -40,6 +41,38 @@ def test_score_orders_and_trays_change_until_the_end_and_the_recording_shows_it_
         onlooker.close()
         cell.interrupt()
     replayed(tmp_path, visit)
+
+
+def test_a_run_that_is_over_says_so_and_its_page_says_when_it_has_ended(tmp_path: Path, visit: Visit) -> None:
+    """An AGV is on its way at that moment: it is shown where it is, and nothing claims that it moves on."""
+    (tmp_path / "sends.py").write_text(SENDS)
+    command = ("run", "lesson", "--agent", "sends.py:Sends", "--no-picture", "--speed", "0.02")
+    with viewed(tmp_path, *command) as run:
+        onlooker = visit(run.url)
+        onlooker.read("^running$")
+        onlooker.press("max")
+        run.wait_for("^the page stays open")
+        onlooker.read("^delivering at the end$")
+        onlooker.read("the run is over: done")
+        onlooker.read(r"^0 of 12 points")
+        onlooker.read("all is shown as it stood at the end")
+        assert onlooker.find("^running$") is None
+        assert not onlooker.button("Pause").is_visible()
+        assert onlooker.button("Begin anew").is_disabled()  # it is a competition
+        before = onlooker.canvas()
+        onlooker.frames(10)
+        assert change(before, onlooker.canvas()) < 1e-3
+        assert run.interrupt() == 0
+        onlooker.read("This page has ended:.* the run is over")
+
+
+SENDS = """
+class Sends:
+    def run(self, client):
+        client.start_competition()
+        client.control_agv(1, "order_0_kit_0")
+        client.sleep(100.0)
+"""
 
 
 def replayed(folder: Path, visit: Visit) -> None:

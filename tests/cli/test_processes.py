@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import urllib.request
 from pathlib import Path
 
 import pytest
@@ -78,6 +79,31 @@ def test_a_wish_to_end_ends_a_run_with_its_score(number: str, tmp_path: Path) ->
     assert "state hash" in process.out
     assert "Traceback" not in process.err
     assert not (tmp_path / "lesson.png").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="no such signal there")
+@pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])
+def test_without_a_terminal_the_page_of_a_run_stays_until_a_signal(number: str, tmp_path: Path) -> None:
+    process = Process(
+        [
+            *(*COMMAND, "run", "lesson", "--agent", "none", "--until", "0.1", "--speed", "max", "--no-picture"),
+            *("--min-score", "1", "--view", "--view-port", "0"),
+        ],
+        os.environ,
+        tmp_path,
+        warm=warm_start(),
+    )
+    try:
+        url = process.wait_for(r"^page: (\S+)$")[1]
+        process.wait_for("^state hash(.*\n)+^the page stays open; Ctrl-C ends$")
+        with urllib.request.urlopen(url, timeout=TIMEOUT) as answer:
+            assert answer.status == 200
+        process.signal(getattr(signal, number))
+        assert process.finish() == 1, "the status is the run's"
+    finally:
+        process.kill()
+    assert process.err == ""
 
 
 @pytest.mark.slow

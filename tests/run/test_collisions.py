@@ -9,8 +9,13 @@ import pytest
 
 from cellwright.cell import Cell
 from cellwright.client import Client
+from cellwright.messages import from_cdr
+from cellwright.messages.standard import String
+from cellwright.recording.format import PANEL
+from cellwright.recording.reader import Recording
 from cellwright.recording.run_log import RunLog
-from cellwright.run import RunOptions, run_cell
+from cellwright.run import RecordOptions, RunOptions, run_cell
+from cellwright.run.collisions import MAX_SHOWN, Collision, CollisionWatch
 from cellwright.world.arm import JOINT_NAMES
 from tests.cells import ARM_ONLY
 from tests.world.arm_poses import ABOVE_BIN
@@ -48,6 +53,38 @@ def test_an_arm_that_is_held_up_by_a_post_is_told(tmp_path: Path) -> None:
     logged = [line for line in lines if line["kind"] == "collision"]
     assert [line["obstacle"] for line in logged] == [each.obstacle for each in result.collisions]
     assert logged[0]["deviation"] == result.collisions[0].deviation
+
+
+@pytest.mark.slow
+def test_a_recording_tells_on_its_panel_what_was_hit_and_how_the_run_ended(tmp_path: Path) -> None:
+    result = run_cell(
+        Cell(ARM_ONLY),
+        IntoThePost(),
+        RunOptions(record=RecordOptions([tmp_path / "run.mcap"]), ends_when_done=False),
+    )
+    with Recording(tmp_path / "run.mcap") as recording:
+        told = [json.loads(from_cdr(each.data, String).data) for each in recording.messages((PANEL,))]
+    counts = [panel["collisions"]["count"] for panel in told[1:]]  # the first one is from before the run
+    assert counts[0] == 0
+    assert counts[-1] == len(result.collisions) > 0
+    assert any(each["end"] is None for panel in told[1:] for each in panel["collisions"]["latest"]), "while it lasted"
+    assert [panel["result"] for panel in told[:-1]] == [None] * (len(told) - 1)
+    assert told[-1]["result"]["state_hash"] == result.state_hash
+
+
+def test_a_panel_shows_the_newest_collisions_and_counts_all() -> None:
+    watch = CollisionWatch(Cell(ARM_ONLY))
+    assert watch.panel() == {"count": 0, "latest": []}
+    watch.collisions = [Collision("forearm_link", "bin7", float(at), at + 0.5, 0.01234) for at in range(30)]
+    told = watch.panel()
+    assert (told["count"], len(told["latest"])) == (30, MAX_SHOWN)
+    assert told["latest"][-1] == {
+        "link": "forearm_link",
+        "obstacle": "bin7",
+        "begin": 29.0,
+        "end": 29.5,
+        "deviation": 0.012,
+    }
 
 
 class Nowhere:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from fractions import Fraction
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -25,6 +26,9 @@ GAP = 0.5
 MIN_DEVIATION = 0.02
 """A tool farther from its setpoint than this [m] is held up."""
 
+MAX_SHOWN = 20
+"""A panel shows this many collisions, the newest ones."""
+
 
 @dataclass(slots=True)
 class Collision:
@@ -43,6 +47,11 @@ class Collision:
     begin: float
     end: float
     deviation: float = 0.0
+
+    @property
+    def duration(self) -> float:
+        """Simulation time [s] from the first touch to the last."""
+        return self.end - self.begin
 
     def sentence(self) -> str:
         """The collision in words.
@@ -85,6 +94,16 @@ class CollisionWatch:
         self._close(float("inf"))
         return self.collisions
 
+    def panel(self) -> dict[str, Any]:
+        """What a panel shows: the `count`, and the `latest` collisions as JSON values, in the order of their ends.
+
+        Those that still last come last, and their `end` is None. `deviation` is in whole millimetres [m].
+        """
+        over = [asdict(each) for each in self.collisions[-MAX_SHOWN:]]
+        lasting = [asdict(each) | {"end": None} for each in self._open.values() if each.duration >= MIN_DURATION]
+        latest = [each | {"deviation": round(each["deviation"], 3)} for each in (over + lasting)[-MAX_SHOWN:]]
+        return {"count": len(self.collisions) + len(lasting), "latest": latest}
+
     def reset(self, _stood: int = 0) -> None:
         """Forget what was: the run has begun anew."""
         self._open.clear()
@@ -111,7 +130,7 @@ class CollisionWatch:
     def _close(self, now: float) -> None:
         for pair in [pair for pair, collision in self._open.items() if now - collision.end > GAP]:
             collision = self._open.pop(pair)
-            if collision.end - collision.begin >= MIN_DURATION:
+            if collision.duration >= MIN_DURATION:
                 self.collisions.append(collision)
                 self._on_collision(collision)
 

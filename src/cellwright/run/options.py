@@ -6,10 +6,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from cellwright.cell import Cell
 from cellwright.recording.run_log import RunLog
 from cellwright.run.record import RecordOptions
+
+if TYPE_CHECKING:
+    from cellwright.server.services.cell_panel import CellPanel
 
 
 @dataclass(frozen=True)
@@ -26,6 +30,7 @@ class RunOptions:
         checkpoints: files to save the simulation to, at given simulation times [s]; the times are part of the run.
         log: takes what happens, to keep it on disk as it grows.
         record: how the run is recorded, if it is.
+        panel: shows the run; it gets the collisions of the arm.
         start: a checkpoint to begin from, instead of time 0. The agent begins anew all the same.
     """
 
@@ -37,5 +42,6 @@ class RunOptions:
     on_progress: Callable[[Cell], None] | None = None
     checkpoints: Sequence[tuple[Fraction, Path]] = ()
     start: Path | None = None
+    panel: CellPanel | None = None
     log: RunLog | None = None
     record: RecordOptions | None = None

@@ -63,13 +63,15 @@ class CellRecording:
         self._cell = cell
         self._files = RecordingFiles(options.paths, report=options.report)
         facts = cell_facts(cell, options, run)
+        self.panel = CellPanel(cell, options.about)
+        """Tells what goes into the recording of what a page shows."""
         self._events = RunEvents(lambda value: self._recorder.event(value), options.about)
         self._recorder = Recorder(
             cell,
             self._files.path,
             RecordingHeader("cell", cell.name, facts),
             attachments=_attachments(options, run),
-            panel=CellPanel(cell, options.about).panel,
+            panel=self.panel.panel,
             report=options.report,
         )
         self._begin()
@@ -98,6 +100,7 @@ class CellRecording:
             more: dict[str, Any] = {"competition_state": result.competition_state, "state_hash": result.state_hash}
             more |= {"error": result.error, "simulated": result.simulated, "steps": result.steps}
             self._events.end(name, result.evidence, self._cell.simulation.now, more)
+            self.panel.end({"outcome": name, "wall": result.wall, **more})
             self._recorder.end({"outcome": name, "score": result.score.total, "wall": result.wall, **more})
         self._files.finish(self._recorder.paths)
 

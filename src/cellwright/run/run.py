@@ -126,6 +126,9 @@ def _watch_collisions(
             recording.collision(collision)
 
     watch = CollisionWatch(course.cell, keep)
+    for panel in (options.panel, None if recording is None else recording.panel):
+        if panel is not None:
+            panel.collisions = watch.panel
     leaving.callback(watch.end)
     course.on_reset.append(watch.reset)
     return watch

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import io
+import json
 import os
 import signal
 import sys
@@ -22,9 +22,10 @@ from cellwright.errors import CellwrightError, UsageError
 from cellwright.remote.hosting import Host
 from cellwright.run import Outcome, RunOptions, run_cell
 from cellwright.viewer.web.link import Link
-from tests.cells import KITTING
+from tests.cells import ARM_ONLY, KITTING
 from tests.cli.conftest import CommandLine
 from tests.quick_children import QUICK_AGENTS
+from tests.run.test_collisions import IntoThePost
 from tests.waiting import wait_until
 
 SLOW = 0.05
@@ -63,11 +64,18 @@ def no_page(monkeypatch: pytest.MonkeyPatch) -> NoPage:
 
 @contextmanager
 def looked_at(
-    cell: Cell, *, speed: float | None = None, apart: bool = False, lockstep: bool = False
+    cell: Cell, *, speed: float | None = None, apart: bool = False, lockstep: bool = False, keeps: bool = True
 ) -> Iterator[Attended]:
     said: list[str] = []
     with Attended(
-        cell, PageWish(), speed=speed, lockstep=lockstep, apart=apart, about={"agent": "sends"}, say=said.append
+        cell,
+        PageWish(),
+        speed=speed,
+        lockstep=lockstep,
+        apart=apart,
+        keeps=keeps,
+        about={"agent": "sends"},
+        say=said.append,
     ) as found:
         yield found
 
@@ -184,26 +192,62 @@ def test_where_a_run_cannot_begin_anew_it_says_why(cell: Cell, apart: bool, reas
         pass
 
 
-def test_without_a_terminal_the_page_goes_with_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys, "stdin", io.StringIO())
-    with looked_at(Cell(KITTING)) as crowd:
+DOCUMENT = {"outcome": "done", "error": "", "simulated": 1.0, "wall": 2.0, "state_hash": "aa", "more": 1}
+
+
+def test_a_page_that_is_not_to_stay_goes_with_the_run() -> None:
+    with looked_at(Cell(KITTING), keeps=False) as crowd:
+        crowd.tell(DOCUMENT)
         assert not crowd.stays()
 
 
-def test_at_a_terminal_the_page_stays_until_it_is_closed(monkeypatch: pytest.MonkeyPatch, no_page: NoPage) -> None:
-    terminal = io.StringIO()
-    monkeypatch.setattr(terminal, "isatty", lambda: True)
-    monkeypatch.setattr(sys, "stdin", terminal)
-    with looked_at(Cell(KITTING)) as crowd:
-        document = {"outcome": "done", "error": "", "simulated": 1.0, "wall": 2.0, "state_hash": "aa", "more": 1}
-        crowd.tell(document)
+def test_the_page_stays_until_it_is_closed_and_offers_nothing_that_does_nothing(no_page: NoPage) -> None:
+    with looked_at(Cell(KITTING, competition=False)) as crowd:
+        crowd.tell(DOCUMENT)
 
         def look(link: Link) -> None:
-            assert panel(link)["result"]["outcome"] == "done"
+            told = panel(link)
+            assert told["result"]["outcome"] == "done"
+            assert told["control"]["over"] == told["refused"]["belt"] == "the run is over"
+            for action in ("pause", "resume", "step", "speed"):
+                with pytest.raises(CellwrightError, match="the run is over"):
+                    control(link, action=action)
+            assert "reset" not in told["control"]["refused"], "it may begin anew"
             no_page.is_open = False
 
         with looking(crowd, look):
             assert not crowd.stays()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_the_page_that_stays(number: signal.Signals, no_page: NoPage) -> None:
+    with looked_at(Cell(KITTING)) as crowd:
+        crowd.tell(DOCUMENT)
+
+        def end(link: Link) -> None:
+            assert panel(link)["result"]["outcome"] == "done"
+            os.kill(os.getpid(), number)
+
+        with looking(crowd, end):
+            assert not crowd.stays()
+        assert no_page.is_open
+
+
+@pytest.mark.slow
+def test_what_the_arm_hits_is_on_the_panel_while_it_happens_and_at_the_end() -> None:
+    cell = Cell(ARM_ONLY)
+
+    def look(link: Link) -> None:
+        seen = until(link, lambda told: told["collisions"]["count"] > 0)["collisions"]["latest"][-1]
+        assert (seen["obstacle"], seen["end"]) == ("camera frame 2", None), "it lasts"
+
+    with looked_at(cell) as crowd:
+        with looking(crowd, look):
+            result = crowd.run(IntoThePost(), RunOptions(ends_when_done=False))
+        told = crowd.panel.panel()["collisions"]
+    assert told["count"] == len(result.collisions) > 0
+    assert [each["end"] for each in told["latest"]] == [each.end for each in result.collisions]
 
 
 @QUICK_AGENTS
@@ -233,13 +277,10 @@ def test_a_server_is_left_closed_where_there_can_be_no_page(monkeypatch: pytest.
 
 
 def test_from_the_command_line_the_result_is_that_of_any_run(cellwright: CommandLine) -> None:
-    plain = cellwright("run", "lesson", "--agent", "none", "--until", "0.2", "--no-picture")
-    viewed = cellwright(
-        "run", "lesson", "--agent", "none", "--until", "0.2", "--no-picture", "--view", "--speed", "max"
-    )
-    hashes = [[line for line in ran.out.splitlines() if line.startswith("state hash")] for ran in (plain, viewed)]
-    assert viewed.status == 0
-    assert hashes[0] == hashes[1] != []
+    command = ("run", "lesson", "--agent", "none", "--until", "0.2", "--no-picture", "--json")
+    plain, viewed = cellwright(*command), cellwright(*command, "--view", "--speed", "max")
+    assert viewed.status == 0, "and the page has gone with the run"
+    assert json.loads(plain.out)["state_hash"] == json.loads(viewed.out)["state_hash"]
 
 
 def test_a_camera_behind_view_is_told_where_it_belongs_now(cellwright: CommandLine) -> None:

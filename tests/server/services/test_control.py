@@ -55,6 +55,17 @@ def test_ticks_that_are_none_are_refused(ticks: Any) -> None:
     assert not desk.tempo.is_paused
 
 
+def test_when_the_run_is_over_its_time_obeys_nobody_but_it_may_begin_anew() -> None:
+    desk = control(reset=Reset(lambda: None))
+    assert desk.state()["over"] == ""
+    desk.over = "the run is over"
+    for action in ("pause", "resume", "step", "speed"):
+        with pytest.raises(RejectedCommandError, match="the run is over"):
+            desk.control({"action": action})
+    assert desk.control({"action": "state"})["over"] == "the run is over"
+    assert desk.control({"action": "reset"})["resets"] == 1
+
+
 @given(st.dictionaries(st.sampled_from(["action", "ticks", "factor", "x"]), st.none() | st.text() | st.integers()))
 def test_nonsense_is_refused_and_nothing_else_happens(asked: dict[str, Any]) -> None:
     desk = control()

@@ -4,6 +4,7 @@ import http.client
 import socket
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from functools import partial
 
 import pytest
 import viser
@@ -11,12 +12,13 @@ import websockets.asyncio.server
 from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
+from websockets.sync.connection import Connection
 from websockets.typing import Origin
 
 from cellwright.errors import UsageError
 from cellwright.viewer.web.door import MAX_UNFINISHED, Door
 from cellwright.viewer.web.program import Server
-from tests.waiting import TIMEOUT
+from tests.waiting import TIMEOUT, wait_until
 
 SECRET = "a1b2c3"
 
@@ -127,17 +129,41 @@ def test_what_a_browser_sends_ends_nobody_else() -> None:
     with page() as found:
         address = f"ws://127.0.0.1:{found.port}"
         with connect(address, subprotocols=[protocol]) as good:
-            for nonsense in (b"", b"\x80", b"\xff" * 100, "text", b"\x81\xa4type\xa4Nope", b"\x00" * (5 << 20)):
-                with connect(address, subprotocols=[protocol], max_size=None) as bad:
-                    try:
-                        bad.send(nonsense)
-                        for _ in range(100):
-                            bad.recv(timeout=TIMEOUT)
-                    except (ConnectionClosed, TimeoutError):
-                        continue
+            nonsense: tuple[bytes | str, ...] = (
+                b"",
+                b"\x80",
+                b"\xff" * 100,
+                "text",
+                b"\x81\xa4type\xa4Nope",
+                b"\x91" * 100_000,
+                b"\xc1",
+            )
+            for dropped, each in enumerate(nonsense, 1):
+                with connect(address, subprotocols=[protocol]) as bad:
+                    bad.send(each)
+                    wait_until(partial(_has_dropped, found, dropped), "message that is dropped")
+            with connect(address, subprotocols=[protocol], max_size=None) as large:
+                with suppress(ConnectionClosed):
+                    large.send(b"\x00" * (5 << 20))
+                wait_until(lambda: _is_cut_off(large), "end of a browser that sends too much")
             with connect(address) as of_another_version, pytest.raises(ConnectionClosed):
                 of_another_version.recv(timeout=TIMEOUT)
             assert good.recv(timeout=TIMEOUT)
+
+
+def _has_dropped(found: Door, count: int) -> bool:
+    return found.incoming.dropped == count
+
+
+def _is_cut_off(connection: Connection) -> bool:
+    """Whether a connection has ended; what comes on it is passed over."""
+    try:
+        connection.recv(timeout=0.01)
+    except TimeoutError:
+        return False
+    except ConnectionClosed:
+        return True
+    return False
 
 
 def test_a_viser_that_cannot_be_guarded_is_none() -> None:

@@ -155,6 +155,20 @@ def test_the_page_finds_back_to_what_was_gone_and_shows_what_is_there_now() -> N
 
 @QUICK_PAGES
 @pytest.mark.slow
+def test_a_page_that_ends_leaves_word_of_why() -> None:
+    """What stays in a browser's window says that it is no longer of the present."""
+    hall = Hall(Cell(KITTING))
+    page = WebPage(hall.server.address, port=0)
+    someone = Onlooker(page.url)
+    hall.until(lambda: someone.sees(TRAY))
+    hall.server.close("the node has stopped")
+    page.close()
+    someone.close()
+    assert "**This page has ended:** the node has stopped." in someone.texts[-1]
+
+
+@QUICK_PAGES
+@pytest.mark.slow
 def test_two_pages_on_one_cell_and_one_of_them_is_killed() -> None:
     with shown(Cell(KITTING)) as (hall, page):
         other = WebPage(hall.server.address, port=0)

@@ -66,6 +66,16 @@ Snapshots = Annotated[
         metavar="T:FILE.png", help="Take a picture at a simulation time [s]; repeatable.", rich_help_panel=LOOK
     ),
 ]
+View = Annotated[
+    bool,
+    typer.Option(
+        "--view",
+        metavar="",
+        help="Show it on a page, in a browser; the page's address is printed. The page stays after the run, until "
+        "Ctrl-C; with --json it ends with the run.",
+        rich_help_panel=LOOK,
+    ),
+]
 WithPicture = Annotated[
     bool,
     typer.Option("--picture/--no-picture", metavar="", help="Write TRIAL.png at the end.", rich_help_panel=LOOK),

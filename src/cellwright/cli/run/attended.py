@@ -1,14 +1,16 @@
 """A run that people look on at: a server beside it, a page, and time that they pause, slow down or begin anew.
 
 The agent works in this process as ever, or in one of its own. Guests are served between two ticks, also while time
-stands; when the run is over its page stays for as long as somebody wants to look.
+stands; when the run is over its page stays for as long as somebody wants to look. Whether there is a terminal plays no
+part: a run in the background, in a container or with its output in a file has a page as well. A program that reads the
+result as JSON waits for the end of the command, and so the page goes with the run there.
 """
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from typing import Any, Self
 
@@ -16,12 +18,12 @@ from cellwright.agents.agent import Agent
 from cellwright.cell import Cell
 from cellwright.cli.signals import ended_as_by_ctrl_c
 from cellwright.cli.view.arguments import PageWish
-from cellwright.cli.view.page import open_page
+from cellwright.cli.view.page import open_page, show_the_end
 from cellwright.errors import UsageError
 from cellwright.run import RunOptions, RunResult, conduct
 from cellwright.server import Server
 from cellwright.server.services import onlookers
-from cellwright.server.services.cell_panel import IN_COMPETITION, CellPanel
+from cellwright.server.services.cell_panel import IN_COMPETITION, OVER, CellPanel
 from cellwright.server.services.control import Control, Reset
 from cellwright.serving import Attendance
 from cellwright.simulation.tempo import Tempo
@@ -30,7 +32,6 @@ APART = "the agent is in a process of its own: end the run, and start it again"
 """Why a run over a socket or ROS does not begin anew at a click."""
 
 _NAP = 0.1  # [s]
-_LAST_LOOK = 0.7  # [s]: a page asks for its panel four times a second, and is to show how the run ended
 
 
 class Attended:
@@ -42,6 +43,7 @@ class Attended:
         speed: simulated seconds a wall second at first; None: as fast as it goes.
         lockstep: whether time passes only while the agent, in a process of its own, waits.
         apart: whether the agent is in a process of its own.
+        keeps: whether the page stays after the run, until somebody ends the command.
         about: what is to be told of the run, such as the agent's name.
         say: takes a line for people.
 
@@ -57,6 +59,7 @@ class Attended:
         speed: float | None,
         lockstep: bool,
         apart: bool,
+        keeps: bool,
         about: Mapping[str, Any],
         say: Callable[[str], None],
     ) -> None:
@@ -65,11 +68,12 @@ class Attended:
         self.server = Server(cell, port=0, lockstep=lockstep, report=say)
         self.begins_anew = False
         """Whether somebody wants the run to begin anew."""
-        self._say = say
-        self._panel = CellPanel(cell, about)
+        self.panel = CellPanel(cell, about)
+        """Tells what the page shows."""
+        self._say, self._keeps = say, keeps
         hindrance = IN_COMPETITION if cell.in_competition else APART if apart else ""
-        control = Control(self.tempo, reset=Reset(self._begin_anew, lambda: hindrance), lockstep=lockstep)
-        onlookers.offer(self.server, cell, lambda _: self._panel.panel(), control)
+        self._control = Control(self.tempo, reset=Reset(self._begin_anew, lambda: hindrance), lockstep=lockstep)
+        onlookers.offer(self.server, cell, lambda _: self.panel.panel(), self._control)
         self._attendance: Attendance | None = None
         try:
             self._page = open_page(self.server.address, wish, f"{cell.name} · Cellwright", say, key=self.server.key)
@@ -81,28 +85,26 @@ class Attended:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.server.close("the run is over")
+        self.server.close(OVER)
         self._page.close()
 
     def run(self, agent: Agent | None, options: RunOptions) -> RunResult:
         """Run the cell from the start, with an agent in this process, until it is over or is to begin anew."""
-        self.begins_anew, self._panel.result = False, None
+        self.begins_anew, self._control.over = False, ""
+        self.panel.begin_anew()
         self._attendance = Attendance(self.cell, self.server, self.tempo)
         try:
-            return conduct(self.cell, partial(self._attendance.work, agent), options)
+            return conduct(self.cell, partial(self._attendance.work, agent), replace(options, panel=self.panel))
         finally:
             self._attendance = None
 
     def tell(self, document: dict[str, Any]) -> None:
-        """Show what came of the run."""
-        self._panel.result = {key: document[key] for key in ("outcome", "error", "simulated", "wall", "state_hash")}
+        """Show that the run is over and what came of it, and let pages ask for that at once."""
+        show_the_end(self.server, self.panel, self._control, document)
 
     def stays(self) -> bool:
-        """Keep the page until Ctrl-C, where somebody sits at a terminal; whether the run is to begin anew instead."""
-        if self.begins_anew:
-            return True
-        if sys.stdin is None or not sys.stdin.isatty():
-            self.server.wait(_LAST_LOOK, until_asked=False)
+        """Keep the page until Ctrl-C, SIGTERM or SIGHUP if it is to stay; whether the run is to begin anew instead."""
+        if self.begins_anew or not self._keeps:
             return self.begins_anew
         self._say("the page stays open; Ctrl-C ends")
         with suppress(KeyboardInterrupt), ended_as_by_ctrl_c():

@@ -32,12 +32,13 @@ from cellwright.cli.run.arguments import (
     TakenFrom,
     TeamAverages,
     Verbose,
+    View,
     WithPicture,
 )
 from cellwright.cli.run.over import way as way_of
 from cellwright.cli.run.pictures import Quality
 from cellwright.cli.run.turn import Turn
-from cellwright.cli.view.arguments import Open, View, ViewHost, ViewPort, page_wish, refuse_a_camera
+from cellwright.cli.view.arguments import Open, ViewHost, ViewPort, page_wish, refuse_a_camera
 from cellwright.description.catalogue import bundled_sensors
 from cellwright.description.trial import Trial
 from cellwright.rendering.way import settled_way
@@ -181,7 +182,14 @@ def run(
 
     say = partial(console.print, markup=False, soft_wrap=True)
     with Attended(
-        cell, page, speed=wanted.speed, lockstep=lockstep, apart=way is not None, about={"agent": agent}, say=say
+        cell,
+        page,
+        speed=wanted.speed,
+        lockstep=lockstep,
+        apart=way is not None,
+        keeps=not as_json,
+        about={"agent": agent},
+        say=say,
     ) as turn.attended:
         status = turn.play()
         while not turn.is_interrupted and turn.attended.stays():

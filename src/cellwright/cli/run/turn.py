@@ -134,7 +134,7 @@ class Turn:
             return hosted(
                 self.cell,
                 self.agent,
-                wanted,
+                wanted if self.attended is None else replace(wanted, panel=self.attended.panel),
                 way=self.way,
                 lockstep=self.lockstep,
                 verbose=self.verbose,

@@ -22,7 +22,7 @@ from cellwright.cli.run.progress import RunProgress
 from cellwright.cli.serve.result import offer_result
 from cellwright.cli.signals import Stop, stopped_by_signals
 from cellwright.cli.view.arguments import PageWish
-from cellwright.cli.view.page import page_on
+from cellwright.cli.view.page import page_on, show_the_end
 from cellwright.contracts.gear.parameters import parameters
 from cellwright.description.trial import Trial
 from cellwright.recording.run_log import RunLog
@@ -30,7 +30,7 @@ from cellwright.rendering.camera import Camera
 from cellwright.rendering.video_wish import VideoWish
 from cellwright.rendering.views import VIEWS
 from cellwright.ros1_host import Ros1
-from cellwright.run import Outcome, RecordOptions, RunOptions
+from cellwright.run import Outcome, RecordOptions, RunOptions, RunResult
 from cellwright.server import Server
 from cellwright.server.server import LOOPBACK
 from cellwright.server.services import onlookers
@@ -129,9 +129,15 @@ def serve_trial(
         server = Server(cell, host=wanted.host, port=wanted.port, lockstep=wanted.lockstep, report=report)
         if not server.is_local:
             lines.warn(f"{wanted.host}: anybody who reaches this machine can drive the cell")
+
+        def tell_the_page(result: RunResult) -> None:
+            if wanted.page is not None:
+                show_the_end(server, panel, control, document.of_run(cell, "served", result, DONE, []))
+
         hooks = Hooks(
             on_ready=lambda: _begin(console, cell, server, wanted.speed, ros),
             on_poll=_nothing if ros is None else ros.poll,
+            on_over=tell_the_page,
         )
         tempo = Tempo(wanted.speed, paused=wanted.paused)
         serving = Serving(cell, server, tempo=tempo, hooks=hooks)
@@ -152,6 +158,7 @@ def serve_trial(
                 log=kept,
                 record=record,
                 at=videos.actions(film),
+                panel=panel,
             )
             result = serving.run(run)
     made = [] if film is None else [film.finish()]

@@ -3,14 +3,33 @@
 from __future__ import annotations
 
 import webbrowser
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from ipaddress import ip_address
+from typing import Any
 
 from cellwright.cli.view.arguments import PageWish, desktop
 from cellwright.errors import UsageError
 from cellwright.server.server import LOOPBACK, Server
+from cellwright.server.services.cell_panel import OVER, CellPanel
+from cellwright.server.services.control import Control
 from cellwright.viewer.web.start import WebPage
+
+_LAST_LOOK = 0.7  # [s]: a page asks for its panel four times a second
+
+
+def show_the_end(server: Server, panel: CellPanel, control: Control, result: Mapping[str, Any]) -> None:
+    """Have pages show that a run is over and what came of it, before anything else is done.
+
+    Args:
+        server: what the pages ask.
+        panel: tells of the cell.
+        control: tells how its time passes.
+        result: as `CellPanel.end` takes it.
+    """
+    panel.end(result)
+    control.over = OVER
+    server.wait(_LAST_LOOK, until_asked=False)
 
 
 @contextmanager

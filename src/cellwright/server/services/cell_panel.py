@@ -7,7 +7,7 @@ so that the rest changes only when something has happened.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -24,6 +24,11 @@ from cellwright.server.services.known import keeps_secrets, known_orders, withou
 IN_COMPETITION = "not in a competition: development mode (-d) allows it"
 """Why belt, reset and the like are refused."""
 
+OVER = "the run is over"
+"""Why nothing can be done any more."""
+
+_RESULT = ("outcome", "error", "simulated", "wall", "state_hash")
+
 
 class CellPanel:
     """Tells what there is to be known of a cell.
@@ -36,11 +41,24 @@ class CellPanel:
     def __init__(self, cell: Cell, about: Mapping[str, Any] | None = None) -> None:
         self._cell = cell
         self._about = {"seed": cell.seed, "servo": cell.servo, **(about or {})}
-        self.result: dict[str, Any] | None = None
-        """What came of the run, when it is over."""
+        self.collisions: Callable[[], dict[str, Any] | None] = lambda: None
+        """Gives the collisions of the arm, see `run.collisions.CollisionWatch.panel`; None where nobody watches."""
+        self._result: dict[str, Any] | None = None
         # what takes long to find out, and seldom changes
         self._could: dict[bool, TrialReach] = {}
         self._as_kits: dict[tuple[int, str], tuple[tuple[Kit, TrayContents, TrialReach], dict[str, Any]]] = {}
+
+    def end(self, result: Mapping[str, Any]) -> None:
+        """The run is over: show from now on what came of it, and how all stood at its end.
+
+        Args:
+            result: `outcome`, `error`, `simulated` and `wall` [s], `state_hash`; more is left out.
+        """
+        self._result = {key: result[key] for key in _RESULT}
+
+    def begin_anew(self) -> None:
+        """Show the next run of the cell."""
+        self._result = None
 
     def panel(self) -> dict[str, Any]:
         """The panel as JSON values; times in s."""
@@ -68,9 +86,15 @@ class CellPanel:
             },
             "gripper": self._gripper(),
             "intention": self._intention(),
-            "refused": {} if not cell.in_competition else {"belt": IN_COMPETITION, "clear": IN_COMPETITION},
-            "result": self.result,
+            "collisions": self.collisions(),
+            "refused": self._refused(),
+            "result": self._result,
         }
+
+    def _refused(self) -> dict[str, str]:
+        """Why something may not be done, by what it is."""
+        reason = OVER if self._result is not None else IN_COMPETITION if self._cell.in_competition else ""
+        return {"belt": reason, "clear": reason} if reason else {}
 
     # ---------------------------------------------------------------- the competition
 
@@ -124,13 +148,14 @@ class CellPanel:
         ]
 
     def _status(self, order: Order) -> str:
-        """`to come`, `active`, `interrupted`, `complete`, or `open` when the game was over before it was complete."""
+        """`to come`, `active`, `interrupted`, `complete`, or `open`: it was not complete when all was over."""
         referee, name = self._cell.competition.referee, order.order_id
         if referee.scorer.is_complete(name):
             return "complete"
         if order not in self._cell.competition.announced:
             return "to come"
-        if referee.end_reason is not None or name not in referee.active_orders:
+        is_over = referee.end_reason is not None or self._result is not None
+        if is_over or name not in referee.active_orders:
             return "open"
         return "active" if referee.active_orders[-1] == name else "interrupted"
 

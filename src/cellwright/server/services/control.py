@@ -12,7 +12,8 @@ The service `cellwright/control` takes `{"action": …}` and answers with the st
 
 What is played, and not simulated, may know more: a recording goes to a `time` [s] when `seek` is asked for.
 
-None of it is part of a run's state: a run that was paused is the same run.
+None of it is part of a run's state: a run that was paused is the same run. When the run is over, the state's `over`
+says so, and all but `reset` and `state` is refused.
 """
 
 from __future__ import annotations
@@ -32,6 +33,8 @@ MOST_TICKS = 100_000
 """So many may be asked for at once."""
 FASTER_THAN_ANY = "max"
 """Stands for as fast as it goes."""
+
+_OF_TIME = ("pause", "resume", "step", "speed")
 
 Act: TypeAlias = Callable[[dict[str, Any]], object]
 """Does what an action asks for; refuses with a CellwrightError."""
@@ -76,6 +79,8 @@ class Control:
         self.tempo = tempo
         self.resets = 0
         """How often it was begun anew."""
+        self.over = ""
+        """Why no time passes any more, such as the end of the run; empty while time may pass."""
         self._reset = reset
         self._refused = dict(refused or {})
         self._lockstep = lockstep
@@ -88,13 +93,15 @@ class Control:
     def state(self) -> dict[str, Any]:
         """How time passes now, and what may be done about it: `refused` has a reason for each action that may not."""
         tempo = self.tempo
-        refused = {**self._refused, "reset": self._reset.hindrance()}
+        ended = dict.fromkeys(_OF_TIME, self.over) if self.over else {}
+        refused = {**self._refused, **ended, "reset": self._reset.hindrance()}
         return {
             "paused": tempo.is_paused,
             "ticks_left": tempo.ticks_left,
             "speed": FASTER_THAN_ANY if tempo.speed is None else tempo.speed,
             "lockstep": self._lockstep,
             "resets": self.resets,
+            "over": self.over,
             "refused": {action: reason for action, reason in refused.items() if reason},
         }
 

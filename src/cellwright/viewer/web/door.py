@@ -1,8 +1,9 @@
 """The page's door: where it listens, and whom it lets in.
 
 viser takes in whoever comes. So its listening socket is bound here, and every request, a websocket's first one too, is
-looked at before viser sees it. On loopback that keeps out pages of others that a browser of this machine has open: they
-cannot name this host (DNS rebinding), and their origin gives them away. With a token nobody comes in without it.
+looked at before viser sees it, and so is every message. On loopback that keeps out pages of others that a browser of
+this machine has open: they cannot name this host (DNS rebinding), and their origin gives them away. With a token nobody
+comes in without it.
 """
 
 from __future__ import annotations
@@ -21,9 +22,11 @@ from urllib.parse import parse_qs, urlsplit
 import websockets.asyncio.server
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
+from websockets.typing import Data
 
 from cellwright.errors import UsageError
 from cellwright.server.listening import listen
+from cellwright.viewer.web.incoming import Incoming
 
 MOST_CONNECTIONS = 32
 """So many browsers may look on at once."""
@@ -59,6 +62,8 @@ class Door:
         if not (self.is_local or token):
             self.socket.close()
             raise UsageError(f"{host} is open to the network: a page there needs a token")
+        self.incoming = Incoming()
+        """What is taken of the browsers that are let in."""
         self._count = 0
         self._unfinished: dict[Any, None] = {}
 
@@ -116,7 +121,7 @@ class Door:
     def _connection(self, *arguments: Any, **options: Any) -> websockets.asyncio.server.ServerConnection:
         """A connection that has sent no request yet."""
         connection = _Connection(*arguments, **options)
-        connection.unfinished = self._unfinished
+        connection.unfinished, connection.incoming = self._unfinished, self.incoming
         return connection
 
     def _looking_at(self, answer: Callable[..., Any] | None) -> Callable[..., Any]:
@@ -165,9 +170,13 @@ class Door:
 
 
 class _Connection(websockets.asyncio.server.ServerConnection):
-    """A connection that is in `unfinished` until its request is whole, so that half requests keep nobody out."""
+    """A connection that is in `unfinished` until its request is whole, so that half requests keep nobody out.
+
+    viser receives only what `incoming` takes.
+    """
 
     unfinished: dict[Any, None]
+    incoming: Incoming
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
@@ -176,6 +185,15 @@ class _Connection(websockets.asyncio.server.ServerConnection):
             oldest = next(iter(self.unfinished))
             del self.unfinished[oldest]
             oldest.transport.abort()
+
+    async def recv(self, decode: bool | None = None) -> Any:  # noqa: FBT001 -- as it is there
+        while True:
+            data: Data = await super().recv(decode)
+            delay = self.incoming.delay(data)
+            if delay is not None:
+                if delay > 0.0:
+                    await asyncio.sleep(delay)
+                return data
 
     def connection_lost(self, exc: Exception | None) -> None:
         self.unfinished.pop(self, None)

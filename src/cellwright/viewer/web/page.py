@@ -24,6 +24,8 @@ log = logging.getLogger(__name__)
 
 _PERIOD = 1 / 60  # [s] between two pictures
 _IDLE = 0.5  # [s] between two looks at whether somebody looks on
+_LAST_WORD = 0.5  # [s] for what is served to say why it has ended
+_ON_ITS_WAY = 0.2  # [s] for what was said last to get to browsers
 
 
 class Page:
@@ -94,6 +96,8 @@ class Page:
                 spent = time.perf_counter() - begun
                 self._wait(max(_PERIOD - spent, spent / 2))  # never all of a core
         finally:
+            if self.server.get_clients():
+                self._say_that_it_ends()
             self._asking.close()
             self.link.close()
 
@@ -166,6 +170,30 @@ class Page:
             )
             self._each(lambda feature: feature.away(reason))
         self._away_reason = reason
+
+    def _say_that_it_ends(self) -> None:
+        """Leave browsers with how all stood last, why it has ended, and nothing to press."""
+        reason = self._last_word() if self._away_reason is None else self._away_reason
+        if self._away_reason is not None:
+            self._notice.remove()
+        self.server.gui.add_markdown(f"**This page has ended:** {reason}. It shows how all stood last.", order=-1.0)
+        self._each(lambda feature: feature.away(reason))
+        self.server.flush()
+        self._wait(_ON_ITS_WAY)
+
+    def _last_word(self) -> str:
+        """Why what is served has ended, if it says so now."""
+        end = time.perf_counter() + _LAST_WORD
+        self._asking.wake()
+        while (left := end - time.perf_counter()) > 0:
+            try:
+                found = self._asking.found.get(timeout=left)
+            except Empty:
+                break
+            if isinstance(found, AwayError):
+                return str(found)
+            self._take(found)
+        return "it was closed"
 
     def _find_again(self) -> None:
         if self._away_reason is not None:

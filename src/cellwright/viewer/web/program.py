@@ -14,6 +14,7 @@ import os
 import signal
 import sys
 import threading
+import warnings
 from contextlib import suppress
 from typing import Any, TextIO
 
@@ -58,6 +59,7 @@ def main() -> int:
     said = _own_stdout()
     logging.getLogger("websockets").setLevel(logging.CRITICAL)  # whatever a browser sends is no concern of a terminal
     logging.getLogger("asyncio").setLevel(logging.CRITICAL)
+    warnings.filterwarnings("ignore", module="viser")  # such as that a browser has left while it was told something
     line = sys.stdin.readline()
     if not line:
         return 0
@@ -66,6 +68,7 @@ def main() -> int:
         door = Door(str(asked["host"]), int(asked["port"]), token=str(asked.get("token", "")))
         with door.guards_viser():
             server = Server(door.host, door.port, label=str(asked.get("title", "Cellwright")), verbose=False)
+        door.incoming.follow(server.gui)
     except CellwrightError as error:
         _say(said, {"error": str(error)})
         return 1

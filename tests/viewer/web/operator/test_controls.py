@@ -132,6 +132,19 @@ def test_stop_home_and_switch(tab: Tab) -> None:
     assert tab.desk.due() == [Ask.CLEAR_STOP]
 
 
+def test_a_robot_that_is_not_heard_from_has_a_stop_and_nothing_else_to_press(tab: Tab) -> None:
+    def live() -> set[str]:
+        kinds = {"button", "slider", "checkbox", "button_group"}
+        return {each.name for each in tab.gui.made if each.kind in kinds and each.visible and not each.disabled}
+
+    before = live()
+    tab.desk.lose()
+    tab.controls.show(None, tab.clock.now)
+    assert live() == {"STOP", "Handles at the hands", "Along the hand's axes"}
+    tab.see()
+    assert live() == before
+
+
 def test_a_stop_that_does_not_get_through_is_told_to_who_pressed_it(tab: Tab) -> None:
     told: list[str] = []
     client = SimpleNamespace(add_notification=lambda **values: told.append(values["body"]))

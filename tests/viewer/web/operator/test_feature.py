@@ -56,8 +56,12 @@ def test_a_robot_gets_a_tab_and_handles_and_the_handles_again_with_another_scene
     scene.made.clear()
     gui_before = list(gui.made)
     operator.begin(page, SCENE)  # type: ignore[arg-type]
-    operator.told({})
-    assert scene.find("transform_controls", "/scene/operator/1/handle").visible
+
+    def has_handles() -> bool:
+        operator.told({})
+        return bool(scene.find("transform_controls", "/scene/operator/1/handle").visible)
+
+    wait_until(has_handles, "robot that is heard from again")
     assert gui_before[0].is_removed
     operator.close()
     page.link.close()

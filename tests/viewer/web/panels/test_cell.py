@@ -96,6 +96,21 @@ def test_a_competition_hides_what_it_refuses_and_says_why() -> None:
         assert "this is a recording" in panels._why_not._text
 
 
+def test_what_is_over_or_gone_offers_nothing_and_says_why() -> None:
+    with page(told()) as found:
+        panels = CellPanels()
+        panels.away("nobody was ever there")
+        panels.begin(found, None)  # type: ignore[arg-type]
+        panels.panel(told() | {"refused": {"belt": "the run is over"}})
+        assert [handle.visible for handle in panels._doing] == 5 * [False]
+        assert "the run is over" in panels._why_not._text
+        panels.panel(told())
+        assert [handle.visible for handle in panels._doing] == 5 * [True]
+        panels.away("the cell has stopped")
+        assert [handle.visible for handle in panels._doing] == 5 * [False]
+        assert "the cell has stopped" in panels._why_not._text
+
+
 @given(st.dictionaries(st.sampled_from(sorted(told())), JSON))
 @settings(
     deadline=None, max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]

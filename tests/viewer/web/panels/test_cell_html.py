@@ -132,9 +132,61 @@ def test_how_the_run_ended() -> None:
     panel = told(judged())
     assert cell_html.result(panel) == ""
     panel["result"] = {"outcome": "time_limit", "error": "", "simulated": 12.0, "wall": 3.0, "state_hash": 64 * "a"}
-    assert "the run is over: time limit 12.0 s in 3.0 s all orders complete" in words(cell_html.head(panel))
+    assert "the run is over: time limit 12.0 s in 3.0 s 6 of 6 points all orders complete" in words(
+        cell_html.head(panel)
+    )
     panel["result"] |= {"outcome": "crashed", "error": "Traceback <module>"}
     assert "Traceback <module>" in words(cell_html.head(panel))
+
+
+def test_a_run_that_is_over_shows_how_all_stood_and_nothing_that_goes_on() -> None:
+    cell = Cell(KITTING)
+    start(cell)
+    publish(cell, "/cellwright/intention", String("fetching a gear"))
+    run(cell, 1.1)
+    assert call(cell, "agv1", AGVControlRequest(kit_type="order_0_kit_0")).success
+    shows = CellPanel(cell, {"agent": "me"})
+
+    def said() -> dict[str, str]:
+        panel = json.loads(json.dumps(shows.panel()))
+        return {piece.__name__: words(piece(panel)) for piece in PIECES}
+
+    before = said()
+    assert "go agent me" in before["head"]
+    assert "➤ fetching a gear" in before["head"]
+    assert "AGV 1 preparing to deliver ▪" in before["trays"]
+    assert "active" in before["orders"]
+    shows.end({"outcome": "until", "error": "", "simulated": 1.2, "wall": 3.0, "state_hash": 64 * "a"})
+    after = said()
+    assert "go at the end agent me" in after["head"]
+    assert "last: fetching a gear" in after["head"]
+    assert "➤" not in after["head"]
+    assert "the run is over: stopped before the competition was done 1.2 s in 3.0 s 0 of 6 points" in after["head"]
+    assert "AGV 1 preparing to deliver at the end ▪" in after["trays"]
+    assert "AGV 2 ready to deliver at the end empty" in after["trays"]
+    assert "as order_0_kit_0 at the end 6 of 6" in after["trays"]
+    assert after["floor"].strip().startswith("as it stood at the end")
+    assert ("active" in after["orders"], "open" in after["orders"]) == (False, True)
+    shows.begin_anew()
+    assert said() == before
+
+
+def test_what_the_arm_hit_is_told_the_newest_first() -> None:
+    panel = told(Cell(KITTING))
+    assert "Collisions" not in words(cell_html.floor(panel)), "nobody has watched"
+    post = {"link": "forearm_link", "obstacle": "camera frame 2", "begin": 4.3, "end": None, "deviation": 0.431}
+    bin7 = {"link": "wrist_3_link", "obstacle": "bin7", "begin": 2.0, "end": 2.5, "deviation": 0.004}
+    panel["collisions"] = {"count": 0, "latest": []}
+    assert "Collisions of the arm 0" in words(cell_html.floor(panel))
+    assert "✸" not in words(cell_html.head(panel))
+    panel["collisions"] = {"count": 5, "latest": [bin7, post]}
+    assert words(cell_html.floor(panel)).endswith(
+        "Collisions of the arm 5 ✸ t 4.3 s forearm_link against camera frame 2; tool held up 431 mm "
+        "✸ t 2.0 s wrist_3_link against bin7 for 0.5 s and 3 before"
+    )
+    assert "✸ t 4.3 s forearm_link against camera frame 2; tool held up 431 mm (5 collisions)" in words(
+        cell_html.head(panel)
+    )
 
 
 @given(st.text(min_size=1, max_size=60))
@@ -143,6 +195,8 @@ def test_what_others_wrote_is_shown_and_is_no_markup(text: str) -> None:
     panel = told(_JUDGED)
     panel["name"] = panel["about"]["agent"] = text
     panel["intention"] = {"text": text, "node": "/me", "time": 0.0}
+    hit = {"link": text, "obstacle": text, "begin": 0.0, "end": None, "deviation": 0.0}
+    panel["collisions"] = {"count": 2, "latest": [hit, hit]}
     for tray in panel["trays"]:
         tray["parts"] = [{"name": text, "type": text, "faulty": True}]
     for each in panel["orders"]:

@@ -37,6 +37,32 @@ def test_what_may_not_be_done_is_not_offered(opened: tuple[Any, TimeControls]) -
     assert offered() == [True, True]
 
 
+def test_a_run_that_is_over_is_not_running_and_has_nothing_to_press(opened: tuple[Any, TimeControls]) -> None:
+    _, controls = opened
+    refused = dict.fromkeys(("pause", "resume", "step", "speed"), "the run is over")
+    told = panel(**refused)
+    told["control"]["over"] = "the run is over"
+    controls.panel(told)
+    assert [controls._steps.visible, controls._speeds.visible, controls._anew.visible] == [False, False, True]
+    assert "the run is over: all is shown as it stood at the end" in controls._clock._text
+    assert "running" not in controls._clock._text
+    controls.panel(panel())
+    assert "running" in controls._clock._text
+
+
+def test_what_is_gone_offers_nothing_until_it_is_back(opened: tuple[Any, TimeControls]) -> None:
+    _, controls = opened
+    controls.panel(panel())
+    controls.away("the node has stopped")
+    assert [controls._steps.visible, controls._speeds.visible, controls._anew.visible] == 3 * [False]
+    assert "1.00" in controls._clock._text
+    assert "not connected" in controls._clock._text
+    assert "the node has stopped" in controls._clock._text
+    controls.panel(panel())
+    assert [controls._steps.visible, controls._speeds.visible, controls._anew.visible] == 3 * [True]
+    TimeControls().away("nobody was ever there")
+
+
 @pytest.mark.parametrize(
     ("word", "asked"),
     [

@@ -44,6 +44,7 @@ class Controls:
         self._gui, self._desk, self._all_handles = gui, desk, handles
         self._switched = self._followed = self._now = float("-inf")
         self._made: list[Any] = []
+        self._buttons: list[Any] = []  # those that do nothing while the robot is not heard from
         self._sliders = Sliders(gui, desk)
         self._enabled: Any = None
         self._home: Any = None
@@ -87,6 +88,7 @@ class Controls:
             )
         )
         self._clear.on_click(lambda _event: desk.ask(Ask.CLEAR_STOP))
+        self._buttons.append(self._clear)
 
     def _build(self) -> None:
         gui, desk, robot = self._gui, self._desk, self._desk.robot
@@ -98,6 +100,7 @@ class Controls:
             gui.add_button("Go home", icon="home", hint="Arms, waist and head go to where they start, grippers open")
         )
         self._home.on_click(lambda _event: desk.ask(Ask.HOME))
+        self._buttons.append(self._enabled)
         if robot.arms:
             self._build_switches()
         if robot.grippers:
@@ -131,6 +134,7 @@ class Controls:
         desk = self._desk
         for direction in drive.directions(mode):
             button = self._gui.add_button(direction.capitalize(), hint="As long as it is held")
+            self._buttons.append(button)
 
             async def push(_event: Any, direction: str = direction) -> None:
                 desk.drive(direction)
@@ -149,17 +153,20 @@ class Controls:
     # ---------------------------------------------------------------- what is shown
 
     def show(self, standing: Standing | None, now: float) -> None:
-        """Show how the robot stands at `now` [s]."""
+        """Show how the robot stands at `now` [s]; without that, offer nothing but the stop."""
         self._now = now
-        if now - self._followed < _FOLLOWS:
+        if standing is not None and now - self._followed < _FOLLOWS:
             return
         self._followed = now
         self._state.show(state_html(self._desk, now))
+        for handle in self._buttons:
+            set_changed(handle, "disabled", standing is None)
+        if self._home is not None:
+            set_changed(self._home, "disabled", standing is None or bool(standing.why_not))
+        self._sliders.allow(is_allowed=standing is not None)
         if standing is None:
             return
         set_changed(self._clear, "visible", standing.is_stopped and not self._desk.robot.is_real)
         if self._enabled is not None and now - self._switched > _ASKED:
             set_changed(self._enabled, "value", standing.is_enabled)
-        if self._home is not None:
-            set_changed(self._home, "disabled", bool(standing.why_not))
         self._sliders.show(standing, now)

@@ -63,6 +63,8 @@ class Operator(Feature):
 
     def away(self, reason: str) -> None:  # noqa: ARG002
         """Nobody answers: there is nothing to take hold of."""
+        if self._shown is not None:
+            self._shown.lose()
         if self._handles is not None and self._controls is not None:
             self._handles.show(None)
             self._controls.show(None, time.perf_counter())

@@ -36,6 +36,7 @@ class Sliders:
         self._gui, self._desk = gui, desk
         self._joints: list[_Slider] = []
         self._grips: list[Any] = []
+        self._both: list[Any] = []
 
     def add_grips(self, names: Sequence[str]) -> None:
         """One for each gripper, with buttons for open and closed."""
@@ -58,6 +59,7 @@ class Sliders:
                     desk.grip(number, float(event.target.value == _CLOSE))
 
             both.on_click(press)
+            self._both.append(both)
 
     def add_joints(self, group: SeenGroup) -> None:
         """One for each joint of a group that can be moved."""
@@ -81,6 +83,13 @@ class Sliders:
 
             slider.on_update(slide)
             self._joints.append(_Slider(number, slider, name))
+
+    def allow(self, *, is_allowed: bool) -> None:
+        """Let one move them, or not."""
+        for handle in (*self._grips, *(each.handle for each in self._joints)):
+            set_changed(handle, "disabled", not is_allowed)
+        for group in self._both:
+            set_changed(group, "visible", is_allowed)  # viser disables no group of buttons
 
     def show(self, standing: Standing, now: float) -> None:
         """Put them where the robot stands at `now` [s]."""

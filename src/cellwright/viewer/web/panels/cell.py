@@ -60,6 +60,11 @@ class CellPanels(Feature):
         except STRANGE as error:
             self._head.show(html.block(html.dim(f"This panel is of another version, and cannot be shown: {error!r}")))
 
+    def away(self, reason: str) -> None:
+        """Nobody answers: offer nothing."""
+        if self._is_up:
+            self._offer(reason)
+
     # ---------------------------------------------------------------- what is there
 
     def _put_up(self, page: Page) -> None:
@@ -100,7 +105,10 @@ class CellPanels(Feature):
     def _allow(self, told: dict[str, Any], *, is_recorded: bool) -> None:
         """Let one do what is allowed; where it is not, say why."""
         reason = "this is a recording: nothing can be changed any more" if is_recorded else ""
-        reason = reason or told["refused"].get("belt", "")
+        self._offer(reason or told["refused"].get("belt", ""))
+
+    def _offer(self, reason: str) -> None:
+        """Offer what one may do, unless there is a reason not to."""
         self._why_not.show(html.block(html.dim(f"Belt, AGVs and trays: {reason}.")) if reason else "")
         for handle in self._doing:
             if handle.visible == bool(reason):

@@ -11,6 +11,15 @@ Panel = dict[str, Any]
 
 _STATES = {"init": GREY, "ready": BLUE, "go": GREEN, "end_game": AMBER, "done": BLUE}
 _ORDERS = {"active": GREEN, "interrupted": AMBER, "complete": BLUE, "open": RED, "to come": GREY}
+_OUTCOMES = {
+    "gave_up": "the agent ended before the orders were complete",
+    "crashed": "the agent crashed",
+    "unstable": "the simulation became unstable",
+    "until": "stopped before the competition was done",
+}
+"""Words for those outcomes of a run that do not speak for themselves, as in `run.result.Outcome`."""
+_HELD_UP = 0.02
+"""A tool farther from its goal than this [m] was held up, as in `run.collisions`, which pages do not load."""
 _THERE = ("placed", "too far", "tilted", "turned", "off tray")
 """Causes of ordered parts of which a good one is on the tray."""
 
@@ -24,7 +33,7 @@ def head(panel: Panel) -> str:
     parts = [
         html.row(
             f'<b style="font-size:1.15em">{html.text(panel["name"])}</b>',
-            html.chip(panel["state"].replace("_", " "), _STATES.get(panel["state"], GREY)),
+            _state_chip(panel["state"], _STATES.get(panel["state"], GREY), panel),
             "align-items:center",
         ),
         html.dim(" · ".join(facts)),
@@ -32,7 +41,14 @@ def head(panel: Panel) -> str:
     ]
     intention = panel.get("intention")
     if intention is not None:
-        parts.append(html.mark("➤", BLUE, f"<b>{html.text(intention['text'])}</b>"))
+        what = html.text(intention["text"])
+        parts.append(
+            html.dim(f"last: {intention['text']}") if _is_over(panel) else html.mark("➤", BLUE, f"<b>{what}</b>")
+        )
+    found = panel.get("collisions")
+    if found and found["latest"]:
+        more = f" ({found['count']} collisions)" if found["count"] > 1 else ""
+        parts.append(html.mark("✸", RED, html.text(_collision(found["latest"][-1]) + more)))
     return html.block(*parts) + result(panel)
 
 
@@ -52,17 +68,19 @@ def game(panel: Panel) -> str:
 
 
 def result(panel: Panel) -> str:
-    """How the run ended; nothing while it has not."""
+    """How the run ended, with its score; nothing while it has not."""
     found = panel.get("result")
     if found is None:
         return ""
     is_done = found["outcome"] == "done"
     reason = panel.get("end_reason")
+    score = panel["score"]
     parts = [
         html.row(
-            f"<b>the run is over: {html.text(found['outcome'].replace('_', ' '))}</b>",
+            f"<b>the run is over: {html.text(_OUTCOMES.get(found['outcome'], found['outcome']).replace('_', ' '))}</b>",
             f"{found['simulated']:.1f} s in {found['wall']:.1f} s",
         ),
+        html.text(f"{score['total']:g} {_of_how_many(score)}"),
         html.dim(reason) if reason else "",
         html.dim(f"state hash {found['state_hash'][:16]}…"),
     ]
@@ -81,7 +99,7 @@ def orders(panel: Panel) -> str:
 
 def trays(panel: Panel) -> str:
     """What lies on each tray, as it last reported, and what it would earn now."""
-    return html.joined(_tray(tray, agv) for tray, agv in zip(panel["trays"], panel["agvs"], strict=True))
+    return html.joined(_tray(tray, agv, panel) for tray, agv in zip(panel["trays"], panel["agvs"], strict=True))
 
 
 def evidence(panel: Panel) -> str:
@@ -95,15 +113,43 @@ def evidence(panel: Panel) -> str:
 
 
 def floor(panel: Panel) -> str:
-    """Belt, AGVs and gripper."""
+    """Belt, gripper, AGVs, and what the arm hit, the newest first."""
     belt, gripper = panel["belt"], panel["gripper"]
-    parts = [html.row("belt", f"{belt['power']:g} %" + ("" if belt["population"] is None else _parts_come(belt)))]
+    parts = [html.dim("as it stood at the end")] if _is_over(panel) else []
+    parts += [html.row("belt", f"{belt['power']:g} %" + ("" if belt["population"] is None else _parts_come(belt)))]
     if gripper is not None:
         held = _part_name(gripper["part"]) if gripper["part"] else "something" if gripper["attached"] else "nothing"
         suction = "on" if gripper["enabled"] else "off"
         parts.append(html.row("gripper", f"suction {suction}, holds {html.text(held)}"))
     parts += [html.row(f"AGV {agv['number']}", html.text(agv["state"].replace("_", " "))) for agv in panel["agvs"]]
+    return html.block(*parts) + _collisions(panel.get("collisions"))
+
+
+def _collisions(found: Panel | None) -> str:
+    if found is None:
+        return ""
+    parts = [html.title("Collisions of the arm", html.text(found["count"]))]
+    parts += [html.mark("✸", RED, html.text(_collision(each))) for each in reversed(found["latest"])]
+    if len(found["latest"]) < found["count"]:
+        parts.append(html.dim(f"and {found['count'] - len(found['latest'])} before"))
     return html.block(*parts)
+
+
+def _collision(each: Panel) -> str:
+    """A collision in words; one that still lasts has no end."""
+    lasted = "" if each["end"] is None else f" for {each['end'] - each['begin']:.1f} s"
+    held_up = f"; tool held up {each['deviation'] * 1e3:.0f} mm" if each["deviation"] > _HELD_UP else ""
+    return f"t {each['begin']:.1f} s  {each['link']} against {each['obstacle']}{lasted}{held_up}"
+
+
+def _is_over(panel: Panel) -> bool:
+    return panel.get("result") is not None
+
+
+def _state_chip(state: str, color: str, panel: Panel) -> str:
+    """A state as a chip. When the run is over nothing goes on from it: the chip says how it stood then."""
+    words = state.replace("_", " ")
+    return html.chip(f"{words} at the end", GREY) if _is_over(panel) and state != "done" else html.chip(words, color)
 
 
 # ---------------------------------------------------------------- orders and trays
@@ -146,9 +192,9 @@ def _tick(name: str, cause: str) -> str:
     return html.mark(sign, color, f"<span style='opacity:0.75'>{html.text(name + more)}</span>")
 
 
-def _tray(tray: Panel, agv: Panel) -> str:
-    state = agv["state"]
-    label = html.chip(state.replace("_", " "), GREEN if state == "ready_to_deliver" else AMBER)
+def _tray(tray: Panel, agv: Panel, panel: Panel) -> str:
+    label = _state_chip(agv["state"], GREEN if agv["state"] == "ready_to_deliver" else AMBER, panel)
+    when = "at the end" if _is_over(panel) else "now"
     parts = [html.title(f"AGV {tray['number']}", label)]
     for part in tray["parts"]:
         faulty = f" <b style='color:{RED}'>faulty</b>" if part["faulty"] else ""
@@ -156,7 +202,7 @@ def _tray(tray: Panel, agv: Panel) -> str:
     if not tray["parts"]:
         parts.append(html.dim("empty"))
     for kit in tray["as_kits"] if tray["parts"] else ():
-        parts.append(html.row(f"as {html.text(kit['kit_type'])} now", f"{kit['total']:g} of {kit['best']:g}"))
+        parts.append(html.row(f"as {html.text(kit['kit_type'])} {when}", f"{kit['total']:g} of {kit['best']:g}"))
         parts.append(html.bar(kit["total"] / kit["best"] if kit["best"] else 0.0, BLUE))
     return html.block(*parts)
 

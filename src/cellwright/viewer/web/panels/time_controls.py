@@ -10,7 +10,7 @@ from cellwright.scene import Scene
 from cellwright.server.services.names import CONTROL
 from cellwright.viewer.web import html
 from cellwright.viewer.web.feature import Feature
-from cellwright.viewer.web.html import AMBER, BLUE, GREEN
+from cellwright.viewer.web.html import AMBER, BLUE, GREEN, GREY
 from cellwright.viewer.web.page import Page, refused
 from cellwright.viewer.web.panels.pace import SeenPace
 from cellwright.viewer.web.shown import Shown, set_changed
@@ -35,6 +35,7 @@ class TimeControls(Feature):
         self._asked_at = -_SURE
         self._slid_at = -_SETTLED
         self._slider: Any = None
+        self._now = 0.0
         self._timestep = 1 / 500
 
     def begin(self, page: Page, scene: Scene) -> None:  # noqa: ARG002
@@ -66,6 +67,7 @@ class TimeControls(Feature):
             now = seconds_of(panel)
         except (KeyError, TypeError, ValueError):  # it was told by another version
             return
+        self._now = now
         self._pace.take(time.perf_counter(), now)
         self._clock.show(clock(now, control, self._pace.factor))
         reasons = control["refused"]
@@ -73,6 +75,15 @@ class TimeControls(Feature):
             set_changed(group, "visible", not reasons.get(action))  # viser disables no group of buttons
         self._show_reset(panel, str(reasons.get("reset", "")))
         self._show_timeline(panel, now)
+
+    def away(self, reason: str) -> None:
+        """Nobody answers: show the time that was told last, and offer nothing."""
+        if self._page is None:
+            return
+        self._clock.show(_standing(self._now, "not connected", reason))
+        for handle in (self._steps, self._speeds, self._anew, self._slider):
+            if handle is not None:
+                set_changed(handle, "visible", False)
 
     # ---------------------------------------------------------------- what is shown
 
@@ -154,6 +165,8 @@ def clock(now: float, control: dict[str, Any], pace: float | None) -> str:
         control: how time passes, as it is told.
         pace: how fast it was seen to pass; None where that is not known.
     """
+    if control.get("over"):
+        return _standing(now, "over", f"{control['over']}: all is shown as it stood at the end")
     if control["paused"]:
         label = html.chip("a step" if control["ticks_left"] else "paused", AMBER)
     elif control["lockstep"]:
@@ -165,3 +178,9 @@ def clock(now: float, control: dict[str, Any], pace: float | None) -> str:
     return html.block(
         html.row(html.big(f"{now:.2f}", "s"), label, "align-items:center"), html.figures(f"{seen}{asked}")
     )
+
+
+def _standing(now: float, state: str, reason: str) -> str:
+    """The clock as HTML when no time passes any more."""
+    row = html.row(html.big(f"{now:.2f}", "s"), html.chip(state, GREY), "align-items:center")
+    return html.block(row, html.dim(reason))

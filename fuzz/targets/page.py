@@ -1,0 +1,268 @@
+"""What browsers send to the page of a cell or a robot: it is done or dropped, and harms nobody else.
+
+An input is a list in MessagePack: 0 for the page of a cell or 1 for that of a robot, then what is sent. A map is sent
+as a message, bytes as they are, a text as a text frame; any other input is sent as it is. In a map a number for a
+`uuid` stands for an element that is there, and one for `name` for a handle in the scene.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import logging
+import math
+import random
+import threading
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from typing import Any
+
+import msgspec
+import numpy as np
+import viser
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+from websockets.sync.connection import Connection
+from websockets.typing import Subprotocol
+
+from cellwright.bus.served import Served
+from cellwright.cell import Cell
+from cellwright.description.catalogue import find_trial
+from cellwright.description.gear2017 import load_trial
+from cellwright.description.robot.robots import load_robot
+from cellwright.server import Server
+from cellwright.server.services import onlookers
+from cellwright.server.services.cell_panel import CellPanel
+from cellwright.server.services.control import Control, Reset
+from cellwright.server.services.panel import Tell
+from cellwright.server.services.robot_panel import RobotPanel
+from cellwright.simulation.tempo import Tempo
+from cellwright.teleop.node import RobotNode
+from cellwright.viewer.web.door import Door
+from cellwright.viewer.web.operator.feature import Operator
+from cellwright.viewer.web.page import Page
+from cellwright.viewer.web.program import Server as PageServer
+from cellwright.viewer.web.program import features
+from fuzz.trees import mutated
+from fuzz.verdict import FindingError
+
+LONGEST = 4000
+WORDS = (
+    *("type", "uuid", "updates", "value", "name", "wxyz", "position", "frequency", "owner", "removed", "update_cb"),
+    *("props", "visible", "disabled", "options", "sync_cb", "source_component_uuid", "transfer_uuid", "part_count"),
+    *("GuiUpdateMessage", "GuiButtonHoldMessage", "GuiFormDirtyMessage", "GuiFormSubmitMessage", "GuiRemoveMessage"),
+    *("TransformControlsUpdateMessage", "TransformControlsDragStartMessage", "TransformControlsDragEndMessage"),
+    *("ViewerCameraMessage", "FileTransferStartUpload", "FileTransferPart", "ScenePointerMessage", "ShareUrlRequest"),
+    *("Pause", "Go on", "Tick", "max", "Start", "AGV 1", "tray 2", "Open", "/scene", "/scene/operator/0/handle"),
+)
+_MOST_MESSAGES = 20
+_PATIENCE = 60.0  # [s]
+_CAMERA: dict[str, Any] = {
+    "type": "ViewerCameraMessage",
+    "wxyz": (1.0, 0.0, 0.0, 0.0),
+    "position": (1.0, 1.0, 1.0),
+    "look_at": (0.0, 0.0, 0.0),
+    "up_direction": (0.0, 0.0, 1.0),
+    "fov": 1.0,
+    "near": 0.01,
+    "far": 100.0,
+    "image_height": 100,
+    "image_width": 100,
+}
+
+
+class World:
+    """Something that is served, and a page on it in this process, with somebody who looks on at it and does no harm."""
+
+    def __init__(self, served: Served, tell: Tell, reset: Reset) -> None:
+        self.served = served
+        self._server = Server(served, port=0)
+        onlookers.offer(self._server, served, tell, Control(Tempo(1.0), reset=reset))
+        self._door = Door("127.0.0.1", 0)
+        with self._door.guards_viser(), contextlib.redirect_stdout(io.StringIO()):
+            self.viser = PageServer(self._door.host, self._door.port, verbose=False)
+        self._door.incoming.follow(self.viser.gui)
+        self._page = Page(self.viser, self._server.address, features())
+        self._all = self._page.features
+        self._thread = threading.Thread(target=self._page.run, daemon=True)
+        self._thread.start()
+        with self.somebody() as good:
+            self.wait(self._is_built, "page that is built")
+            self._flip(good)
+        self.elements = list(self._there().values())
+        self._kinds = [type(each.value) for each in self.elements]
+
+    @contextmanager
+    def somebody(self) -> Iterator[Connection]:
+        """A browser that is let in, and reads what it is sent."""
+        protocol = Subprotocol(f"viser-v{viser.__version__}")
+        with connect(f"ws://127.0.0.1:{self._door.port}", subprotocols=[protocol], max_size=None) as line:
+            reader = threading.Thread(target=_read, args=(line,), daemon=True)
+            reader.start()
+            line.send(msgspec.msgpack.encode(_CAMERA))
+            yield line
+        reader.join(_PATIENCE)
+
+    def wait(self, condition: Callable[[], bool], what: str) -> None:
+        """Let time pass and serve until something is so."""
+        end = time.monotonic() + _PATIENCE
+        while not condition():
+            if time.monotonic() > end:
+                raise FindingError(f"no {what}")
+            self.served.simulation.step()
+            self._server.wait(0.002)
+
+    def take(self, messages: list[Any]) -> None:
+        """Have somebody send messages, and see that nobody else is harmed."""
+        with contextlib.suppress(ConnectionClosed), self.somebody() as bad:
+            for message in messages[:_MOST_MESSAGES]:
+                bad.send(self._encoded(message))
+            self._flip(bad)  # what came before it has been taken then
+        with self.somebody() as good:
+            self._flip(good)
+        self._check()
+
+    def _is_built(self) -> bool:
+        """Whether the page has all its elements; those of a robot come when it has been heard of."""
+        labels = {each.label for each in self._there().values()}
+        parts = [each for each in self._all if isinstance(each, Operator)]
+        return "Names" in labels and all(not each._is_robot or each._controls is not None for each in parts)
+
+    def _there(self) -> dict[str, Any]:
+        """The elements that may be used, by their identifiers."""
+        return dict(self.viser.gui._gui_input_handle_from_uuid)
+
+    def _flip(self, line: Connection) -> None:
+        """Switch a box of the panel, which the page does at once."""
+        box = next(each for each in self._there().values() if each.label == "Names")
+        wanted = not box.value
+        line.send(_update(box, value=wanted))
+
+        def is_done() -> bool:
+            if box.value != wanted and line.state.name != "OPEN":
+                raise ConnectionClosed(None, None)
+            return bool(box.value == wanted)
+
+        self.wait(is_done, "answer to a browser that does no harm")
+
+    def _encoded(self, message: Any) -> bytes | str:
+        if isinstance(message, dict):
+            message = dict(message)
+            for key in ("uuid", "source_component_uuid"):
+                if isinstance(message.get(key), int):
+                    message[key] = self.elements[message[key] % len(self.elements)]._impl.uuid
+            if isinstance(message.get("name"), int):
+                message["name"] = f"/scene/operator/{message['name'] % 2}/handle"
+        return message if isinstance(message, bytes | str) else msgspec.msgpack.encode(message)
+
+    def _check(self) -> None:
+        """Nothing of the page, and nothing that is served, has come to harm."""
+        if not self._thread.is_alive() or self._page.features != self._all:
+            raise FindingError("the page has lost a part of itself")
+        for element, kind in zip(self.elements, self._kinds, strict=True):
+            parts = element._impl
+            if parts.removed or type(element.value) is not kind or not isinstance(parts.update_cb, list):
+                raise FindingError(f"{element.label!r} is no longer what it was: {element.value!r:.100}")
+            if kind is float and not math.isfinite(element.value):
+                raise FindingError(f"{element.label!r} stands at {element.value}")
+        kept = list(self.viser._websock_server._broadcast_buffer.message_from_id.values())
+        if any(type(message).__name__.startswith(("GuiForm", "FileTransfer")) for message in kept):
+            raise FindingError("something of a browser is kept for all who come later")
+        if not np.isfinite(self.served.simulation.data.qpos).all():
+            raise FindingError("the state is not finite")
+
+
+@cache
+def world(number: int) -> World:
+    """The cell of the lesson in development mode, or a robot."""
+    logging.getLogger("websockets").setLevel(logging.CRITICAL)  # as in the page's own program
+    logging.getLogger("asyncio").setLevel(logging.CRITICAL)
+    if number == 0:
+        cell = Cell(load_trial([find_trial("lesson")]).trial, competition=False)
+        panel = CellPanel(cell)
+        return World(cell, lambda _asked: panel.panel(), Reset(cell.reset))
+    node = RobotNode(load_robot("tandem", lambda _line: None))
+    return World(node, RobotPanel(node).tell, Reset(lambda: None))
+
+
+def seeds() -> Iterator[bytes]:
+    """What the page's own client says, and what has done harm."""
+    update = {"type": "GuiUpdateMessage", "uuid": 0, "updates": {"value": True}}
+    part = {"type": "FileTransferStartUpload", "source_component_uuid": 3, "transfer_uuid": "a", "filename": "a"}
+    for number in (0, 1):
+        for uuid in range(12):
+            for value in (True, 1.0, "Pause", "max", "AGV 1", None, [1, 2]):
+                yield msgspec.msgpack.encode([number, update | {"uuid": uuid, "updates": {"value": value}}])
+        for message in (
+            {**_CAMERA, "fov": 0.5},
+            update | {"updates": {"removed": True}},
+            update | {"updates": {"update_cb": 7, "value": False}},
+            {"type": "GuiFormDirtyMessage", "uuid": "x"},
+            part | {"mime_type": "", "part_count": 0, "size_bytes": 0},
+            {"type": "GuiButtonHoldMessage", "uuid": 0, "frequency": 10.0},
+            {"type": "TransformControlsDragStartMessage", "name": 0, "owner": ""},
+            {"type": "TransformControlsUpdateMessage", "name": 0, "wxyz": (1, 0, 0, 0), "position": (0, 0, 1)},
+            b"\xc1",
+            "text",
+        ):
+            yield msgspec.msgpack.encode([number, message])
+    yield b"\x91" * 1000
+
+
+def mutate(data: bytes, chance: random.Random) -> bytes | None:
+    """Other messages."""
+    try:
+        return msgspec.msgpack.encode(mutated(msgspec.msgpack.decode(data), chance, WORDS))
+    except (ValueError, TypeError, OverflowError, RecursionError, msgspec.MsgspecError):
+        return None
+
+
+def attempt(data: bytes) -> None:
+    """Send what the bytes say, and look at the page with the eyes of others."""
+    number, messages = 0, [data]
+    with contextlib.suppress(ValueError, RecursionError, msgspec.MsgspecError):
+        found = msgspec.msgpack.decode(data)
+        if isinstance(found, list) and found and isinstance(found[0], int):
+            number, messages = found[0] % 2, found[1:]
+    heard = io.StringIO()
+    place = world(number)
+    with _noted(heard):
+        place.take(messages)
+    if heard.getvalue():
+        raise FindingError(f"said on the terminal:\n{heard.getvalue()[:3000]}")
+
+
+@contextmanager
+def _noted(heard: io.StringIO) -> Iterator[None]:
+    """Note what a terminal would be told: texts, warnings, log records, and threads that fail."""
+
+    def note(message: Warning | str, *_args: object, **_more: object) -> None:
+        heard.write(f"warning: {message}\n")
+
+    handler = logging.StreamHandler(heard)
+    hook, threading.excepthook = threading.excepthook, lambda failed: heard.write(f"thread: {failed.exc_value!r}\n")
+    logging.getLogger().addHandler(handler)
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        warnings.simplefilter("ignore", DeprecationWarning)  # those of viser's are no affair of browsers
+        warnings.showwarning = note
+        try:
+            with contextlib.redirect_stderr(heard):
+                yield
+        finally:
+            threading.excepthook = hook
+            logging.getLogger().removeHandler(handler)
+
+
+def _update(element: Any, *, value: object) -> bytes:
+    message = {"type": "GuiUpdateMessage", "uuid": element._impl.uuid, "updates": {"value": value}}
+    return msgspec.msgpack.encode(message)
+
+
+def _read(line: Connection) -> None:
+    with contextlib.suppress(ConnectionClosed):
+        while True:
+            line.recv()
