@@ -40,19 +40,25 @@ def write_step(path: Path) -> Path:
     return path
 
 
-def write_trial(folder: Path, *types: str) -> Path:
-    """Write a trial with four parts of each type in a bin of its own, and an order for one of each."""
+def write_trial(folder: Path, *types: str, roll: str = "0") -> Path:
+    """Write a trial with four parts of each type in a bin of its own, and an order for one of each.
+
+    Args:
+        folder: where to.
+        types: names of `PARTS`.
+        roll: about which the parts are turned, in their bins and as ordered [rad].
+    """
     write_step(folder / "step.obj")
     lines = ["options: {insert_models_over_bins: true}", "cellwright:", "  parts:"]
     lines += [f"    {name}: {PARTS[name]}" for name in types]
     lines += ["models_over_bins:"]
     for number, name in enumerate(types, 5):
-        grid = "xyz_start: [0.15, 0.15, 0.03], xyz_end: [0.45, 0.45, 0.03], rpy: [0, 0, 0.4]"
+        grid = f"xyz_start: [0.15, 0.15, 0.04], xyz_end: [0.45, 0.45, 0.04], rpy: [{roll}, 0, 0.4]"
         lines += [f"  bin{number}: {{models: {{{name}: {{{grid}, num_models_x: 2, num_models_y: 2}}}}}}"]
     lines += ["orders:", "  order_0:", "    announcement_condition: time", "    announcement_condition_value: 0"]
     lines += ["    parts:"]
     for number, name in enumerate(types):
-        pose = f"{{xyz: [{_PLACES[number]}], rpy: [0, 0, {number}]}}"
+        pose = f"{{xyz: [{_PLACES[number]}], rpy: [{roll}, 0, {number}]}}"
         lines += [f"      part_{number}: {{type: {name}, pose: {pose}}}"]
     path = folder / "own.yaml"
     path.write_text("\n".join(lines) + "\n")

@@ -14,12 +14,17 @@ from cellwright.description.own_models.model import Model, ModelShape
 from cellwright.pose import Pose
 from cellwright.world.arm_looks import CUP_FACE_RADIUS
 from cellwright.world.own_models import form_of
-from cellwright.world.part_tops import CLEARANCE, PartTop, part_top
+from cellwright.world.part_tops import CLEARANCE, PartTop, part_tops
 from tests.own_parts import STEP_HEIGHT, write_step
 
 
-def top(*shapes: ModelShape, mass: float = 0.5) -> PartTop:
-    return part_top(form_of("my_part", Model(shapes, mass)))
+def tops(*shapes: ModelShape, mass: float = 0.5) -> tuple[PartTop, ...]:
+    return part_tops(form_of("my_part", Model(shapes, mass)))
+
+
+def top(*shapes: ModelShape) -> PartTop:
+    """The part as it was modelled."""
+    return tops(*shapes)[0]
 
 
 def box(x: float, y: float, z: float, pose: Pose | None = None) -> ModelShape:
@@ -41,7 +46,7 @@ def test_a_box_is_taken_in_the_middle_of_its_top(
 ) -> None:
     found = top(box(x, y, z, Pose.from_rpy((aside, 0.0, height), (0.0, 0.0, yaw))))
     (spot,) = found.spots
-    assert spot.position[:2] == pytest.approx((aside, 0.0), abs=0.002)
+    assert spot.position[:2] == pytest.approx((aside, 0.0), abs=0.004)  # cells of a millimetre
     assert spot.position[2] == pytest.approx(height + z / 2) == found.upper[2]
     assert found.lower[2] == pytest.approx(height - z / 2)
     assert spot.radius == pytest.approx(min(x / 2, y / 2, CUP_FACE_RADIUS), abs=0.002)
@@ -71,8 +76,13 @@ def test_a_roof_has_no_flat_spot() -> None:
 
 
 def test_the_flat_top_of_a_mesh_lies_where_its_hull_has_it(tmp_path: Path) -> None:
-    found = top(ModelShape("mesh", (0.001,) * 3, Pose((0.0, 0.0, 0.01)), mesh=write_step(tmp_path / "step.obj")))
+    found, below, *_ = tops(
+        ModelShape("mesh", (0.001,) * 3, Pose((0.0, 0.0, 0.01)), mesh=write_step(tmp_path / "step.obj"))
+    )
     (spot,) = found.spots
+    (base,) = below.spots
+    assert base.position[2] == pytest.approx(-0.01)
+    assert base.radius == pytest.approx(0.025, abs=0.002)
     assert spot.position[2] == pytest.approx(STEP_HEIGHT / 1000 + 0.01)
     assert 0.015 < spot.position[0] < 0.04  # the flat top is x 0 to 50 mm of -50 to 50
     assert spot.radius == pytest.approx(0.02, abs=0.005)
@@ -100,3 +110,14 @@ def test_the_hole_of_a_ring_is_no_spot() -> None:
     assert max(abs(spot.position[0]), abs(spot.position[1])) > 0.02 + spot.radius - 0.002
     assert spot.radius >= 0.013
     assert np.isfinite(spot.position).all()
+
+
+def test_each_side_may_be_up() -> None:
+    found = tops(box(0.1, 0.06, 0.03, Pose((0.0, 0.0, 0.0))))
+    assert [round(each.upper[2], 6) for each in found] == [0.015, 0.015, 0.05, 0.05, 0.03, 0.03]
+    ups = [Pose((0.0, 0.0, 0.0), each.turn).rotate((0.0, 0.0, 1.0)) for each in found]
+    for up, axis in zip(ups, np.vstack([s * e for e in np.eye(3)[[2, 0, 1]] for s in (1, -1)]), strict=True):
+        assert up == pytest.approx(tuple(axis), abs=1e-9)
+    for each in found:
+        (spot,) = each.spots
+        assert spot.position == pytest.approx((0.0, 0.0, each.upper[2]), abs=0.002)

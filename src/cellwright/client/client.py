@@ -101,10 +101,11 @@ class Client(Session):
     def part_types(self) -> Mapping[str, Mapping[str, Any]]:
         """The part types of the trial's own, by name; empty where there are none.
 
-        Each has its `mass` [kg], `centre_of_mass`, its box (`lower`, `upper`) and the `radius` of its floor plan about
-        the middle of that box. Its `spots` are places on its top that the cup can stand on, the best first: their
-        `position` and the `radius` of the flat disc. Lengths are in m, in the part's frame, for a part that stands as
-        it was modelled.
+        Each has its `mass` [kg] and `tops`: how it looks from above, first as it was modelled, then with each of the
+        five other sides up. A top is told in a frame with the part's origin and z up; `turn` is the quaternion
+        (w, x, y, z) of that frame in the part's. A top has the `centre_of_mass`, the box (`lower`, `upper`), the
+        `radius` of the floor plan about the middle of that box, and `spots` that the cup can stand on, the best first:
+        their `position`, and the `radius` of the flat disc. Lengths are in m.
 
         Raises:
             CellwrightError: the cell does not answer that: it is one of an earlier version.

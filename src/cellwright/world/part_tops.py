@@ -1,7 +1,7 @@
 """What a part type of somebody's own offers to a cup from above: its box, its height, and the flat spots of its top.
 
-The part stands as it was modelled, with z up. Its touched shapes are looked at from above on a grid; a mesh counts as
-its convex hull, as it is touched.
+The part stands as it was modelled, or with another side up. Its touched shapes are looked at from above on a grid; a
+mesh counts as its convex hull, as it is touched.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from cellwright.pose import Vector3
+from cellwright.pose import Pose, Quaternion, Vector3
 from cellwright.world.arm_looks import CUP, CUP_FACE_RADIUS
 from cellwright.world.own_models import Form
 from cellwright.world.shapes import Role, Touch, add_shape
@@ -25,6 +25,21 @@ LEVEL = 0.001
 CLEARANCE = CUP.size[0] + 0.002
 """What is higher than a spot stays this far [m] from it: beside the cup, which is widest behind its face."""
 
+_QUARTER = math.pi / 2
+
+TURNS = tuple(
+    Pose.from_rpy((0.0, 0.0, 0.0), (roll, pitch, 0.0))
+    for roll, pitch in (
+        (0.0, 0.0),
+        (math.pi, 0.0),
+        (0.0, _QUARTER),
+        (0.0, -_QUARTER),
+        (-_QUARTER, 0.0),
+        (_QUARTER, 0.0),
+    )
+)
+"""part_T_top for each side that may be up: z, -z, x, -x, y and -y of the part's frame; z of the top's frame is up."""
+
 _MOST_SPOTS = 8
 _AWARD = 0.02  # [m] a flat spot of a larger radius is no better
 _PENALTY = 0.3  # of the distance to the centre of mass, against the radius
@@ -35,7 +50,7 @@ class FlatSpot:
     """A place on the top that the cup can stand on.
 
     Attributes:
-        position: its middle, in the part's frame [m].
+        position: its middle, in the frame of the top [m].
         radius: of the largest flat and level disc about it [m], at most that of the cup's face.
     """
 
@@ -45,10 +60,10 @@ class FlatSpot:
 
 @dataclass(frozen=True, slots=True)
 class PartTop:
-    """A part type as it looks from above, in the part's frame.
+    """A part type as it looks from above with one of its sides up, in a frame that has its origin and z up.
 
     Attributes:
-        mass: [kg].
+        turn: part_T_top: this frame in the part's (w, x, y, z).
         centre_of_mass: [m].
         lower: corner of its box of least coordinates [m].
         upper: corner of largest coordinates [m].
@@ -56,7 +71,7 @@ class PartTop:
         spots: flat spots, one for each height at which there are any, the best first.
     """
 
-    mass: float
+    turn: Quaternion
     centre_of_mass: Vector3
     lower: Vector3
     upper: Vector3
@@ -64,15 +79,21 @@ class PartTop:
     spots: tuple[FlatSpot, ...]
 
 
-def part_top(form: Form) -> PartTop:
-    """What a part of this form offers to a cup from above."""
+def part_tops(form: Form) -> tuple[PartTop, ...]:
+    """What a part of this form offers to a cup from above, for each of `TURNS`."""
     model = _compiled(form)
-    seen = surface_of(form.touched, model)
+    return tuple(_top(form, model, turn) for turn in TURNS)
+
+
+def _top(form: Form, model: Any, part_T_top: Pose) -> PartTop:
+    top_T_part = part_T_top.inverse()
+    seen = surface_of(form.touched, model, top_T_part)
     covered = np.isfinite(seen.heights)
     middle = (seen.lower + seen.upper) / 2
     far = np.hypot(seen.grid.x - middle[0], seen.grid.y - middle[1])[covered].max(initial=0.0) + seen.grid.cell / 2
-    centre = _vector(model.body_ipos[1])
-    return PartTop(form.mass, centre, _vector(seen.lower), _vector(seen.upper), float(far), _spots(seen, centre))
+    centre = top_T_part.transform(_vector(model.body_ipos[1]))
+    box = _vector(seen.lower), _vector(seen.upper)
+    return PartTop(part_T_top.quaternion, centre, *box, float(far), _spots(seen, centre))
 
 
 def _compiled(form: Form) -> Any:

@@ -68,9 +68,17 @@ class Surface:
     is_flat: Mask
 
 
-def surface_of(shapes: tuple[Shape, ...], model: Any) -> Surface:
-    """The surface of shapes; `model` has a geom for each, in their order, and the convex hulls of the meshes."""
-    hulls = {geom: _hull(model, geom) for geom, shape in enumerate(shapes) if shape.kind == "mesh"}
+def surface_of(touched: tuple[Shape, ...], model: Any, top_T_part: Pose) -> Surface:
+    """The surface of shapes, in a frame whose z is up.
+
+    Args:
+        touched: the shapes, in the part's frame.
+        model: has a geom for each, in their order, and the convex hulls of the meshes.
+        top_T_part: the part's frame in that of the surface.
+    """
+    shapes = [shape.moved(top_T_part) for shape in touched]
+    rotation = _rotation(top_T_part)
+    hulls = {geom: _hull(model, geom) @ rotation.T for geom, shape in enumerate(shapes) if shape.kind == "mesh"}
     boxes = np.array([_box(shape, hulls.get(geom)) for geom, shape in enumerate(shapes)])
     lower, upper = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
     grid = Grid.over(lower, upper)
@@ -148,7 +156,7 @@ def _round(grid: Grid, pose: Pose, radius: float, half: float) -> tuple[Heights,
 
 def _prism(grid: Grid, pose: Pose, normals: NDArray[np.float64], offsets: NDArray[np.float64]) -> tuple[Heights, Mask]:
     """A body of planes, given by outward normals, shape (n, 3), and distances from its middle [m], in its own frame."""
-    rotation = np.array([pose.rotate(axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))]).T
+    rotation = _rotation(pose)
     px, py, pz = pose.position
     leave, enter = np.full(grid.shape, np.inf), np.full(grid.shape, -np.inf)
     top_slope = np.zeros(grid.shape)
@@ -166,6 +174,11 @@ def _prism(grid: Grid, pose: Pose, normals: NDArray[np.float64], offsets: NDArra
             enter = np.maximum(enter, height)
     is_there = ~is_beside & (enter <= leave)
     return np.where(is_there, pz + leave, -np.inf), is_there & (top_slope >= math.cos(STEEPEST))
+
+
+def _rotation(pose: Pose) -> NDArray[np.float64]:
+    """The rotation of a pose as a matrix, shape (3, 3)."""
+    return np.array([pose.rotate(axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))]).T
 
 
 def _ball(grid: Grid, centre: Vector3, radius: float) -> tuple[Heights, Mask]:

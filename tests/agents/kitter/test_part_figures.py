@@ -68,7 +68,8 @@ def own(mass: float = 0.4, **changed: Any) -> dict[str, Any]:
     """A box of 90 x 60 x 40 mm, as the cell tells of it."""
     spot = {"position": [0.0, 0.0, 0.02], "radius": 0.03}
     values = {"centre_of_mass": [0.0, 0.0, 0.0], "lower": [-0.045, -0.03, -0.02], "upper": [0.045, 0.03, 0.02]}
-    return {"mass": mass, **values, "radius": 0.0541, "spots": [spot], **changed}
+    top = {"turn": [1.0, 0.0, 0.0, 0.0], **values, "radius": 0.0541, "spots": [spot], **changed}
+    return {"mass": mass, "tops": [top]}
 
 
 def spot(x: float = 0.0, z: float = 0.02, radius: float = 0.03) -> dict[str, Any]:
@@ -107,3 +108,18 @@ def test_what_it_cannot_handle_has_a_reason(values: dict[str, Any], reason: str)
     assert catalogue.why_not("u_joint_part") == "its model is not known"
     with pytest.raises(UnknownNameError):
         catalogue.figures("my_part")
+
+
+def test_the_first_order_of_a_type_says_which_side_is_up() -> None:
+    upright, lying = own(spots=[spot(z=0.1)]), own(spots=[])
+    on_its_side = {**lying["tops"][0], "turn": list(Pose.from_rpy((0.0, 0.0, 0.0), (0.0, math.pi / 2, 0.0)).quaternion)}
+    catalogue = Catalogue({"my_part": {"mass": 0.4, "tops": [upright["tops"][0], on_its_side]}})
+    assert "my_part" in catalogue
+    goal = Pose.from_rpy((0.1, 0.0, 0.0), (0.0, -math.pi / 2, 0.0))  # its x axis up
+    catalogue.note_order("my_part", goal)
+    assert "my_part" not in catalogue
+    assert catalogue.why_not("my_part") == "it has no flat top that the cup could stand on"
+    assert catalogue.turned("my_part", goal).rotate((0.0, 0.0, 1.0)) == pytest.approx((0.0, 0.0, 1.0), abs=1e-9)
+    catalogue.note_order("my_part", Pose())
+    assert "my_part" not in catalogue
+    assert catalogue.turned("gear_part", goal) is goal

@@ -72,9 +72,9 @@ def test_a_part_lost_over_the_tray_costs_nothing() -> None:
     assert result.score.total == 15.0
 
 
-def run_own(folder: Path, *types: str) -> tuple[RunResult, list[str]]:
+def run_own(folder: Path, *types: str, roll: str = "0") -> tuple[RunResult, list[str]]:
     """A run of a trial with parts of its own, and what the agent says in the end of those that it did not bring."""
-    trial = load_trial([write_trial(folder, *types), find_trial("kitter_sensors")]).trial
+    trial = load_trial([write_trial(folder, *types, roll=roll), find_trial("kitter_sensors")]).trial
     logger, lines = logging.getLogger("cellwright.agents.kitter"), Lines(logging.WARNING)
     logger.addHandler(lines)
     try:
@@ -89,6 +89,12 @@ def test_parts_of_a_trial_s_own_are_brought(tmp_path: Path) -> None:
     assert (result.error, result.outcome) == ("", Outcome.DONE)
     assert result.score.total == result.evidence.reach.maximum == 9.0
     assert said == []
+
+
+@pytest.mark.slow
+def test_parts_that_are_ordered_on_their_side_are_brought_so(tmp_path: Path) -> None:
+    result, said = run_own(tmp_path, "my_box", "my_step", roll="pi/2")
+    assert (result.outcome, result.score.total, said) == (Outcome.DONE, 6.0, [])
 
 
 @pytest.mark.slow

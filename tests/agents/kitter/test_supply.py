@@ -55,7 +55,10 @@ def test_it_says_why_there_is_none() -> None:
     assert found.why_none("gear_part") == "those that were seen lie out of the arm's reach"
     found.note_failure("gear_part", place)
     assert found.why_none("gear_part") == "the cup got no hold of any, in 1 attempt"
-    assert found.why_none("disk_part") == "those that were seen do not stand upright"
+    assert (
+        found.why_none("disk_part")
+        == "those that were seen lie with another side up than ordered, or on something else"
+    )
     assert found.why_none("pulley_part") == "none was seen"
 
 

@@ -24,8 +24,11 @@ def test_a_trial_without_parts_of_its_own_has_none_to_tell() -> None:
 def test_mass_box_and_flat_spots_are_told_and_the_state_stays_as_it_is(tmp_path: Path) -> None:
     cell = Cell(load_trial([write_trial(tmp_path, "my_can", "my_ball")]).trial)
     before = cell.state_hash()
-    can = SimpleNamespace(**client(cell).part_types()["my_can"])
-    assert can.mass == 0.5
+    told = client(cell).part_types()["my_can"]
+    assert told["mass"] == 0.5
+    assert len(told["tops"]) == 6
+    can = SimpleNamespace(**told["tops"][0])
+    assert can.turn == [1.0, 0.0, 0.0, 0.0]
     assert can.lower == pytest.approx([-0.035, -0.035, -0.06])
     assert can.upper == pytest.approx([0.035, 0.035, 0.06])
     assert can.radius == pytest.approx(0.035, abs=0.001)

@@ -60,7 +60,7 @@ class Images:
             return
         world_T_camera = pose_from_message(message.pose)
         parts = tuple(
-            Seen(model.type, world_T_camera @ pose_from_message(model.pose))
+            Seen(model.type, self._catalogue.turned(model.type, world_T_camera @ pose_from_message(model.pose)))
             for model in message.models
             if model.type in self._catalogue
         )

@@ -44,7 +44,7 @@ class CellView:
         self._client = client
         self._catalogue = catalogue
         self.not_upright: set[str] = set()
-        """The types of which parts were seen that do not stand upright, or not on the floor of their bin."""
+        """The types of which parts were seen with another side up, or not on the floor of their bin."""
         self._cameras: list[Camera] = []
         self._watching: set[str] = set()
         for name, world_T_camera in sensors.cameras.items():
@@ -91,6 +91,8 @@ class CellView:
         found: list[Sighting] = []
         for camera in self._cameras:
             for part in camera.parts():
+                if part.type not in self._catalogue:  # its order came after the image
+                    continue
                 x, y, z = part.world_T_part.position
                 z -= self._catalogue.figures(part.type).below
                 if not is_inside(x, y):

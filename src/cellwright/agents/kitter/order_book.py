@@ -8,6 +8,7 @@ from cellwright.agents.kitter.kits import Kit, Task
 from cellwright.agents.kitter.part_figures import Catalogue
 from cellwright.client import Client
 from cellwright.messages.build import pose_from_message
+from cellwright.messages.osrf_gear import KitObject
 
 log = logging.getLogger(__name__)
 
@@ -36,12 +37,17 @@ class OrderBook:
         for order in self._client.orders[self._known :]:
             self._known += 1
             for kit in order.kits:
-                tasks = [Task(each.type, pose_from_message(each.pose)) for each in kit.objects]
+                tasks = [self._task(each) for each in kit.objects]
                 self._kits.append(Kit(kit.kit_type, tasks, self._catalogue))
                 types = ", ".join(task.type for task in tasks)
                 log.info("%.1f s: ordered: %s of %s", self._client.time, kit.kit_type, types)
                 self._give_up_strangers(tasks)
         return [kit for kit in self._kits if not kit.is_sent]
+
+    def _task(self, ordered: KitObject) -> Task:
+        tray_T_goal = pose_from_message(ordered.pose)
+        self._catalogue.note_order(ordered.type, tray_T_goal)
+        return Task(ordered.type, self._catalogue.turned(ordered.type, tray_T_goal))
 
     def _give_up_strangers(self, tasks: list[Task]) -> None:
         for task in tasks:

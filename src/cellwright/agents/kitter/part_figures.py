@@ -118,15 +118,13 @@ class Catalogue:
     """
 
     def __init__(self, own: Mapping[str, Mapping[str, Any]] | None = None) -> None:
+        self._own = dict(own or {})
         self._known = dict(_PARTS)
-        self.refused: dict[str, str] = {}
-        """Why a type of the trial's own is not handled, by its name."""
-        for name, values in (own or {}).items():
-            reason = why_not(values)
-            if reason:
-                self.refused[name] = reason
-            else:
-                self._known[name] = figures_of(values)
+        self._refused: dict[str, str] = {}
+        self._turns: dict[str, Pose] = {}
+        self._ordered: set[str] = set()
+        for name in self._own:
+            self._choose_top(name, 0)
 
     def __contains__(self, part_type: object) -> bool:
         return part_type in self._known
@@ -154,14 +152,41 @@ class Catalogue:
 
     def why_not(self, part_type: str) -> str:
         """Why a type is not handled."""
-        return self.refused.get(part_type, "its model is not known")
+        return self._refused.get(part_type, "its model is not known")
+
+    def note_order(self, part_type: str, tray_T_goal: Pose) -> None:
+        """A part of a type was ordered: the side that is to be up is the one that it is handled by from now on.
+
+        The first order of a type decides, for the agent turns no part over.
+        """
+        if part_type in self._own and part_type not in self._ordered:
+            self._ordered.add(part_type)
+            turns = [_turn(top) for top in self._own[part_type]["tops"]]
+            ups = [(tray_T_goal @ turn).rotate((0.0, 0.0, 1.0))[2] for turn in turns]
+            self._choose_top(part_type, max(range(len(ups)), key=ups.__getitem__))
+
+    def turned(self, part_type: str, frame_T_part: Pose) -> Pose:
+        """The pose of a part with z of the side that is to be up for its z; types of 2017 stay as they are."""
+        turn = self._turns.get(part_type)
+        return frame_T_part if turn is None else frame_T_part @ turn
+
+    def _choose_top(self, name: str, number: int) -> None:
+        mass, top = self._own[name]["mass"], self._own[name]["tops"][number]
+        values = {"mass": mass, **top}
+        self._turns[name] = _turn(top)
+        self._known.pop(name, None)
+        self._refused.pop(name, None)
+        if reason := why_not(values):
+            self._refused[name] = reason
+        else:
+            self._known[name] = figures_of(values)
 
 
 def why_not(values: Mapping[str, Any]) -> str:
-    """Why the agent can't handle a type of the trial's own; empty if it can.
+    """Why the agent can't handle a type of the trial's own with one of its sides up; empty if it can.
 
     Args:
-        values: what `Client.part_types` tells of it.
+        values: what `Client.part_types` tells of that top, and the mass.
     """
     mass, spots = values["mass"], values["spots"]
     wide = [spot for spot in spots if spot["radius"] >= LEAST_SPOT]
@@ -190,6 +215,12 @@ def figures_of(values: Mapping[str, Any]) -> PartFigures:
     row = box_outline(x1 - x0, y1 - y0, middle_x, middle_y)
     is_slim = len(row) * row[0].radius ** 2 < disc[0].radius ** 2
     return PartFigures((x, y), top, row if is_slim else disc, -bottom)
+
+
+def _turn(top: Mapping[str, Any]) -> Pose:
+    """part_T_top."""
+    w, x, y, z = top["turn"]
+    return Pose((0.0, 0.0, 0.0), (w, x, y, z))
 
 
 def _usable(values: Mapping[str, Any]) -> list[Mapping[str, Any]]:

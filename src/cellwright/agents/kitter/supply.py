@@ -89,7 +89,7 @@ class Supply:
         if self._too_far[part_type]:
             return "those that were seen lie out of the arm's reach"
         if part_type in self._view.not_upright:
-            return "those that were seen do not stand upright"
+            return "those that were seen lie with another side up than ordered, or on something else"
         return "none was seen"
 
 
