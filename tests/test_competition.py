@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -19,9 +20,11 @@ from cellwright.kitting.effects import (
     StateChanged,
     TrialEnded,
 )
+from cellwright.kitting.score.evidence import PartEvidence
 from cellwright.kitting.score.scorer import Scorer
 from cellwright.messages.osrf_gear import AGVControlRequest
 from cellwright.pose import Pose
+from cellwright.simulation.snapshot import read_checkpoint, restore_snapshot, take_snapshot, write_checkpoint
 from tests.cells import (
     ABOVE_THE_ROD,
     BARE,
@@ -354,3 +357,123 @@ def test_events_that_it_does_not_know_are_refused() -> None:
     cell = Cell(BARE)
     with pytest.raises(UsageError, match="device 'competition' does not know the event 'dance'"):
         cell.competition.handle("dance", ())
+
+
+# ---------------------------------------------------------------- what became of missing parts
+
+ROD_ORDER = order(0, (KitObject("piston_rod_part", Pose()),))
+RODS = replace(WHOLE, orders=(ROD_ORDER,), extra_parts=())
+
+
+def carry(cell: Cell, seconds: float = 1.5) -> None:
+    """Take hold of the rod that the cup stands on, and lift it."""
+    run(cell, 0.2)
+    start(cell)
+    grip(cell)
+    publish(cell, "arm/command", way(ABOVE_THE_ROD))
+    run(cell, seconds)
+
+
+def let_go(cell: Cell) -> None:
+    assert cell.gripper is not None
+    cell.gripper.set_enabled(False)
+
+
+def told(cell: Cell, number: int = 1) -> PartEvidence:
+    """What the score says of the only ordered part, once the tray is submitted."""
+    cell.agvs[number].send("order_0_kit_0")
+    run(cell, 0.8)
+    ((part,),) = [kit.parts for kit in cell.competition.evidence().kits()]
+    return part
+
+
+def test_a_part_that_was_dropped_over_its_bin_is_told() -> None:
+    cell = Cell(RODS)
+    effects = effects_of(cell)
+    carry(cell)
+    let_go(cell)
+    run(cell, 1.0)
+    part = told(cell)
+    assert part.fate is not None
+    assert (part.fate.kind, part.fate.part) == ("dropped", ROD_IN_REACH.name)
+    x, y, _ = part.fate.position or (0.0, 0.0, 0.0)
+    held = part.fate.held / 1e9
+    assert held == pytest.approx(1.5, abs=0.01)
+    assert part.sentence() == (
+        f"none on the tray when it was submitted: {ROD_IN_REACH.name} was dropped at ({x:.2f}, {y:.2f}) m "
+        f"after {held:.1f} s in the gripper"
+    )
+    (submitted,) = [effect for effect in effects if isinstance(effect, KitSubmitted)]
+    assert submitted.fates == (part.fate,)
+    assert cell.competition.score().total == 0.0
+
+
+def test_a_forced_drop_is_told_with_where_the_part_came_to_lie() -> None:
+    destination = Pose((-1.0, 0.23, 0.75))
+    cell = Cell(replace(RODS, drop_regions=(region((-1.0, -1.0, 0.8), (1.0, 1.0, 2.0), destination),)))
+    carry(cell)
+    part = told(cell)
+    assert part.fate is not None
+    assert part.fate.kind == "forced drop"
+    assert part.fate.position is not None
+    assert 0.8 <= part.fate.position[2] < 1.0
+    assert part.sentence().endswith("s in the gripper; it lay at (-1.00, 0.23) m")
+
+
+def test_a_part_that_was_left_on_the_other_tray_is_told() -> None:
+    cell = Cell(RODS)
+    carry(cell)
+    let_go(cell)
+    rod = cell.parts.part(ROD_IN_REACH.name)
+    cell.parts.place(rod, cell.trays[2].world_T_tray @ Pose((0.0, 0.0, 0.006)))
+    run(cell, 1.2)
+    assert told(cell).sentence().endswith(f"{ROD_IN_REACH.name} was on agv2's tray")
+
+
+def test_a_part_that_lies_on_another_one_is_told() -> None:
+    disk = Part("tray1|disk_part_1", "disk_part", Pose((0.0, 0.0, 0.006)), TRAY_1)
+    cell = Cell(replace(RODS, extra_parts=(disk,)))
+    carry(cell)
+    let_go(cell)
+    rod = cell.parts.part(ROD_IN_REACH.name)
+    cell.parts.place(rod, cell.trays[1].world_T_tray @ Pose((0.0, -0.05, 0.03)))
+    run(cell, 1.2)
+    assert told(cell).sentence().endswith("lay above agv1's tray without touching its plate, at (0.30, 3.20) m")
+
+
+def test_a_part_that_was_never_gripped_is_told_and_so_are_those_that_the_wall_took() -> None:
+    gears = replace(RODS, orders=(order(0, GEARS[:1]),))
+    cell = Cell(gears)
+    start(cell)
+    for name in [part.name for part in cell.parts.all if part.name.startswith("populate_conveyor|")][:2]:
+        cell.parts.put_away(cell.parts.part(name), "deletion wall")
+    assert told(cell).sentence() == (
+        "none on the tray when it was submitted: never taken hold of; the deletion wall of the belt took 2 of its type"
+    )
+
+
+def test_fates_are_no_part_of_the_state_and_snapshots_carry_them(tmp_path: Path) -> None:
+    cell = Cell(RODS)
+    carry(cell)
+    before, state = take_snapshot(cell.simulation), cell.state_hash()
+    record = cell.competition.get_record()
+    assert record["parts"][ROD_IN_REACH.name]["taken"] is not None
+    cell.competition.set_record({})
+    assert cell.state_hash() == state
+    restore_snapshot(cell.simulation, before)
+    assert cell.competition.get_record() == record
+    let_go(cell)
+    run(cell, 1.0)
+    first = told(cell)
+    path = tmp_path / "judged.npz"
+    write_checkpoint(cell.simulation, path)
+    restore_snapshot(cell.simulation, before)
+    let_go(cell)
+    run(cell, 1.0)
+    assert told(cell) == first
+    other = Cell(RODS)
+    read_checkpoint(other.simulation, path)
+    ((part,),) = [kit.parts for kit in other.competition.evidence().kits()]
+    assert part == first
+    other.reset()
+    assert other.competition.get_record() == {}

@@ -107,6 +107,7 @@ class Cell:
         )
         self.competition = Competition(
             trial,
+            parts=self.parts,
             conveyor=self.conveyor,
             population=self.population,
             trays=self.trays,

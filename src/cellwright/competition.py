@@ -5,7 +5,8 @@ It joins the kitting logic, which knows no physics, with the devices, which know
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 from cellwright.description.trial import Order, Trial
@@ -13,6 +14,8 @@ from cellwright.devices.agv import Agv
 from cellwright.devices.conveyor import Conveyor
 from cellwright.devices.gripper.vacuum_gripper import VacuumGripper
 from cellwright.devices.kit_tray import KitTray
+from cellwright.devices.parts import Parts
+from cellwright.devices.parts import Removal as RemovedBy
 from cellwright.devices.population import Population
 from cellwright.errors import RejectedCommandError
 from cellwright.kitting.drops import DropZones
@@ -26,15 +29,18 @@ from cellwright.kitting.effects import (
     PopulationRestart,
     StateChanged,
 )
+from cellwright.kitting.fates import Fate, HandlingRecord, PartNow, Removal
 from cellwright.kitting.faults import Faults
 from cellwright.kitting.names import part_type
 from cellwright.kitting.referee import Referee
 from cellwright.kitting.score.evidence import Evidence, evidence
+from cellwright.kitting.score.kit_score import KitScore, Verdict
 from cellwright.kitting.score.scorer import GameScore
 from cellwright.kitting.tray import TrayObject
-from cellwright.pose import Pose
+from cellwright.pose import Pose, Vector3
 from cellwright.simulation.device import Device, State
 from cellwright.simulation.events import NEVER
+from cellwright.world.build import WorldPart
 
 _AFTER_DEVICES = 10
 """Priority of the referee among the events of a tick: it judges what the devices have done."""
@@ -50,6 +56,7 @@ class Competition(Device):
         self,
         trial: Trial,
         *,
+        parts: Parts,
         conveyor: Conveyor,
         population: Population | None,
         trays: Mapping[int, KitTray],
@@ -63,10 +70,14 @@ class Competition(Device):
         self.drops = DropZones(trial.drop_regions)
         self.announced: list[Order] = []
         self.on_effect: list[Callable[[Effect], None]] = []
+        self._handling = HandlingRecord()
+        self._dropped_at: Vector3 | None = None
+        self._parts = parts
         self._conveyor = conveyor
         self._population = population
         self._trays = dict(trays)
         self._gripper = gripper
+        parts.on_removed.append(self._take_removal)
         for tray in trays.values():
             tray.on_report.append(self._take_report)
         for agv in agvs.values():
@@ -98,7 +109,11 @@ class Competition(Device):
 
     def evidence(self) -> Evidence:
         """The score at this moment, with what earned or lost each point."""
-        return evidence(self.trial, self.score(), self.process_time)
+        return evidence(self.trial, self.score(), self.process_time, fates=self.fates())
+
+    def fates(self) -> dict[str, tuple[Fate | None, ...]]:
+        """What became of the parts that judged kits lack, by kit type, for each ordered part."""
+        return {kit.kit_type: self._handling.fates(kit.kit_type) for order in self.trial.orders for kit in order.kits}
 
     def tray_objects(self, tray: KitTray) -> tuple[TrayObject, ...]:
         """What a tray last reported, with types and faults, as the referee sees it."""
@@ -129,6 +144,7 @@ class Competition(Device):
             UnknownNameError: there is no such tray.
         """
         submitted = self.referee.submit(tray_id, kit_type, self.simulation.now)
+        submitted = replace(submitted, fates=self._fates_of(submitted))
         self._carry_out((submitted,))
         return submitted
 
@@ -139,6 +155,7 @@ class Competition(Device):
         self.referee.reset()
         self.drops.reset()
         self.announced = []
+        self.set_record({})
         for tray in self._trays.values():
             self.referee.tray_changed(tray.link, ())
 
@@ -161,6 +178,14 @@ class Competition(Device):
         self.referee.set_state(state["referee"])
         self.drops.set_state(state["drops"])
         self.announced = [order for name in state["announced"] for order in self.trial.orders if order.order_id == name]
+
+    def get_record(self) -> State:
+        """What was done with the parts, and what became of those that judged kits lack."""
+        return self._handling.get_record()
+
+    def set_record(self, record: State) -> None:
+        """Take over what `get_record` returned."""
+        self._handling.set_record(record)
 
     # ---------------------------------------------------------------- inside
 
@@ -189,6 +214,7 @@ class Competition(Device):
 
     def _take_report(self, tray: KitTray) -> None:
         self.referee.tray_changed(tray.link, self.tray_objects(tray))
+        self._handling.report(tray.link, (each.name for each in tray.contents))
         self._plan()
 
     def _take_kit(self, agv: Agv, kit_type: str) -> None:
@@ -198,10 +224,43 @@ class Competition(Device):
             return  # the AGV drives off with its kit all the same, as in the original
 
     def _take_grip(self, gripper: VacuumGripper) -> None:
-        self.referee.gripper_changed(self.simulation.now, enabled=gripper.enabled, attached=gripper.attached)
+        now = self.simulation.now
+        self.referee.gripper_changed(now, enabled=gripper.enabled, attached=gripper.attached)
+        held = self._handling.held
+        if held is not None and held != gripper.part:
+            forced_at, self._dropped_at = self._dropped_at, None
+            position = forced_at or self._parts.pose(self._parts.part(held)).position
+            self._handling.let_go(held, position, now, is_forced=forced_at is not None)
+        if gripper.part is not None and held != gripper.part:
+            self._handling.take(gripper.part, now)
+
+    def _take_removal(self, part: WorldPart, by: RemovedBy) -> None:
+        self._handling.remove(part.name, Removal(by))
+
+    def _fates_of(self, submitted: KitSubmitted) -> tuple[Fate | None, ...]:
+        """What became of the parts that a judged kit lacks; of one that was judged before, as it was found then."""
+        score = submitted.score
+        if submitted.is_repeated or not score.is_submitted:
+            return self._handling.fates(score.kit_type) if score.is_submitted else ()
+        reported = [each.name for each in self.referee.trays.contents(submitted.tray_id)]
+        now = self.simulation.now
+        return self._handling.judge(score, submitted.tray_id, reported, self._parts_now(score), now)
+
+    def _parts_now(self, score: KitScore) -> Iterator[PartNow]:
+        """The parts of the types that a kit lacks, where they are now."""
+        missing = {finding.type for finding in score.parts if finding.verdict is Verdict.MISSING}
+        if not missing:
+            return
+        trays = {each.name: tray.link for tray in self._trays.values() for each in tray.look()}
+        for part in self._parts.all:
+            if (kind := part_type(part.name)) in missing:
+                position, is_faulty = self._parts.pose(part).position, self.faults.is_faulty(part.name)
+                above = next((tray.link for tray in self._trays.values() if tray.is_below(position)), "")
+                yield PartNow(part.name, kind, position, trays.get(part.name, ""), above, is_faulty)
 
     def _drop_target(self, name: str, world_T_part: Pose) -> Pose | None:
         region = self.drops.drop(part_type(name), world_T_part.position)
+        self._dropped_at = None if region is None else world_T_part.position
         return None if region is None else region.destination
 
 

@@ -1,5 +1,6 @@
 """A page holds what was asked for, and is written whole, in three formats."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,7 +10,7 @@ from matplotlib.figure import Figure
 
 from cellwright.errors import UsageError
 from cellwright.plots.figure import draw, write
-from cellwright.plots.tracks import JointTrack, Mark, Span, Story
+from cellwright.plots.tracks import CommandTrack, JointTrack, Mark, Span, Story
 from cellwright.plots.what import SUFFIXES, WHAT
 from tests.plots.stories import cell, robot
 
@@ -119,6 +120,35 @@ def test_a_file_is_what_its_name_says_and_the_same_each_time(suffix: str, tmp_pa
         written.append(path.read_bytes())
     assert written[0].startswith(begins[suffix])
     assert written[0] == written[1]
+
+
+def test_a_long_name_is_whole_and_widens_the_page(tmp_path: Path) -> None:
+    name = "right_shoulder_and_elbow_actuator_joint_of_the_second_arm"
+    times = np.linspace(0.0, 60.0, 50)
+    story = replace(
+        cell(),
+        joints={"arm": [JointTrack(name, "rad", times, times)]},
+        commands=[CommandTrack(f"/ariac/{name}", times)],
+    )
+    for path, drawn in ((tmp_path / "long.svg", story), (tmp_path / "short.svg", cell())):
+        write(draw(drawn, ["joints", "commands"]), path)
+
+    wide, usual = ((tmp_path / each).read_text() for each in ("long.svg", "short.svg"))
+
+    assert wide.count(f">{name}<") == 2
+    assert width(wide) > width(usual) + 72
+    assert width(usual) == pytest.approx(8.27 * 72, abs=0.1)
+
+
+def width(svg: str) -> float:
+    """Width of a picture [pt]."""
+    (found,) = re.findall(r'<svg[^>]* width="([0-9.]+)pt"', svg)
+    return float(found)
+
+
+def test_of_an_endless_name_the_middle_is_left_out(tmp_path: Path) -> None:
+    write(draw(replace(cell(), title="a" * 300 + "b" * 300), ["score"]), tmp_path / "a.svg")
+    assert f">{'a' * 99}…{'b' * 99}<" in (tmp_path / "a.svg").read_text()
 
 
 def test_a_full_folder_is_an_error_and_leaves_nothing(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from cellwright.agents.kitter.part_figures import Catalogue
 from cellwright.agents.kitter.picking import bin_rail, grip_pose
 from cellwright.agents.kitter.postures import folded, near_posture, station_posture
 from cellwright.agents.lesson import BY_BELT, OFF_BELT, ON_BELT, WAYPOINTS
@@ -63,7 +64,7 @@ def goals_all_over_the_rail(count: int) -> list[list[float]]:
 
 def pick(x: float, y: float) -> dict[str, Any]:
     """The way to a gear in a bin: to come over it, down onto it, and up again."""
-    x, y, grip = grip_pose("gear_part", Pose((x, y, BIN_SURFACE)), 0, 0.0).position
+    x, y, grip = grip_pose(Catalogue().figures("gear_part"), Pose((x, y, BIN_SURFACE)), 0, 0.0).position
     rail = bin_rail(y)
     above = station_posture(tool_down(x, y, 0.95), rail, INITIAL)
     assert above is not None

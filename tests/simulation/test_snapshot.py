@@ -128,6 +128,7 @@ def rewritten(path: Path, changed: Callable[[dict[str, Any]], object]) -> None:
         (lambda contents: contents["header"].pop("state"), "was changed since it was written"),
         (lambda contents: contents.update(engine=contents["engine"][:-1]), "was changed since it was written"),
         (lambda contents: contents.update(engine=np.zeros(3, "U9")), "was changed since it was written"),
+        (lambda contents: contents["header"].update(record={"a": {}}), "was changed since it was written"),
         (lambda contents: contents["header"].update(format=1), "made with another cell or another version"),
         (lambda contents: contents.update(header=[1]), "not a checkpoint that can be read"),
         (lambda contents: contents.update(engine=np.zeros(1 << 18)), "more than 1 MiB in it"),

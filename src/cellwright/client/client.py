@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import logging
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -42,6 +43,7 @@ AWAKE = 0.05
 _STOPPED = 0.02
 _PREFIX = "/ariac/"
 _INTENTION = "/cellwright/intention"
+_PART_TYPES = "/cellwright/part_types"
 _NO_SENSORS = ("competition_state", "current_score", "joint_states", "orders", "trays")
 
 log = logging.getLogger(__name__)
@@ -95,6 +97,21 @@ class Client(Session):
         """Where parts of a type are to be found: `bin7`, `belt`; nowhere for an unknown type."""
         request = GetMaterialLocationsRequest(material_type=material)
         return tuple(unit.unit_id for unit in self.call("/ariac/material_locations", request).storage_units)
+
+    def part_types(self) -> Mapping[str, Mapping[str, Any]]:
+        """The part types of the trial's own, by name; empty where there are none.
+
+        Each has its `mass` [kg] and `tops`: how it looks from above, first as it was modelled, then with each of the
+        five other sides up. A top is told in a frame with the part's origin and z up; `turn` is the quaternion
+        (w, x, y, z) of that frame in the part's. A top has the `centre_of_mass`, the box (`lower`, `upper`), the
+        `radius` of the floor plan about the middle of that box, and `spots` that the cup can stand on, the best first:
+        their `position`, and the `radius` of the flat disc. Lengths are in m.
+
+        Raises:
+            CellwrightError: the cell does not answer that: it is one of an earlier version.
+        """
+        answer = json.loads(self.call(_PART_TYPES, TriggerRequest()).message)
+        return {str(name): dict(values) for name, values in answer.items()}
 
     def intend(self, text: str) -> None:
         """Say in a line what you are about, for people who look on: the panel of the page, recordings.

@@ -48,7 +48,7 @@ class DeletionWall(Device):
         for part in self.parts.inside(centre - half, centre + half):
             self.simulation.refresh()
             if self._touches(part):
-                self.parts.put_away(part)
+                self.parts.put_away(part, "deletion wall")
 
     def _schedule(self, look: int) -> None:
         self.simulation.schedule(self, "look", look, at=nanoseconds(look * PERIOD))

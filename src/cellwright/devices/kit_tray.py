@@ -9,9 +9,10 @@ from typing import Any
 
 import mujoco
 
+from cellwright.description.layout import TRAY_PLATE
 from cellwright.devices.gripper.weld import engage
 from cellwright.devices.parts import Parts
-from cellwright.pose import Pose
+from cellwright.pose import Pose, Vector3
 from cellwright.simulation.clock import nanoseconds
 from cellwright.simulation.device import Device, State
 from cellwright.simulation.simulation import Simulation
@@ -88,6 +89,11 @@ class KitTray(Device):
             if self._is_locked(part) or self._touches(part)
         )
 
+    def is_below(self, point: Vector3) -> bool:
+        """Whether a point of the world [m] is above the plate, within 0.3 m of it."""
+        x, y, z = self.world_T_tray.inverse().transform(point)
+        return abs(x) <= TRAY_PLATE[0] / 2 and abs(y) <= TRAY_PLATE[1] / 2 and 0.0 <= z <= _UPPER[2]
+
     def lock(self) -> None:
         """Fix the reported parts to the tray, each where it is, so that none is lost on the way.
 
@@ -105,7 +111,7 @@ class KitTray(Device):
         """Take the locked parts out of the cell."""
         for part in self.parts.all:
             if self._is_locked(part):
-                self.parts.put_away(part)
+                self.parts.put_away(part, "delivery")
         self._tell()
 
     def remove_all(self) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,9 @@ from cellwright.pose import Pose
 from cellwright.simulation.device import Device, State
 from cellwright.simulation.simulation import Simulation
 from cellwright.world.build import WorldPart
+
+Removal: TypeAlias = Literal["deletion wall", "delivery", "clearing"]
+"""What takes a part out of the cell: the end of the belt, an AGV that arrives with it, or a hand that clears a tray."""
 
 
 class Parts(Device):
@@ -31,6 +34,8 @@ class Parts(Device):
         """Those who are told when a part was taken out of the cup, if it was in it: put elsewhere, or locked."""
         self.on_placed: list[Callable[[int], None]] = []
         """Those who are told the body of a part that was put somewhere in a run."""
+        self.on_removed: list[Callable[[WorldPart, Removal], None]] = []
+        """Called with a part that leaves the cell, and what takes it."""
         rows = np.array([part.qpos for part in parts], dtype=np.int64).reshape(-1, 1)
         self._position_rows = rows + np.arange(3)
 
@@ -82,10 +87,12 @@ class Parts(Device):
         for listener in self.on_placed:
             listener(part.body)
 
-    def put_away(self, part: WorldPart) -> None:
+    def put_away(self, part: WorldPart, by: Removal = "clearing") -> None:
         """Take a part out of play, onto its shelf slot."""
         self._teleport(part, part.shelf)
         self.in_play.discard(part.name)
+        for listener in self.on_removed:
+            listener(part, by)
 
     def take_from_cup(self, part: WorldPart) -> None:
         """Have the cup hold a part no longer, if it does."""

@@ -7,6 +7,7 @@ from enum import StrEnum
 from typing import TypeAlias
 
 from cellwright.description.trial import Order
+from cellwright.kitting.fates import Fate
 from cellwright.kitting.score.kit_score import KitScore
 from cellwright.kitting.score.scorer import GameScore, OrderScore
 
@@ -82,12 +83,14 @@ class KitSubmitted:
         kit_type: what it was submitted as.
         score: the score of that kit, with the evidence, or with `refusal` when nobody asked for the kit.
         is_repeated: the kit was submitted before; `score` is the one from then.
+        fates: for each ordered part what became of it if it is missing, else None; empty where nothing is known.
     """
 
     tray_id: str
     kit_type: str
     score: KitScore
     is_repeated: bool = False
+    fates: tuple[Fate | None, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,12 +20,15 @@ from cellwright.whole_file import write_whole
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.transforms import Bbox
 
 _WIDTH = 8.27  # of the page [in]: A4
 _LEFT, _RIGHT = 1.3, 0.9  # margins [in]: names of rows, names of curves
 _HEAD, _FOOT, _GAP = 0.86, 0.5, 0.42  # above, below and between the drawings [in]
 _DPI = 160
-_LONGEST = 1000  # characters of a text
+_LONGEST = 200  # characters of a text; of a longer one the middle is left out
+_TITLE = 60  # characters of a title that fit across the page
+_PAD = 0.08  # beside a text for which the page has to be widened [in]
 _FROM_ABOVE = 2.7  # height of the path from above [in]
 _AXIS = 0.3  # more room, where figures and a name stand below an axis [in]
 
@@ -61,7 +64,14 @@ def draw(story: Story, what: Sequence[str] = WHAT) -> Figure:
         gaps = [_GAP + _AXIS * (number == last) for number in range(len(panels) - 1)]
         height = _HEAD + sum(panel.height for panel in panels) + sum(gaps) + _FOOT
         figure = Figure(figsize=(_WIDTH, height), dpi=_DPI)
-        figure.text(_LEFT / _WIDTH, 1.0 - 0.24 / height, story.title, fontsize=13, fontweight="bold", va="center")
+        figure.text(
+            _LEFT / _WIDTH,
+            1.0 - 0.24 / height,
+            story.title,
+            fontsize=_title_size(story.title),
+            fontweight="bold",
+            va="center",
+        )
         figure.text(_LEFT / _WIDTH, 1.0 - 0.46 / height, story.note, fontsize=8, color=INK, va="center")
         top = height - _HEAD
         for number, (panel, gap) in enumerate(zip(panels, [*gaps, 0.0], strict=True)):
@@ -88,14 +98,36 @@ def write(figure: Figure, path: Path) -> None:
     from matplotlib.text import Text
 
     for words in figure.findobj(Text):  # of a recording that may come from anywhere
-        words.set_text(showable(words.get_text(), _LONGEST))
+        words.set_text(_shown(words.get_text()))
     held = BytesIO()
     kind = path.suffix.lower().removeprefix(".")
     made: dict[str, Any] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
     with mpl.rc_context({**SETTINGS, "svg.hashsalt": "cellwright"}), warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph ")  # a sign that the font has not is a box, and no news for a terminal
-        figure.savefig(held, format=kind, facecolor="white", metadata=made[kind])
+        figure.savefig(held, format=kind, facecolor="white", metadata=made[kind], bbox_inches=_page(figure))
     write_whole(path, held.getvalue())
+
+
+def _page(figure: Figure) -> Bbox | None:
+    """The page [in], widened where a name would reach beyond it; None where all names have room."""
+    from matplotlib.transforms import Bbox
+
+    width, height = figure.get_size_inches()
+    needed = figure.get_tightbbox()
+    left, right = min(0.0, needed.x0 - _PAD), max(width, needed.x1 + _PAD)
+    return None if (left, right) == (0.0, width) else Bbox([[left, 0.0], [right, height]])
+
+
+def _shown(text: str) -> str:
+    """A text of a recording that may come from anywhere, fit to be drawn."""
+    line = showable(text, 10 * _LONGEST)
+    half = (_LONGEST - 1) // 2
+    return line if len(line) <= _LONGEST else f"{line[:half]}…{line[-half:]}"
+
+
+def _title_size(title: str) -> float:
+    """Size of a title [pt]: a long one is smaller."""
+    return 13.0 * min(1.0, _TITLE / max(len(title), 1))
 
 
 def _panels(story: Story, name: str) -> list[_Panel]:

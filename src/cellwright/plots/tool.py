@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _LOADED, _ON = "#D55E00", "#0072B2"
+_LEGEND = 60  # characters that a legend beside the title has room for
 _POINTS = 20_000  # of a path from above, which cannot be thinned by time
 
 
@@ -74,12 +75,13 @@ def _legend(axes: Axes) -> None:
     handles, labels = axes.get_legend_handles_labels()
     once = dict(zip(labels, handles, strict=True))
     if once:
+        is_wide = sum(map(len, once)) > _LEGEND
         axes.legend(
             once.values(),
             once.keys(),
-            loc="lower right",
-            bbox_to_anchor=(1.0, 1.0),
-            ncols=4,
+            loc="upper left" if is_wide else "lower right",  # of the legend, which stands beside or above the drawing
+            bbox_to_anchor=(1.01, 1.0) if is_wide else (1.0, 1.0),
+            ncols=1 if is_wide else 4,
             borderpad=0,
             handlelength=1.4,
         )

@@ -17,7 +17,6 @@ MOST = 12
 
 _SLICES = 400
 _LIGHT = 0.35
-_LONGEST = 24  # name of a command, in characters
 _BLUE = (0.0, 0.447, 0.698)
 
 
@@ -60,6 +59,5 @@ def draw(axes: Axes, story: Story) -> None:
 
 
 def _short(name: str) -> str:
-    """A name as it fits beside the drawing: without its first part, and with its end where it is long."""
-    rest = name.strip("/").partition("/")[2] or name
-    return rest if len(rest) <= _LONGEST else f"…{rest[1 - _LONGEST :]}"
+    """A name as it stands beside the drawing: without its first part."""
+    return name.strip("/").partition("/")[2] or name

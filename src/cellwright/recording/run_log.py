@@ -157,4 +157,5 @@ def _submission(effect: KitSubmitted, could: TrialReach) -> dict[str, Any]:
     told = {"tray_id": effect.tray_id, "kit_type": effect.kit_type, "repeated": effect.is_repeated}
     if score.refusal is not None:
         return {**told, "refusal": score.refusal.sentence(), "evidence": None}
-    return {**told, "refusal": None, "evidence": kit_to_json(kit_evidence(score, could.kit(score.kit_type)))}
+    evidence = kit_evidence(score, could.kit(score.kit_type), fates=effect.fates)
+    return {**told, "refusal": None, "evidence": kit_to_json(evidence)}

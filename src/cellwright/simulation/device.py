@@ -72,6 +72,16 @@ class Device:
     def set_state(self, state: State) -> None:
         """Remember what `get_state` returned before."""
 
+    def get_record(self) -> State:
+        """What this device has observed besides its state, as JSON values; empty for nothing.
+
+        Snapshots and checkpoints carry it, and the state hash leaves it out: nothing that happens depends on it.
+        """
+        return {}
+
+    def set_record(self, record: State) -> None:
+        """Take over what `get_record` returned before; empty for nothing."""
+
     def close(self) -> None:
         """End of life: let go of files, threads and the like."""
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any
 
@@ -269,6 +269,15 @@ class Simulation:
         self.rehook()
         self.touch()
         self.watches.retime(self.now)
+
+    def get_record(self) -> dict[str, Any]:
+        """What the devices have observed besides their states, as JSON values; no part of the state hash."""
+        return {name: dict(record) for name, device in self.devices.items() if (record := device.get_record())}
+
+    def set_record(self, record: Mapping[str, Any]) -> None:
+        """Take over what `get_record` returned."""
+        for name, device in self.devices.items():
+            device.set_record(record.get(name, {}))
 
     def state_hash(self, *more: Any) -> str:
         """SHA-256 over the engine's state, the events, the devices and `more` (JSON values), in hexadecimal."""

@@ -40,6 +40,7 @@ class Snapshot:
     data: mujoco.MjData
     fields: dict[str, NDArray[np.float64]]
     state: dict[str, Any]
+    record: dict[str, Any]
 
 
 def take_snapshot(simulation: Simulation) -> Snapshot:
@@ -48,6 +49,7 @@ def take_snapshot(simulation: Simulation) -> Snapshot:
         data=copy.copy(simulation.data),
         fields={name: getattr(simulation.model, name).copy() for name in CHANGING_FIELDS},
         state=copy.deepcopy(simulation.get_state()),
+        record=copy.deepcopy(simulation.get_record()),
     )
 
 
@@ -57,6 +59,7 @@ def restore_snapshot(simulation: Simulation, snapshot: Snapshot) -> None:
     for name, values in snapshot.fields.items():
         getattr(simulation.model, name)[:] = values
     simulation.set_state(copy.deepcopy(snapshot.state))
+    simulation.set_record(copy.deepcopy(snapshot.record))
 
 
 def write_checkpoint(simulation: Simulation, path: Path) -> None:
@@ -72,6 +75,8 @@ def write_checkpoint(simulation: Simulation, path: Path) -> None:
         "state": simulation.get_state(),
     }
     header["digest"] = _digest(engine, fields, header["state"])
+    if record := simulation.get_record():
+        header |= {"record": record, "record_digest": hashlib.sha256(_as_bytes(record)).hexdigest()}
     text = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
     with whole_file(path) as file:
         np.savez_compressed(file, engine=engine, header=text, **fields)
@@ -99,9 +104,13 @@ def read_checkpoint(simulation: Simulation, path: Path) -> None:
         raise CheckpointError(f"{path}: the checkpoint was made with another cell or another version")
     if header.get("digest") != _digest(engine, fields, header.get("state")):
         raise CheckpointError(f"{path}: the checkpoint was changed since it was written")
+    record = header.get("record", {})  # files of earlier versions have none
+    if record and header.get("record_digest") != hashlib.sha256(_as_bytes(record)).hexdigest():
+        raise CheckpointError(f"{path}: the checkpoint was changed since it was written")
     for name, values in fields.items():
         getattr(simulation.model, name)[:] = values
     simulation.set_state(header["state"])
+    simulation.set_record(record)
     _set_engine(simulation, engine)
 
 
@@ -123,11 +132,16 @@ def _read(path: Path) -> tuple[dict[str, Any], NDArray[np.float64], dict[str, ND
 
 def _digest(engine: NDArray[np.float64], fields: dict[str, NDArray[np.float64]], state: object) -> str:
     """Tells whether a file still says what was written; it keeps out slips, not somebody who means it."""
-    digest = hashlib.sha256(json.dumps(state, sort_keys=True).encode())
+    digest = hashlib.sha256(_as_bytes(state))
     for name, array in (("engine", engine), *sorted(fields.items())):
         digest.update(f"{name} {array.dtype} {array.shape}".encode())
         digest.update(np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()
+
+
+def _as_bytes(values: object) -> bytes:
+    """JSON values as the bytes that a digest is taken of."""
+    return json.dumps(values, sort_keys=True).encode()
 
 
 def model_signature(model: mujoco.MjModel) -> str:

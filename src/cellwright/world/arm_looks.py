@@ -207,7 +207,10 @@ BEAM = box(0.2, 4.6, 0.1, HERE, colours.RAIL)
 CUP = cylinder(0.05, 0.01, HERE, colours.CUP)
 """The plain disc that the suction cup stands for, in its link's frame."""
 
-_CUP_SECTIONS = (meshes.Circle(0.038, -0.005), meshes.Circle(0.05, 0.003), meshes.Circle(0.05, 0.005))
+CUP_FACE_RADIUS = 0.038
+"""Radius [m] of the flat face that grips."""
+
+_CUP_SECTIONS = (meshes.Circle(CUP_FACE_RADIUS, -0.005), meshes.Circle(0.05, 0.003), meshes.Circle(0.05, 0.005))
 
 
 def dress_rail(rail: Any, world: Any) -> None:

@@ -17,6 +17,7 @@ from cellwright.agents.kitter.areas import (
     is_well_in_view,
     view_of,
 )
+from cellwright.agents.kitter.part_figures import Catalogue
 from cellwright.agents.kitter.placing import STATIONS
 from cellwright.devices.sensors.frustum import Frustum
 from cellwright.devices.sensors.logical_camera import LogicalCamera
@@ -45,7 +46,7 @@ def camera(x: float, y: float, z: float = 1.465) -> Pose:
 )
 def test_which_areas_a_camera_looks_at(world_T_camera: Pose, seen: list[Area]) -> None:
     areas = [BINS, BELT, STATIONS[1].area, STATIONS[2].area]
-    assert [area for area in areas if area.meets(view_of(world_T_camera))] == seen
+    assert [area for area in areas if area.meets(view_of(world_T_camera, Catalogue().reach))] == seen
 
 
 @given(st.tuples(places, places, places), st.tuples(turns, turns, turns), st.tuples(places, places, places))
@@ -63,7 +64,7 @@ def test_no_area_that_a_camera_sees_is_left_out(
     )
     in_view = bool(view.meets(np.array([point]), np.full((1, 3), 0.01))[0])
     if in_view:
-        assert Area.around([point]).meets(view_of(world_T_camera))
+        assert Area.around([point]).meets(view_of(world_T_camera, Catalogue().reach))
     else:
         assert not is_well_in_view(world_T_camera, point)
 

@@ -10,6 +10,7 @@ import pytest
 from cellwright.agents.kitter.areas import BELT_MIDDLE, BELT_SURFACE
 from cellwright.agents.kitter.belt_watch import SPEED, BeltWatch, crosses_belt
 from cellwright.agents.kitter.eyes import Image, Seen
+from cellwright.agents.kitter.part_figures import Catalogue
 from cellwright.client import Client
 from cellwright.pose import Pose
 
@@ -38,7 +39,7 @@ class FakeClient:
 
 
 def watch(client: FakeClient, beams: dict[str, Pose] | None = None, types: tuple[str, ...] = ()) -> BeltWatch:
-    return BeltWatch(cast("Client", client), beams or {}, types)
+    return BeltWatch(cast("Client", client), beams or {}, types, Catalogue())
 
 
 def on_belt(part_type: str, y: float, x: float = BELT_MIDDLE, z: float = BELT_SURFACE) -> Seen:

@@ -6,6 +6,7 @@ from cellwright.agents.kitter.areas import BINS
 from cellwright.agents.kitter.camera import IMAGES, Camera, Images, take_fresh
 from cellwright.agents.kitter.cellview import CellView
 from cellwright.agents.kitter.eyes import Sighting
+from cellwright.agents.kitter.part_figures import Catalogue
 from cellwright.cell import Cell
 from cellwright.client.client import Client
 from cellwright.client.transports.in_process import InProcess
@@ -27,7 +28,7 @@ def listeners(of: Cell, name: str) -> tuple[str, ...]:
 def test_images_come_while_one_listens_and_are_kept_after() -> None:
     final01 = cell("final01", "kitter_sensors")
     client = Client(InProcess(final01, node="/agent"))
-    images = Images(client, "logical_camera_bin7")
+    images = Images(client, "logical_camera_bin7", Catalogue())
     client.sleep(0.5)
     assert not images.newest
     take_fresh(client, [images], 3)
@@ -54,7 +55,7 @@ def test_an_image_that_others_have_had_before_is_not_fresh() -> None:
         if is_watched:
             client.on_sensor("logical_camera_bin7", lambda _image: None)
         client.sleep(0.55)
-        camera = Camera(client, "logical_camera_bin7", BIN_7)
+        camera = Camera(client, "logical_camera_bin7", BIN_7, Catalogue())
         take_fresh(client, [camera], 2)
         times.append([each.time for each in camera.newest])
     assert times[0] == times[1] == [0.6, 0.7]
@@ -64,7 +65,7 @@ def test_a_camera_that_is_switched_off_is_not_waited_for_for_ever() -> None:
     final01 = cell("final01", "kitter_sensors")
     final01.sensors["logical_camera_bin7"].enabled = False
     client = Client(InProcess(final01))
-    camera = Camera(client, "logical_camera_bin7", BIN_7)
+    camera = Camera(client, "logical_camera_bin7", BIN_7, Catalogue())
     take_fresh(client, [camera])
     assert client.time < 1.5
     assert camera.parts() == []
@@ -75,7 +76,7 @@ def test_a_camera_that_is_switched_off_is_not_waited_for_for_ever() -> None:
 def test_only_the_cameras_that_are_needed_are_looked_through() -> None:
     qual2b = cell("qual2b", "kitter_sensors")
     client = Client(InProcess(qual2b, node="/agent"))
-    view = CellView(client, ("gasket_part",))
+    view = CellView(client, Catalogue(), ("gasket_part",))
     heard: dict[str, tuple[str, ...]] = {}
     cameras = [name for name in qual2b.sensors if "camera" in name]
 

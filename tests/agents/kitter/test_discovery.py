@@ -5,6 +5,7 @@ import pytest
 from cellwright.agents.kitter.areas import BINS
 from cellwright.agents.kitter.cellview import CellView
 from cellwright.agents.kitter.discovery import Sensors, find_sensors
+from cellwright.agents.kitter.part_figures import Catalogue
 from cellwright.agents.kitter.placing import STATIONS
 from cellwright.cell import Cell
 from cellwright.client.client import Client
@@ -34,18 +35,18 @@ def test_a_cell_without_sensors() -> None:
 def test_every_part_of_the_bins_is_seen_once_and_where_it_is() -> None:
     lesson = client("lesson")
     qual3a = client("qual3a", "kitter_sensors")
-    view = CellView(qual3a, ())
+    view = CellView(qual3a, Catalogue(), ())
     view.look(BINS)
     parts = view.parts_in_bins()
     counts = {kind: sum(part.type == kind for part in parts) for kind in ("gear_part", "disk_part", "gasket_part")}
     assert counts == {"gear_part": 16, "disk_part": 4, "gasket_part": 4}
     disk = min((part for part in parts if part.type == "disk_part"), key=lambda part: sum(part.world_T_part.position))
     assert disk.world_T_part.position == pytest.approx((-0.4, 0.895, 0.725), abs=0.002)
-    assert not CellView(lesson, ()).sees(Pose((-0.3, 0.995, 0.725)))  # no camera over bin 8
+    assert not CellView(lesson, Catalogue(), ()).sees(Pose((-0.3, 0.995, 0.725)))  # no camera over bin 8
 
 
 def test_a_tray_in_view_is_empty_at_first() -> None:
-    view = CellView(client("qual1a", "kitter_sensors"), ())
+    view = CellView(client("qual1a", "kitter_sensors"), Catalogue(), ())
     view.look(STATIONS[1].area)
     assert view.sees(Pose((0.2, 3.35, 0.755)))
     assert view.parts_on_tray(Pose((0.3, 3.15, 0.75))) == []

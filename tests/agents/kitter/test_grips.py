@@ -6,11 +6,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cellwright.agents.kitter.part_figures import Catalogue
 from cellwright.agents.kitter.picking import Held, grip_pose
 from cellwright.agents.kitter.placing import STATIONS, SURFACE, pose_on_tray, release_pose
 from cellwright.motion import face
 from cellwright.pose import Pose
 
+KINDS = Catalogue()
 yaws = st.floats(-3.1, 3.1)
 
 
@@ -19,12 +21,12 @@ def flat(x: float, y: float, z: float, yaw: float) -> Pose:
 
 
 def test_a_rod_is_taken_behind_its_head() -> None:
-    gripper = grip_pose("piston_rod_part", flat(-0.3, 0.2, 0.725, math.pi / 2), 0, 0.0)
+    gripper = grip_pose(KINDS.figures("piston_rod_part"), flat(-0.3, 0.2, 0.725, math.pi / 2), 0, 0.0)
     assert face(gripper) == pytest.approx((-0.34, 0.2, 0.7325))
 
 
 def test_each_attempt_goes_somewhere_else() -> None:
-    places = {grip_pose("gear_part", Pose(), attempt, 0.0).position for attempt in range(5)}
+    places = {grip_pose(KINDS.figures("gear_part"), Pose(), attempt, 0.0).position for attempt in range(5)}
     assert len(places) == 5
 
 
@@ -48,7 +50,7 @@ def test_a_part_that_hangs_askew_is_put_down_with_the_cup_level() -> None:
 
 @pytest.mark.parametrize(("number", "x", "y", "yaw"), [(1, 0.2, 3.35, math.pi + 0.3), (2, 0.4, -3.35, 0.3)])
 def test_places_on_the_trays(number: int, x: float, y: float, yaw: float) -> None:
-    pose = pose_on_tray(STATIONS[number], "gear_part", flat(0.1, -0.2, 0.0, 0.3))
+    pose = pose_on_tray(STATIONS[number], KINDS.figures("gear_part"), flat(0.1, -0.2, 0.0, 0.3))
     assert pose.position[:2] == pytest.approx((x, y), abs=1e-3)
     assert pose.position[2] == pytest.approx(SURFACE, abs=0.006)
     assert math.remainder(pose.yaw - yaw, 2 * math.pi) == pytest.approx(0.0, abs=1e-3)

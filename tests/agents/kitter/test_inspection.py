@@ -9,18 +9,20 @@ from cellwright.agents.kitter.cellview import CellView
 from cellwright.agents.kitter.eyes import Sighting
 from cellwright.agents.kitter.inspection import Verdict, inspect, is_known_faulty, strays
 from cellwright.agents.kitter.kits import Kit, Task
+from cellwright.agents.kitter.part_figures import Catalogue
 from cellwright.agents.kitter.placing import STATIONS, pose_on_tray
 from cellwright.pose import Pose
 
 PLACE = Pose((0.1, 0.1, 0.0))
+KINDS = Catalogue()
 TASK = Task("gear_part", PLACE, PLACE)
-KIT = Kit("kit", [TASK], STATIONS[2])
+KIT = Kit("kit", [TASK], KINDS, STATIONS[2])
 
 
 def beside(dx: float = 0.0, yaw: float = 0.0, part_type: str = "gear_part") -> Sighting:
     """A part on tray 2, beside the place of the only part of the kit."""
     shift = Pose.from_rpy((0.1 + dx, 0.1, 0.0), (0.0, 0.0, yaw))
-    return Sighting(part_type, pose_on_tray(STATIONS[2], part_type, shift), 8)
+    return Sighting(part_type, pose_on_tray(STATIONS[2], KINDS.figures(part_type), shift), 8)
 
 
 def view(*seen: Sighting, faulty: tuple[Pose, ...] = (), has_camera: bool = True) -> CellView:
@@ -68,5 +70,5 @@ def test_what_was_not_put_where_it_lies_is_a_stray() -> None:
     stray, other = beside(0.06), beside(-0.3, part_type="disk_part")
     assert strays(view(beside(0.03), stray, other), KIT) == [stray, other]
     assert not is_known_faulty(KIT, stray)
-    kit = Kit("kit", [TASK], STATIONS[2], faulty=[("gear_part", Pose((0.17, 0.1, 0.0)))])
+    kit = Kit("kit", [TASK], KINDS, STATIONS[2], faulty=[("gear_part", Pose((0.17, 0.1, 0.0)))])
     assert is_known_faulty(kit, stray)

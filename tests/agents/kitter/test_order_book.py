@@ -4,6 +4,7 @@ from types import SimpleNamespace
 from typing import cast
 
 from cellwright.agents.kitter.order_book import OrderBook
+from cellwright.agents.kitter.part_figures import Catalogue
 from cellwright.client import Client
 from cellwright.messages.build import pose_message
 from cellwright.messages.osrf_gear import Kit, KitObject, Order
@@ -16,7 +17,7 @@ def order(name: str, *types: str) -> Order:
 
 def test_kits_come_in_the_order_of_their_orders() -> None:
     client = SimpleNamespace(orders=[order("order_0", "gear_part")], time=0.0)
-    book = OrderBook(cast("Client", client))
+    book = OrderBook(cast("Client", client), Catalogue())
     (first,) = book.open_kits()
     assert [(task.type, task.tray_T_goal.position) for task in first.tasks] == [("gear_part", (0.1, 0.2, 0.0))]
     client.orders.append(order("order_1", "disk_part"))
@@ -27,5 +28,5 @@ def test_kits_come_in_the_order_of_their_orders() -> None:
 
 def test_what_nobody_knows_how_to_handle_is_given_up_at_once() -> None:
     client = SimpleNamespace(orders=[order("order_0", "u_joint_part", "gear_part")], time=0.0)
-    (kit,) = OrderBook(cast("Client", client)).open_kits()
+    (kit,) = OrderBook(cast("Client", client), Catalogue()).open_kits()
     assert [task.type for task in kit.open_tasks] == ["gear_part"]

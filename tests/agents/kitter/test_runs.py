@@ -4,6 +4,7 @@ import logging
 import re
 from collections.abc import Iterator
 from functools import cache
+from pathlib import Path
 
 import pytest
 
@@ -12,13 +13,14 @@ from cellwright.cell import Cell
 from cellwright.description.catalogue import find_trial
 from cellwright.description.gear2017 import load_trial
 from cellwright.run import Outcome, RunOptions, RunResult, run_cell
+from tests.own_parts import write_trial
 
 
 class Lines(logging.Handler):
     """A handler that keeps the texts of a log."""
 
-    def __init__(self) -> None:
-        super().__init__(logging.INFO)
+    def __init__(self, level: int = logging.INFO) -> None:
+        super().__init__(level)
         self.said: list[str] = []
 
     def emit(self, record: logging.LogRecord) -> None:
@@ -68,6 +70,43 @@ def test_a_part_lost_over_the_tray_costs_nothing() -> None:
     """One of the rods is dropped on the tray, by force."""
     result = run("final10", "kitter_sensors")
     assert result.score.total == 15.0
+
+
+def run_own(folder: Path, *types: str, roll: str = "0") -> tuple[RunResult, list[str]]:
+    """A run of a trial with parts of its own, and what the agent says in the end of those that it did not bring."""
+    trial = load_trial([write_trial(folder, *types, roll=roll), find_trial("kitter_sensors")]).trial
+    logger, lines = logging.getLogger("cellwright.agents.kitter"), Lines(logging.WARNING)
+    logger.addHandler(lines)
+    try:
+        return run_cell(Cell(trial), find_agent("kitter")(), RunOptions(until=300.0)), lines.said
+    finally:
+        logger.removeHandler(lines)
+
+
+@pytest.mark.slow
+def test_parts_of_a_trial_s_own_are_brought(tmp_path: Path) -> None:
+    result, said = run_own(tmp_path, "my_box", "my_can", "my_step")
+    assert (result.error, result.outcome) == ("", Outcome.DONE)
+    assert result.score.total == result.evidence.reach.maximum == 9.0
+    assert said == []
+
+
+@pytest.mark.slow
+def test_parts_that_are_ordered_on_their_side_are_brought_so(tmp_path: Path) -> None:
+    result, said = run_own(tmp_path, "my_box", "my_step", roll="pi/2")
+    assert (result.outcome, result.score.total, said) == (Outcome.DONE, 6.0, [])
+
+
+@pytest.mark.slow
+def test_parts_that_it_cannot_take_are_told_in_the_end_with_the_reason(tmp_path: Path) -> None:
+    result, said = run_own(tmp_path, "my_ball", "my_anvil")
+    assert (result.outcome, result.score.total) == (Outcome.DONE, 0.0)
+    assert [line.partition(" s: ")[2] for line in said] == [
+        "not brought for order_0_kit_0: 1 my_ball: its flat top is too small: a disc of 2 mm radius, 6 mm are needed",
+        "not brought for order_0_kit_0: 1 my_anvil: it is too heavy: 25 kg, the arm carries 10 kg",
+    ]
+    sentences = [part.sentence() for kit in result.evidence.kits() for part in kit.parts]
+    assert sentences == ["none on the tray when it was submitted: never taken hold of"] * 2
 
 
 @pytest.fixture(scope="module")

@@ -14,6 +14,7 @@ from cellwright.agents.kitter.belt_watch import BeltPart
 from cellwright.agents.kitter.cellview import CellView
 from cellwright.agents.kitter.eyes import Sighting
 from cellwright.agents.kitter.inspection import gap
+from cellwright.agents.kitter.part_figures import Catalogue
 from cellwright.agents.kitter.picking import Held, Picker
 from cellwright.agents.kitter.placing import STATIONS, Placer
 from cellwright.agents.kitter.strategy import SENDINGS, Strategy
@@ -105,6 +106,7 @@ class FakeView:
     def __init__(self, floor: Floor) -> None:
         self.floor = floor
         self.belt = SimpleNamespace(coming=self._coming, forget=floor.coming.remove)
+        self.not_upright: set[str] = set()
         self.agvs = SimpleNamespace(listen=lambda: None, rest=lambda: None, is_ready=self._is_ready)
 
     def _coming(self, part_type: str, _time: float, _y: float) -> list[BeltPart]:
@@ -129,6 +131,21 @@ class FakeView:
         return True
 
 
+CONE = {
+    "mass": 0.2,
+    "tops": [
+        {
+            "turn": [1.0, 0.0, 0.0, 0.0],
+            "centre_of_mass": [0.0, 0.0, 0.01],
+            "lower": [-0.03, -0.03, 0.0],
+            "upper": [0.03, 0.03, 0.04],
+            "radius": 0.03,
+            "spots": [],
+        }
+    ],
+}
+
+
 class FakePicker:
     def __init__(self, floor: Floor) -> None:
         self.floor = floor
@@ -147,6 +164,9 @@ class FakePicker:
             lying[:] = [part for part in lying if gap(part.world_T_part, world_T_part) > 0.01]
         floor.faulty = [pose for pose in floor.faulty if gap(pose, world_T_part) > 0.01]
         return Held(part_type, flat(0.0, 0.0, -0.02))
+
+    def is_in_reach(self, _part_type: str, _world_T_part: Pose, _rail: float) -> bool:
+        return True
 
     def meeting_place(self, _part: BeltPart, first: float, _last: float) -> float | None:
         return first
@@ -190,6 +210,9 @@ class FakeArm:
     def travel(self, _goal: Pose, _rail: float) -> bool:
         return True
 
+    def unload(self) -> None:
+        pass
+
 
 def order(*parts: tuple[str, float, float], kits: int = 1) -> Order:
     objects = [KitObject(kind, pose_message(flat(x, y, 0.0))) for kind, x, y in parts]
@@ -213,6 +236,7 @@ def work(
         cast("Arm", FakeArm()),
         cast("Picker", FakePicker(floor)),
         cast("Placer", placer),
+        Catalogue({"cone_part": CONE}),
     ).run()
     return floor
 
@@ -250,6 +274,17 @@ def test_a_part_that_cannot_be_had_is_given_up_and_the_rest_is_sent() -> None:
     assert places(floor) == [(0.1, 0.1)]
     assert floor.sent == [(1, "order_0_kit_0")]
     assert 60.0 < floor.time < 120.0
+
+
+def test_what_was_not_brought_is_told_in_the_end_with_the_reason(caplog: pytest.LogCaptureFixture) -> None:
+    wanted = order(("cone_part", 0.1, 0.1), ("cone_part", -0.1, 0.1), ("gear_part", 0.1, -0.1), ("disk_part", 0.0, 0.0))
+    floor = work(Floor(bins=gears(1)), [wanted])
+    assert places(floor) == [(0.1, -0.1)]
+    told = [record.getMessage().partition(" s: ")[2] for record in caplog.records if record.levelname == "WARNING"]
+    assert told == [
+        "not brought for order_0_kit_0: 2 cone_part: it has no flat top that the cup could stand on",
+        "not brought for order_0_kit_0: 1 disk_part: none was seen",
+    ]
 
 
 def test_a_place_where_nothing_can_be_got_hold_of_is_left_alone() -> None:

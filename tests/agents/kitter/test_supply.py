@@ -20,9 +20,10 @@ def lying(x: float, y: float, part_type: str = "gear_part") -> Sighting:
 def supply(*coming: BeltPart, reachable: float | None = 0.5) -> Supply:
     """A supply at time 0, with the rail at y = 0 and parts on the belt that can be met at one place, or nowhere."""
     belt = SimpleNamespace(coming=lambda *_: list(coming))
+    view = SimpleNamespace(belt=belt, not_upright={"disk_part"})
     return Supply(
         cast("Client", SimpleNamespace(time=0.0)),
-        cast("CellView", SimpleNamespace(belt=belt)),
+        cast("CellView", view),
         cast("Arm", SimpleNamespace(rail=0.0)),
         cast("Picker", SimpleNamespace(meeting_place=lambda *_: reachable)),
     )
@@ -38,13 +39,27 @@ def test_the_nearest_part_of_the_type_is_taken() -> None:
 def test_what_failed_is_tried_last_and_not_for_ever() -> None:
     found = supply()
     near, far = lying(-0.4, 0.1), lying(-0.4, 0.9)
-    found.note_failure(near.world_T_part)
+    found.note_failure("gear_part", near.world_T_part)
     assert found.best("gear_part", [near, far]) is far
     assert found.best("gear_part", [near]) is near
     for _ in range(ATTEMPTS - 1):
-        found.note_failure(near.world_T_part)
+        found.note_failure("gear_part", near.world_T_part)
     assert found.failures(near.world_T_part) == ATTEMPTS
     assert found.best("gear_part", [near]) is None
+
+
+def test_it_says_why_there_is_none() -> None:
+    found = supply()
+    place = lying(-0.4, 0.1).world_T_part
+    found.note_failure("gear_part", place, is_in_reach=False)
+    assert found.why_none("gear_part") == "those that were seen lie out of the arm's reach"
+    found.note_failure("gear_part", place)
+    assert found.why_none("gear_part") == "the cup got no hold of any, in 1 attempt"
+    assert (
+        found.why_none("disk_part")
+        == "those that were seen lie with another side up than ordered, or on something else"
+    )
+    assert found.why_none("pulley_part") == "none was seen"
 
 
 def test_a_part_that_lies_a_little_beside_is_in_the_same_spot() -> None:

@@ -6,6 +6,7 @@ import pytest
 from rich.console import Console
 
 from cellwright.cli.run import score_table
+from cellwright.kitting.fates import Fate, FateKind
 from cellwright.kitting.score.evidence import NOT_ANNOUNCED, NOT_SUBMITTED, OFF_TRAY, REASONS, KitEvidence, kit_evidence
 from cellwright.kitting.score.kit_score import (
     BonusVerdict,
@@ -40,7 +41,7 @@ def unjudged(*, is_announced: bool) -> KitEvidence:
 
 def printed(found: KitEvidence, width: int = 80) -> list[str]:
     console = Console(file=io.StringIO(), width=width, highlight=False)
-    console.print(score_table.table(found))
+    score_table.show_table(console, found)
     text = console.file.getvalue()  # type: ignore[attr-defined]
     return [line.rstrip() for line in text.splitlines()]
 
@@ -63,6 +64,35 @@ def test_nothing_is_cut_in_80_columns(verdict: Verdict, off_plate: float) -> Non
         assert "".join(row[17:42].strip() for row in rows[-2:]) == LONG
 
 
+@pytest.mark.parametrize(
+    ("name", "lines"),
+    [
+        (
+            "populate_conveyor|hydraulic_manifold_bracket_left_part_clone_12",
+            ["populate_conveyor|", "hydraulic_manifold_", "bracket_left_part_clone_", "12"],
+        ),
+        ("bin7|anamewithoutawordinwhichitcouldbebroken", ["bin7|", "anamewithoutawordinwhichitcouldbebroken"]),
+    ],
+)
+def test_a_long_name_is_broken_between_its_words_or_widens_the_table(name: str, lines: list[str]) -> None:
+    kind = "anamewithoutawordinwhichitcouldbebroken" if "broken" in name else "hydraulic_manifold_part"
+    fit = Fit(name, 123.4567, 0.99, 3.1)
+    rows = printed(kit(PartFinding(kind, Pose(), Verdict.TOO_FAR, fit), part(Verdict.MISSING)))
+    text = "\n".join(rows)
+    assert "…" not in text
+    assert all(line in [word for row in rows for word in row.split()] for line in lines)
+    assert all(word in text for word in ("123456.7", "3100", "too far", "missing"))
+
+
+def test_a_kit_of_a_long_name_stands_in_one_line() -> None:
+    console = Console(file=io.StringIO(), width=80, highlight=False)
+    name = "order_of_a_name_that_goes_on_and_on_beyond_all_measure_in_the_second_qualification_kit_0"
+    place = PartReach("piston_rod_part", Pose(), 0.0, 0.0, is_supplied=True)
+    found = kit_evidence(KitScore(name), KitReach(name, (place,)))
+    score_table.show_kit(console, "order_0", found)
+    assert f"order_0, kit {name}: not submitted, no points" in console.file.getvalue().splitlines()  # type: ignore[attr-defined]
+
+
 @pytest.mark.parametrize("is_announced", [True, False])
 def test_a_kit_that_was_not_judged_still_lists_its_parts(is_announced: bool) -> None:
     found = unjudged(is_announced=is_announced)
@@ -80,6 +110,21 @@ def test_every_loss_has_a_reason() -> None:
     told = [line.partition(": ")[0] for line in score_table.reasons(lost)]
     assert told == ["too far", "tilted", "turned", "faulty", "missing", "parts short"]
     assert list(score_table.reasons(kit(part(Verdict.PLACED)))) == []
+
+
+def test_what_became_of_missing_parts_stands_below_the_reason() -> None:
+    fates = [
+        Fate(FateKind.NEVER_HELD),
+        Fate(FateKind.NEVER_HELD),
+        Fate(FateKind.HELD, "bin7|piston_rod_part_5", held=1),
+    ]
+    found = kit(*[part(Verdict.MISSING)] * 3)
+    found = kit_evidence(found.score, found.reach, fates=fates)
+    assert list(score_table.sums(found))[2:5] == [
+        "  missing: none on the tray when it was submitted",
+        "    piston_rod_part (2): never taken hold of",
+        "    piston_rod_part: bin7|piston_rod_part_5 was in the gripper, for 0.0 s",
+    ]
 
 
 def test_a_place_off_the_tray_is_no_fault_of_the_player() -> None:

@@ -62,6 +62,7 @@ IN = {
     "/ariac/arm/follow_joint_trajectory/cancel": "actionlib_msgs/GoalID",
 }
 SERVICES = {
+    "/cellwright/part_types": "std_srvs/Trigger",
     "/ariac/start_competition": "std_srvs/Trigger",
     "/ariac/end_competition": "std_srvs/Trigger",
     "/ariac/material_locations": "osrf_gear/GetMaterialLocations",
@@ -132,6 +133,7 @@ def test_a_bare_cell_has_what_is_always_there() -> None:
         "/ariac/submit_tray",
         "/ariac/conveyor/control",
         "/cellwright/intention",
+        "/cellwright/part_types",
     }
 
 

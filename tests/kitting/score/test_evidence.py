@@ -10,8 +10,9 @@ import pytest
 from cellwright.description.catalogue import find_trial
 from cellwright.description.gear2017 import load_trial
 from cellwright.description.trial import Order, Part, Sensor, Trial
-from cellwright.kitting.score.evidence import MAX_TILT, Evidence, evidence
-from cellwright.kitting.score.evidence_json import evidence_to_json, trial_score_to_json
+from cellwright.kitting.fates import Fate, FateKind
+from cellwright.kitting.score.evidence import MAX_TILT, Evidence, evidence, kit_evidence
+from cellwright.kitting.score.evidence_json import evidence_to_json, kit_to_json, trial_score_to_json
 from cellwright.kitting.score.scorer import Scorer
 from cellwright.kitting.score.trial_score import Averages, trial_score
 from cellwright.kitting.tray import TrayObject
@@ -118,6 +119,28 @@ def test_as_json_it_has_times_costs_and_figures_in_si_units() -> None:
     assert part["turn"] == pytest.approx(0.05)
     assert part["place"] == {"position": [0, 0, 0], "quaternion": [1, 0, 0, 0], "off_plate": 0, "nearest": 0}
     assert second["kits"][0]["parts"][0]["verdict"] is None
+
+
+def test_the_fate_of_a_missing_part_is_told_in_words_and_as_values() -> None:
+    found = judged(wanted=order(0, start_time=0.0))
+    (each,) = found.kits()
+    fate = Fate(FateKind.DROPPED, "bin5|gear_part_1", (0.31, 2.95, 1.0), 4 * SECOND, 3 * SECOND, lies=(0.3, 2.95, 0.7))
+    known = kit_evidence(each.score, each.reach, fates=(fate,))
+    (part,) = json.loads(json.dumps(kit_to_json(known)))["parts"]
+    assert part["sentence"] == f"none on the tray when it was submitted: {fate.sentence()}"
+    assert part["fate"] == {
+        "kind": "dropped",
+        "sentence": "bin5|gear_part_1 was dropped at (0.31, 2.95) m after 3.0 s in the gripper",
+        "part": "bin5|gear_part_1",
+        "faulty": False,
+        "position": [0.31, 2.95, 1.0],
+        "time": 4.0,
+        "held": 3.0,
+        "lies": [0.3, 2.95, 0.7],
+        "tray": None,
+        "past": 0,
+    }
+    assert kit_to_json(each)["parts"][0]["fate"] is None
 
 
 def test_the_score_of_the_trial_is_told_term_by_term() -> None:

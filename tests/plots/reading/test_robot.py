@@ -14,6 +14,7 @@ ROBOT = {
     "joints": [{"name": "a", "unit": "rad"}, {"name": "b", "unit": "m"}],
     "groups": [{"name": "right arm", "joints": [1, 0]}],
     "arms": [{"name": "right", "reference": "base_link"}],
+    "grippers": ["right", "left"],
 }
 
 
@@ -78,6 +79,7 @@ def test_how_the_robot_is_made_up_is_told_once() -> None:
     assert about.groups() == {"right arm": ["b", "a"]}
     assert about.units() == {"a": "rad", "b": "m"}
     assert about.arms() == ROBOT["arms"]
+    assert about.grippers() == ["right", "left"]
 
 
 def test_a_panel_that_says_it_wrongly_is_as_if_it_said_nothing() -> None:

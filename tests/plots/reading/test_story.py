@@ -98,6 +98,8 @@ def test_a_robot(wave: Path) -> None:
         "/io_teleop/set_enabled": 1,
     }
     assert found.tools
+    grippers = [track.name for track in found.joints.get("Grippers", [])]
+    assert grippers == ["right gripper", "left gripper"]
 
 
 @pytest.fixture

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from cellwright.agents.kitter.arm import Arm
 from cellwright.agents.kitter.cellview import CellView
-from cellwright.agents.kitter.part_figures import PART_TYPES
+from cellwright.agents.kitter.part_figures import Catalogue
 from cellwright.agents.kitter.picking import Picker
 from cellwright.agents.kitter.placing import Placer
 from cellwright.agents.kitter.strategy import Strategy
 from cellwright.client import Client
+from cellwright.errors import CellwrightError
 
 
 class KitterAgent:
@@ -16,10 +20,19 @@ class KitterAgent:
 
     def run(self, client: Client) -> None:
         """Work until the competition is over."""
-        belt_types = [each for each in sorted(PART_TYPES) if "belt" in client.material_locations(each)]
-        view = CellView(client, belt_types)
+        catalogue = Catalogue(own_types(client))
+        belt_types = [each for each in catalogue.types if "belt" in client.material_locations(each)]
+        view = CellView(client, catalogue, belt_types)
         arm = Arm(client)
         view.agvs.listen()
         client.start_competition()
         client.sleep(0.02)
-        Strategy(client, view, arm, Picker(client, arm), Placer(client, arm)).run()
+        Strategy(client, view, arm, Picker(client, arm, catalogue), Placer(client, arm), catalogue).run()
+
+
+def own_types(client: Client) -> Mapping[str, Mapping[str, Any]]:
+    """The part types of the trial's own; none where the cell does not tell them."""
+    try:
+        return client.part_types()
+    except CellwrightError:  # a cell of an earlier version
+        return {}

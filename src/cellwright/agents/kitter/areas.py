@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from cellwright.agents.kitter.part_figures import PART_TYPES, figures
 from cellwright.description.layout import BIN_CENTRES, BIN_WIDTH
 from cellwright.pose import Pose, Vector3
 
@@ -29,9 +28,6 @@ HALF_WIDTH, HALF_HEIGHT = 0.613, 0.409
 
 INSIDE = 0.975
 """So much of its width and height is well inside the view: noise carries nothing over the edge."""
-
-PART_RADIUS = max(figures(part_type).reach for part_type in PART_TYPES)
-"""No part reaches further [m] from its origin."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,15 +56,20 @@ BELT = Area(
 )
 
 
-def view_of(world_T_camera: Pose) -> Area:
-    """The box around all that a logical camera can have in view, were it only an edge of a part."""
+def view_of(world_T_camera: Pose, part_reach: float) -> Area:
+    """The box around all that a logical camera can have in view, were it only an edge of a part.
+
+    Args:
+        world_T_camera: where the camera is.
+        part_reach: no part reaches further [m] from its origin.
+    """
     corners = [
         world_T_camera.transform((distance, distance * HALF_WIDTH * side, distance * HALF_HEIGHT * up))
         for distance in (NEAREST, FARTHEST)
         for side in (-1.0, 1.0)
         for up in (-1.0, 1.0)
     ]
-    return Area.around(corners, PART_RADIUS)
+    return Area.around(corners, part_reach)
 
 
 def is_well_in_view(world_T_camera: Pose, point: Vector3) -> bool:

@@ -33,7 +33,10 @@ SETTLING = 0.7
 """About how long [s] it takes to come to stand exactly."""
 
 SAFE = 0.95
-"""Height [m] of the gripper link on ways between stations."""
+"""Height [m] of the gripper link on ways between stations, with a part that hangs up to `LOW` below the cup."""
+
+LOW = 0.0724
+"""How far [m] the tallest part of 2017 hangs below the cup; with a taller one the arm keeps that much higher."""
 
 RISING = 0.5
 """How fast the tool rises [m/s]."""
@@ -56,6 +59,7 @@ class Arm:
         self._client = client
         self._joints = JointWatch(client)
         self._commanded = list(self._joints.positions)
+        self._extra = 0.0
 
     # ---------------------------------------------------------------- where it is
 
@@ -74,6 +78,19 @@ class Arm:
         """Where the rail stands [m]."""
         return self._joints.positions.rail
 
+    @property
+    def safe(self) -> float:
+        """Height [m] of the gripper link on ways between stations, with what it carries."""
+        return SAFE + self._extra
+
+    def load(self, height: float) -> None:
+        """Something hangs on the cup now, this far [m] below it."""
+        self._extra = max(0.0, height - LOW)
+
+    def unload(self) -> None:
+        """Nothing hangs on the cup any more."""
+        self._extra = 0.0
+
     def reaches(self, goal: Pose, rail: float) -> bool:
         """Whether it gets to a tool pose, in the posture that stations are worked in, with the rail at `rail` [m]."""
         return station_posture(goal, rail, self._commanded) is not None
@@ -85,8 +102,8 @@ class Arm:
         stops = self._stops(goal, rail)
         if stops is None:
             return False
-        if self.tool.position[2] < SAFE - 0.05:
-            self.rise(SAFE)
+        if self.tool.position[2] < self.safe - 0.05:
+            self.rise(self.safe)
         for joints in stops:
             self._move(joints)
         return self.settle(goal)
@@ -96,7 +113,7 @@ class Arm:
         stops = self._stops(goal, rail)
         if stops is None:
             return math.inf
-        rising = max(0.0, SAFE - 0.05 - self.tool.position[2]) / RISING
+        rising = max(0.0, self.safe - 0.05 - self.tool.position[2]) / RISING
         return rising + SETTLING + sum(travel_time(a, b) for a, b in pairwise([self._commanded, *stops]))
 
     def settle(self, goal: Pose) -> bool:
@@ -160,7 +177,11 @@ class Arm:
         joints = list(posture)
         if abs(joints[PAN] - self._commanded[PAN]) < OTHER_STATION:
             return [joints]
-        return [folded(self._commanded, self._commanded), folded(joints, self._commanded), joints]
+        return [
+            folded(self._commanded, self._commanded, self._extra),
+            folded(joints, self._commanded, self._extra),
+            joints,
+        ]
 
     def _sags(self) -> list[float]:
         """By how much each joint stands short of what it was sent to [m; rad]; the rail does not."""

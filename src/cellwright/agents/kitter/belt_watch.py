@@ -9,7 +9,7 @@ from typing import Any
 
 from cellwright.agents.kitter.areas import BELT_HALF_WIDTH, BELT_MIDDLE, BELT_SURFACE
 from cellwright.agents.kitter.eyes import Image, mean_pose
-from cellwright.agents.kitter.part_figures import figures
+from cellwright.agents.kitter.part_figures import Catalogue
 from cellwright.client import Client
 from cellwright.pose import Pose
 
@@ -77,12 +77,14 @@ class BeltWatch:
         client: whose sensors.
         beams: break beams by name, with their poses in the world frame; those that do not cross the belt are left out.
         types: the types that come on the belt, as the cell tells; a beam can tell a part only if there is just one.
+        catalogue: the part types that can be handled.
     """
 
-    def __init__(self, client: Client, beams: dict[str, Pose], types: Iterable[str]) -> None:
+    def __init__(self, client: Client, beams: dict[str, Pose], types: Iterable[str], catalogue: Catalogue) -> None:
         self.parts: list[BeltPart] = []
         self._client = client
         self._types = tuple(types)
+        self._catalogue = catalogue
         self._beams = [
             _Beam(client, name, pose.position[1], self._take_crossing)
             for name, pose in beams.items()
@@ -93,6 +95,7 @@ class BeltWatch:
         """Note what a camera sees on the belt."""
         for seen in image.parts:
             x, _, z = seen.world_T_part.position
+            z -= self._catalogue.figures(seen.type).below
             if abs(x - BELT_MIDDLE) < BELT_HALF_WIDTH and abs(z - BELT_SURFACE) < 0.02:
                 self._leave_beams()
                 self._note(seen.type, seen.world_T_part, image.time)
@@ -123,9 +126,10 @@ class BeltWatch:
     def _take_crossing(self, middle: float, length: float, y: float) -> None:
         """Something passed a beam: its middle at time `middle` [s], `length` [m] of it."""
         part = BeltPart(self._types[0], has_yaw=False)
-        if length < figures(part.type).reach / 2:
+        kind = self._catalogue.figures(part.type)
+        if length < kind.reach / 2:
             return
-        part.add(Pose((BELT_MIDDLE, y, BELT_SURFACE)), middle)
+        part.add(Pose((BELT_MIDDLE, y, BELT_SURFACE + kind.below)), middle)
         self.parts = [each for each in self.parts if each.time_at(-5.0) > middle]
         self.parts.append(part)
 

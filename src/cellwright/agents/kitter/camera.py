@@ -8,7 +8,7 @@ from typing import Any
 
 from cellwright.agents.kitter.areas import Area, is_well_in_view, view_of
 from cellwright.agents.kitter.eyes import Image, Seen, Sighting, resting
-from cellwright.agents.kitter.part_figures import PART_TYPES
+from cellwright.agents.kitter.part_figures import Catalogue
 from cellwright.client import Client
 from cellwright.messages.build import pose_from_message
 from cellwright.pose import Pose, Vector3
@@ -26,13 +26,17 @@ class Images:
     Args:
         client: whose sensor.
         name: the sensor's name.
+        catalogue: the part types that are looked for.
         on_image: called with each image besides.
     """
 
-    def __init__(self, client: Client, name: str, on_image: Callable[[Image], None] | None = None) -> None:
+    def __init__(
+        self, client: Client, name: str, catalogue: Catalogue, on_image: Callable[[Image], None] | None = None
+    ) -> None:
         self.name = name
         self.newest: deque[Image] = deque(maxlen=IMAGES)
         self._client = client
+        self._catalogue = catalogue
         self._on_image = on_image
         self._since = 0.0
         self._leave: Callable[[], None] | None = None
@@ -56,9 +60,9 @@ class Images:
             return
         world_T_camera = pose_from_message(message.pose)
         parts = tuple(
-            Seen(model.type, world_T_camera @ pose_from_message(model.pose))
+            Seen(model.type, self._catalogue.turned(model.type, world_T_camera @ pose_from_message(model.pose)))
             for model in message.models
-            if model.type in PART_TYPES
+            if model.type in self._catalogue
         )
         image = Image(time, parts)
         self.newest.append(image)
@@ -73,15 +77,21 @@ class Camera(Images):
         client: whose camera.
         name: the sensor's name.
         world_T_camera: where it is.
+        catalogue: the part types that are looked for.
         on_image: called with each image besides.
     """
 
     def __init__(
-        self, client: Client, name: str, world_T_camera: Pose, on_image: Callable[[Image], None] | None = None
+        self,
+        client: Client,
+        name: str,
+        world_T_camera: Pose,
+        catalogue: Catalogue,
+        on_image: Callable[[Image], None] | None = None,
     ) -> None:
-        super().__init__(client, name, on_image)
+        super().__init__(client, name, catalogue, on_image)
         self._world_T_camera = world_T_camera
-        self._view = view_of(world_T_camera)
+        self._view = view_of(world_T_camera, catalogue.reach)
 
     def parts(self) -> list[Sighting]:
         """The parts that lie still in view, as the newest images agree."""

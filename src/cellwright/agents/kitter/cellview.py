@@ -10,6 +10,7 @@ from cellwright.agents.kitter.belt_watch import BeltWatch
 from cellwright.agents.kitter.camera import IMAGES, Camera, Images, take_fresh
 from cellwright.agents.kitter.discovery import find_sensors
 from cellwright.agents.kitter.eyes import Sighting, distance
+from cellwright.agents.kitter.part_figures import Catalogue
 from cellwright.agents.kitter.placing import STATIONS
 from cellwright.client import Client
 from cellwright.pose import Pose
@@ -32,24 +33,28 @@ class CellView:
 
     Args:
         client: whose sensors.
-        belt_types: the types that come on the belt.
+        catalogue: the part types that are looked for.
+        belt_types: those that come on the belt.
     """
 
-    def __init__(self, client: Client, belt_types: Iterable[str]) -> None:
+    def __init__(self, client: Client, catalogue: Catalogue, belt_types: Iterable[str]) -> None:
         belt_types = tuple(belt_types)
         sensors = find_sensors(client)
-        self.belt = BeltWatch(client, sensors.beams, belt_types)
+        self.belt = BeltWatch(client, sensors.beams, belt_types, catalogue)
         self._client = client
+        self._catalogue = catalogue
+        self.not_upright: set[str] = set()
+        """The types of which parts were seen with another side up, or not on the floor of their bin."""
         self._cameras: list[Camera] = []
         self._watching: set[str] = set()
         for name, world_T_camera in sensors.cameras.items():
-            camera = Camera(client, name, world_T_camera)
+            camera = Camera(client, name, world_T_camera, catalogue)
             if belt_types and camera.may_see(BELT):
-                camera = Camera(client, name, world_T_camera, self.belt.take_image)
+                camera = Camera(client, name, world_T_camera, catalogue, self.belt.take_image)
                 camera.listen()
                 self._watching.add(name)
             self._cameras.append(camera)
-        self._faults = {number: Images(client, f"quality_control_sensor_{number}") for number in STATIONS}
+        self._faults = {number: Images(client, f"quality_control_sensor_{number}", catalogue) for number in STATIONS}
         self.agvs = AgvStates(client)
 
     def look(self, *areas: Area) -> None:
@@ -86,8 +91,14 @@ class CellView:
         found: list[Sighting] = []
         for camera in self._cameras:
             for part in camera.parts():
+                if part.type not in self._catalogue:  # its order came after the image
+                    continue
                 x, y, z = part.world_T_part.position
-                if abs(z - surface) > LEVEL or not is_inside(x, y) or not part.is_upright:
+                z -= self._catalogue.figures(part.type).below
+                if not is_inside(x, y):
+                    continue
+                if abs(z - surface) > LEVEL or not part.is_upright:
+                    self.not_upright.add(part.type)
                     continue
                 if not any(
                     each.type == part.type and distance(each.world_T_part, part.world_T_part) < SAME for each in found

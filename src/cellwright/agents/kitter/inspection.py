@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import Enum, auto
 
@@ -50,7 +51,7 @@ class Finding:
 def inspect(view: CellView, kit: Kit, task: Task, tray_T_part: Pose) -> Finding:
     """Look at a part that was put down on the tray of its kit. It takes a second."""
     station = kit.station
-    expected = pose_on_tray(station, task.type, tray_T_part)
+    expected = pose_on_tray(station, kit.catalogue.figures(task.type), tray_T_part)
     if any(is_near(pose, expected, SAME_PLACE) for pose in view.faulty_on_tray(station.number)):
         return Finding(Verdict.FAULTY)
     if not view.sees(expected):
@@ -71,16 +72,19 @@ def strays(view: CellView, kit: Kit) -> list[Sighting]:
     return [
         part
         for part in view.parts_on_tray(kit.station.world_T_tray)
-        if not any(is_near(part.world_T_part, pose_on_tray(kit.station, *lies), STRAY) for lies in kit.lying)
+        if not any(is_near(part.world_T_part, pose, STRAY) for pose in _poses(kit, kit.lying))
     ]
 
 
 def is_known_faulty(kit: Kit, part: Sighting) -> bool:
     """Whether a part lies where a faulty one could not be taken away."""
-    return any(
-        is_near(part.world_T_part, pose, SAME_PLACE)
-        for pose in (pose_on_tray(kit.station, *lies) for lies in kit.faulty)
-    )
+    return any(is_near(part.world_T_part, pose, SAME_PLACE) for pose in _poses(kit, kit.faulty))
+
+
+def _poses(kit: Kit, parts: Iterable[tuple[str, Pose]]) -> Iterator[Pose]:
+    """world_T_part of parts on the tray of a kit, given by type and place."""
+    for part_type, tray_T_part in parts:
+        yield pose_on_tray(kit.station, kit.catalogue.figures(part_type), tray_T_part)
 
 
 def gap(one: Pose, other: Pose) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from cellwright.agents.kitter.part_figures import PART_TYPES, Disc, figures
+from cellwright.agents.kitter.part_figures import Catalogue, Disc
 from cellwright.agents.kitter.placing import STATIONS, Station
 from cellwright.agents.kitter.tray_plan import find_place
 from cellwright.pose import Pose
@@ -18,15 +18,17 @@ class Task:
         type: of the part.
         tray_T_goal: where it was ordered.
         tray_T_part: where it lies on the tray; None as long as it does not.
-        given_up: whether there is none to be had.
+        given_up: why it is not brought; empty as long as it may be.
         corrected: whether it was put right once.
+        losses: how often a part for it was lost on the way to the tray, or off it.
     """
 
     type: str
     tray_T_goal: Pose
     tray_T_part: Pose | None = None
-    given_up: bool = False
+    given_up: str = ""
     corrected: bool = False
+    losses: int = 0
 
     @property
     def is_open(self) -> bool:
@@ -41,6 +43,7 @@ class Kit:
     Attributes:
         kit_type: its name.
         tasks: its parts.
+        catalogue: the part types that can be handled.
         station: the AGV that it is built on.
         is_sent: whether nothing more can be done for it.
         faulty: type and place on the tray of faulty parts that could not be taken away.
@@ -50,6 +53,7 @@ class Kit:
 
     kit_type: str
     tasks: list[Task]
+    catalogue: Catalogue
     station: Station = field(default_factory=lambda: STATIONS[1])
     is_sent: bool = False
     faulty: list[tuple[str, Pose]] = field(default_factory=list)
@@ -72,14 +76,15 @@ class Kit:
         Args:
             but: the part that room is looked for; it does not count itself.
         """
+        figures = self.catalogue.figures
         discs = [disc for part_type, tray_T_part in self.faulty for disc in figures(part_type).covers(tray_T_part)]
         for task in self.tasks:
-            if task is but or task.type not in PART_TYPES:
+            if task is but or task.type not in self.catalogue:
                 continue
             if task.tray_T_part is not None:
                 discs += figures(task.type).covers(task.tray_T_part)
             elif task.is_open:
-                place = find_place(task.type, task.tray_T_goal, ())
+                place = find_place(figures(task.type), task.tray_T_goal, ())
                 if place is not None and place.is_ordered:
                     discs += figures(task.type).covers(place.tray_T_part)
         return discs

@@ -6,9 +6,9 @@ import logging
 import math
 from dataclasses import dataclass
 
-from cellwright.agents.kitter.arm import FACE, SAFE, Arm
+from cellwright.agents.kitter.arm import FACE, Arm
 from cellwright.agents.kitter.belt_watch import SPEED, BeltPart
-from cellwright.agents.kitter.part_figures import figures
+from cellwright.agents.kitter.part_figures import Catalogue, PartFigures
 from cellwright.agents.kitter.postures import SHOULDER_OFFSET
 from cellwright.agents.kitter.tool_ways import FOLLOW_LEAD, FOLLOW_TIME, at_height
 from cellwright.client import Client
@@ -55,11 +55,13 @@ class Picker:
     Args:
         client: whose gripper.
         arm: the arm that it is on.
+        catalogue: the part types that can be handled.
     """
 
-    def __init__(self, client: Client, arm: Arm) -> None:
+    def __init__(self, client: Client, arm: Arm, catalogue: Catalogue) -> None:
         self._client = client
         self._arm = arm
+        self._catalogue = catalogue
 
     def from_rest(self, part_type: str, world_T_part: Pose, rail: float, *, attempt: int = 0) -> Held | None:
         """Take a part that lies still, and lift it; None if the cup got no hold of it.
@@ -71,9 +73,7 @@ class Picker:
             attempt: how often it was tried before; each time the cup goes to a slightly different place.
         """
         client, arm = self._client, self._arm
-        above = grip_pose(part_type, world_T_part, attempt, arm.tool.yaw)
-        x, y, z = above.position
-        hover = Pose((x, y, max(z + 0.1, 0.9)), above.quaternion)
+        hover, z = self._hover(part_type, world_T_part, attempt)
         if not arm.travel(hover, rail):
             return None
         client.control_gripper(True)
@@ -81,11 +81,24 @@ class Picker:
         arm.line(at_height(hover, z - PRESS), SLOW, wait=False)
         client.wait_until(lambda: client.gripper_attached, (NEAR + PRESS) / SLOW + 0.15 + PATIENCE)
         held = Held(part_type, arm.tool.inverse() @ world_T_part) if client.gripper_attached else None
-        arm.rise(max(SAFE, z + 0.15))
+        if held is not None:
+            arm.load(self._catalogue.figures(part_type).height)
+        arm.rise(max(arm.safe, z + 0.15))
         if held is not None and client.gripper_attached:
             return held
         client.control_gripper(False)
+        arm.unload()
         return None
+
+    def is_in_reach(self, part_type: str, world_T_part: Pose, rail: float) -> bool:
+        """Whether the arm gets to a part that lies still; arguments as for `from_rest`."""
+        return self._arm.reaches(self._hover(part_type, world_T_part, 0)[0], rail)
+
+    def _hover(self, part_type: str, world_T_part: Pose, attempt: int) -> tuple[Pose, float]:
+        """The gripper's pose above a part that lies still, and its height [m] with the cup's face on the part."""
+        above = grip_pose(self._catalogue.figures(part_type), world_T_part, attempt, self._arm.tool.yaw)
+        x, y, z = above.position
+        return Pose((x, y, max(z + 0.1, 0.9)), above.quaternion), z
 
     def meeting_place(self, part: BeltPart, first: float, last: float) -> float | None:
         """World y [m] at which a part on the belt can be met; None if the arm comes too late.
@@ -107,7 +120,8 @@ class Picker:
 
     def belt_hover(self, part: BeltPart, y: float) -> Pose:
         """Where the gripper waits for a part on the belt."""
-        above = grip_pose(part.type, part.pose(part.time_at(y)), 0, self._arm.tool.yaw)
+        kind = self._catalogue.figures(part.type)
+        above = grip_pose(kind, part.pose(part.time_at(y)), 0, self._arm.tool.yaw)
         return at_height(above, above.position[2] + BELT_HOVER)
 
     def from_belt(self, part: BeltPart, y: float) -> Held | None:
@@ -128,23 +142,24 @@ class Picker:
         held = None
         if client.gripper_attached:
             held = Held(part.type, arm.tool.inverse() @ part.pose(arm.tool_time), part.has_yaw)
+            arm.load(self._catalogue.figures(part.type).height)
         arm.rise(z + 0.12)
         if held is not None and client.gripper_attached:
             return held
         client.control_gripper(False)
+        arm.unload()
         return None
 
 
-def grip_pose(part_type: str, world_T_part: Pose, attempt: int, yaw: float) -> Pose:
+def grip_pose(kind: PartFigures, world_T_part: Pose, attempt: int, yaw: float) -> Pose:
     """The gripper's pose with the cup's face on the part, facing down.
 
     Args:
-        part_type: the part's type.
+        kind: the figures of the part's type.
         world_T_part: where it is.
         attempt: 0 for the place that is best; others are a few millimetres beside it.
         yaw: how the gripper is turned [rad]; the cup is round, so it does not matter.
     """
-    kind = figures(part_type)
     aside = ((0.0, 0.0), (0.006, 0.0), (-0.006, 0.0), (0.0, 0.006), (0.0, -0.006))[attempt % 5]
     x, y, _ = world_T_part.transform((kind.grip[0] + aside[0], kind.grip[1] + aside[1], 0.0))
     return Pose.from_rpy((x, y, world_T_part.position[2] + kind.top + FACE), (0.0, 0.0, yaw))

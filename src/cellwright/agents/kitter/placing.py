@@ -7,7 +7,8 @@ import math
 from dataclasses import dataclass
 
 from cellwright.agents.kitter.areas import Area
-from cellwright.agents.kitter.arm import SAFE, Arm
+from cellwright.agents.kitter.arm import Arm
+from cellwright.agents.kitter.part_figures import PartFigures
 from cellwright.agents.kitter.picking import Held
 from cellwright.agents.kitter.postures import RAIL_END
 from cellwright.agents.kitter.tool_ways import at_height
@@ -18,9 +19,6 @@ log = logging.getLogger(__name__)
 
 SURFACE = 0.755
 """Height [m] of the tray's plate."""
-
-BELOW_ORIGIN = {"part1": 0.0075, "part4": 0.0052}
-"""How far [m] a part reaches below its origin, where it does."""
 
 DROP = 0.004
 """A part is let go this high above the plate [m]."""
@@ -80,7 +78,7 @@ class Placer:
         client, arm = self._client, self._arm
         goal = release_pose(held, world_T_part)
         z = goal.position[2]
-        hover = at_height(goal, max(SAFE, z + 0.05))
+        hover = at_height(goal, max(arm.safe, z + 0.05))
         if not arm.travel(hover, rail):
             log.info("%.1f s: %s is out of reach", client.time, world_T_part.position)
             return False
@@ -93,7 +91,8 @@ class Placer:
         was_held = client.gripper_attached
         client.control_gripper(False)
         client.sleep(0.1)
-        arm.rise(SAFE)
+        arm.rise(arm.safe)
+        arm.unload()
         return was_held
 
     def throw_away(self, held: Held) -> None:
@@ -101,6 +100,7 @@ class Placer:
         self._arm.travel(Pose.from_rpy((-0.15, 2.2, 1.0), (0.0, 0.0, 0.0)), 1.5)
         self._client.control_gripper(False)
         self._client.sleep(0.2)
+        self._arm.unload()
         log.info("%.1f s: dropped the %s on the floor", self._client.time, held.type)
 
 
@@ -116,14 +116,14 @@ def release_pose(held: Held, world_T_part: Pose) -> Pose:
     return Pose((x - dx, y - dy, z - dz), flat.quaternion)
 
 
-def pose_on_tray(station: Station, part_type: str, tray_T_part: Pose, drop: float = DROP) -> Pose:
+def pose_on_tray(station: Station, kind: PartFigures, tray_T_part: Pose, drop: float = DROP) -> Pose:
     """world_T_part of a part that is let go just above the plate, or `drop` [m] above it."""
     x, y, _ = station.world_T_tray.transform(tray_T_part.position)
-    height = SURFACE + BELOW_ORIGIN.get(part_type, 0.0) + drop
+    height = SURFACE + kind.below + drop
     return Pose.from_rpy((x, y, height), (0.0, 0.0, station.world_T_tray.yaw + tray_T_part.yaw))
 
 
-def can_reach(arm: Arm, station: Station, held: Held, tray_T_part: Pose) -> bool:
-    """Whether the arm reaches a place on the tray with what it holds."""
-    goal = release_pose(held, pose_on_tray(station, held.type, tray_T_part))
+def can_reach(arm: Arm, station: Station, held: Held, kind: PartFigures, tray_T_part: Pose) -> bool:
+    """Whether the arm reaches a place on the tray with what it holds, a part of this kind."""
+    goal = release_pose(held, pose_on_tray(station, kind, tray_T_part))
     return arm.reaches(goal, station.rail)

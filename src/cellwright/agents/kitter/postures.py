@@ -57,19 +57,20 @@ def near_posture(goal: Pose, rail: float, near: Sequence[float]) -> Joints | Non
         return None
 
 
-def folded(joints: Sequence[float], present: Sequence[float]) -> list[float]:
+def folded(joints: Sequence[float], present: Sequence[float], higher: float = 0.0) -> list[float]:
     """The arm drawn in, so as to pass between the posts of the frame over the bins.
 
     Args:
         joints: rail, pan and wrist 3 are as here.
         present: where the joints are now.
+        higher: how much higher than usual the tool is kept [m], for a tall part on the cup.
     """
     given = Joints(*joints)
     rail, pan = on_rail(given.rail), given.shoulder_pan
     cos, sin = math.cos(pan), math.sin(pan)
     x = BASE_X + FOLDED * cos - SHOULDER_OFFSET * sin
     y = rail + FOLDED * sin + SHOULDER_OFFSET * cos
-    drawn_in = station_posture(Pose.from_rpy((x, y, FOLDED_HEIGHT), (0.0, 0.0, pan)), rail, present)
+    drawn_in = station_posture(Pose.from_rpy((x, y, FOLDED_HEIGHT + higher), (0.0, 0.0, pan)), rail, present)
     if drawn_in is None:
         return list(joints)
     return [given.rail, pan, *drawn_in[2:6], given.wrist_3]

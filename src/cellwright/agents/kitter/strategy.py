@@ -10,6 +10,7 @@ whether they succeeded; what follows from that is decided here.
 from __future__ import annotations
 
 import logging
+from collections import Counter
 from collections.abc import Callable
 from functools import partial
 from typing import Any, TypeAlias
@@ -21,6 +22,7 @@ from cellwright.agents.kitter.eyes import Sighting
 from cellwright.agents.kitter.inspection import Verdict, inspect, is_known_faulty, strays
 from cellwright.agents.kitter.kits import Kit, Task
 from cellwright.agents.kitter.order_book import OrderBook
+from cellwright.agents.kitter.part_figures import Catalogue
 from cellwright.agents.kitter.picking import Held, Picker, bin_rail
 from cellwright.agents.kitter.placing import STATIONS, Placer, can_reach, pose_on_tray
 from cellwright.agents.kitter.supply import ATTEMPTS, Meeting, Supply
@@ -42,6 +44,9 @@ CLEANINGS = 4
 SENDINGS = 4
 """How often an AGV is asked to go before its kit is given up."""
 
+LOSSES = 5
+"""How often a part is lost on its way before it is given up."""
+
 WAITING_Y = 1.55
 """World y [m] at which the arm waits for the belt to bring something."""
 
@@ -57,15 +62,19 @@ class Strategy:
         arm: its arm.
         picker: how it takes hold of parts.
         placer: how it puts them down.
+        catalogue: the part types that it can handle.
     """
 
-    def __init__(self, client: Client, view: CellView, arm: Arm, picker: Picker, placer: Placer) -> None:
+    def __init__(
+        self, client: Client, view: CellView, arm: Arm, picker: Picker, placer: Placer, catalogue: Catalogue
+    ) -> None:
         self._client = client
         self._view = view
         self._arm = arm
         self._picker = picker
         self._placer = placer
-        self._orders = OrderBook(client)
+        self._catalogue = catalogue
+        self._orders = OrderBook(client, catalogue)
         self._supply = Supply(client, view, arm, picker)
         self._started = client.time
         self._last_progress = client.time
@@ -73,8 +82,27 @@ class Strategy:
     def run(self) -> None:
         """Work until there is nothing left to do."""
         state: State | None = self.await_order
-        while state is not None:
-            state = state()
+        try:
+            while state is not None:
+                state = state()
+        finally:
+            self.report()
+
+    def report(self) -> None:
+        """Say which ordered parts it did not bring, and why."""
+        undone = Counter(
+            (kit.kit_type, task.type, self._why_not(kit, task))
+            for kit in self._orders.kits
+            for task in kit.tasks
+            if task.tray_T_part is None
+        )
+        for (kit_type, part_type, reason), count in undone.items():
+            log.warning("%.1f s: not brought for %s: %d %s: %s", self._client.time, kit_type, count, part_type, reason)
+
+    def _why_not(self, kit: Kit, task: Task) -> str:
+        if task.given_up:
+            return task.given_up
+        return self._supply.why_none(task.type) if kit.is_sent else "time ran out"
 
     def _say(self, text: str, *arguments: Any) -> None:
         log.info("%.1f s: " + text, self._client.time, *arguments)
@@ -149,7 +177,7 @@ class Strategy:
         if self._client.time - self._last_progress > PATIENCE:
             for task in tasks:
                 self._say("no %s is to be had", task.type)
-                task.given_up = True
+                task.given_up = self._supply.why_none(task.type)
             return partial(self.choose_part, kit)
         return partial(self.wait_by_belt, kit)
 
@@ -175,8 +203,9 @@ class Strategy:
         attempt = self._supply.failures(part.world_T_part)
         held = self._picker.from_rest(task.type, part.world_T_part, rail, attempt=attempt)
         if held is None:
-            self._supply.note_failure(part.world_T_part)
-            self._say("no hold of it (%d)", attempt + 1)
+            is_in_reach = self._picker.is_in_reach(task.type, part.world_T_part, rail)
+            self._supply.note_failure(task.type, part.world_T_part, is_in_reach=is_in_reach)
+            self._say("no hold of it (%d)" if is_in_reach else "it is out of reach (%d)", attempt + 1)
             return partial(self.choose_part, kit)
         return partial(self.place, kit, task, held)
 
@@ -196,22 +225,25 @@ class Strategy:
     def place(self, kit: Kit, task: Task, held: Held) -> State | None:
         """Put the held part on the tray."""
         station = kit.station
+        kind = self._catalogue.figures(task.type)
         place = find_place(
-            task.type,
+            kind,
             task.tray_T_goal,
             kit.taken(task),
-            lambda pose: can_reach(self._arm, station, held, pose),
+            lambda pose: can_reach(self._arm, station, held, kind, pose),
         )
         if place is None:
             self._say("there is no room for a %s on the tray", task.type)
-            task.given_up = True
+            task.given_up = "there was no room for it on the tray"
             self._placer.throw_away(held)
             return partial(self.choose_part, kit)
         x, y, _ = place.tray_T_part.position
         self._intend("putting the %s at (%.3f, %.3f) of the tray, %s", task.type, x, y, place.distance_text)
-        if not self._placer.put_down(held, pose_on_tray(station, task.type, place.tray_T_part), station.rail):
+        if not self._placer.put_down(held, pose_on_tray(station, kind, place.tray_T_part), station.rail):
             self._say("it was lost on the way")
             self._client.control_gripper(False)
+            self._arm.unload()
+            self._note_loss(task)
             return partial(self.choose_part, kit)
         task.tray_T_part = place.tray_T_part
         self._last_progress = self._client.time
@@ -225,6 +257,7 @@ class Strategy:
         if finding.verdict is Verdict.LOST:
             self._say("the %s is not on the tray", task.type)
             task.tray_T_part = None
+            self._note_loss(task)
         if finding.world_T_part is None:
             return partial(self.choose_part, kit)
         self._say("the %s lies %.1f mm and %.0f mrad from there", task.type, finding.offset * 1e3, finding.turn * 1e3)
@@ -237,11 +270,17 @@ class Strategy:
                 return partial(self.place, kit, task, held)
         return partial(self.choose_part, kit)
 
+    def _note_loss(self, task: Task) -> None:
+        """A part did not come to lie on the tray; a type with which that happens again and again is given up."""
+        task.losses += 1
+        if task.losses >= LOSSES:
+            task.given_up = f"it did not come to lie on the tray, {task.losses} times"
+
     def reject(self, kit: Kit, task: Task, place: Place) -> State | None:
         """Take a faulty part off the tray again."""
         self._intend("the %s is faulty: throwing it away", task.type)
         task.tray_T_part = None
-        lying = pose_on_tray(kit.station, task.type, place.tray_T_part, drop=0.0)
+        lying = pose_on_tray(kit.station, self._catalogue.figures(task.type), place.tray_T_part, drop=0.0)
         if not self._throw_away(kit, task.type, lying, ATTEMPTS):
             self._say("it stays where it is")
             kit.faulty.append((task.type, place.tray_T_part))

@@ -48,6 +48,8 @@ class Supply:
         self._arm = arm
         self._picker = picker
         self._failures: Counter[tuple[int, int]] = Counter()
+        self._tried: Counter[str] = Counter()
+        self._too_far: Counter[str] = Counter()
 
     def on_belt(self, part_type: str) -> Meeting | None:
         """The first part of a type on the belt that can be met soon."""
@@ -75,9 +77,20 @@ class Supply:
         """How often a part in a place was tried in vain."""
         return self._failures[spot(world_T_part)]
 
-    def note_failure(self, world_T_part: Pose) -> None:
-        """A part in a place was tried in vain."""
+    def note_failure(self, part_type: str, world_T_part: Pose, *, is_in_reach: bool = True) -> None:
+        """A part of a type in a place was tried in vain: the cup got no hold of it, or the arm does not reach there."""
         self._failures[spot(world_T_part)] += 1
+        (self._tried if is_in_reach else self._too_far)[part_type] += 1
+
+    def why_none(self, part_type: str) -> str:
+        """Why no part of a type was to be had."""
+        if tried := self._tried[part_type]:
+            return f"the cup got no hold of any, in {tried} attempt{'s' if tried > 1 else ''}"
+        if self._too_far[part_type]:
+            return "those that were seen lie out of the arm's reach"
+        if part_type in self._view.not_upright:
+            return "those that were seen lie with another side up than ordered, or on something else"
+        return "none was seen"
 
 
 def spot(world_T_part: Pose) -> tuple[int, int]:

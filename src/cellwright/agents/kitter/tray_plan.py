@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from cellwright.agents.kitter.part_figures import Disc, figures
+from cellwright.agents.kitter.part_figures import Disc, PartFigures
 from cellwright.pose import Pose
 
 HALF_X, HALF_Y = 0.25, 0.35
@@ -41,7 +41,7 @@ class Place:
 
 
 def find_place(
-    part_type: str,
+    kind: PartFigures,
     tray_T_goal: Pose,
     others: Sequence[Disc],
     is_reachable: Callable[[Pose], bool] = lambda _: True,
@@ -52,7 +52,7 @@ def find_place(
     a grid of 1 cm are looked at from the ordered one outwards, with the ordered yaw first and other yaws after it.
 
     Args:
-        part_type: its type.
+        kind: the figures of its type.
         tray_T_goal: where it was ordered.
         others: what is taken by others on the tray, in the tray frame.
         is_reachable: whether the arm can put the part down there.
@@ -60,7 +60,6 @@ def find_place(
     Returns:
         None when there is no room at all.
     """
-    kind = figures(part_type)
     goal = Pose.from_rpy((*tray_T_goal.position[:2], 0.0), (0.0, 0.0, tray_T_goal.yaw))
     if fits(kind.covers(goal), others, 0.0, 0.0) and is_reachable(goal):
         return Place(goal, is_ordered=True)

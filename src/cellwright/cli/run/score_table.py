@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from collections.abc import Iterator
 from textwrap import wrap
 
 from rich import box
 from rich.console import Console
+from rich.measure import Measurement
+from rich.segment import Segments
 from rich.table import Table
 from rich.text import Text
 
@@ -18,7 +22,8 @@ from cellwright.run import RunResult, versions
 from cellwright.simulation.clock import seconds
 
 _MOST_COLLISIONS = 5
-_NAME_WIDTH = 22  # leaves the table 80 columns wide with the longest type of part
+_WIDEST = 10_000  # columns
+_TYPE_WIDTH, _NAME_WIDTH = 15, 25  # of part types and model names; they leave the table 80 columns wide
 
 
 def show(console: Console, result: RunResult, final: TrialScore | None = None) -> None:
@@ -32,7 +37,7 @@ def show(console: Console, result: RunResult, final: TrialScore | None = None) -
     found, could = result.evidence, result.evidence.reach
     for order in found.orders:
         for kit in order.kits:
-            _show_kit(console, order.score.order_id, kit)
+            show_kit(console, order.score.order_id, kit)
     console.print()
     known = list(versions().items())
     lines = [
@@ -63,12 +68,22 @@ def table(kit: KitEvidence) -> Table:
     result = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, collapse_padding=True)
     result.add_column("part", no_wrap=True)
     result.add_column("found", no_wrap=True)
-    for heading in ("off mm", "turn mrad", "there", "pose"):
-        result.add_column(heading, justify="right")
+    rows = [_part_cells(part) for part in kit.parts]
+    for place, heading in enumerate(("off mm", "turn mrad", "there", "pose"), 2):
+        words = [*heading.split(), *(str(row[place]) for row in rows)]
+        result.add_column(heading, justify="right", min_width=max(map(len, words)))  # only the heading is broken
     result.add_column("lost", no_wrap=True)
-    for part in kit.parts:
-        result.add_row(*_part_cells(part))
+    for row in rows:
+        result.add_row(*row)
     return result
+
+
+def show_table(console: Console, kit: KitEvidence) -> None:
+    """Print the table of a kit; it is wider than the console where a word of a name would have to be cut."""
+    rows = table(kit)
+    needed = Measurement.get(console, console.options.update(max_width=_WIDEST), rows).minimum
+    options = console.options.update(width=max(console.width, needed))
+    console.print(Segments(console.render(rows, options)), soft_wrap=True, end="")
 
 
 def reasons(kit: KitEvidence) -> Iterator[str]:
@@ -77,10 +92,19 @@ def reasons(kit: KitEvidence) -> Iterator[str]:
     for cause in REASONS:
         if cause in found:
             yield f"{cause}: {REASONS[cause]}"
+            if cause == Verdict.MISSING:
+                yield from fates(kit)
     if kit.score.bonus is not None and kit.score.bonus is not BonusVerdict.EARNED:
         yield f"{kit.score.bonus}: {REASONS[kit.score.bonus]}"
     if summary := kit.reach.summary():
         yield f"out of reach: {summary}"
+
+
+def fates(kit: KitEvidence) -> Iterator[str]:
+    """What became of the missing parts, where that is known; indented, below the reason."""
+    known = Counter((part.reach.type, part.fate.sentence()) for part in kit.parts if part.fate is not None)
+    for (kind, sentence), count in known.items():
+        yield f"  {kind}{f' ({count})' if count > 1 else ''}: {sentence}"
 
 
 def sums(kit: KitEvidence) -> Iterator[str]:
@@ -93,18 +117,27 @@ def sums(kit: KitEvidence) -> Iterator[str]:
     for extra in score.extras:
         yield f"  besides: {extra.name} ({extra.reason})"
     for line in reasons(kit):
-        yield from wrap(line, 80, initial_indent="  ", subsequent_indent="    ", break_long_words=False)
+        indent = line[: len(line) - len(line.lstrip())] + "  "
+        yield from wrap(
+            line.lstrip(),
+            80,
+            initial_indent=indent,
+            subsequent_indent=indent + "  ",
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
 
 
-def _show_kit(console: Console, order_id: str, kit: KitEvidence) -> None:
+def show_kit(console: Console, order_id: str, kit: KitEvidence) -> None:
+    """Print what a kit earned: its name, its table, and why points were lost."""
     title = Text(f"{order_id}, kit {kit.score.kit_type}: ")
     if not kit.score.is_submitted:
         why = NOT_ANNOUNCED if kit.parts and kit.parts[0].cause == NOT_ANNOUNCED else NOT_SUBMITTED
         title += Text(f"{why}, no points", style="bold")
     else:
         title += Text(f"{kit.score.total:g} of {kit.reach.maximum:g} points", style="bold")
-    console.print("\n", title, "\n", sep="")
-    console.print(table(kit))
+    console.print("\n", title, "\n", sep="", soft_wrap=True)
+    show_table(console, kit)
     for line in sums(kit):
         console.print(line, markup=False, soft_wrap=True)
 
@@ -127,15 +160,25 @@ def _final(score: TrialScore | None) -> Iterator[str]:
 
 
 def _part_cells(part: PartEvidence) -> list[str | Text]:
+    kind = _broken(part.reach.type, _TYPE_WIDTH)
     fit = None if part.finding is None else part.finding.fit
     lost = "" if part.cause == Verdict.PLACED else part.cause
     points = [f"{part.presence:g}", f"{part.pose:g}"]
     if fit is None:
-        return [part.reach.type, "-", "", "", *points, lost]
+        return [kind, "-", "", "", *points, lost]
     off, turned = f"{fit.distance * 1e3:.1f}", f"{fit.yaw_difference * 1e3:.0f}"
-    return [part.reach.type, _name(fit.object_name), off, turned, *points, lost]
+    return [kind, _broken(fit.object_name, _NAME_WIDTH), off, turned, *points, lost]
 
 
-def _name(name: str) -> Text:
-    """A model's name; a long one is broken behind what it came from."""
-    return Text(name if len(name) <= _NAME_WIDTH else name.replace("|", "|\n"))
+def _broken(name: str, width: int) -> Text:
+    """A name in lines of a width where its words allow it: broken behind what it came from, then behind `_`."""
+    lines: list[str] = []
+    for piece in [name] if len(name) <= width else re.split(r"(?<=\|)", name):
+        line = ""
+        for word in re.split(r"(?<=_)", piece):
+            if line and len(line) + len(word) > width:
+                lines.append(line)
+                line = ""
+            line += word
+        lines.append(line)
+    return Text("\n".join(filter(None, lines)))

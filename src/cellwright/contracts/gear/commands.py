@@ -7,6 +7,8 @@ from typing import Any, cast, get_args
 from cellwright.bus import Bus, Refusals
 from cellwright.contracts.gear.devices import GearDevices
 from cellwright.contracts.gear.intention import TOPIC as INTENTION
+from cellwright.contracts.gear.part_types import part_types
+from cellwright.contracts.gear.rows import PART_TYPES
 from cellwright.devices.agv import Agv
 from cellwright.devices.arm import Arm
 from cellwright.devices.gripper.vacuum_gripper import VacuumGripper
@@ -56,6 +58,7 @@ class Commands:
         self._is_competition = competition
         self._locations = MaterialLocations(devices.trial.material_locations)
         self._refusals: Refusals | None = None
+        self._own_types: str | None = None
 
     def serve(self, bus: Bus) -> None:
         """Put all of them on the bus."""
@@ -82,6 +85,7 @@ class Commands:
                 "/ariac/arm/command", "trajectory_msgs/JointTrajectory", _arm_handler(devices.arm), node=SIMULATOR
             )
         bus.listen(INTENTION, "std_msgs/String", self._intention, node=SIMULATOR)
+        bus.serve(PART_TYPES, "std_srvs/Trigger", self._part_types, node=SIMULATOR)
         for name, (type_name, handler) in services.items():
             bus.serve(f"/ariac/{name}", type_name, handler, node=SIMULATOR)
 
@@ -101,6 +105,11 @@ class Commands:
     def _material_locations(self, request: GetMaterialLocationsRequest, _node: str) -> GetMaterialLocationsResponse:
         units = self._locations.locations(request.material_type)
         return GetMaterialLocationsResponse([StorageUnit(unit) for unit in units])
+
+    def _part_types(self, _request: TriggerRequest, _node: str) -> TriggerResponse:
+        if self._own_types is None:
+            self._own_types = part_types(self._devices.trial)
+        return TriggerResponse(success=True, message=self._own_types)
 
     def _intention(self, message: String, node: str) -> None:
         self._devices.intention.say(message.data, node, self._devices.simulation.now)

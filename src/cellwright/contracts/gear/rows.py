@@ -17,6 +17,7 @@ from cellwright.errors import UsageError
 
 AGVS = ("1", "2")
 FOLLOW = "/ariac/arm/follow_joint_trajectory"
+PART_TYPES = "/cellwright/part_types"
 
 TOPIC, SERVICE, ACTION = Kind.TOPIC, Kind.SERVICE, Kind.ACTION
 EACH_STEP, ON_EVENT = Pace.EACH_STEP, Pace.ON_EVENT
@@ -67,6 +68,8 @@ TRIAL = (
           competition=REFUSES, source=MANAGER),
     takes(TOPIC, INTENTION, "std_msgs/String", ALWAYS,
           "What the agent is about, in a line for people who look on; it changes nothing."),
+    takes(SERVICE, PART_TYPES, "std_srvs/Trigger", ALWAYS,
+          "The part types of the file's own, as a JSON object in `message`: mass, box and flat spots of the top."),
 )
 
 ARM = (

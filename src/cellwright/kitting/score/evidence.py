@@ -7,12 +7,13 @@ and the orders that were never announced, with what could have been had there.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
 from cellwright.description.layout import TRAY_PLATE
 from cellwright.description.trial import Trial
+from cellwright.kitting.fates import Fate
 from cellwright.kitting.score.kit_score import BonusVerdict, Fit, KitScore, PartFinding, Verdict
 from cellwright.kitting.score.matching import MAX_DISTANCE, MAX_YAW_DIFFERENCE, MIN_QUATERNION_DOT
 from cellwright.kitting.score.reach import KitReach, PartReach, TrialReach, reach
@@ -58,11 +59,13 @@ class PartEvidence:
         reach: what it could earn.
         cause: one word for it, a key of `REASONS`, or "placed".
         finding: what the referee found; None when its kit was not judged.
+        fate: what became of it if it is missing; None where nothing is known.
     """
 
     reach: PartReach
     cause: str
     finding: PartFinding | None = None
+    fate: Fate | None = None
 
     @property
     def presence(self) -> float:
@@ -78,7 +81,8 @@ class PartEvidence:
         """What earned or lost its points, and by how much."""
         fit = None if self.finding is None else self.finding.fit
         if fit is None or self.cause == Verdict.FAULTY:
-            why = REASONS[self.cause] + (f": {fit.object_name}" if fit is not None else "")
+            more = fit.object_name if fit is not None else self.fate.sentence() if self.fate is not None else ""
+            why = ": ".join(filter(None, (REASONS[self.cause], more)))
             return "; ".join(filter(None, (why, self.reach.reason())))
         off, yaw, tilt = fit.distance * 1e3, fit.yaw_difference * 1e3, turn(fit) * 1e3
         match self.cause:
@@ -163,18 +167,21 @@ class Evidence:
             yield from order.kits
 
 
-def kit_evidence(score: KitScore, could: KitReach, *, is_announced: bool = True) -> KitEvidence:
+def kit_evidence(
+    score: KitScore, could: KitReach, *, is_announced: bool = True, fates: Sequence[Fate | None] = ()
+) -> KitEvidence:
     """The evidence of one kit.
 
     Args:
         score: what the referee says of it.
         could: what it could earn.
         is_announced: whether its order came up, for a kit that was not submitted.
+        fates: what became of its missing parts, one for each ordered part; empty where nothing is known.
     """
     if score.is_submitted:
         parts = tuple(
-            PartEvidence(part, _cause(finding, part), finding)
-            for part, finding in zip(could.parts, score.parts, strict=True)
+            PartEvidence(part, _cause(finding, part), finding, fate)
+            for part, finding, fate in zip(could.parts, score.parts, fates or [None] * len(score.parts), strict=True)
         )
     else:
         cause = NOT_SUBMITTED if is_announced else NOT_ANNOUNCED
@@ -182,7 +189,14 @@ def kit_evidence(score: KitScore, could: KitReach, *, is_announced: bool = True)
     return KitEvidence(could, score, parts)
 
 
-def evidence(trial: Trial, score: GameScore, process_time: int = 0, *, could: TrialReach | None = None) -> Evidence:
+def evidence(
+    trial: Trial,
+    score: GameScore,
+    process_time: int = 0,
+    *,
+    could: TrialReach | None = None,
+    fates: Mapping[str, Sequence[Fate | None]] = MappingProxyType({}),
+) -> Evidence:
     """The evidence for a score.
 
     Args:
@@ -190,6 +204,7 @@ def evidence(trial: Trial, score: GameScore, process_time: int = 0, *, could: Tr
         score: its score.
         process_time: from the start to the end of the game [ns].
         could: what can be earned in it, where that is known already.
+        fates: what became of the parts that judged kits lack, by kit type; see `kit_evidence`.
     """
     could = could or reach(trial)
     announced = {order.order_id: order for order in score.orders}
@@ -203,7 +218,12 @@ def evidence(trial: Trial, score: GameScore, process_time: int = 0, *, could: Tr
             order,
             order.order_id in announced,
             tuple(
-                kit_evidence(kit, could.kit(kit.kit_type), is_announced=order.order_id in announced)
+                kit_evidence(
+                    kit,
+                    could.kit(kit.kit_type),
+                    is_announced=order.order_id in announced,
+                    fates=fates.get(kit.kit_type, ()),
+                )
                 for kit in order.kits
             ),
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from cellwright.kitting.fates import Fate
 from cellwright.kitting.score.evidence import Evidence, KitEvidence, OrderEvidence, PartEvidence, turn
 from cellwright.kitting.score.trial_score import TrialScore
 from cellwright.simulation.clock import seconds
@@ -82,6 +83,7 @@ def _part(found: PartEvidence) -> dict[str, Any]:
         "type": could.type,
         "cause": found.cause,
         "sentence": found.sentence(),
+        "fate": None if found.fate is None else _fate(found.fate),
         "verdict": None if finding is None else str(finding.verdict),
         "presence": found.presence,
         "pose": found.pose,
@@ -98,4 +100,19 @@ def _part(found: PartEvidence) -> dict[str, Any]:
         "yaw_difference": None if fit is None else fit.yaw_difference,
         "turn": None if fit is None else turn(fit),
         "quaternion_dot": None if fit is None else fit.quaternion_dot,
+    }
+
+
+def _fate(fate: Fate) -> dict[str, Any]:
+    return {
+        "kind": str(fate.kind),
+        "sentence": fate.sentence(),
+        "part": fate.part or None,
+        "faulty": fate.is_faulty,
+        "position": None if fate.position is None else list(fate.position),
+        "time": None if fate.time is None else seconds(fate.time),
+        "held": seconds(fate.held),
+        "lies": None if fate.lies is None else list(fate.lies),
+        "tray": fate.tray or None,
+        "past": fate.past,
     }

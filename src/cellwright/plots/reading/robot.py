@@ -97,6 +97,11 @@ class About:
         except (KeyError, TypeError, IndexError):
             return {}
 
+    def grippers(self) -> list[str]:
+        """The side that each gripper is on, in their order; empty for one that is alone, and where it is not known."""
+        sides = self._robot.get("grippers", [])
+        return [str(side) for side in sides] if isinstance(sides, list) else []
+
     def units(self) -> dict[str, str]:
         """The unit of each joint, by name."""
         try:

@@ -67,7 +67,11 @@ def _robot(recording: Recording) -> Story:
         group[:1].upper() + group[1:]: [joints[name] for name in names if name in joints]
         for group, names in (about.groups() or {"joints": list(joints)}).items()
     }
-    closed = [JointTrack(name, "closed 0..1", *curve) for name, curve in grippers.curves().items()]
+    sides = about.grippers()
+    closed = [
+        JointTrack(_gripper(number, name, sides), "closed 0..1", *curve)
+        for number, (name, curve) in enumerate(grippers.curves().items())
+    ]
     states = {"safety": status.safety.until(end), "commands of": status.commander.until(end)}
     arms: list[dict[str, Any]] = []
     with suppress(MessageError):
@@ -99,6 +103,11 @@ def _read(recording: Recording, readers: Sequence[Reader]) -> str:
     except RecordingError as error:
         return f"{error}: drawn as far as it can be read"
     return "" if recording.is_complete else f"{recording.path}: was cut short; drawn as far as it goes"
+
+
+def _gripper(number: int, topic_name: str, sides: Sequence[str]) -> str:
+    """What a gripper is called: by its side, for the topic only counts them."""
+    return f"{sides[number]} gripper".strip() if number < len(sides) else topic_name
 
 
 def _note(recording: Recording, facts: Any, competition: Competition | None = None) -> str:

@@ -110,7 +110,8 @@ class CellPanel:
 
     def _score(self, score: GameScore, could: TrialReach) -> dict[str, Any]:
         """The score with its evidence, without times, and without orders that nobody may know of yet."""
-        found = evidence_to_json(evidence(without_faults(self._cell), score, could=could))
+        fates = {} if keeps_secrets(self._cell) else self._cell.competition.fates()  # they tell what is faulty
+        found = evidence_to_json(evidence(without_faults(self._cell), score, could=could, fates=fates))
         for key in ("process_time", "part_travel_time"):
             del found[key]
         known = {order.order_id for order in known_orders(self._cell)}
