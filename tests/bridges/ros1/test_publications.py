@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from cellwright.link.frames import Kind
+from cellwright.link.frames import Frame, Kind
 from cellwright.messages import definition, from_ros1, md5, to_ros1
 from cellwright.messages.build import stamp
 from cellwright.messages.standard import Header, String
@@ -15,7 +16,7 @@ from tests.bridges.ros1.conftest import start_bridge
 from tests.bridges.ros1.fake_cell import FakeCell, out
 from tests.bridges.ros1.wire import Connection, subscribe
 from tests.ros1.ground import Ground
-from tests.waiting import wait_until
+from tests.waiting import TIMEOUT, wait_until
 
 pytest_plugins = ["tests.ros1.fixtures", "tests.bridges.ros1.fixtures"]
 
@@ -87,6 +88,29 @@ def test_a_late_subscriber_gets_the_newest_once(master: Ground, make_cell: MakeC
     cell.say_heard("/words", text("newest"))
     assert [word(late), word(late)] == ["new", "newest"]
     assert word(first) == "newest"
+
+
+def test_a_subscriber_is_there_when_the_cell_has_answered(master: Ground, make_cell: MakeCell) -> None:
+    """What is latched comes before the answer, so that a program has it before it connects to another topic."""
+    cell = make_cell([out("/words", latch=True)])
+    asked: list[Frame] = []
+
+    def hold_back(frame: Frame) -> Frame | None:
+        if frame.kind is not Kind.SUBSCRIBE:
+            return cell.usual(frame)
+        asked.append(frame)
+        return None
+
+    cell.answer = hold_back
+    start_bridge(master, cell)
+    with ThreadPoolExecutor() as pool:
+        coming = pool.submit(subscribe, master, "/words")
+        wait_until(lambda: asked, "subscription at the cell")
+        cell.say("/words", text("latched"))
+        assert not coming.done()
+        cell.send(Frame(Kind.DONE, asked[0].number))
+        assert word(coming.result(TIMEOUT)) == "latched"
+    assert len(asked) == 1
 
 
 def test_what_grew_old_unheard_is_not_latched(master: Ground, make_cell: MakeCell) -> None:

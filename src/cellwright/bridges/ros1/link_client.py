@@ -82,9 +82,13 @@ class LinkClient:
         with self._lock:
             self._answers[number] = answered
 
-    def subscribe(self, topic: str, node: str, listener: Callable[[bytes], None]) -> int:
-        """Have the messages of a topic given to `listener`, from one publishing node or from all (empty); a number."""
-        number = self.request(Kind.SUBSCRIBE, _ignore, name=topic, node=node)
+    def subscribe(self, topic: str, node: str, listener: Callable[[bytes], None], answered: Answered) -> int:
+        """Have the messages of a topic given to `listener`, from one publishing node or from all (empty).
+
+        Returns:
+            The number of the subscription. Its answer goes to `answered`, after what is latched.
+        """
+        number = self.request(Kind.SUBSCRIBE, answered, name=topic, node=node)
         self._listeners[number] = listener
         return number
 
@@ -164,7 +168,3 @@ class LinkClient:
         if not self._has_ended:
             self.close()
             self._on_end(reason)
-
-
-def _ignore(_frame: Frame) -> None:
-    pass

@@ -3,6 +3,10 @@
 The cell is asked for a topic only while somebody subscribes to it, since what nobody hears is not worth making. What
 is announced once, such as an order, is listened to all the time. All of this belongs to the loop's thread: that a
 subscriber is there and what is published never cross, so that it gets what is latched once, and nothing twice.
+
+A subscriber's handshake is answered when the cell has answered the bridge's own subscription, and so after what is
+latched has come. In lockstep a program connects to one topic after another, and gets what is latched in that order,
+whether others listened to a topic before or not.
 """
 
 from __future__ import annotations
@@ -25,6 +29,7 @@ from cellwright.bridges.ros1.received import received
 from cellwright.bridges.ros1.sent import Sent
 from cellwright.bridges.ros1.tally import Tally
 from cellwright.bridges.ros1.tcpros import Header
+from cellwright.link.frames import Frame
 
 QUEUE = 1000
 """So many messages wait for a subscriber that does not read; then the oldest is dropped."""
@@ -63,7 +68,9 @@ class Publication:
         self._newest: bytes | None = None
         self._count = 0
         self._peers: list[Peer] = []
+        self._waiting: list[Peer] = []  # whose handshakes are not answered yet
         self._subscription: int | None = None
+        self._is_answered = False  # whether the cell has answered the subscription
         self._tally = Tally(loop, "{count} messages for {subject} dropped: it does not read them")
         self.resolved_name = self.name = topic["name"]
         self.type = topic["type"]
@@ -87,14 +94,11 @@ class Publication:
             if theirs not in (ANY, mine):
                 return f"{self.name} has {field} {mine}, not {theirs}"
         peer = Peer(self, self._loop, connection, header["callerid"], QUEUE if self._sent is None else LONG_QUEUE)
-        self._peers.append(peer)
-        if self._sent is not None:
-            self._sent.begin(peer.caller, self.name)
         if self._subscription is None:
             self._listen()
-        peer.outlet.send(handshake(self._answer()))
-        if self._newest is not None:
-            self._give(peer, self._newest)
+        self._waiting.append(peer)
+        if self._is_answered:
+            self._welcome()
         return None
 
     @property
@@ -104,12 +108,13 @@ class Publication:
 
     def lost(self, peer: Peer) -> None:
         """Forget a subscriber that has gone."""
-        if peer not in self._peers:
-            return
-        self._peers.remove(peer)
-        if self._sent is not None and all(other.caller != peer.caller for other in self._peers):
-            self._sent.end(peer.caller, self.name)
-        if not self._peers and not self._always and self._subscription is not None:
+        if peer in self._waiting:
+            self._waiting.remove(peer)
+        elif peer in self._peers:
+            self._peers.remove(peer)
+            if self._sent is not None and all(other.caller != peer.caller for other in self._peers):
+                self._sent.end(peer.caller, self.name)
+        if not (self._peers or self._waiting or self._always) and self._subscription is not None:
             self._link.unsubscribe(self._subscription)
             self._subscription = None
             self._newest = None  # it would be old by the time that somebody comes
@@ -119,9 +124,26 @@ class Publication:
         self._tally.count(f"{peer.caller} on {self.name}")
 
     def _listen(self) -> None:
-        self._subscription = self._link.subscribe(self.name, self._node, self._publish)
+        self._is_answered = False
+        self._subscription = self._link.subscribe(self.name, self._node, self._publish, self._answered)
 
-    def _answer(self) -> Header:
+    def _answered(self, answer: Frame) -> None:
+        if answer.number == self._subscription:  # else it is that of one that was ended since
+            self._is_answered = True
+            self._welcome()
+
+    def _welcome(self) -> None:
+        """Answer the handshakes of those who wait; each gets what is latched at once."""
+        waiting, self._waiting = self._waiting, []
+        for peer in waiting:
+            self._peers.append(peer)
+            if self._sent is not None:
+                self._sent.begin(peer.caller, self.name)
+            peer.outlet.send(handshake(self._header()))
+            if self._newest is not None:
+                self._give(peer, self._newest)
+
+    def _header(self) -> Header:
         return {
             "topic": self.name,
             "type": self.type,
