@@ -90,5 +90,7 @@ class Onlooker:
                 self.moves += 1
             case "GuiMarkdownMessage" | "NotificationMessage" | "NotificationShowMessage":
                 self.texts.append(str(message))
+            case "GuiUpdateMessage" if "_markdown" in message["updates"]:  # also of an element that has just been made
+                self.texts.append(str(message))
             case _ if isinstance(name, str) and "props" in message:
                 self.nodes[name] = {"position": (0.0, 0.0, 0.0)}

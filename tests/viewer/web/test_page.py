@@ -162,9 +162,14 @@ def test_a_page_that_ends_leaves_word_of_why() -> None:
     someone = Onlooker(page.url)
     hall.until(lambda: someone.sees(TRAY))
     hall.server.close("the node has stopped")
+
+    def wait_for(words: str) -> None:
+        wait_until(lambda: any(words in text for text in someone.texts), words, seen=lambda: someone.texts)
+
+    wait_for("**Not connected:** the node has stopped.")
     page.close()
+    wait_for("**This page has ended:** the node has stopped.")
     someone.close()
-    assert "**This page has ended:** the node has stopped." in someone.texts[-1]
 
 
 @QUICK_PAGES

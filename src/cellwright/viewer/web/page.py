@@ -25,7 +25,7 @@ log = logging.getLogger(__name__)
 _PERIOD = 1 / 60  # [s] between two pictures
 _IDLE = 0.5  # [s] between two looks at whether somebody looks on
 _LAST_WORD = 0.5  # [s] for what is served to say why it has ended
-_ON_ITS_WAY = 0.2  # [s] for what was said last to get to browsers
+_ON_ITS_WAY = 0.5  # [s] for what was said last to get to browsers
 
 
 class Page:
