@@ -14,7 +14,7 @@ unexport PYTHONDONTWRITEBYTECODE
 IS_NEW_ENOUGH := 'import sys; sys.version_info < (3, 11) and sys.exit("Python 3.11 or newer is needed, and this is \
 %d.%d; name another: make PYTHON=python3.12" % tuple(sys.version_info[:2]))'
 
-.PHONY: run lesson test quick dev system ros1 display browser check collected docs bench soak fuzz format clean
+.PHONY: run lesson test quick dev system ros1 display browser check collected docs bench soak hashes fuzz format clean
 
 run: .venv/.installed
 	$(BIN)/cellwright run lesson
@@ -76,6 +76,10 @@ bench: .venv/.installed-dev
 HOURS ?= 10
 soak: .venv/.installed
 	$(BIN)/python -m cellwright.endurance --hours $(HOURS) --picture soak.svg
+
+# Is every bundled trial's state hash, worked by kitter, what tests/data/state_hashes.json says?
+hashes: .venv/.installed
+	$(BIN)/python -m tests.state_hashes
 
 # Random and hostile files, for a minute each reader or as long as SECONDS says; TARGETS names some of them.
 SECONDS ?= 60

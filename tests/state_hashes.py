@@ -1,0 +1,53 @@
+"""State hashes of the bundled trials worked by `kitter`: a change of the tree alone leaves each as it is.
+
+`python -m tests.state_hashes` runs all and compares them with the file; with `--write`, it writes the file.
+"""
+
+import json
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+from cellwright import Cell, load_trial
+from cellwright.agents.agent import find_agent
+from cellwright.description.catalogue import bundled, find_trial
+from cellwright.run import RunOptions, run_cell
+
+FILE = Path(__file__).parent / "data" / "state_hashes.json"
+UNTIL = 600.0  # [s]
+
+
+def kept() -> dict[str, dict[str, object]]:
+    """The file's content, by trial."""
+    hashes: dict[str, dict[str, object]] = json.loads(FILE.read_text())
+    return hashes
+
+
+def measured(trial: str) -> dict[str, object]:
+    """Outcome, points and state hash of `kitter` in a bundled trial (2017 trials with the sensors that it needs)."""
+    sensors = [] if trial == "lesson" else [find_trial("kitter_sensors")]
+    result = run_cell(Cell(load_trial(find_trial(trial), *sensors)), find_agent("kitter")(), RunOptions(until=UNTIL))
+    return {
+        "outcome": str(result.outcome),
+        "points": result.score.total if result.score else None,
+        "state_hash": result.state_hash,
+    }
+
+
+def main(arguments: list[str]) -> int:
+    """Run all trials on two cores; exit status 1 if one differs."""
+    trials = bundled()
+    found: dict[str, dict[str, object]] = {}
+    with ProcessPoolExecutor(2) as pool:
+        for trial, figures in zip(trials, pool.map(measured, trials), strict=True):
+            print(trial, *figures.values(), flush=True)
+            found[trial] = figures
+    if "--write" in arguments:
+        FILE.write_text(json.dumps(found, indent=1) + "\n")
+    differing = [trial for trial in trials if found[trial] != kept().get(trial)]
+    print(f"{len(trials) - len(differing)} of {len(trials)} as in {FILE.name}", *differing, sep="\n")
+    return bool(differing)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
