@@ -70,12 +70,12 @@ docs: .venv/.installed-dev
 
 # What things cost: to be read on a machine that has nothing else to do.
 bench: .venv/.installed-dev
-	$(BIN)/cellwright bench --write docs/benchmarks.md
+	$(BIN)/python -m benchmarks --write docs/benchmarks.md
 
 # Ten simulated hours of a cell and of a robot: is memory flat, and the state that of the same run cut into restores?
 HOURS ?= 10
 soak: .venv/.installed
-	$(BIN)/python -m cellwright.endurance --hours $(HOURS) --picture soak.svg
+	$(BIN)/python -m benchmarks.soak --hours $(HOURS) --picture soak.svg
 
 # Is every bundled trial's state hash, worked by kitter, what tests/data/state_hashes.json says?
 hashes: .venv/.installed

@@ -24,8 +24,8 @@ def cases(target: str) -> list[Path]:
 
 
 TRIALS = (
-    "src/cellwright/description/catalogue/*.yaml",
-    "src/cellwright/ros1/packages/*/config/*.yaml",
+    "src/cellwright/config/trial/catalogue/*.yaml",
+    "src/cellwright/middleware/ros1/packages/data/*/config/*.yaml",
     "examples/**/*.yaml",
     "docs/examples/**/*.yaml",
 )

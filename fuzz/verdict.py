@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cellwright.errors import DescriptionError
+from cellwright.util.errors import DescriptionError
 
 MOST_LINES = 2000
 """More lines than this help nobody."""

@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from cellwright.cell import Cell
-from cellwright.description.trial import (
+from cellwright.cell.cell import Cell
+from cellwright.cell.kitting.effects import CompetitionState
+from cellwright.config.trial.trial import (
     BeltPart,
     CellSettings,
     DropRegion,
@@ -23,12 +24,11 @@ from cellwright.description.trial import (
     Sensor,
     Trial,
 )
-from cellwright.kitting.effects import CompetitionState
-from cellwright.messages.build import joint_trajectory, trajectory_point
-from cellwright.messages.standard import JointTrajectory
-from cellwright.messages.std_srvs import TriggerRequest
-from cellwright.pose import Pose
-from cellwright.simulation.clock import NANOSECONDS, nanoseconds
+from cellwright.engine.clock import NANOSECONDS, nanoseconds
+from cellwright.middleware.messages.build import joint_trajectory, trajectory_point
+from cellwright.middleware.messages.standard import JointTrajectory
+from cellwright.middleware.messages.std_srvs import TriggerRequest
+from cellwright.util.pose import Pose
 
 TRAY_1 = "agv1::kit_tray_1::kit_tray_1::tray"
 TRAY_2 = "agv2::kit_tray_2::kit_tray_2::tray"

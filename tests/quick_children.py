@@ -93,7 +93,7 @@ def quick_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def quick_agents(monkeypatch: pytest.MonkeyPatch) -> None:
     """Processes of agents."""
-    _replace(monkeypatch, "cellwright.remote.child", lambda _: warm_start())
+    _replace(monkeypatch, "cellwright.running.remote.child", lambda _: warm_start())
 
 
 @pytest.fixture
@@ -101,16 +101,16 @@ def quick_workers(monkeypatch: pytest.MonkeyPatch) -> None:
     """Workers of evaluations. Tests of what a worker leaves behind, and of equal results, do not use them either."""
 
     def start(environment: Mapping[str, str]) -> WarmStart:
-        modules = ("cellwright.evaluation.worker",)
+        modules = ("cellwright.running.evaluation.worker",)
         return warm_start("worker of an evaluation", lambda: WarmStart(modules, environment=environment))
 
-    _replace(monkeypatch, "cellwright.evaluation.worker_process", start)
+    _replace(monkeypatch, "cellwright.running.evaluation.worker_process", start)
 
 
 @pytest.fixture
 def quick_serving(monkeypatch: pytest.MonkeyPatch) -> None:
     """Commands that serve what a benchmark measures."""
-    _replace(monkeypatch, "cellwright.bench.processes", lambda _: warm_start())
+    _replace(monkeypatch, "benchmarks.processes", lambda _: warm_start())
 
 
 QUICK_PAGES = pytest.mark.usefixtures("quick_pages")

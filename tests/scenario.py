@@ -10,12 +10,12 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from cellwright.cell import Cell
-from cellwright.messages.osrf_gear import AGVControlRequest, VacuumGripperControlRequest
-from cellwright.simulation.clock import nanoseconds
-from cellwright.simulation.snapshot import read_checkpoint
+from cellwright.cell.cell import Cell
+from cellwright.engine.clock import nanoseconds
+from cellwright.engine.snapshot import read_checkpoint
+from cellwright.middleware.messages.osrf_gear import AGVControlRequest, VacuumGripperControlRequest
+from tests.cell.interface.goals import send
 from tests.cells import ABOVE_THE_ROD, INITIAL, WHOLE, call, order, publish, way, with_seed
-from tests.contracts.goals import send
 
 END = 4.0
 MIDDLE = 2.2

@@ -15,8 +15,8 @@ from xdist.workermanage import WorkerController
 LESSONS = ("tests/docs/test_lesson.py", "tests/scripts/test_lesson.py")
 """They play the lesson in real time, a minute and more for each test."""
 
-FOLDERS = ("tests/ros1/", "tests/ros1_host/", "tests/bridges/ros1/")
-WAITING = (*LESSONS, *FOLDERS, "tests/client/test_ros1.py", "tests/docs/test_ros1_page.py")
+FOLDERS = ("tests/ros1/", "tests/middleware/ros1/host/", "tests/middleware/ros1/bridge/")
+WAITING = (*LESSONS, *FOLDERS, "tests/clients/client/test_ros1.py", "tests/docs/test_ros1_page.py")
 
 TOGETHER = "tests/browser/"
 """Its tests share a browser and what it looks at: they all go to one worker."""
@@ -24,16 +24,16 @@ TOGETHER = "tests/browser/"
 WORKSPACE = ("tests/docs/test_lesson.py::test_the_lesson_can_be_followed", "tests/ros1/test_catkin.py")
 """Tests that share a catkin workspace: they all go to one worker, which builds it."""
 
-SHARING = ("tests/test_packaging.py", "tests/docs/test_site.py", "tests/agents/kitter/test_runs.py")
+SHARING = ("tests/test_packaging.py", "tests/docs/test_site.py", "tests/clients/agents/kitter/test_runs.py")
 """Files whose tests share what takes long to make, and would make it once for each worker."""
 
 WHOLE = (
-    "tests/description/robot/test_against_pybullet.py",
-    "tests/endurance/test_leg.py",
-    "tests/evaluation/test_evaluate.py",
-    "tests/replay/exported/test_file.py",
-    "tests/teleop/checks/test_check.py",
-    "tests/teleop/hands/test_poses.py",
+    "tests/config/robot/test_against_pybullet.py",
+    "tests/benchmarks/soak/test_leg.py",
+    "tests/running/evaluation/test_evaluate.py",
+    "tests/recording/replay/exported/test_file.py",
+    "tests/robot/checks/test_check.py",
+    "tests/robot/hands/test_poses.py",
 )
 """Files whose tests share what takes some seconds to make; their turn comes in the order of the others."""
 

@@ -9,9 +9,9 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 from cellwright import Cell, load_trial
-from cellwright.agents.agent import find_agent
-from cellwright.description.catalogue import bundled, find_trial
-from cellwright.run import RunOptions, run_cell
+from cellwright.clients.agents.agent import find_agent
+from cellwright.config.trial.catalogue import bundled, find_trial
+from cellwright.running.run import RunOptions, run_cell
 
 FILE = Path(__file__).parent / "data" / "state_hashes.json"
 UNTIL = 600.0  # [s]

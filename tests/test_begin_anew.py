@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.cell import Cell
-from cellwright.errors import UsageError
-from cellwright.recording.json_lines import read_json_lines
-from cellwright.recording.run_log import RunLog
-from cellwright.run import Outcome, RunOptions
-from cellwright.server import Server
-from cellwright.serving import Hooks, Serving
-from cellwright.simulation.tempo import Tempo
+from cellwright.cell.cell import Cell
+from cellwright.engine.tempo import Tempo
+from cellwright.middleware.server import Server
+from cellwright.recording.format.run_log import RunLog
+from cellwright.running.run import Outcome, RunOptions
+from cellwright.running.serving import Hooks, Serving
+from cellwright.util.errors import UsageError
+from cellwright.util.json_lines import read_json_lines
 from tests.cells import KITTING, call
 
 

@@ -181,7 +181,6 @@ def test_the_wheel_runs_in_a_fresh_environment(scripts: Path, tmp_path: Path) ->
         (["trials"], "qual1a"),
         (["run", "lesson", "--agent", "lesson", "--until", "3", "--no-picture"], "stopped before"),
         (["teleop", "qinglong", "--check"], "passed"),
-        (["bench", "step", "--quick"], "60 parts awake"),
         (["eval", "trial.yaml", "--agent", "idle.py:Idle", "--out", "results"], "passed      1 of 1 runs"),
     ],
     ids=lambda each: each[0] if isinstance(each, list) else "",
@@ -200,7 +199,7 @@ def test_what_the_readme_shows_works_there(
 
 def test_its_types_are_seen(scripts: Path, tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(
-        "from cellwright.pose import Pose\n\nheight: float = Pose().position[2]\nname: str = Pose().yaw\n"
+        "from cellwright.util.pose import Pose\n\nheight: float = Pose().position[2]\nname: str = Pose().yaw\n"
     )
     options = ["--strict", "--cache-dir", os.devnull, "--python-executable", str(scripts / "python")]
     said = run([sys.executable, "-m", "mypy", *options, "mine.py"], tmp_path, status=1)

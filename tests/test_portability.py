@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 
 import pytest
 
-from cellwright import link
+from cellwright.middleware import wire as link
 from tests.waiting import TIMEOUT
 from tests.warm import WarmStart
 
@@ -117,10 +117,10 @@ def check(ran: subprocess.CompletedProcess[str], status: int) -> subprocess.Comp
 EVERYTHING = """
 import importlib, pkgutil, sys, cellwright
 for module in pkgutil.walk_packages(cellwright.__path__, "cellwright."):
-    if not module.name.startswith(("cellwright.bridges", "cellwright.ros1.packages")) and "__main__" not in module.name:
+    if not any(part in module.name for part in ("ros1.bridge", "ros1.packages.data", "__main__")):
         importlib.import_module(module.name)
-from cellwright.evaluation import limits, worker_process
-from cellwright.operators import terminal
+from cellwright.running.evaluation import limits, worker_process
+from cellwright.clients.operators import terminal
 assert not limits.MEMORY_IS_LIMITED and not limits.memory_of_sessions()
 assert not hasattr(worker_process.signal, "SIGKILL") and not hasattr(worker_process.os, "killpg")
 assert not hasattr(terminal, "termios") and terminal._read_windows() == ""
@@ -198,7 +198,7 @@ for act in (
     except OSError:
         continue
     sys.exit("a name was taken that Windows does not take")
-from cellwright.client.transports import connection
+from cellwright.clients.client.transports import connection
 for what in (((), (), ()), ([0], (), ())):
     try:
         connection.select.select(*what, 0.0)

@@ -1,8 +1,10 @@
 """`import cellwright` has what a newcomer needs, and costs nothing until it is used."""
 
 import ast
+import importlib
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import pytest
@@ -28,7 +30,7 @@ def test_nothing_is_loaded_before_it_is_asked_for() -> None:
 def test_what_an_interpreter_with_nothing_installed_can_have() -> None:
     program = "import cellwright; print(cellwright.AssembledRobot.__name__, cellwright.errors.__name__)\n"
     program += "print(*(name for name in ('numpy', 'mujoco', 'yaml', 'rosbags') if name in sys.modules))"
-    assert run(program) == "AssembledRobot cellwright.errors\n\n"
+    assert run(program) == "AssembledRobot cellwright.util.errors\n\n"
 
 
 @pytest.mark.parametrize("name", PUBLIC)
@@ -50,3 +52,33 @@ def test_checkers_are_told_of_nothing_else() -> None:
 def test_a_name_that_there_is_not_is_refused() -> None:
     with pytest.raises(AttributeError, match="no attribute 'Robot'"):
         getattr(cellwright, "Robot")  # noqa: B009
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("client", "clients.client"),
+        ("client.session", "clients.client.session"),
+        ("description.robot.robots", "config.robot.robots"),
+        ("description.trial", "config.trial.trial"),
+        ("devices.sensors.sensor", "engine.sensor"),
+        ("pose", "util.pose"),
+        ("recording.run_log", "recording.format.run_log"),
+        ("world.robot", "robot.model.robot"),
+    ],
+)
+def test_modules_of_version_0_1_work_under_their_old_names(old: str, new: str) -> None:
+    before = set(sys.modules)
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always")
+        found = importlib.import_module(f"cellwright.{old}")
+    assert f"cellwright.{old} is cellwright.{new} now" in [str(each.message) for each in warned]
+    assert found is importlib.import_module(f"cellwright.{new}")
+    for name in set(sys.modules) - before:
+        if sys.modules[name].__name__ != name:
+            del sys.modules[name]
+
+
+def test_a_module_that_there_never_was_is_not_found() -> None:
+    with pytest.raises(ModuleNotFoundError, match="clientele"):
+        importlib.import_module("cellwright.clientele")

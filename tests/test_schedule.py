@@ -10,7 +10,11 @@ import pytest
 from tests.schedule import FIRST, SHARING, TOGETHER, WHOLE, WORKSPACE, Scheduling, pytest_collection_modifyitems
 
 ROOT = Path(__file__).parents[1]
-LESSON, CATKIN, LATER = "tests/docs/test_lesson.py", "tests/ros1/test_catkin.py", "tests/bridges/ros1/test_b.py"
+LESSON, CATKIN, LATER = (
+    "tests/docs/test_lesson.py",
+    "tests/ros1/test_catkin.py",
+    "tests/middleware/ros1/bridge/test_b.py",
+)
 NAMES = ["tests/a.py::x", f"{LATER}::y", f"{LATER}::z", f"{CATKIN}::z", "tests/c.py::x", f"{LESSON}::u", f"{LESSON}::v"]
 
 

@@ -11,11 +11,11 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from cellwright import load_trial
-from cellwright.agents.agent import Agent, find_agent
-from cellwright.cell import Cell
-from cellwright.client.transports.in_process import InProcess
-from cellwright.run import RunOptions, run_cell
-from tests.client.test_socket import connected, served
+from cellwright.cell.cell import Cell
+from cellwright.clients.agents.agent import Agent, find_agent
+from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.running.run import RunOptions, run_cell
+from tests.clients.client.test_socket import connected, served
 from tests.watching import ACTIONS, TRIAL, WATCHERS, Action, Watcher, all_topics, nobody, recording, work
 
 ROOT = Path(__file__).parents[1]

@@ -36,14 +36,14 @@ MODULES = (
     "cellwright.cli.teleop.command",
     "cellwright.cli.trials",
     "cellwright.cli.view.command",
-    "cellwright.gear.launcher",
-    "cellwright.recording.mcap_file",
-    "cellwright.remote.working",
+    "cellwright.cli.launchers.gear.launcher",
+    "cellwright.recording.format.mcap_file",
+    "cellwright.running.remote.working",
     "cellwright.rendering.picture",
     "cellwright.rendering.worker.film",
     "cellwright.rendering.worker.lettering",
     "cellwright.rendering.worker.program",
-    "cellwright.ros1_host.ros1",
+    "cellwright.middleware.ros1.host.ros1",
 )
 """Modules that are loaded once; they bring most of the others."""
 

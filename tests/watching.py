@@ -10,17 +10,17 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from cellwright.bus import Direction
-from cellwright.cell import Cell
-from cellwright.client.transports.transport import Transport
-from cellwright.contracts.gear.rows import rows
-from cellwright.contracts.table import Kind
-from cellwright.messages import to_cdr
-from cellwright.messages.osrf_gear import VacuumGripperControlRequest
-from cellwright.messages.std_srvs import TriggerRequest
-from cellwright.pose import Pose
-from cellwright.recording.header import RecordingHeader
-from cellwright.recording.recorder import Recorder
+from cellwright.cell.cell import Cell
+from cellwright.cell.interface.rows import rows
+from cellwright.clients.client.transports.transport import Transport
+from cellwright.middleware.bus import Direction
+from cellwright.middleware.interface.table import Kind
+from cellwright.middleware.messages import to_cdr
+from cellwright.middleware.messages.osrf_gear import VacuumGripperControlRequest
+from cellwright.middleware.messages.std_srvs import TriggerRequest
+from cellwright.recording.format.header import RecordingHeader
+from cellwright.recording.format.recorder import Recorder
+from cellwright.util.pose import Pose
 from tests.cells import INITIAL, WHOLE, order, way
 
 BEAM = Pose((1.6, 3.9, 0.91))

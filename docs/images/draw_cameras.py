@@ -10,17 +10,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.agents.lesson import LessonAgent
-from cellwright.cell import Cell
-from cellwright.description.catalogue import find_trial
-from cellwright.description.gear2017 import load_trial
-from cellwright.description.robot.config import Camera as RobotCamera
-from cellwright.description.robot.robots import load_robot
-from cellwright.devices.sensors.picture_camera import PictureCamera
+from cellwright.cell.cell import Cell
+from cellwright.clients.agents.lesson import LessonAgent
+from cellwright.config.robot.config import Camera as RobotCamera
+from cellwright.config.robot.robots import load_robot
+from cellwright.config.trial.catalogue import find_trial
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.rendering.cameras.picture_camera import PictureCamera
 from cellwright.rendering.pinhole import OPTICAL
 from cellwright.rendering.png import encode
-from cellwright.run import RunOptions, run_cell
-from cellwright.teleop.node import RobotNode
+from cellwright.robot.node import RobotNode
+from cellwright.running.run import RunOptions, run_cell
 
 OWN = """
 cellwright:

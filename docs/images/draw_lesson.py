@@ -3,14 +3,14 @@
 import math
 from pathlib import Path
 
-from cellwright.agents.lesson import LessonAgent
-from cellwright.cell import Cell
-from cellwright.description.gear2017 import load_trial
+from cellwright.cell.cell import Cell
+from cellwright.clients.agents.lesson import LessonAgent
+from cellwright.config.trial.gear2017 import load_trial
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import render
 from cellwright.rendering.png import save
 from cellwright.rendering.views import VIEWS
-from cellwright.run import RunOptions, run_cell
+from cellwright.running.run import RunOptions, run_cell
 
 CONFIG = Path("examples/lesson/industrial_control/config")
 TRAY = Camera(eye=(-0.45, 2.5, 1.45), target=(0.3, 3.13, 0.74), fov=math.radians(40))

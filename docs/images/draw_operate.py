@@ -8,19 +8,19 @@ from pathlib import Path
 
 from rich.console import Console
 
-from cellwright.client.session import Session
-from cellwright.client.transports.in_process import InProcess
-from cellwright.description.robot.robots import load_robot
-from cellwright.operators.exercise import exercise
-from cellwright.operators.jog import Jog
-from cellwright.operators.keyboard import Keyboard
-from cellwright.operators.limits import JointLimits
-from cellwright.operators.panel import panel
-from cellwright.operators.plot_svg import picture
-from cellwright.operators.robot import OperatedRobot
-from cellwright.operators.services import Services
-from cellwright.operators.waves import Shape, Wave
-from cellwright.teleop.node import RobotNode
+from cellwright.clients.client.session import Session
+from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.clients.operators.exercise import exercise
+from cellwright.clients.operators.jog import Jog
+from cellwright.clients.operators.keyboard import Keyboard
+from cellwright.clients.operators.limits import JointLimits
+from cellwright.clients.operators.panel import panel
+from cellwright.clients.operators.plot_svg import picture
+from cellwright.clients.operators.robot import OperatedRobot
+from cellwright.clients.operators.services import Services
+from cellwright.clients.operators.waves import Shape, Wave
+from cellwright.config.robot.robots import load_robot
+from cellwright.robot.node import RobotNode
 
 FOLDER = Path("docs/images")
 RIGHT = "\x1b[C"

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import mujoco
 
-from cellwright.description.robot.robots import load_robot
-from cellwright.rendering.robots import save_robot_picture
-from cellwright.world.robot import build_robot
+from cellwright.config.robot.robots import load_robot
+from cellwright.robot.model.robot import build_robot
+from cellwright.robot.pictures import save_robot_picture
 
 HERE = Path(__file__).parent
 

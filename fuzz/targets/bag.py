@@ -11,8 +11,8 @@ import numpy as np
 from rosbags.rosbag1 import Writer
 from rosbags.typesys import Stores, get_typestore
 
-from cellwright.errors import UsageError
-from cellwright.operators.bags import read_bag
+from cellwright.clients.operators.bags import read_bag
+from cellwright.util.errors import UsageError
 from fuzz.verdict import FindingError, check_lines
 
 LONGEST = 20_000

@@ -7,12 +7,12 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from cellwright.cell import Cell
-from cellwright.client import Client
-from cellwright.client.transports.in_process import InProcess
-from cellwright.description.gear2017 import load_trial
-from cellwright.description.own_models.files import ModelFileError
-from cellwright.errors import DescriptionError, SimulationError
+from cellwright.cell.cell import Cell
+from cellwright.clients.client import Client
+from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.config.models.files import ModelFileError
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.util.errors import DescriptionError, SimulationError
 from fuzz import seeds as bundled
 from fuzz.targets import trial
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from cellwright.description.reading.expressions import evaluate
-from cellwright.errors import ExpressionError
+from cellwright.config.parsing.expressions import evaluate
+from cellwright.util.errors import ExpressionError
 from fuzz.values import TEXTS
 from fuzz.verdict import FindingError
 

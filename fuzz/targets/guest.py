@@ -6,16 +6,16 @@ import socket
 from collections.abc import Iterator
 from functools import cache
 
-from cellwright.cell import Cell
-from cellwright.description.catalogue import find_trial
-from cellwright.description.gear2017 import load_trial
-from cellwright.link.frames import QUIET, Decoder, Frame, FrameError, Kind, advance, hello
-from cellwright.messages import to_cdr
-from cellwright.messages.build import joint_trajectory, trajectory_point
-from cellwright.messages.osrf_gear import AGVControlRequest
-from cellwright.messages.std_srvs import TriggerRequest
-from cellwright.server.guest import LONGEST_HELLO, Guest
-from cellwright.server.requests import Requests
+from cellwright.cell.cell import Cell
+from cellwright.config.trial.catalogue import find_trial
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.middleware.messages import to_cdr
+from cellwright.middleware.messages.build import joint_trajectory, trajectory_point
+from cellwright.middleware.messages.osrf_gear import AGVControlRequest
+from cellwright.middleware.messages.std_srvs import TriggerRequest
+from cellwright.middleware.server.guest import LONGEST_HELLO, Guest
+from cellwright.middleware.server.requests import Requests
+from cellwright.middleware.wire.frames import QUIET, Decoder, Frame, FrameError, Kind, advance, hello
 from fuzz.verdict import FindingError
 
 LONGEST = 6000

@@ -9,14 +9,14 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from cellwright.errors import UsageError
-from cellwright.evaluation.junit import junit
-from cellwright.evaluation.report import report
-from cellwright.evaluation.result import Result
-from cellwright.evaluation.results_file import RESULTS, ResultsFile
-from cellwright.evaluation.summary import summary_document
-from cellwright.recording.json_lines import read_json_lines
-from cellwright.teleop.checks.recorded import read_reference
+from cellwright.robot.checks.recorded import read_reference
+from cellwright.running.evaluation.junit import junit
+from cellwright.running.evaluation.report import report
+from cellwright.running.evaluation.result import Result
+from cellwright.running.evaluation.results_file import RESULTS, ResultsFile
+from cellwright.running.evaluation.summary import summary_document
+from cellwright.util.errors import UsageError
+from cellwright.util.json_lines import read_json_lines
 from fuzz import seeds as bundled
 from fuzz.trees import mutated
 from fuzz.verdict import check_lines

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from cellwright.description.own_models.files import ModelFileError
-from cellwright.description.own_models.meshes import is_flat, read_mesh
+from cellwright.config.models.files import ModelFileError
+from cellwright.config.models.meshes import is_flat, read_mesh
 from fuzz import seeds as bundled
 from fuzz.verdict import FindingError, check_lines
 

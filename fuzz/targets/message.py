@@ -4,15 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from cellwright.bus import Direction
-from cellwright.contracts.gear.rows import GEAR
-from cellwright.contracts.io_teleop.rows import IO_TELEOP
-from cellwright.contracts.table import Kind
-from cellwright.errors import MessageError
-from cellwright.messages import Message, checked, from_cdr, from_ros1, message_type, service_type, to_cdr, to_ros1
-from cellwright.messages.build import joint_state, joint_trajectory, trajectory_point
-from cellwright.messages.osrf_gear import AGVControlRequest
-from cellwright.messages.standard import GoalID, Time
+from cellwright.cell.interface.rows import GEAR
+from cellwright.middleware.bus import Direction
+from cellwright.middleware.interface.table import Kind
+from cellwright.middleware.messages import (
+    Message,
+    checked,
+    from_cdr,
+    from_ros1,
+    message_type,
+    service_type,
+    to_cdr,
+    to_ros1,
+)
+from cellwright.middleware.messages.build import joint_state, joint_trajectory, trajectory_point
+from cellwright.middleware.messages.osrf_gear import AGVControlRequest
+from cellwright.middleware.messages.standard import GoalID, Time
+from cellwright.robot.interface.rows import IO_TELEOP
+from cellwright.util.errors import MessageError
 from fuzz.verdict import FindingError
 
 LONGEST = 4000

@@ -7,10 +7,10 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from cellwright.cell import Cell
-from cellwright.description.gear2017 import load_trial
-from cellwright.description.own_models.files import ModelFileError
-from cellwright.errors import DescriptionError, SimulationError
+from cellwright.cell.cell import Cell
+from cellwright.config.models.files import ModelFileError
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.util.errors import DescriptionError, SimulationError
 from fuzz import seeds as bundled
 from fuzz import xml_trees
 from fuzz.targets.cell import run

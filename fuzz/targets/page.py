@@ -28,19 +28,19 @@ from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 from websockets.typing import Subprotocol
 
-from cellwright.bus.served import Served
-from cellwright.cell import Cell
-from cellwright.description.catalogue import find_trial
-from cellwright.description.gear2017 import load_trial
-from cellwright.description.robot.robots import load_robot
-from cellwright.server import Server
-from cellwright.server.services import onlookers
-from cellwright.server.services.cell_panel import CellPanel
-from cellwright.server.services.control import Control, Reset
-from cellwright.server.services.panel import Tell
-from cellwright.server.services.robot_panel import RobotPanel
-from cellwright.simulation.tempo import Tempo
-from cellwright.teleop.node import RobotNode
+from cellwright.cell.cell import Cell
+from cellwright.config.robot.robots import load_robot
+from cellwright.config.trial.catalogue import find_trial
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.engine.tempo import Tempo
+from cellwright.middleware.bus.served import Served
+from cellwright.middleware.server import Server
+from cellwright.robot.node import RobotNode
+from cellwright.viewer.services import onlookers
+from cellwright.viewer.services.cell_panel import CellPanel
+from cellwright.viewer.services.control import Control, Reset
+from cellwright.viewer.services.panel import Tell
+from cellwright.viewer.services.robot_panel import RobotPanel
 from cellwright.viewer.web.door import Door
 from cellwright.viewer.web.operator.feature import Operator
 from cellwright.viewer.web.page import Page

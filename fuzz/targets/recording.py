@@ -14,23 +14,23 @@ import zstandard
 from mcap.opcode import Opcode
 from rich.console import Console
 
-from cellwright.bus import How
 from cellwright.cli.replay import summary
-from cellwright.errors import CellwrightError, MessageError, RecordingError
-from cellwright.messages import to_cdr
-from cellwright.messages.standard import MultiArrayLayout, String, UInt8MultiArray
-from cellwright.plots.reading.story import story
-from cellwright.recording import format as names
-from cellwright.recording.commands import Command
-from cellwright.recording.format import MAGIC, RecordedTopic
-from cellwright.recording.frames import frames
-from cellwright.recording.header import RecordingHeader
-from cellwright.recording.mcap_file import McapFile
-from cellwright.recording.reader import Recording
-from cellwright.replay.recorded import Recorded
-from cellwright.replay.unpacked import unpacked
-from cellwright.scene import Frame, Scene
-from cellwright.scene.encoded import decode_scene, encode_scene
+from cellwright.middleware.bus import How
+from cellwright.middleware.messages import to_cdr
+from cellwright.middleware.messages.standard import MultiArrayLayout, String, UInt8MultiArray
+from cellwright.recording.format import format as names
+from cellwright.recording.format.commands import Command
+from cellwright.recording.format.format import MAGIC, RecordedTopic
+from cellwright.recording.format.frames import frames
+from cellwright.recording.format.header import RecordingHeader
+from cellwright.recording.format.mcap_file import McapFile
+from cellwright.recording.format.reader import Recording
+from cellwright.recording.plots.reading.story import story
+from cellwright.recording.replay.recorded import Recorded
+from cellwright.recording.replay.unpacked import unpacked
+from cellwright.rendering.scene import Frame, Scene
+from cellwright.rendering.scene.encoded import decode_scene, encode_scene
+from cellwright.util.errors import CellwrightError, MessageError, RecordingError
 from fuzz.verdict import FindingError, check_lines
 
 LONGEST = 30_000

@@ -8,9 +8,9 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from cellwright.remote.child import read_report
-from cellwright.remote.program import REFUSED
-from cellwright.remote.working import Parting, Worked
+from cellwright.running.remote.child import read_report
+from cellwright.running.remote.program import REFUSED
+from cellwright.running.remote.working import Parting, Worked
 from fuzz.trees import mutated
 from fuzz.verdict import FindingError
 

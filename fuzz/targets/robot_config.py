@@ -9,10 +9,10 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from cellwright.description.robot.document import document
-from cellwright.description.robot.robots import load_robot
-from cellwright.errors import DescriptionError
-from cellwright.teleop.node import RobotNode
+from cellwright.config.robot.document import document
+from cellwright.config.robot.robots import load_robot
+from cellwright.robot.node import RobotNode
+from cellwright.util.errors import DescriptionError
 from fuzz import seeds as bundled
 from fuzz import yaml_trees
 from fuzz.verdict import check_lines, check_refusal
@@ -42,7 +42,7 @@ _PATH = _FOLDER / "vr_configs.yml"
 
 def seeds() -> Iterator[bytes]:
     """The configurations that come along."""
-    yield from bundled.files("src/cellwright/description/robot/catalogue/tandem/vr_configs.yml")
+    yield from bundled.files("src/cellwright/config/robot/catalogue/tandem/vr_configs.yml")
 
 
 def mutate(data: bytes, chance: random.Random) -> bytes | None:

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import mujoco
 
-from cellwright.description.robot.config import RobotConfig
-from cellwright.description.robot.posture import link_poses
-from cellwright.description.robot.skeleton import skeleton
-from cellwright.description.robot.urdf import read_urdf
-from cellwright.errors import DescriptionError
-from cellwright.world.robot import build_robot
+from cellwright.config.robot.config import RobotConfig
+from cellwright.config.robot.posture import link_poses
+from cellwright.config.robot.skeleton import skeleton
+from cellwright.config.robot.urdf import read_urdf
+from cellwright.robot.model.robot import build_robot
+from cellwright.util.errors import DescriptionError
 from fuzz import seeds as bundled
 from fuzz import xml_trees
 from fuzz.verdict import FindingError, check_lines, check_refusal

@@ -7,8 +7,8 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from cellwright.errors import DescriptionError, UsageError
-from cellwright.operators.target_files import read_targets
+from cellwright.clients.operators.target_files import read_targets
+from cellwright.util.errors import DescriptionError, UsageError
 from fuzz.verdict import FindingError, check_lines, check_refusal
 
 LONGEST = 2000

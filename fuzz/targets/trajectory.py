@@ -6,14 +6,14 @@ import json
 from collections.abc import Iterator
 from math import isfinite
 
-from cellwright.contracts.gear.commands import trajectory_of
-from cellwright.description.layout import ARM_JOINTS
-from cellwright.devices.trajectory.command import RejectedTrajectoryError
-from cellwright.devices.trajectory.controller import JointTrajectoryController
-from cellwright.errors import MessageError
-from cellwright.messages import checked, from_ros1, to_ros1
-from cellwright.messages.build import joint_trajectory, trajectory_point
-from cellwright.messages.standard import JointTrajectory
+from cellwright.cell.devices.trajectory.command import RejectedTrajectoryError
+from cellwright.cell.devices.trajectory.controller import JointTrajectoryController
+from cellwright.cell.interface.commands import trajectory_of
+from cellwright.config.layout import ARM_JOINTS
+from cellwright.middleware.messages import checked, from_ros1, to_ros1
+from cellwright.middleware.messages.build import joint_trajectory, trajectory_point
+from cellwright.middleware.messages.standard import JointTrajectory
+from cellwright.util.errors import MessageError
 from fuzz.verdict import FindingError
 
 LONGEST = 6000

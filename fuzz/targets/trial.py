@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Iterator
 
-from cellwright.description.gear2017 import TOP_LEVEL
+from cellwright.config.trial.gear2017 import TOP_LEVEL
 from fuzz import seeds as bundled
 from fuzz import yaml_trees
 from fuzz.targets import trial_text

@@ -7,9 +7,9 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from cellwright.description.robot import xacro_file
-from cellwright.description.robot.urdf import read_urdf
-from cellwright.errors import DescriptionError
+from cellwright.config.robot import xacro_file
+from cellwright.config.robot.urdf import read_urdf
+from cellwright.util.errors import DescriptionError
 from fuzz import xml_trees
 from fuzz.targets.robot_file import NAMES, TAGS
 from fuzz.verdict import check_lines, check_refusal

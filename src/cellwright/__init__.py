@@ -7,70 +7,128 @@ it is first asked for, so that `import cellwright` costs next to nothing, and wo
 from __future__ import annotations
 
 import os
+import sys
+import warnings
 from importlib import import_module
-from typing import TYPE_CHECKING
+from importlib.machinery import ModuleSpec
+from typing import TYPE_CHECKING, cast
 
 __version__ = "0.1.0"
 
 if os.environ.get("MUJOCO_GL", "disable") != "disable":
-    from cellwright import mujoco_gl
+    from cellwright.util import mujoco_gl
 
     mujoco_gl.settle()
 
 if TYPE_CHECKING:
-    from cellwright import errors as errors
-    from cellwright.agents.agent import Agent as Agent
-    from cellwright.assembled import AssembledRobot as AssembledRobot
-    from cellwright.cell import Cell as Cell
-    from cellwright.client import Client as Client
-    from cellwright.client import Session as Session
-    from cellwright.contracts.plugin_sensors import SensorPlugin as SensorPlugin
-    from cellwright.description.trial import Trial as Trial
-    from cellwright.devices.sensors.sensor import Reading as Reading
-    from cellwright.devices.sensors.sensor import Sensor as Sensor
-    from cellwright.errors import CellwrightError as CellwrightError
-    from cellwright.face import DescriptionWarning as DescriptionWarning
-    from cellwright.face import load_robot as load_robot
-    from cellwright.face import load_trial as load_trial
-    from cellwright.face import run_trial as run_trial
-    from cellwright.pose import Pose as Pose
-    from cellwright.replay.opened import OpenedRecording as OpenedRecording
-    from cellwright.replay.opened import open_recording as open_recording
-    from cellwright.run import Outcome as Outcome
-    from cellwright.run import RunOptions as RunOptions
-    from cellwright.run import RunResult as RunResult
-    from cellwright.run import run_cell as run_cell
-    from cellwright.simulation.device import Device as Device
-    from cellwright.teleop.drivers.driver import Driver as Driver
-    from cellwright.teleop.node import RobotNode as RobotNode
+    from importlib.abc import Loader
+    from types import ModuleType
+
+    from cellwright.cell.cell import Cell as Cell
+    from cellwright.cell.interface.plugin_sensors import SensorPlugin as SensorPlugin
+    from cellwright.clients.agents.agent import Agent as Agent
+    from cellwright.clients.assembled import AssembledRobot as AssembledRobot
+    from cellwright.clients.client import Client as Client
+    from cellwright.clients.client import Session as Session
+    from cellwright.config.trial.trial import Trial as Trial
+    from cellwright.engine.device import Device as Device
+    from cellwright.engine.sensor import Reading as Reading
+    from cellwright.engine.sensor import Sensor as Sensor
+    from cellwright.recording.replay.opened import OpenedRecording as OpenedRecording
+    from cellwright.recording.replay.opened import open_recording as open_recording
+    from cellwright.robot.drivers.driver import Driver as Driver
+    from cellwright.robot.node import RobotNode as RobotNode
+    from cellwright.running.api import DescriptionWarning as DescriptionWarning
+    from cellwright.running.api import load_robot as load_robot
+    from cellwright.running.api import load_trial as load_trial
+    from cellwright.running.api import run_trial as run_trial
+    from cellwright.running.run import Outcome as Outcome
+    from cellwright.running.run import RunOptions as RunOptions
+    from cellwright.running.run import RunResult as RunResult
+    from cellwright.running.run import run_cell as run_cell
+    from cellwright.util import errors as errors
+    from cellwright.util.errors import CellwrightError as CellwrightError
+    from cellwright.util.pose import Pose as Pose
 
 _HOMES = {
-    "Agent": "agents.agent",
-    "AssembledRobot": "assembled",
-    "Cell": "cell",
-    "CellwrightError": "errors",
-    "Client": "client",
-    "DescriptionWarning": "face",
-    "Device": "simulation.device",
-    "Driver": "teleop.drivers.driver",
-    "OpenedRecording": "replay.opened",
-    "Outcome": "run",
-    "Pose": "pose",
-    "Reading": "devices.sensors.sensor",
-    "RobotNode": "teleop.node",
-    "RunOptions": "run",
-    "RunResult": "run",
-    "Sensor": "devices.sensors.sensor",
-    "SensorPlugin": "contracts.plugin_sensors",
-    "Session": "client",
-    "Trial": "description.trial",
-    "load_robot": "face",
-    "load_trial": "face",
-    "open_recording": "replay.opened",
-    "run_cell": "run",
-    "run_trial": "face",
+    "Agent": "clients.agents.agent",
+    "AssembledRobot": "clients.assembled",
+    "Cell": "cell.cell",
+    "CellwrightError": "util.errors",
+    "Client": "clients.client",
+    "DescriptionWarning": "running.api",
+    "Device": "engine.device",
+    "Driver": "robot.drivers.driver",
+    "OpenedRecording": "recording.replay.opened",
+    "Outcome": "running.run",
+    "Pose": "util.pose",
+    "Reading": "engine.sensor",
+    "RobotNode": "robot.node",
+    "RunOptions": "running.run",
+    "RunResult": "running.run",
+    "Sensor": "engine.sensor",
+    "SensorPlugin": "cell.interface.plugin_sensors",
+    "Session": "clients.client",
+    "Trial": "config.trial.trial",
+    "load_robot": "running.api",
+    "load_trial": "running.api",
+    "open_recording": "recording.replay.opened",
+    "run_cell": "running.run",
+    "run_trial": "running.api",
 }
 """The module in which each public name stands."""
+
+_MOVED = {
+    "agents": "clients.agents",
+    "assembled": "clients.assembled",
+    "client": "clients.client",
+    "contracts": "cell.interface",
+    "description": "config.trial",
+    "description.robot": "config.robot",
+    "description.trial": "config.trial.trial",
+    "devices": "cell.devices",
+    "devices.sensors.sensor": "engine.sensor",
+    "errors": "util.errors",
+    "kitting": "cell.kitting",
+    "messages": "middleware.messages",
+    "operators": "clients.operators",
+    "pose": "util.pose",
+    "recording.json_lines": "util.json_lines",
+    "recording.run_log": "recording.format.run_log",
+    "replay": "recording.replay",
+    "run": "running.run",
+    "simulation": "engine",
+    "teleop": "robot",
+    "variation": "cell.variation",
+    "world": "cell.model",
+    "world.robot": "robot.model.robot",
+}
+"""Where the modules of version 0.1 are that its pages showed to programs. They work under their old names in 0.2."""
+
+
+class _Moved:
+    """Finder and loader of modules by their names in version 0.1."""
+
+    def find_spec(self, name: str, path: object = None, target: object = None) -> ModuleSpec | None:  # noqa: ARG002
+        """A module that is loaded from where it is now; None if this is no old name."""
+        package, _, rest = name.partition(".")
+        parts = rest.split(".")
+        for count in range(len(parts), 0, -1):
+            if package == "cellwright" and (home := _MOVED.get(".".join(parts[:count]))):
+                return ModuleSpec(name, cast("Loader", self), origin=".".join((package, home, *parts[count:])))
+        return None
+
+    def create_module(self, spec: ModuleSpec) -> None:
+        """As usual."""
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Put the module of today in its place."""
+        old, new = module.__name__, str(getattr(module.__spec__, "origin", None))
+        warnings.warn(f"{old} is {new} now", DeprecationWarning, stacklevel=2)
+        sys.modules[old] = import_module(new)
+
+
+sys.meta_path.insert(0, _Moved())  # before that of folders, which would load a module of today a second time
 
 __all__ = [
     "__version__",
@@ -83,7 +141,7 @@ if not TYPE_CHECKING:  # a checker then tells a name that there is not
     def __getattr__(name: str) -> object:
         """A public name, from where it stands."""
         if name == "errors":
-            return import_module("cellwright.errors")
+            return import_module("cellwright.util.errors")
         if name not in _HOMES:
             raise AttributeError(f"module 'cellwright' has no attribute {name!r}")
         found = getattr(import_module(f"cellwright.{_HOMES[name]}"), name)

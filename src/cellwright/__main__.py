@@ -6,8 +6,8 @@ import errno
 import sys
 import threading
 
-from cellwright.loading import end_despite_threads, interrupts_end_the_process
-from cellwright.standard_streams import StandardStreams
+from cellwright.util.loading import end_despite_threads, interrupts_end_the_process
+from cellwright.util.standard_streams import StandardStreams
 
 _NO_MEMORY = ("failed to map segment", "annot allocate memory", "ould not allocate memory")
 """How the loader of libraries and the engine say that there is no room."""

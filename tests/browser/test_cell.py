@@ -13,9 +13,9 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.cell import Cell
-from cellwright.description.catalogue import find_trial
-from cellwright.description.gear2017 import load_trial
+from cellwright.cell.cell import Cell
+from cellwright.config.trial.catalogue import find_trial
+from cellwright.config.trial.gear2017 import load_trial
 from cellwright.rendering.picture import render
 from cellwright.rendering.views import view
 from cellwright.viewer.web.start import WebPage

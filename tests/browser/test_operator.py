@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cellwright.description.robot.robots import load_robot
-from cellwright.teleop.node import RobotNode
+from cellwright.config.robot.robots import load_robot
+from cellwright.robot.node import RobotNode
 from cellwright.viewer.web.link import Link
 from cellwright.viewer.web.start import WebPage
 from tests.browser.conftest import Visit

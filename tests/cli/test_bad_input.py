@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.description.catalogue import bundled, bundled_sensors
+from cellwright.config.trial.catalogue import bundled, bundled_sensors
 from tests.cli.conftest import CommandLine
 
 UNTIL = ("--agent", "none", "--until", "0.1", "--no-picture")

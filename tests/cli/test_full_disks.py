@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import CommandLine
-from tests.evaluation.programs import PROGRAMS, TRIAL
 from tests.quick_children import QUICK_WORKERS
+from tests.running.evaluation.programs import PROGRAMS, TRIAL
 
 RUN = ("run", "lesson", "--agent", "none", "--until", "0.2")
 
@@ -105,7 +105,7 @@ def test_a_program_that_cannot_be_read_is_told_of(cellwright: CommandLine, monke
     def refuse(path: Path) -> bytes:
         raise PermissionError(13, "Permission denied", str(path))
 
-    monkeypatch.setattr("cellwright.evaluation.job.Path.read_bytes", refuse)
+    monkeypatch.setattr("cellwright.running.evaluation.job.Path.read_bytes", refuse)
     ran = cellwright("eval", "tiny.yaml", "--agent", "programs.py:Deliver")
     assert ran.status == 2
     assert ran.err.endswith("cannot be read: Permission denied\n")

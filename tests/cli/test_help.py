@@ -30,7 +30,6 @@ COMMANDS = [
     "operate play",
     "operate record",
     "operate call",
-    "bench",
     "ros1-env",
     "ros1-workspace",
 ]

@@ -6,7 +6,7 @@ import pytest
 from rich.console import Console
 
 from cellwright.cli import lines
-from cellwright.serving import Pace
+from cellwright.running.serving import Pace
 
 
 class Served:

@@ -10,8 +10,8 @@ import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
-from cellwright.recording.format import COMMAND
-from cellwright.recording.reader import Recording
+from cellwright.recording.format.format import COMMAND
+from cellwright.recording.format.reader import Recording
 from tests.cli.conftest import CommandLine
 from tests.quick_children import QUICK_AGENTS
 

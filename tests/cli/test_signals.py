@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from cellwright.cli.signals import Stop, ended_as_by_ctrl_c, stopped_by_signals
-from cellwright.run.surroundings import surroundings_kept
+from cellwright.running.run.surroundings import surroundings_kept
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
 

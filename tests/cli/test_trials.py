@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from cellwright.description.catalogue import bundled
+from cellwright.config.trial.catalogue import bundled
 from tests.cli.conftest import CommandLine
 
 

@@ -15,7 +15,17 @@ from tests.waiting import TIMEOUT
 
 HEAVY = ("OpenGL", "av", "glfw", "matplotlib", "rospy", "viser", "websockets")
 
-OF_OURS = tuple(f"cellwright.{room}" for room in ("remote", "rendering.video", "rendering.worker", "server", "teleop"))
+OF_OURS = tuple(
+    f"cellwright.{room}"
+    for room in (
+        "middleware.server",
+        "rendering.video",
+        "rendering.worker",
+        "robot.node",
+        "running.remote",
+        "viewer.web.page",
+    )
+)
 """What has to do with other processes, videos, pages and robots."""
 
 _PROGRAM = """
@@ -29,7 +39,7 @@ print(json.dumps([status, sorted(set(sys.modules) & set(json.loads(sys.argv[1]))
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "loaded"),
-    [((), []), (("--record", "run.mcap"), ["cellwright.server", "mcap"])],
+    [((), []), (("--record", "run.mcap"), ["cellwright.middleware.server", "mcap"])],
     ids=["plain", "recorded"],
 )
 def test_a_run_loads_nothing_of_looking_on(options: tuple[str, ...], loaded: list[str], tmp_path: Path) -> None:

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from cellwright import Cell, load_trial
-from cellwright.client import Client
-from cellwright.pose import Pose
-from cellwright.world.parts import part_type
+from cellwright.cell.model.parts import part_type
+from cellwright.clients.client import Client
+from cellwright.util.pose import Pose
 
 PAGE = (Path(__file__).parents[2] / "docs" / "cell.md").read_text(encoding="utf-8")
 

@@ -11,11 +11,11 @@ from typing import Any
 
 import pytest
 
-from cellwright.agents.lesson import WAYPOINTS
 from cellwright.cli.options import SPEED
-from cellwright.description.catalogue import find_trial
-from cellwright.description.gear2017 import load_trial
-from cellwright.description.resolved import resolved
+from cellwright.clients.agents.lesson import WAYPOINTS
+from cellwright.config.trial.catalogue import find_trial
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.config.trial.resolved import resolved
 from tests.docs import notebook
 from tests.docs.pages import Command, File, missing, pieces, steps
 from tests.docs.session import follow

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.description.gear2017 import load_trial
-from cellwright.gear.arguments import parse
-from cellwright.gear.generated import generated
-from cellwright.ros1.packages import PACKAGES, package_files
+from cellwright.cli.launchers.gear.arguments import parse
+from cellwright.cli.launchers.gear.generated import generated
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.middleware.ros1.packages.packages import PACKAGES, package_files
 
 PAGE = (Path(__file__).parents[2] / "docs" / "ros1-packages.md").read_text(encoding="utf-8")
 

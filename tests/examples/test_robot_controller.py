@@ -12,8 +12,8 @@ from typing import Any
 
 import pytest
 
-from cellwright.ros1.layout import write_package
-from cellwright.ros1.packages import IO_TELEOP
+from cellwright.middleware.ros1.packages.layout import write_package
+from cellwright.middleware.ros1.packages.packages import IO_TELEOP
 from tests.examples.no_ros import install
 from tests.ros1.ground import Ground, ground
 from tests.waiting import TIMEOUT, wait_until

@@ -4,10 +4,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.errors import UnreachableError
 from cellwright.motion import Joints, face, forward, is_usual, solve, tool_down
 from cellwright.motion.choice import COMFORTABLE, discomfort, distance, rail_candidates
-from cellwright.pose import Pose
+from cellwright.util.errors import UnreachableError
+from cellwright.util.pose import Pose
 from tests.motion.samples import ABOVE_BIN, INITIAL
 
 

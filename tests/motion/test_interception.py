@@ -4,18 +4,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cellwright.errors import UnreachableError, UsageError
-from cellwright.motion import (
-    DEFAULT_LIMITS,
-    MovingPart,
-    Rendezvous,
-    forward,
-    intercept,
-    solve,
-    tool_down,
-    track,
-)
-from cellwright.pose import Pose
+from cellwright.motion import DEFAULT_LIMITS, MovingPart, Rendezvous, forward, intercept, solve, tool_down, track
+from cellwright.util.errors import UnreachableError, UsageError
+from cellwright.util.pose import Pose
 from tests.motion.samples import ABOVE_BELT
 
 GEAR_T_GRIPPER = tool_down(0.0, 0.0, 0.012)

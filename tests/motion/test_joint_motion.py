@@ -4,11 +4,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.client import ARM_JOINTS
-from cellwright.devices.trajectory.trajectory import Knot, Trajectory, join
-from cellwright.errors import UsageError
+from cellwright.cell.devices.trajectory.trajectory import Knot, Trajectory, join
+from cellwright.clients.client import ARM_JOINTS
 from cellwright.motion import DEFAULT_LIMITS, JointMotion, move
 from cellwright.motion.trajectories import STILL
+from cellwright.util.errors import UsageError
 from tests.motion.samples import ABOVE_BIN, ABOVE_TRAY, INITIAL, farthest
 
 MOTION = move(INITIAL, ABOVE_BIN)

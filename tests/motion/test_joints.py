@@ -3,9 +3,9 @@ import math
 import pytest
 from hypothesis import given
 
-from cellwright.description.layout import ARM_JOINTS
-from cellwright.errors import UnknownNameError, UsageError
+from cellwright.config.layout import ARM_JOINTS
 from cellwright.motion import LIMITS, Joints
+from cellwright.util.errors import UnknownNameError, UsageError
 from tests.motion.samples import INITIAL, anywhere
 
 

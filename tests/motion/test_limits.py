@@ -1,7 +1,7 @@
 import pytest
 
-from cellwright.errors import UsageError
 from cellwright.motion import DEFAULT_LIMITS, MotionLimits, move
+from cellwright.util.errors import UsageError
 from tests.motion.samples import ABOVE_BIN, ABOVE_TRAY
 
 

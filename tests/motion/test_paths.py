@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cellwright.errors import UnreachableError, UsageError
 from cellwright.motion import Joints, follow, forward, solve, straight, tool_down
 from cellwright.motion.paths import angle_between, between
-from cellwright.pose import Pose
+from cellwright.util.errors import UnreachableError, UsageError
+from cellwright.util.pose import Pose
 from tests.motion.samples import ABOVE_BIN, INITIAL, farthest
 
 angles = st.floats(-3.0, 3.0)

@@ -6,11 +6,11 @@ from dataclasses import replace
 import mujoco
 import pytest
 
-from cellwright.cell import Cell
-from cellwright.client.client import Client
-from cellwright.client.transports.in_process import InProcess
-from cellwright.description.trial import ArmSettings, ServoProfile
-from cellwright.errors import UsageError
+from cellwright.cell.cell import Cell
+from cellwright.cell.model.arm import JOINTS, add_arm
+from cellwright.clients.client.client import Client
+from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.config.trial.trial import ArmSettings, ServoProfile
 from cellwright.motion import (
     ORIGINAL_SERVO,
     JointMotion,
@@ -27,8 +27,8 @@ from cellwright.motion import (
 )
 from cellwright.motion.servo import weight
 from cellwright.motion.trajectories import STILL
-from cellwright.pose import Pose
-from cellwright.world.arm import JOINTS, add_arm
+from cellwright.util.errors import UsageError
+from cellwright.util.pose import Pose
 from tests.cells import ARM_ONLY
 from tests.motion.samples import ABOVE_BELT, ABOVE_BIN, INITIAL
 

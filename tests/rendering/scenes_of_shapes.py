@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from cellwright.pose import Pose
+from cellwright.rendering.scene import Form, Frame, Layer, Scene, Shape
 from cellwright.rendering.worker import RenderWorker
-from cellwright.scene import Form, Frame, Layer, Scene, Shape
+from cellwright.util.pose import Pose
 from tests.required import cannot_run
 from tests.waiting import TIMEOUT
 

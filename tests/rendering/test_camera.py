@@ -5,9 +5,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from cellwright.errors import UsageError
-from cellwright.pose import Vector3
 from cellwright.rendering.camera import Camera
+from cellwright.util.errors import UsageError
+from cellwright.util.pose import Vector3
 
 coordinates = st.floats(-10, 10)
 points = st.tuples(coordinates, coordinates, coordinates)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from cellwright.errors import UsageError
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import render
+from cellwright.util.errors import UsageError
 from tests.rendering.scenes import FLOOR, clutter, scene
 
 WIDTH, HEIGHT = 120, 90

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
-from cellwright.errors import UsageError
 from cellwright.rendering.png import encode, save
+from cellwright.util.errors import UsageError
 
 
 def chunks_of(png: bytes) -> list[tuple[bytes, bytes]]:

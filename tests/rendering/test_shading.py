@@ -4,12 +4,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from cellwright.pose import Vector3
 from cellwright.rendering.lamps import disc_lamp, sky
 from cellwright.rendering.raycast import RayCaster
+from cellwright.rendering.scene.colours import linear
 from cellwright.rendering.shading import Light, Shader, background, to_screen
 from cellwright.rendering.surfaces import Surfaces
-from cellwright.scene.colours import linear
+from cellwright.util.pose import Vector3
 from tests.rendering.scenes import scene
 
 EYE = (0.0, -4.0, 2.0)

@@ -5,8 +5,8 @@ from fractions import Fraction
 
 import pytest
 
-from cellwright.errors import UsageError
 from cellwright.rendering.video_wish import check_video_size, period_of
+from cellwright.util.errors import UsageError
 
 
 @pytest.mark.parametrize("size", [(0, 48), (15, 48), (65, 48), (64, 47), (64, 8192)])

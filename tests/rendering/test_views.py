@@ -6,13 +6,13 @@ import mujoco
 import numpy as np
 import pytest
 
-from cellwright.description.trial import Trial
-from cellwright.errors import UnknownNameError, UsageError
+from cellwright.cell.model.build import build_world
+from cellwright.config.trial.trial import Trial
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.edges import pixel_points
 from cellwright.rendering.raycast import RayCaster
 from cellwright.rendering.views import VIEWS, camera_of, view
-from cellwright.world.build import build_world
+from cellwright.util.errors import UnknownNameError, UsageError
 
 WIDTH, HEIGHT = 64, 36
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from cellwright.errors import UsageError
 from cellwright.rendering.way import CHOICES, WAY, settled_way
 from cellwright.rendering.worker import RenderWorker
+from cellwright.util.errors import UsageError
 from tests.rendering.scenes_of_shapes import BALL
 
 

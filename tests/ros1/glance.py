@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from contextlib import closing
 
-from cellwright.messages import from_ros1
-from cellwright.messages.wire import M
-from tests.bridges.ros1.wire import Calls, subscribe
+from cellwright.middleware.messages import from_ros1
+from cellwright.middleware.messages.wire import M
+from tests.middleware.ros1.bridge.wire import Calls, subscribe
 from tests.ros1.ground import Ground
 
 

@@ -20,7 +20,7 @@ def generate(folder: Path) -> None:
     generators = next(path for root in roots if (path := root / "lib/genpy").is_dir())
     shares = generators.parents[1] / "share"
     standard = [path for path in shares.glob("*_msgs/msg") if path.parent.name not in PACKAGES]
-    with as_file(files("cellwright.messages") / "definitions") as definitions:
+    with as_file(files("cellwright.middleware.messages") / "definitions") as definitions:
         include = [f"-I{path.parent.name}:{path}" for path in [*standard, *definitions.glob("*/msg")]]
         for package in PACKAGES:
             (folder / package).mkdir(parents=True)

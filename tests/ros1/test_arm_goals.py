@@ -11,14 +11,14 @@ from typing import Any
 
 import pytest
 
-from cellwright.agents.kitter.part_figures import Catalogue
-from cellwright.agents.kitter.picking import bin_rail, grip_pose
-from cellwright.agents.kitter.postures import folded, near_posture, station_posture
-from cellwright.agents.lesson import BY_BELT, OFF_BELT, ON_BELT, WAYPOINTS
+from cellwright.cell.model.arm import INITIAL_POSITIONS, JOINT_NAMES
+from cellwright.cell.model.frames import BIN_CENTRES, BIN_SURFACE
+from cellwright.clients.agents.kitter.part_figures import Catalogue
+from cellwright.clients.agents.kitter.picking import bin_rail, grip_pose
+from cellwright.clients.agents.kitter.postures import folded, near_posture, station_posture
+from cellwright.clients.agents.lesson import BY_BELT, OFF_BELT, ON_BELT, WAYPOINTS
 from cellwright.motion import Joints, tool_down
-from cellwright.pose import Pose
-from cellwright.world.arm import INITIAL_POSITIONS, JOINT_NAMES
-from cellwright.world.frames import BIN_CENTRES, BIN_SURFACE
+from cellwright.util.pose import Pose
 from tests.ros1.ground import Ground
 from tests.waiting import wait_until
 

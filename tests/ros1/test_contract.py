@@ -10,12 +10,12 @@ from typing import Any
 import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from cellwright.bus.topics import Direction
-from cellwright.contracts.gear.rows import rows
-from cellwright.contracts.table import Kind
-from cellwright.description.catalogue import find_trial
-from cellwright.description.gear2017 import load_trial
-from cellwright.messages import md5
+from cellwright.cell.interface.rows import rows
+from cellwright.config.trial.catalogue import find_trial
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.middleware.bus.topics import Direction
+from cellwright.middleware.interface.table import Kind
+from cellwright.middleware.messages import md5
 from tests.conftest import load_cases
 from tests.ros1.ground import Ground, ground
 from tests.ros1.handshake import publisher_header, service_header

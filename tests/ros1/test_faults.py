@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from cellwright.messages.standard import JointState
+from cellwright.middleware.messages.standard import JointState
 from tests.ros1.glance import answer, glance
 from tests.ros1.ground import Ground, ground
 from tests.waiting import TIMEOUT, wait_until

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.messages import md5
-from cellwright.ros1.packages import IO_TELEOP
-from cellwright.ros1.system import find_system
-from cellwright.ros1.tree import ensure_tree, variables
+from cellwright.middleware.messages import md5
+from cellwright.middleware.ros1.packages.packages import IO_TELEOP
+from cellwright.middleware.ros1.packages.system import find_system
+from cellwright.middleware.ros1.packages.tree import ensure_tree, variables
 from tests.processes import Process
 from tests.ros1.ground import Ground
 from tests.ros1.requirement import system_path

@@ -5,14 +5,14 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.errors import UsageError
-from cellwright.messages import md5
-from cellwright.messages.names import short_name
-from cellwright.messages.sources import sources
-from cellwright.ros1.generate import generate
-from cellwright.ros1.layout import write_package
-from cellwright.ros1.packages import MESSAGE_PACKAGES
-from cellwright.ros1.system import RosSystem, environment, find_system
+from cellwright.middleware.messages import md5
+from cellwright.middleware.messages.names import short_name
+from cellwright.middleware.messages.sources import sources
+from cellwright.middleware.ros1.packages.generate import generate
+from cellwright.middleware.ros1.packages.layout import write_package
+from cellwright.middleware.ros1.packages.packages import MESSAGE_PACKAGES
+from cellwright.middleware.ros1.packages.system import RosSystem, environment, find_system
+from cellwright.util.errors import UsageError
 from tests.ros1.fake_system import fake_system
 from tests.waiting import TIMEOUT
 

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from cellwright.cli.serve.result import RESULT
-from cellwright.client.transports.socket import SocketTransport
+from cellwright.clients.client.transports.socket import SocketTransport
 from tests.processes import Process, name_of
 from tests.ros1.ground import Ground
 from tests.waiting import wait_until
@@ -37,7 +37,7 @@ def stopped(pid: int) -> Iterator[None]:
 
 def bridge_of(cell: Process) -> int:
     """The process of a cell's bridge."""
-    (bridge,) = [pid for pid in cell.relatives() if "bridges/ros1" in name_of(pid)]
+    (bridge,) = [pid for pid in cell.relatives() if "ros1/bridge" in name_of(pid)]
     return bridge
 
 

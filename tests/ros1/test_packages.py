@@ -9,11 +9,17 @@ from pathlib import Path
 import pytest
 
 import cellwright
-from cellwright.description.catalogue import bundled, bundled_sensors, find_trial
-from cellwright.description.gear2017 import load_trial
-from cellwright.errors import UnknownNameError
-from cellwright.messages import source
-from cellwright.ros1.packages import IO_TELEOP, MESSAGE_PACKAGES, PACKAGES, PackageFile, package_files
+from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.middleware.messages import source
+from cellwright.middleware.ros1.packages.packages import (
+    IO_TELEOP,
+    MESSAGE_PACKAGES,
+    PACKAGES,
+    PackageFile,
+    package_files,
+)
+from cellwright.util.errors import UnknownNameError
 
 BIN = Path("/somewhere/bin")
 NOT_OURS = {"catkin", "actionlib_msgs", "geometry_msgs", "message_generation", "message_runtime", "roscpp", "rospy"} | {
@@ -91,7 +97,7 @@ def test_own_configurations_can_be_used(tmp_path: Path) -> None:
 
 
 def test_every_bundled_robot_is_among_the_descriptions() -> None:
-    catalogue = Path(cellwright.__file__).parent / "description" / "robot" / "catalogue"
+    catalogue = Path(cellwright.__file__).parent / "config" / "robot" / "catalogue"
     files = package_files(IO_TELEOP, BIN)
     bundled = [path for path in catalogue.rglob("*") if path.is_file()]
     laid_out = [path for path in files if path.startswith("io_teleop_robot_descriptions/")]

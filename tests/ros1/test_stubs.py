@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.ros1.stubs import unseen, write_stubs
+from cellwright.middleware.ros1.packages.stubs import unseen, write_stubs
 from tests.ros1.ground import Ground
 
 pytest_plugins = ["tests.ros1.fixtures"]

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.errors import UsageError
-from cellwright.ros1.packages import PACKAGES
-from cellwright.ros1.system import RosSystem, environment, find_system, wanted
-from cellwright.ros1_host.installation import Installation
+from cellwright.middleware.ros1.host.installation import Installation
+from cellwright.middleware.ros1.packages.packages import PACKAGES
+from cellwright.middleware.ros1.packages.system import RosSystem, environment, find_system, wanted
+from cellwright.util.errors import UsageError
 from tests.ros1.fake_system import fake_system
 
 __all__ = ["fake_system"]

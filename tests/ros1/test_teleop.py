@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 import pytest
 
-from cellwright.messages import md5
+from cellwright.middleware.messages import md5
 from tests.ros1.ground import Ground, ground
 from tests.ros1.handshake import publisher_header, service_header
 from tests.waiting import TIMEOUT, wait_until

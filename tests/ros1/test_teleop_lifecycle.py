@@ -7,7 +7,7 @@ import signal
 
 import pytest
 
-from cellwright.messages.standard import Clock, JointState
+from cellwright.middleware.messages.standard import Clock, JointState
 from tests.processes import Process, name_of
 from tests.ros1.glance import glance
 from tests.ros1.ground import Ground

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.messages.standard import JointState
+from cellwright.middleware.messages.standard import JointState
 from tests.ros1.glance import glance
 from tests.ros1.ground import Ground, ground
 from tests.waiting import TIMEOUT, wait_until

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.errors import UsageError
-from cellwright.ros1.system import RosSystem
-from cellwright.ros1.tree import cache_folder, ensure_tree, shell_lines, variables
+from cellwright.middleware.ros1.packages.system import RosSystem
+from cellwright.middleware.ros1.packages.tree import cache_folder, ensure_tree, shell_lines, variables
+from cellwright.util.errors import UsageError
 from tests.ros1.fake_system import fake_system
 from tests.waiting import TIMEOUT
 

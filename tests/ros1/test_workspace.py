@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.errors import UsageError
-from cellwright.ros1.system import RosSystem
-from cellwright.ros1.workspace import NEEDED, build, lack, lay_out, missing
+from cellwright.middleware.ros1.packages.system import RosSystem
+from cellwright.middleware.ros1.packages.workspace import NEEDED, build, lack, lay_out, missing
+from cellwright.util.errors import UsageError
 from tests.ros1.fake_system import fake_system
 from tests.waiting import TIMEOUT
 

@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cellwright.agents.agent import find_agent
-from cellwright.cell import Cell
-from cellwright.description.catalogue import find_trial
-from cellwright.description.gear2017 import load_trial
-from cellwright.errors import UsageError
+from cellwright.cell.cell import Cell
+from cellwright.clients.agents.agent import find_agent
+from cellwright.config.trial.catalogue import find_trial
+from cellwright.config.trial.gear2017 import load_trial
 from cellwright.rendering.video_wish import VideoWish
 from cellwright.rendering.views import VIEWS
-from cellwright.run import RunOptions, run_cell
+from cellwright.running.run import RunOptions, run_cell
+from cellwright.util.errors import UsageError
 from cellwright.viewer.filming import Filming, still
 from tests.quick_children import QUICK_DRAWING
 from tests.rendering.worker.test_film import read

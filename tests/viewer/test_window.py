@@ -15,18 +15,18 @@ import mujoco
 import numpy as np
 import pytest
 
-from cellwright.assembled.services import STATE
-from cellwright.client.transports.socket import SocketTransport
-from cellwright.pose import Pose
-from cellwright.server import Server
-from cellwright.server.robot_services import RobotServices
-from cellwright.server.timekeeper import Timekeeper
-from cellwright.simulation.events import NEVER
-from cellwright.teleop.node import RobotNode
-from cellwright.teleop.safety.settings import SafetySettings
+from cellwright.clients.assembled.services import STATE
+from cellwright.clients.client.transports.socket import SocketTransport
+from cellwright.engine.events import NEVER
+from cellwright.middleware.server import Server
+from cellwright.middleware.server.timekeeper import Timekeeper
+from cellwright.robot.node import RobotNode
+from cellwright.robot.safety.settings import SafetySettings
+from cellwright.robot.services import RobotServices
+from cellwright.util.pose import Pose
 from cellwright.viewer.window import Window, WindowError, hindrance
 from cellwright.viewer.window_program import NODE, RobotPicture, _keep_up
-from tests.teleop.robots import two_arms
+from tests.robot.robots import two_arms
 from tests.waiting import wait_until
 
 

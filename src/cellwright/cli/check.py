@@ -10,14 +10,14 @@ from typing import Annotated
 
 import typer
 
+from cellwright.cell.model.own_models import problems
 from cellwright.cli import options
 from cellwright.cli.arguments import Files
 from cellwright.cli.exit_status import BAD_INPUT, DONE
-from cellwright.description.check import Report
-from cellwright.description.check import check as check_files
-from cellwright.description.robot.robots import find_robot
-from cellwright.errors import CellwrightError
-from cellwright.world.own_models import problems
+from cellwright.config.check import Report
+from cellwright.config.check import check as check_files
+from cellwright.config.robot.robots import find_robot
+from cellwright.util.errors import CellwrightError
 
 
 def check(

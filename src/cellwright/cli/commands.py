@@ -10,7 +10,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from cellwright.loading import interrupts_end_the_process
+from cellwright.util.loading import interrupts_end_the_process
 
 _ROOM = "cellwright.cli"
 
@@ -25,7 +25,6 @@ COMMANDS = {
     "plot": "plot.command:plot",
     "trials": "trials:trials",
     "robot": "robot.command:robot",
-    "bench": "bench.command:bench",
     "ros1-env": "ros1.env:ros1_env",
     "ros1-workspace": "ros1.workspace:ros1_workspace",
     "operate": "operate.app:app",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from cellwright.run import RunResult
+    from cellwright.running.run import RunResult
 
 DONE = 0
 """What was asked for is done."""
@@ -24,7 +24,7 @@ def of_run(result: RunResult, *, has_agent: bool, min_score: float | None) -> in
         has_agent: without one, a run is done when it has reached the time that was asked for.
         min_score: the score that was asked for, if any.
     """
-    from cellwright.run import Outcome  # it takes long to load, and other commands need the figures above alone
+    from cellwright.running.run import Outcome  # it takes long to load, and other commands need the figures above alone
 
     if min_score is not None and result.score.total < min_score:
         return NOT_DONE

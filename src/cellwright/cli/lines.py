@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import typer
 from rich.console import Console
 
-from cellwright.errors import showable
+from cellwright.util.errors import showable
 
 if TYPE_CHECKING:
-    from cellwright.server import Server
-    from cellwright.serving import Pace
+    from cellwright.middleware.server import Server
+    from cellwright.running.serving import Pace
 
 _LONGEST = 10_000  # characters of a line
 

@@ -11,7 +11,7 @@ import typer
 import cellwright
 from cellwright.cli.commands import CommandsOnDemand
 from cellwright.cli.exit_status import BAD_INPUT, NOT_DONE
-from cellwright.errors import CellwrightError
+from cellwright.util.errors import CellwrightError
 
 _INTERRUPTED = 130  # what Typer returns for Ctrl-C
 
@@ -34,8 +34,7 @@ app = typer.Typer(
         cellwright teleop qinglong   # a robot's controller node
         cellwright robot qinglong    # a robot's joints, by index
         cellwright operate --help    # drive a robot's controller node
-        cellwright replay run.mcap   # what was recorded, looked at and played
-        cellwright bench             # what it all costs on this machine""",
+        cellwright replay run.mcap   # what was recorded, looked at and played""",
     epilog="Exit status: 0 done; 1 not done; 2 bad input, and nothing was started.",
     no_args_is_help=True,
     add_completion=False,
@@ -61,17 +60,19 @@ def _options(
     pass
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: Sequence[str] | None = None, command_line: typer.Typer = app, *, name: str = "cellwright") -> int:
     """Run the command line; errors in the input are one line each on stderr.
 
     Args:
         arguments: what follows the command's name; None takes those of the process.
+        command_line: the commands.
+        name: name of the program in its help.
 
     Returns:
         The exit status.
     """
     try:
-        status = app(arguments, prog_name="cellwright", standalone_mode=False)
+        status = command_line(arguments, prog_name=name, standalone_mode=False)
     except CellwrightError as error:
         for line in str(error).splitlines():
             sys.stderr.write(f"error: {line}\n")
@@ -79,7 +80,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except typer.TyperException as error:
         message = error.format_message()
         if message:
-            sys.stderr.write(f"error: {message} (cellwright --help tells what there is)\n")
+            sys.stderr.write(f"error: {message} ({name} --help tells what there is)\n")
         return BAD_INPUT
     except typer.Abort:
         status = _INTERRUPTED

@@ -10,18 +10,18 @@ from fractions import Fraction
 from pathlib import Path
 from typing import NoReturn, get_args
 
-from cellwright.cell import Cell
+from cellwright.cell.cell import Cell
+from cellwright.cell.kitting.score.scorer import OrderScore
+from cellwright.cell.kitting.score.trial_score import Averages, trial_score
+from cellwright.cell.variation import vary
 from cellwright.cli import lines
-from cellwright.client.transports.address import address_of
-from cellwright.description.catalogue import bundled, bundled_sensors, find_trial
-from cellwright.description.gear2017 import load_trial
-from cellwright.description.trial import ServoProfile, Trial
-from cellwright.errors import UnknownNameError, UsageError
-from cellwright.kitting.score.scorer import OrderScore
-from cellwright.kitting.score.trial_score import Averages, trial_score
+from cellwright.clients.client.transports.address import address_of
+from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.config.trial.trial import ServoProfile, Trial
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.views import camera_of
-from cellwright.variation import vary
+from cellwright.util.errors import UnknownNameError, UsageError
 
 LATEST = 1e9
 """Latest time that a run may be asked to reach [s]."""

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from cellwright.cli import lines, options
-from cellwright.description.reading.sources import sources_collected
-from cellwright.recording.files import KINDS, RecordingFiles
-from cellwright.run import RecordOptions
+from cellwright.config.parsing.sources import sources_collected
+from cellwright.recording.format.files import KINDS, RecordingFiles
+from cellwright.running.run import RecordOptions
 
 T = TypeVar("T")
 

@@ -12,15 +12,15 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from cellwright.cell.kitting.score.reach import reach
+from cellwright.cell.kitting.score.trial_score import system_cost
 from cellwright.cli import lines
-from cellwright.description.catalogue import bundled, bundled_sensors, find_trial, scenario
-from cellwright.description.demands import demands
-from cellwright.description.gear2017 import load_trial
-from cellwright.description.trial import Order, Trial
-from cellwright.errors import CellwrightError
-from cellwright.extensions import entry_points as plugins
-from cellwright.kitting.score.reach import reach
-from cellwright.kitting.score.trial_score import system_cost
+from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial, scenario
+from cellwright.config.trial.demands import demands
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.config.trial.trial import Order, Trial
+from cellwright.util.errors import CellwrightError
+from cellwright.util.plugins import entry_points as plugins
 
 _NAME_WIDTH = max(map(len, bundled()))
 

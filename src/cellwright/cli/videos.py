@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cellwright.cell import Cell
+from cellwright.cell.cell import Cell
 from cellwright.cli import options
-from cellwright.errors import UnknownNameError, UsageError
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.video_wish import HEIGHT, WIDTH, VideoWish, check_video_size, period_of
 from cellwright.rendering.views import VIEWS, camera_of
 from cellwright.rendering.way import settled_way
+from cellwright.util.errors import UnknownNameError, UsageError
 
 if TYPE_CHECKING:
     from cellwright.viewer.filming import Filming, Made

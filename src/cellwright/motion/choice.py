@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
-from cellwright.description.layout import RAIL_LIMIT
-from cellwright.errors import UnreachableError
+from cellwright.config.layout import RAIL_LIMIT
 from cellwright.motion.joints import Joints, JointsLike
 from cellwright.motion.ur import BASE_X, inverse, is_usual
-from cellwright.pose import Pose
+from cellwright.util.errors import UnreachableError
+from cellwright.util.pose import Pose
 
 WEIGHTS = Joints(1.5, 1.0, 1.0, 0.8, 0.5, 0.5, 0.3)
 """What moving each joint costs [per m for the rail; per rad]: the more, the more of the arm it carries."""

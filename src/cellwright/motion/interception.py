@@ -6,14 +6,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from cellwright.errors import UnreachableError, UsageError
 from cellwright.motion.choice import solve
 from cellwright.motion.joint_motion import JointMotion
 from cellwright.motion.joints import Joints, JointsLike
 from cellwright.motion.limits import DEFAULT_LIMITS, MotionLimits
 from cellwright.motion.paths import follow
 from cellwright.motion.trajectories import move, timed
-from cellwright.pose import Pose, Vector3
+from cellwright.util.errors import UnreachableError, UsageError
+from cellwright.util.pose import Pose, Vector3
 
 BELT_VELOCITY: Vector3 = (0.0, -0.2, 0.0)
 """Of a part on the belt at full power [m/s], in the world."""

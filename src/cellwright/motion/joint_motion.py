@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple, TypedDict
 
-from cellwright.description.layout import ARM_JOINTS
-from cellwright.errors import UsageError
+from cellwright.config.layout import ARM_JOINTS
 from cellwright.motion.joints import Joints
 from cellwright.motion.limits import MotionLimits
+from cellwright.util.errors import UsageError
 
 _JOINED = 1e-6
 

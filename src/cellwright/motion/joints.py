@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 from typing import NamedTuple, TypeAlias
 
-from cellwright.description.layout import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
-from cellwright.errors import UnknownNameError, UsageError
+from cellwright.config.layout import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
+from cellwright.util.errors import UnknownNameError, UsageError
 
 LIMITS: tuple[float, ...] = (RAIL_LIMIT, *(TURN_LIMIT,) * 6)
 """How far each joint goes to either side [m for the rail; rad], in the order of the fields of `Joints`."""
@@ -63,7 +63,7 @@ class Joints(NamedTuple):
         return dict(zip(ARM_JOINTS, self, strict=True))
 
     def ordered(self, names: Sequence[str]) -> list[float]:
-        """The values in the order of `names`, for instance `cellwright.client.ARM_JOINTS`.
+        """The values in the order of `names`, for instance `cellwright.clients.client.ARM_JOINTS`.
 
         Raises:
             UnknownNameError: one of them is no joint of the arm.

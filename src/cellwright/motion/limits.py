@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from cellwright.errors import UsageError
 from cellwright.motion.joints import Joints
+from cellwright.util.errors import UsageError
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from cellwright.errors import UnreachableError, UsageError
 from cellwright.motion.joints import Joints, JointsLike
 from cellwright.motion.ur import forward, inverse
-from cellwright.pose import Pose, Quaternion, normalized
+from cellwright.util.errors import UnreachableError, UsageError
+from cellwright.util.pose import Pose, Quaternion, normalized
 
 SPACING = 0.01
 """Distance between neighbouring poses of a straight path [m]."""

@@ -11,13 +11,13 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from cellwright.errors import UsageError
 from cellwright.motion.joint_motion import JointMotion
 from cellwright.motion.joints import Joints, JointsLike
 from cellwright.motion.spline import knot_velocities
 from cellwright.motion.trajectories import STILL
 from cellwright.motion.ur import A2, A3, link_poses
-from cellwright.pose import Vector3
+from cellwright.util.errors import UsageError
+from cellwright.util.pose import Vector3
 
 GRAVITY = 9.81
 """Acceleration of free fall [m/s^2], as the cell has it."""

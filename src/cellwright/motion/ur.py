@@ -13,10 +13,10 @@ import math
 from collections.abc import Iterator
 from typing import TypeAlias
 
-from cellwright.description.layout import RAIL_LIMIT
-from cellwright.errors import UnreachableError, UsageError
+from cellwright.config.layout import RAIL_LIMIT
 from cellwright.motion.joints import Joints, JointsLike
-from cellwright.pose import Pose, Quaternion, Vector3, normalized, rotate
+from cellwright.util.errors import UnreachableError, UsageError
+from cellwright.util.pose import Pose, Quaternion, Vector3, normalized, rotate
 
 BASE_X, BASE_Z = 0.3, 1.0
 """Where `base_link` stands in the world [m]; its y is the rail's position."""

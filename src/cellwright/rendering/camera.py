@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.errors import UsageError
-from cellwright.pose import Vector3
+from cellwright.util.errors import UsageError
+from cellwright.util.pose import Vector3
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.pose import Vector3
 from cellwright.rendering.raycast import Hits, RayCaster
+from cellwright.util.pose import Vector3
 
 _GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
 _SAME_SURFACE = 0.9  # smallest cosine between the normals of neighbours that share

@@ -8,9 +8,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.pose import Pose
 from cellwright.rendering.pinhole import Pinhole
-from cellwright.scene.frame import Frame
+from cellwright.rendering.scene.frame import Frame
+from cellwright.util.pose import Pose
 
 
 @dataclass(frozen=True, slots=True)

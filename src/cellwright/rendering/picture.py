@@ -16,14 +16,14 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.errors import UsageError
-from cellwright.pose import Vector3
 from cellwright.rendering.band import bands, draw_band
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.lamps import disc_lamp, sky
 from cellwright.rendering.raycast import PICTURE_GROUPS, RayCaster
 from cellwright.rendering.shading import Light, Shader, to_screen
 from cellwright.rendering.surfaces import Surfaces
+from cellwright.util.errors import UsageError
+from cellwright.util.pose import Vector3
 
 Progress: TypeAlias = Callable[[float], None]
 """Called now and then with the share of the work that is done, 0..1."""

@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.pose import Pose
 from cellwright.rendering.camera import Camera
+from cellwright.util.pose import Pose
 
 OPTICAL = Pose((0.0, 0.0, 0.0), (0.5, -0.5, 0.5, -0.5))
 """camera_T_optical: from x right, y down, z forward to x forward, y left, z up."""

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.errors import UsageError
-from cellwright.whole_file import write_whole
+from cellwright.util.atomic_file import write_whole
+from cellwright.util.errors import UsageError
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 TRUE_COLOUR = 2

@@ -17,8 +17,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.scene.colours import geom_colours
-from cellwright.scene.scene import SEEN
+from cellwright.rendering.scene.colours import geom_colours
+from cellwright.rendering.scene.scene import SEEN
 
 PICTURE_GROUPS = frozenset(map(int, SEEN))
 """Geom groups that pictures show: a geom's group is its layer in a scene."""

@@ -7,13 +7,13 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.pose import Vector3
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import LAMP, render
 from cellwright.rendering.raycast import RayCaster
+from cellwright.rendering.scene import Frame, Scene
+from cellwright.rendering.scene.engine_scene import EngineScene
 from cellwright.rendering.way import RAYS
-from cellwright.scene import Frame, Scene
-from cellwright.scene.engine_scene import EngineScene
+from cellwright.util.pose import Vector3
 
 
 class Renderer(Protocol):

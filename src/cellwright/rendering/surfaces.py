@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.scene.colours import linear
+from cellwright.rendering.scene.colours import linear
 
 TILE = 1.0  # [m], spacing of the lines on a floor without texture
 LINE = 0.012  # [m], width of these lines

@@ -6,12 +6,12 @@ from collections import deque
 from fractions import Fraction
 from pathlib import Path
 
-from cellwright.pose import Vector3
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import LAMP
+from cellwright.rendering.scene import Frame, Scene
 from cellwright.rendering.video_wish import HEIGHT, RATE, WIDTH, check_video_size
 from cellwright.rendering.worker import Pending, RenderingError, RenderWorker, wire
-from cellwright.scene import Frame, Scene
+from cellwright.util.pose import Vector3
 
 _WAITING = 6  # frames that may wait to be drawn
 _LONGEST_CAPTION = 300  # characters

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-from cellwright.errors import UsageError
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import LARGEST_SIDE
+from cellwright.util.errors import UsageError
 
 WIDTH, HEIGHT = 1280, 720
 """Of a video, in pixels, unless told otherwise."""

@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from cellwright.errors import UnknownNameError, UsageError
 from cellwright.rendering.camera import Camera
+from cellwright.util.errors import UnknownNameError, UsageError
 
 _USUAL, _WIDEST = 45.0, 180.0  # [degrees]
 _FARTHEST = 1e6  # [m]

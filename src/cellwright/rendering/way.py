@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from cellwright.errors import UsageError, did_you_mean, showable
+from cellwright.util.errors import UsageError, did_you_mean, showable
 
 WAY = "CELLWRIGHT_RENDERING"
 """Environment variable that settles how is drawn; unset or empty: by what works first."""

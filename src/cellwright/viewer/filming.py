@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeAlias
 
-from cellwright.bus.served import Served
-from cellwright.errors import CellwrightError, UsageError
-from cellwright.pose import Vector3
+from cellwright.engine.watches import Watch
+from cellwright.middleware.bus.served import Served
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import LAMP
+from cellwright.rendering.scene.taking import SceneTaker
 from cellwright.rendering.video import Video
 from cellwright.rendering.video_wish import RATE, VideoWish, period_of
 from cellwright.rendering.way import RAYS
-from cellwright.scene.taking import SceneTaker
-from cellwright.simulation.watches import Watch
+from cellwright.util.errors import CellwrightError, UsageError
+from cellwright.util.pose import Vector3
 
 Made: TypeAlias = dict[str, float | str]
 """What is told of a video: `file`, `length` [s], `frames`, and `dropped`, those of them that were not drawn."""

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import mujoco
 
-from cellwright.errors import CellwrightError
+from cellwright.util.errors import CellwrightError
 
 HOW_TO_GET_IT = "pip install 'cellwright[gui]' brings what it needs"
 

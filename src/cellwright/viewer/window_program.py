@@ -18,13 +18,13 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from cellwright.assembled import services
-from cellwright.client.transports.socket import SocketTransport
-from cellwright.errors import CellwrightError, RejectedCommandError, RunEndedError
-from cellwright.messages.build import joint_state
-from cellwright.pose import Pose
+from cellwright.clients.assembled import services
+from cellwright.clients.client.transports.socket import SocketTransport
+from cellwright.middleware.messages.build import joint_state
 from cellwright.rendering.camera import Camera
-from cellwright.rendering.robots import HEIGHT, TILT, TURN, WIDTH, camera_on
+from cellwright.robot.pictures import HEIGHT, TILT, TURN, WIDTH, camera_on
+from cellwright.util.errors import CellwrightError, RejectedCommandError, RunEndedError
+from cellwright.util.pose import Pose
 from cellwright.viewer.sliders import Sliders
 
 NODE = "/window"

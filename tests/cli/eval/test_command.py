@@ -13,14 +13,14 @@ from rich.console import Console
 from cellwright.cli.eval.progress import EvalProgress
 from cellwright.cli.eval.table import show
 from cellwright.cli.main import main
-from cellwright.evaluation.evaluate import Running
-from cellwright.evaluation.job import EvaluatedTrial, make_jobs
-from cellwright.evaluation.summary import Threshold
-from cellwright.recording.reader import Recording
+from cellwright.recording.format.reader import Recording
+from cellwright.running.evaluation.evaluate import Running
+from cellwright.running.evaluation.job import EvaluatedTrial, make_jobs
+from cellwright.running.evaluation.summary import Threshold
 from tests.cli.conftest import CommandLine
-from tests.evaluation.programs import PROGRAMS, TRIAL
-from tests.evaluation.results import CRASHED, LOST, result
 from tests.quick_children import QUICK_WORKERS
+from tests.running.evaluation.programs import PROGRAMS, TRIAL
+from tests.running.evaluation.results import CRASHED, LOST, result
 
 
 @pytest.fixture

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from cellwright.teleop.node import RobotNode
-from tests.operators.nodes import robot, served
+from cellwright.robot.node import RobotNode
+from tests.clients.operators.nodes import robot, served
 
 
 @pytest.fixture(scope="module")

@@ -2,9 +2,9 @@
 
 import pytest
 
-from cellwright.client.session import Session
-from cellwright.client.transports.socket import SocketTransport
-from cellwright.messages.build import joint_state
+from cellwright.clients.client.session import Session
+from cellwright.clients.client.transports.socket import SocketTransport
+from cellwright.middleware.messages.build import joint_state
 from tests.cli.conftest import CommandLine
 
 

@@ -10,12 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.client.session import Session
-from cellwright.client.transports.socket import SocketTransport
-from cellwright.operators.robot import OperatedRobot
-from cellwright.teleop.node import RobotNode
+from cellwright.clients.client.session import Session
+from cellwright.clients.client.transports.socket import SocketTransport
+from cellwright.clients.operators.robot import OperatedRobot
+from cellwright.robot.node import RobotNode
 from tests.cli.conftest import CommandLine
-from tests.operators.nodes import robot, served
+from tests.clients.operators.nodes import robot, served
 from tests.waiting import TIMEOUT, wait_until
 from tests.warm import warm_start
 

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.teleop.node import RobotNode
+from cellwright.robot.node import RobotNode
 from tests.cli.conftest import CommandLine
 from tests.cli.operate.conftest import UNCHECKED
-from tests.operators.nodes import robot, served
+from tests.clients.operators.nodes import robot, served
 from tests.waiting import wait_until
 
 QUICK = ("--frequency", "1", "--duration", "1")

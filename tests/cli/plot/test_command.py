@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.cell import Cell
-from cellwright.recording.header import RecordingHeader
-from cellwright.recording.recorder import Recorder
+from cellwright.cell.cell import Cell
+from cellwright.recording.format.header import RecordingHeader
+from cellwright.recording.format.recorder import Recorder
 from tests.cells import WHOLE, run, start
 from tests.cli.conftest import CommandLine
 

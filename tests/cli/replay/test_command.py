@@ -14,16 +14,16 @@ from mcap.reader import make_reader
 from rosbags.rosbag1 import Reader
 
 import cellwright as package
-from cellwright.messages import to_cdr
-from cellwright.messages.standard import String
-from cellwright.recording import format as names
-from cellwright.recording.format import RecordedTopic
-from cellwright.recording.header import RecordingHeader
-from cellwright.recording.mcap_file import McapFile
-from cellwright.recording.reader import Recording
+from cellwright.middleware.messages import to_cdr
+from cellwright.middleware.messages.standard import String
+from cellwright.recording.format import format as names
+from cellwright.recording.format.format import RecordedTopic
+from cellwright.recording.format.header import RecordingHeader
+from cellwright.recording.format.mcap_file import McapFile
+from cellwright.recording.format.reader import Recording
 from tests.cli.conftest import CommandLine
 from tests.processes import Process
-from tests.replay.made import record, short_work
+from tests.recording.replay.made import record, short_work
 from tests.warm import warm_start
 
 LENGTH = 3.0  # [s] of the recording, about

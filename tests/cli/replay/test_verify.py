@@ -13,12 +13,12 @@ import pytest
 
 from cellwright.cli.main import main
 from cellwright.cli.replay.verify import show
-from cellwright.description.catalogue import find_trial
-from cellwright.errors import CellwrightError
-from cellwright.recording.header import RecordingHeader
-from cellwright.recording.reader import Recording
-from cellwright.replay.rebuild import rebuild
-from cellwright.replay.verdict import Moment, Verdict, versions_that_differ
+from cellwright.config.trial.catalogue import find_trial
+from cellwright.recording.format.header import RecordingHeader
+from cellwright.recording.format.reader import Recording
+from cellwright.recording.replay.rebuild import rebuild
+from cellwright.recording.replay.verdict import Moment, Verdict, versions_that_differ
+from cellwright.util.errors import CellwrightError
 from tests.cli.conftest import CommandLine
 
 AGENT = """

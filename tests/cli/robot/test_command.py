@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cellwright.cli.robot.pose import read_pose
-from cellwright.description.robot.model import RobotModel
-from cellwright.description.robot.robots import bundled, load_robot
-from cellwright.errors import UsageError
+from cellwright.config.robot.model import RobotModel
+from cellwright.config.robot.robots import bundled, load_robot
+from cellwright.util.errors import UsageError
 from tests.cli.conftest import CommandLine
-from tests.description.robot.small_robot import CONFIG, INDICES, write
+from tests.config.robot.small_robot import CONFIG, INDICES, write
 
 
 @pytest.fixture

@@ -7,8 +7,8 @@ import pytest
 from rich.console import Console
 
 from cellwright.cli.robot import table as robot_table
-from cellwright.description.robot.config import End, RobotConfig
-from cellwright.description.robot.robots import load_robot
+from cellwright.config.robot.config import End, RobotConfig
+from cellwright.config.robot.robots import load_robot
 
 
 @pytest.fixture(scope="module")

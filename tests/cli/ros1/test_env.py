@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from cellwright.cli.ros1 import env as ros1_env
-from cellwright.ros1.system import RosSystem
+from cellwright.middleware.ros1.packages.system import RosSystem
 from tests.cli.conftest import CommandLine
 from tests.ros1.fake_system import fake_system
 from tests.waiting import TIMEOUT

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from cellwright.cli.ros1 import workspace as ros1_workspace
-from cellwright.ros1.system import RosSystem
+from cellwright.middleware.ros1.packages.system import RosSystem
 from tests.cli.conftest import CommandLine
 from tests.ros1.fake_system import fake_system
 
@@ -42,7 +42,7 @@ def test_a_file_is_no_workspace(cellwright: CommandLine, tmp_path: Path) -> None
 def test_a_build_that_fails_ends_with_what_was_said(
     cellwright: CommandLine, fake_system: RosSystem, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("cellwright.ros1.workspace.missing", lambda _ros: [])
+    monkeypatch.setattr("cellwright.middleware.ros1.packages.workspace.missing", lambda _ros: [])
     make = tmp_path / "bin" / "catkin_make"
     make.parent.mkdir()
     make.write_text("#!/bin/sh\npwd\necho it does not work >&2\nexit 3\n")

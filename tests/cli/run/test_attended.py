@@ -13,19 +13,19 @@ from typing import Any
 
 import pytest
 
-from cellwright.cell import Cell
+from cellwright.cell.cell import Cell
 from cellwright.cli.run import attended
 from cellwright.cli.run.attended import APART, Attended
 from cellwright.cli.view.arguments import PageWish
-from cellwright.client import Client
-from cellwright.errors import CellwrightError, UsageError
-from cellwright.remote.hosting import Host
-from cellwright.run import Outcome, RunOptions, run_cell
+from cellwright.clients.client import Client
+from cellwright.running.remote.hosting import Host
+from cellwright.running.run import Outcome, RunOptions, run_cell
+from cellwright.util.errors import CellwrightError, UsageError
 from cellwright.viewer.web.link import Link
 from tests.cells import ARM_ONLY, KITTING
 from tests.cli.conftest import CommandLine
 from tests.quick_children import QUICK_AGENTS
-from tests.run.test_collisions import IntoThePost
+from tests.running.run.test_collisions import IntoThePost
 from tests.waiting import wait_until
 
 SLOW = 0.05

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
+from cellwright.cell.kitting.score.kit_score import Fit, KitScore, PartFinding, Verdict
+from cellwright.cell.kitting.score.scorer import GameScore, OrderScore
+from cellwright.cell.kitting.score.trial_score import Averages
 from cellwright.cli.run.turn import finals_score
-from cellwright.description.trial import Sensor, Trial
-from cellwright.kitting.score.kit_score import Fit, KitScore, PartFinding, Verdict
-from cellwright.kitting.score.scorer import GameScore, OrderScore
-from cellwright.kitting.score.trial_score import Averages
-from cellwright.pose import Pose
-from cellwright.recording.json_lines import read_json_lines
+from cellwright.config.trial.trial import Sensor, Trial
+from cellwright.util.json_lines import read_json_lines
+from cellwright.util.pose import Pose
 from tests.cli.conftest import CommandLine
 
 GIVES_UP = ("run", "lesson", "--agent", "agents.py:GivesUp", "--no-picture")

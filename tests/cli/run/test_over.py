@@ -9,7 +9,7 @@ import pytest
 
 from tests.cli.conftest import CommandLine
 from tests.quick_children import QUICK_AGENTS
-from tests.test_serving import ended, serving
+from tests.running.test_serving import ended, serving
 
 HASH = "4f3967b7"
 """How the state hash begins when kitter has worked the lesson's cell, in any process."""

@@ -7,12 +7,12 @@ from collections.abc import Callable
 import pytest
 from rich.console import Console
 
-from cellwright.cell import Cell
+from cellwright.cell.cell import Cell
+from cellwright.cell.kitting.effects import CompetitionState, ConveyorPower, KitSubmitted, StateChanged
+from cellwright.cell.kitting.score.kit_score import KitScore, Refusal, RefusalReason
 from cellwright.cli.run.progress import RunProgress, sentence
-from cellwright.description.catalogue import find_trial
-from cellwright.description.gear2017 import load_trial
-from cellwright.kitting.effects import CompetitionState, ConveyorPower, KitSubmitted, StateChanged
-from cellwright.kitting.score.kit_score import KitScore, Refusal, RefusalReason
+from cellwright.config.trial.catalogue import find_trial
+from cellwright.config.trial.gear2017 import load_trial
 
 
 class WallClock:

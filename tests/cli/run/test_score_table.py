@@ -5,10 +5,16 @@ import io
 import pytest
 from rich.console import Console
 
-from cellwright.cli.run import score_table
-from cellwright.kitting.fates import Fate, FateKind
-from cellwright.kitting.score.evidence import NOT_ANNOUNCED, NOT_SUBMITTED, OFF_TRAY, REASONS, KitEvidence, kit_evidence
-from cellwright.kitting.score.kit_score import (
+from cellwright.cell.kitting.fates import Fate, FateKind
+from cellwright.cell.kitting.score.evidence import (
+    NOT_ANNOUNCED,
+    NOT_SUBMITTED,
+    OFF_TRAY,
+    REASONS,
+    KitEvidence,
+    kit_evidence,
+)
+from cellwright.cell.kitting.score.kit_score import (
     BonusVerdict,
     ExtraObject,
     ExtraReason,
@@ -17,8 +23,9 @@ from cellwright.kitting.score.kit_score import (
     PartFinding,
     Verdict,
 )
-from cellwright.kitting.score.reach import KitReach, PartReach
-from cellwright.pose import Pose
+from cellwright.cell.kitting.score.reach import KitReach, PartReach
+from cellwright.cli.run import score_table
+from cellwright.util.pose import Pose
 
 LONG = "populate_conveyor|piston_rod_part_clone_123"
 

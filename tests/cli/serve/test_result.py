@@ -7,11 +7,11 @@ from typing import Any
 
 import pytest
 
-from cellwright.cell import Cell
+from cellwright.cell.cell import Cell
 from cellwright.cli.serve.result import RESULT, offer_result
-from cellwright.run import RunOptions
-from cellwright.server import Server
-from cellwright.serving import Hooks, Serving
+from cellwright.middleware.server import Server
+from cellwright.running.run import RunOptions
+from cellwright.running.serving import Hooks, Serving
 from tests.cells import KITTING, call, order
 
 TRIAL = replace(KITTING, orders=(order(), order(1, start_time=100.0)), faulty_parts=frozenset({"gear_part_2"}))

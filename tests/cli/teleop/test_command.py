@@ -13,11 +13,11 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.link.frames import Decoder, Frame, Kind, advance, hello, read_time
-from cellwright.messages import to_cdr
-from cellwright.messages.build import joint_state
+from cellwright.middleware.messages import to_cdr
+from cellwright.middleware.messages.build import joint_state
+from cellwright.middleware.wire.frames import Decoder, Frame, Kind, advance, hello, read_time
 from tests.cli.conftest import CommandLine
-from tests.test_serving import hear
+from tests.running.test_serving import hear
 from tests.waiting import TIMEOUT
 from tests.warm import WarmProcess, warm_start
 

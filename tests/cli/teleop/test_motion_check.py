@@ -8,7 +8,7 @@ import pytest
 from rich.console import Console
 
 from cellwright.cli.teleop.motion_check import show
-from cellwright.teleop.checks.findings import Finding, MotionReport
+from cellwright.robot.checks.findings import Finding, MotionReport
 from tests.cli.conftest import CommandLine
 
 GOOD = Finding("J_elbow, step 0 to 1", 6.5, 5.0, "%", "0.050 s", passed=True, note="3 of 9 samples are off")

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from cellwright.cli.view.arguments import PageWish, page_wish, refuse_a_camera
-from cellwright.errors import UsageError
 from cellwright.rendering.views import VIEWS
+from cellwright.util.errors import UsageError
 from cellwright.viewer.web.start import DEFAULT_PORT
 
 

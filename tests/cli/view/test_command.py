@@ -13,11 +13,11 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.server.services.onlookers import ITS_OWN_PAGE
+from cellwright.viewer.services.onlookers import ITS_OWN_PAGE
 from cellwright.viewer.web.link import Link
 from tests.cli.conftest import CommandLine
 from tests.quick_children import QUICK_PAGES
-from tests.test_serving import serving
+from tests.running.test_serving import serving
 from tests.waiting import TIMEOUT
 from tests.warm import WarmProcess, warm_start
 

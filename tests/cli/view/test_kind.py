@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from cellwright.cli.view.kind import Kind, kind_of
-from cellwright.errors import UsageError
+from cellwright.util.errors import UsageError
 
 TRIAL = "options: {insert_agvs: true}\ntime_limit: 500\n"
 ROBOT = "urdf_path: robot.urdf\n"

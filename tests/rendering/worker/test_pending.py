@@ -4,8 +4,8 @@ import threading
 
 import pytest
 
-from cellwright.errors import RenderingError
 from cellwright.rendering.worker.pending import Pending
+from cellwright.util.errors import RenderingError
 
 
 def test_what_has_come_is_there_for_all_who_ask() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
-from cellwright.scene import Scene
+from cellwright.rendering.scene import Scene
 
 
 class Handle:

@@ -15,7 +15,7 @@ from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 from websockets.typing import Origin
 
-from cellwright.errors import UsageError
+from cellwright.util.errors import UsageError
 from cellwright.viewer.web.door import MAX_UNFINISHED, Door
 from cellwright.viewer.web.program import Server
 from tests.waiting import TIMEOUT, wait_until

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cellwright.pose import Pose
+from cellwright.rendering.scene import Form, Frame, Layer, Scene, Shape
 from cellwright.rendering.views import VIEWS
-from cellwright.scene import Form, Frame, Layer, Scene, Shape
+from cellwright.util.pose import Pose
 from cellwright.viewer.web.beams import Beams
 from cellwright.viewer.web.bodies import Bodies
 from cellwright.viewer.web.feature import Feature

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cellwright.pose import Pose
-from cellwright.scene import Form, Layer, Scene, Shape
-from cellwright.scene.triangles import Triangles
+from cellwright.rendering.scene import Form, Layer, Scene, Shape
+from cellwright.rendering.scene.triangles import Triangles
+from cellwright.util.pose import Pose
 from cellwright.viewer.web.glb import Material, glb
 from cellwright.viewer.web.shapes import surface
 

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.errors import UsageError
+from cellwright.util.errors import UsageError
 from cellwright.viewer.web.incoming import MAX_NUMBER, MAX_RATE, MAX_TEXT, Incoming
 from tests.viewer.web.onlooker import CAMERA
 

@@ -11,19 +11,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cellwright.bus.served import Served
-from cellwright.cell import Cell
-from cellwright.errors import CellwrightError, RejectedCommandError, UnknownNameError
-from cellwright.messages.std_srvs import TriggerRequest
-from cellwright.scene import Frame, Scene
-from cellwright.server import Server
-from cellwright.server.services.names import SCENE
-from cellwright.server.services.scene import SceneServices
-from cellwright.teleop.node import RobotNode
+from cellwright.cell.cell import Cell
+from cellwright.middleware.bus.served import Served
+from cellwright.middleware.messages.std_srvs import TriggerRequest
+from cellwright.middleware.server import Server
+from cellwright.rendering.scene import Frame, Scene
+from cellwright.robot.node import RobotNode
+from cellwright.util.errors import CellwrightError, RejectedCommandError, UnknownNameError
+from cellwright.viewer.services.names import SCENE
+from cellwright.viewer.services.scene import SceneServices
 from cellwright.viewer.web.asking import Asking
 from cellwright.viewer.web.link import AwayError, Link
 from tests.cells import KITTING
-from tests.teleop.robots import two_arms
+from tests.robot.robots import two_arms
 from tests.waiting import TIMEOUT, wait_until
 
 

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.scene import Frame
+from cellwright.rendering.scene import Frame
 from cellwright.viewer.web.moment import Moments, between
-from tests.scene.scenes import frames
+from tests.rendering.scene.scenes import frames
 
 PERIOD = 1 / 30
 

@@ -12,17 +12,17 @@ from typing import Any
 
 import pytest
 
-from cellwright.bus.served import Served
-from cellwright.cell import Cell
-from cellwright.errors import UsageError
-from cellwright.server import Server
-from cellwright.server.services.names import FOR_ONLOOKERS, FRAME, PANEL
-from cellwright.server.services.scene import SceneServices
-from cellwright.teleop.node import RobotNode
+from cellwright.cell.cell import Cell
+from cellwright.middleware.bus.served import Served
+from cellwright.middleware.server import Server
+from cellwright.robot.node import RobotNode
+from cellwright.util.errors import UsageError
+from cellwright.viewer.services.names import FOR_ONLOOKERS, FRAME, PANEL
+from cellwright.viewer.services.scene import SceneServices
 from cellwright.viewer.web.start import WebPage
 from tests.cells import KITTING, WHOLE
 from tests.quick_children import QUICK_PAGES
-from tests.teleop.robots import two_arms
+from tests.robot.robots import two_arms
 from tests.viewer.web.onlooker import Onlooker
 from tests.waiting import TIMEOUT, wait_until
 

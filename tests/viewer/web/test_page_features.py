@@ -9,7 +9,7 @@ from unittest.mock import MagicMock
 import numpy as np
 import pytest
 
-from cellwright.scene import Frame, Scene
+from cellwright.rendering.scene import Frame, Scene
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.link import AwayError
 from cellwright.viewer.web.moment import Moment

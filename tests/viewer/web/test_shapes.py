@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from cellwright.pose import Pose
-from cellwright.scene import Form, Layer, Scene, Shape
-from cellwright.scene.triangles import Triangles
+from cellwright.rendering.scene import Form, Layer, Scene, Shape
+from cellwright.rendering.scene.triangles import Triangles
+from cellwright.util.pose import Pose
 from cellwright.viewer.web.shapes import surface
 
 

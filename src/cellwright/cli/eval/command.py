@@ -11,28 +11,28 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from cellwright.cell.kitting.score.reach import reach
 from cellwright.cli import options
 from cellwright.cli.arguments import OUTPUT, WORK, Vary
 from cellwright.cli.eval.progress import EvalProgress
 from cellwright.cli.eval.table import show
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.signals import stopped_by_signals
-from cellwright.description.catalogue import bundled_sensors
-from cellwright.description.gear2017 import load_trial
-from cellwright.description.trial import Camera
-from cellwright.errors import UsageError
-from cellwright.evaluation.evaluate import Evaluation
-from cellwright.evaluation.job import EvaluatedTrial, Job, make_jobs, models_digest
-from cellwright.evaluation.junit import junit
-from cellwright.evaluation.limits import MEBIBYTE, MEMORY_IS_LIMITED, Limits
-from cellwright.evaluation.processors import usable_processors
-from cellwright.evaluation.report import report
-from cellwright.evaluation.result import Result
-from cellwright.evaluation.results_file import ResultsFile
-from cellwright.evaluation.summary import Threshold, shortcoming, summary_document
-from cellwright.kitting.score.reach import reach
+from cellwright.config.trial.catalogue import bundled_sensors
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.config.trial.trial import Camera
 from cellwright.rendering.way import settled_way
-from cellwright.whole_file import write_whole
+from cellwright.running.evaluation.evaluate import Evaluation
+from cellwright.running.evaluation.job import EvaluatedTrial, Job, make_jobs, models_digest
+from cellwright.running.evaluation.junit import junit
+from cellwright.running.evaluation.limits import MEBIBYTE, MEMORY_IS_LIMITED, Limits
+from cellwright.running.evaluation.processors import usable_processors
+from cellwright.running.evaluation.report import report
+from cellwright.running.evaluation.result import Result
+from cellwright.running.evaluation.results_file import ResultsFile
+from cellwright.running.evaluation.summary import Threshold, shortcoming, summary_document
+from cellwright.util.atomic_file import write_whole
+from cellwright.util.errors import UsageError
 
 _MOST_SEEDS, _MOST_JOBS = 100_000, 1024
 _MEMORY = 256.0, 2.0**24  # [MiB]; with less a worker cannot begin

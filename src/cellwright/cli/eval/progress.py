@@ -13,10 +13,10 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from cellwright.evaluation.evaluate import Running
-from cellwright.evaluation.job import Job
-from cellwright.evaluation.result import Result
-from cellwright.evaluation.summary import summarize
+from cellwright.running.evaluation.evaluate import Running
+from cellwright.running.evaluation.job import Job
+from cellwright.running.evaluation.result import Result
+from cellwright.running.evaluation.summary import summarize
 
 _REFRESH = 4.0  # [1/s]
 

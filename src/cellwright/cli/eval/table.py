@@ -8,8 +8,8 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from cellwright.evaluation.result import Result
-from cellwright.evaluation.summary import Threshold, real_time_factor, shortcoming, summarize, worst_first
+from cellwright.running.evaluation.result import Result
+from cellwright.running.evaluation.summary import Threshold, real_time_factor, shortcoming, summarize, worst_first
 
 _MOST_TOLD = 10
 

@@ -9,9 +9,9 @@ import typer
 
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.operate.link import NODE, Connect, Link, Node, OverRos1
-from cellwright.errors import CellwrightError, RunEndedError
-from cellwright.operators.orders import Ask
-from cellwright.operators.services import request
+from cellwright.clients.operators.orders import Ask
+from cellwright.clients.operators.services import request
+from cellwright.util.errors import CellwrightError, RunEndedError
 
 _HEARD = 2.0  # [s] that a stop may take to be told of
 

@@ -6,10 +6,10 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from cellwright.description.robot.urdf import read_urdf
-from cellwright.errors import CellwrightError
-from cellwright.operators.limits import JointLimits
-from cellwright.ros1_host.master import DEFAULT_URI, URI_VARIABLE, Master
+from cellwright.clients.operators.limits import JointLimits
+from cellwright.config.robot.urdf import read_urdf
+from cellwright.middleware.ros1.host.master import DEFAULT_URI, URI_VARIABLE, Master
+from cellwright.util.errors import CellwrightError
 
 PARAMETER = "robot_description"
 

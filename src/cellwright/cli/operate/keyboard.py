@@ -12,13 +12,13 @@ from rich.live import Live
 from cellwright.cli import options
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.operate.link import NODE, Connect, Link, Node, OverRos1, Robot
-from cellwright.errors import RunEndedError
-from cellwright.operators.jog import Jog
-from cellwright.operators.keyboard import Keyboard
-from cellwright.operators.panel import panel
-from cellwright.operators.services import Services
-from cellwright.operators.terminal import TerminatedError
-from cellwright.operators.terminal import keyboard as terminal_keyboard
+from cellwright.clients.operators.jog import Jog
+from cellwright.clients.operators.keyboard import Keyboard
+from cellwright.clients.operators.panel import panel
+from cellwright.clients.operators.services import Services
+from cellwright.clients.operators.terminal import TerminatedError
+from cellwright.clients.operators.terminal import keyboard as terminal_keyboard
+from cellwright.util.errors import RunEndedError
 
 
 def keyboard(connect: Connect = None, ros1: OverRos1 = False, robot: Robot = None, node: Node = NODE) -> None:

@@ -10,17 +10,17 @@ import typer
 
 from cellwright.cli import lines, options
 from cellwright.cli.operate.described import described_limits
-from cellwright.client.session import Session
-from cellwright.client.transports.ros1 import Ros1Transport
-from cellwright.client.transports.socket import SocketTransport
-from cellwright.description.robot.robots import bundled, load_robot
-from cellwright.errors import RunEndedError, UsageError
-from cellwright.operators.limits import JointLimits
-from cellwright.operators.robot import JOINT_STATES, OperatedRobot
-from cellwright.ros1_host import installation
-from cellwright.ros1_host.identity import node_name
-from cellwright.server import DEFAULT_PORT
-from cellwright.server.server import LOOPBACK
+from cellwright.clients.client.session import Session
+from cellwright.clients.client.transports.ros1 import Ros1Transport
+from cellwright.clients.client.transports.socket import SocketTransport
+from cellwright.clients.operators.limits import JointLimits
+from cellwright.clients.operators.robot import JOINT_STATES, OperatedRobot
+from cellwright.config.robot.robots import bundled, load_robot
+from cellwright.middleware.ros1.host import installation
+from cellwright.middleware.ros1.host.identity import node_name
+from cellwright.middleware.server import DEFAULT_PORT
+from cellwright.middleware.server.server import LOOPBACK
+from cellwright.util.errors import RunEndedError, UsageError
 
 WHERE, WHAT, RESULT = "Where the robot is", "What it does", "Output"
 """Headings in the help, under which options are listed."""

@@ -15,10 +15,10 @@ from cellwright.cli import options
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.operate.link import NODE, RESULT, WHAT, Connect, Link, Node, OverRos1, Robot, warn_of_unknown
 from cellwright.cli.signals import Stop, stopped_by_signals
-from cellwright.errors import CellwrightError, RunEndedError
-from cellwright.operators import playback
-from cellwright.operators.robot import OperatedRobot
-from cellwright.operators.target_files import Targets, read_targets
+from cellwright.clients.operators import playback
+from cellwright.clients.operators.robot import OperatedRobot
+from cellwright.clients.operators.target_files import Targets, read_targets
+from cellwright.util.errors import CellwrightError, RunEndedError
 
 
 class _StoppedError(Exception):
@@ -125,7 +125,7 @@ def play(
 
 
 def _read(file: Path, topic: str | None) -> Targets:
-    from cellwright.operators.bags import is_bag, read_bag  # readers of bags take a while to load
+    from cellwright.clients.operators.bags import is_bag, read_bag  # readers of bags take a while to load
 
     if is_bag(file):
         return read_bag(file, topic)

@@ -12,9 +12,9 @@ from cellwright.cli import options
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.operate.link import NODE, WHAT, Connect, Link, Node, OverRos1
 from cellwright.cli.signals import Stop, stopped_by_signals
-from cellwright.errors import RunEndedError
-from cellwright.operators.recorder import Recorder
-from cellwright.operators.robot import JOINT_STATES
+from cellwright.clients.operators.recorder import Recorder
+from cellwright.clients.operators.robot import JOINT_STATES
+from cellwright.util.errors import RunEndedError
 
 _LOOK = 0.1  # [s] between two looks at whether it is to end
 _SHORTEST = 0.001  # [s]: less than a tick, and more than rounding makes nothing of

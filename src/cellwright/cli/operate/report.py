@@ -9,9 +9,9 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from cellwright.operators.braille import Curve, plot
-from cellwright.operators.exercise import Exercise
-from cellwright.operators.tracking import StepResponse
+from cellwright.clients.operators.braille import Curve, plot
+from cellwright.clients.operators.exercise import Exercise
+from cellwright.clients.operators.tracking import StepResponse
 
 _PLOT_WIDTH, _PLOT_HEIGHT = 78, 10
 

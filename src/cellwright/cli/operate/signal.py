@@ -17,12 +17,12 @@ from cellwright.cli import lines, options
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.operate import report
 from cellwright.cli.operate.link import NODE, RESULT, WHAT, Connect, Link, Node, OverRos1, Robot, warn_of_unknown
-from cellwright.errors import CellwrightError, RunEndedError, UnknownNameError
-from cellwright.operators.exercise import Exercise, check, exercise
-from cellwright.operators.plot_svg import picture
-from cellwright.operators.robot import OperatedRobot
-from cellwright.operators.waves import Shape, Wave
-from cellwright.whole_file import write_whole
+from cellwright.clients.operators.exercise import Exercise, check, exercise
+from cellwright.clients.operators.plot_svg import picture
+from cellwright.clients.operators.robot import OperatedRobot
+from cellwright.clients.operators.waves import Shape, Wave
+from cellwright.util.atomic_file import write_whole
+from cellwright.util.errors import CellwrightError, RunEndedError, UnknownNameError
 
 
 def signal(

@@ -10,7 +10,7 @@ import typer
 from cellwright.cli import lines, options
 from cellwright.cli.arguments import Recorded
 from cellwright.cli.exit_status import DONE, NOT_DONE
-from cellwright.errors import UnknownNameError
+from cellwright.util.errors import UnknownNameError
 
 
 def plot(
@@ -48,9 +48,12 @@ def plot(
     """
     wanted = _wanted(what)
     path = _figure_file(file, out)
-    from cellwright.plots.figure import draw, write  # it takes a moment to load, which the other commands are spared
-    from cellwright.plots.reading.story import story
-    from cellwright.recording.reader import Recording
+    from cellwright.recording.format.reader import Recording
+    from cellwright.recording.plots.figure import (  # it takes a moment to load, which the other commands are spared
+        draw,
+        write,
+    )
+    from cellwright.recording.plots.reading.story import story
 
     with Recording(file) as opened:
         told = story(opened)
@@ -68,7 +71,7 @@ def plot(
 
 def _wanted(what: str | None) -> tuple[str, ...]:
     """Names of what is to be drawn."""
-    from cellwright.plots.what import WHAT
+    from cellwright.recording.plots.what import WHAT
 
     if what is None:
         return WHAT
@@ -81,7 +84,7 @@ def _wanted(what: str | None) -> tuple[str, ...]:
 
 def _figure_file(recording: Path, out: Path | None) -> Path:
     """The figure's file; beside nothing that is there under another name: in the folder in which one works."""
-    from cellwright.plots.what import SUFFIXES
+    from cellwright.recording.plots.what import SUFFIXES
 
     path = Path(f"{recording.stem}-plot.png") if out is None else out
     if path.suffix.lower() not in SUFFIXES:

@@ -14,12 +14,12 @@ from cellwright.cli.arguments import OUTPUT, Host, Port, Recorded
 from cellwright.cli.bar import bar
 from cellwright.cli.exit_status import DONE
 from cellwright.cli.view.arguments import Open, View, ViewHost, ViewPort, page_wish
-from cellwright.server.server import LOOPBACK
-from cellwright.simulation.clock import nanoseconds, seconds
+from cellwright.engine.clock import nanoseconds, seconds
+from cellwright.middleware.server.server import LOOPBACK
 
 if TYPE_CHECKING:
     from cellwright.cli.replay.play import PlayOptions
-    from cellwright.recording.reader import Recording
+    from cellwright.recording.format.reader import Recording
 
 _PLAY, _VERIFY = "Play it", "Run it again"
 
@@ -146,10 +146,10 @@ def replay(
     from cellwright.cli.replay.film import film
     from cellwright.cli.replay.play import PlayOptions, play
     from cellwright.cli.replay.verify import verify as run_again
-    from cellwright.recording.bag import write_bag
-    from cellwright.recording.reader import Recording
-    from cellwright.replay.exported.file import write_mcap
-    from cellwright.replay.playing import AtEnd
+    from cellwright.recording.format.bag import write_bag
+    from cellwright.recording.format.reader import Recording
+    from cellwright.recording.replay.exported.file import write_mcap
+    from cellwright.recording.replay.playing import AtEnd
 
     console = Console(stderr=as_json, highlight=False)
     is_played = serve or ros1 or view

@@ -7,21 +7,21 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
-from cellwright.errors import MessageError, UsageError
-from cellwright.recording.format import FRAME, PANEL
-from cellwright.recording.reader import Recording
+from cellwright.engine.clock import NANOSECONDS, nanoseconds
+from cellwright.recording.format.format import FRAME, PANEL
+from cellwright.recording.format.reader import Recording
+from cellwright.recording.replay.sight import Sight
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import LAMP
-from cellwright.rendering.robots import TILT, TURN, camera_on, robot_lamp
+from cellwright.rendering.scene import Frame, Scene
+from cellwright.rendering.scene.encoded import decode_scene
+from cellwright.rendering.scene.engine_scene import EngineScene
 from cellwright.rendering.video import Video
 from cellwright.rendering.video_wish import VideoWish, period_of
 from cellwright.rendering.views import VIEWS
 from cellwright.rendering.way import RAYS
-from cellwright.replay.sight import Sight
-from cellwright.scene import Frame, Scene
-from cellwright.scene.encoded import decode_scene
-from cellwright.scene.engine_scene import EngineScene
-from cellwright.simulation.clock import NANOSECONDS, nanoseconds
+from cellwright.robot.pictures import TILT, TURN, camera_on, robot_lamp
+from cellwright.util.errors import MessageError, UsageError
 from cellwright.viewer.filming import Made
 
 

@@ -13,16 +13,16 @@ from cellwright.cli.bar import bar
 from cellwright.cli.signals import Stop, stopped_by_signals
 from cellwright.cli.view.arguments import PageWish
 from cellwright.cli.view.page import page_on
-from cellwright.recording.reader import Recording
-from cellwright.replay.playing import AtEnd, Playing
-from cellwright.replay.recorded import NODE, Recorded
-from cellwright.replay.services import RecordingServices
-from cellwright.ros1_host import Ros1
-from cellwright.ros1_host.identity import Identity
-from cellwright.server import Server
-from cellwright.server.server import LOOPBACK
-from cellwright.simulation.clock import nanoseconds, seconds
-from cellwright.simulation.tempo import Tempo
+from cellwright.engine.clock import nanoseconds, seconds
+from cellwright.engine.tempo import Tempo
+from cellwright.middleware.ros1.host import Ros1
+from cellwright.middleware.ros1.host.identity import Identity
+from cellwright.middleware.server import Server
+from cellwright.middleware.server.server import LOOPBACK
+from cellwright.recording.format.reader import Recording
+from cellwright.recording.replay.playing import AtEnd, Playing
+from cellwright.recording.replay.recorded import NODE, Recorded
+from cellwright.recording.replay.services import RecordingServices
 
 IN_ROS = Identity(NODE, "recording", makes_frames=False)
 """The node that a recording is in ROS. It tells the time; frames are those that were recorded."""

@@ -11,9 +11,9 @@ from rich.table import Table
 from rich.text import Text
 
 from cellwright.cli.lines import note
-from cellwright.recording.format import COMMAND, STATE_HASH
-from cellwright.recording.reader import Recording
-from cellwright.simulation.clock import seconds
+from cellwright.engine.clock import seconds
+from cellwright.recording.format.format import COMMAND, STATE_HASH
+from cellwright.recording.format.reader import Recording
 
 _WIDEST = 1000  # columns
 _MOST_FACTS = 200  # characters of a value of the header in the table

@@ -11,13 +11,13 @@ from rich.console import Console
 from cellwright.cli.bar import bar
 from cellwright.cli.exit_status import BAD_INPUT, DONE, NOT_DONE
 from cellwright.cli.lines import note
-from cellwright.recording.reader import Recording
-from cellwright.replay.rebuild import rebuild
-from cellwright.replay.steps import steps
-from cellwright.replay.verdict import Answer, Moment, Verdict, versions_that_differ
-from cellwright.replay.verify import Verification
-from cellwright.run import versions
-from cellwright.simulation.clock import seconds
+from cellwright.engine.clock import seconds
+from cellwright.recording.format.reader import Recording
+from cellwright.recording.replay.rebuild import rebuild
+from cellwright.recording.replay.steps import steps
+from cellwright.recording.replay.verdict import Answer, Moment, Verdict, versions_that_differ
+from cellwright.recording.replay.verify import Verification
+from cellwright.running.run import versions
 
 _STATUS = {Answer.EQUAL: DONE, Answer.DIFFERENT: NOT_DONE, Answer.UNKNOWN: BAD_INPUT}
 

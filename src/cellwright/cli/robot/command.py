@@ -14,8 +14,8 @@ from cellwright.cli.options import refuse
 from cellwright.cli.robot import table as robot_table
 from cellwright.cli.robot.init import write_skeleton
 from cellwright.cli.robot.pose import read_pose
-from cellwright.description.robot.document import document
-from cellwright.description.robot.robots import load_robot
+from cellwright.config.robot.document import document
+from cellwright.config.robot.robots import load_robot
 
 
 def robot(

@@ -8,9 +8,9 @@ from pathlib import Path
 import typer
 
 from cellwright.cli.options import refuse
-from cellwright.description.robot.config import RobotConfig
-from cellwright.description.robot.config_reader import read_robot_config
-from cellwright.description.robot.skeleton import skeleton
+from cellwright.config.robot.config import RobotConfig
+from cellwright.config.robot.config_reader import read_robot_config
+from cellwright.config.robot.skeleton import skeleton
 
 
 def write_skeleton(config: RobotConfig, file: Path) -> None:

@@ -7,8 +7,8 @@ import math
 from typing import Any
 
 from cellwright.cli.options import refuse
-from cellwright.description.robot.model import RobotModel
-from cellwright.errors import UnknownNameError
+from cellwright.config.robot.model import RobotModel
+from cellwright.util.errors import UnknownNameError
 
 _EXAMPLE = """give positions by joint, such as '{"elbow": 1.57}'"""
 _MOST = 1e6  # [rad; m]; what lies beyond is a slip, and turns lose their meaning in rounding

@@ -12,11 +12,11 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from cellwright.description.robot.config import RobotConfig
-from cellwright.description.robot.config_keys import UNUSED
-from cellwright.description.robot.document import groups_of, parent_index
-from cellwright.description.robot.model import Joint, JointType
-from cellwright.description.robot.robots import bundled, find_robot, load_robot
+from cellwright.config.robot.config import RobotConfig
+from cellwright.config.robot.config_keys import UNUSED
+from cellwright.config.robot.document import groups_of, parent_index
+from cellwright.config.robot.model import Joint, JointType
+from cellwright.config.robot.robots import bundled, find_robot, load_robot
 
 _WIDEST = 1000  # of a table that goes into a file or through a pipe: nothing is folded there
 

@@ -9,8 +9,8 @@ import typer
 
 from cellwright.cli.exit_status import DONE
 from cellwright.cli.options import refuse
-from cellwright.ros1.system import find_system
-from cellwright.ros1.tree import SHELLS, cache_folder, ensure_tree, shell_lines, variables
+from cellwright.middleware.ros1.packages.system import find_system
+from cellwright.middleware.ros1.packages.tree import SHELLS, cache_folder, ensure_tree, shell_lines, variables
 
 
 def ros1_env(

@@ -10,8 +10,8 @@ import typer
 
 from cellwright.cli.exit_status import DONE
 from cellwright.cli.options import refuse
-from cellwright.ros1 import workspace
-from cellwright.ros1.system import find_system
+from cellwright.middleware.ros1.packages import workspace
+from cellwright.middleware.ros1.packages.system import find_system
 
 
 def ros1_workspace(

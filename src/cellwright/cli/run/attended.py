@@ -14,19 +14,19 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, Self
 
-from cellwright.agents.agent import Agent
-from cellwright.cell import Cell
+from cellwright.cell.cell import Cell
 from cellwright.cli.signals import ended_as_by_ctrl_c
 from cellwright.cli.view.arguments import PageWish
 from cellwright.cli.view.page import open_page, show_the_end
-from cellwright.errors import UsageError
-from cellwright.run import RunOptions, RunResult, conduct
-from cellwright.server import Server
-from cellwright.server.services import onlookers
-from cellwright.server.services.cell_panel import IN_COMPETITION, OVER, CellPanel
-from cellwright.server.services.control import Control, Reset
-from cellwright.serving import Attendance
-from cellwright.simulation.tempo import Tempo
+from cellwright.clients.agents.agent import Agent
+from cellwright.engine.tempo import Tempo
+from cellwright.middleware.server import Server
+from cellwright.running.run import RunOptions, RunResult, conduct
+from cellwright.running.serving import Attendance
+from cellwright.util.errors import UsageError
+from cellwright.viewer.services import onlookers
+from cellwright.viewer.services.cell_panel import IN_COMPETITION, OVER, CellPanel
+from cellwright.viewer.services.control import Control, Reset
 
 APART = "the agent is in a process of its own: end the run, and start it again"
 """Why a run over a socket or ROS does not begin anew at a click."""

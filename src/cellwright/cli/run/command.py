@@ -12,8 +12,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from cellwright.agents.agent import BUNDLED, Agent, find_agent
-from cellwright.cell import Cell
+from cellwright.cell.cell import Cell
 from cellwright.cli import lines, options, recorded, videos
 from cellwright.cli.arguments import TRIAL, Development, Log, Record, Seed, Servo, Until, Vary
 from cellwright.cli.run.arguments import (
@@ -39,10 +38,11 @@ from cellwright.cli.run.over import way as way_of
 from cellwright.cli.run.pictures import Quality
 from cellwright.cli.run.turn import Turn
 from cellwright.cli.view.arguments import Open, ViewHost, ViewPort, page_wish, refuse_a_camera
-from cellwright.description.catalogue import bundled_sensors
-from cellwright.description.trial import Trial
+from cellwright.clients.agents.agent import BUNDLED, Agent, find_agent
+from cellwright.config.trial.catalogue import bundled_sensors
+from cellwright.config.trial.trial import Trial
 from cellwright.rendering.way import settled_way
-from cellwright.run import RunOptions
+from cellwright.running.run import RunOptions
 
 _OF_THE_AGENT = ("connect", "agent", "min_score", "as_json", "verbose", "picture")
 

@@ -9,16 +9,16 @@ from typing import NoReturn
 import typer
 from rich.console import Console
 
-from cellwright.agents.agent import find_agent
 from cellwright.cli import options
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.serve.result import RESULT
-from cellwright.client.client import Client
-from cellwright.client.transports.socket import SocketTransport
-from cellwright.errors import UsageError
-from cellwright.remote.hosting import NODE
-from cellwright.remote.working import Parting, Worked, work
-from cellwright.run import DRIVE
+from cellwright.clients.agents.agent import find_agent
+from cellwright.clients.client.client import Client
+from cellwright.clients.client.transports.socket import SocketTransport
+from cellwright.running.remote.hosting import NODE
+from cellwright.running.remote.working import Parting, Worked, work
+from cellwright.running.run import DRIVE
+from cellwright.util.errors import UsageError
 
 _STATE = "/ariac/competition_state"  # what every cell tells of
 

@@ -7,14 +7,14 @@ from dataclasses import asdict
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from cellwright.cell import Cell
-from cellwright.kitting.score.evidence import Evidence
-from cellwright.kitting.score.evidence_json import evidence_to_json, trial_score_to_json
-from cellwright.kitting.score.trial_score import TrialScore
-from cellwright.run import RunResult, versions
+from cellwright.cell.cell import Cell
+from cellwright.cell.kitting.score.evidence import Evidence
+from cellwright.cell.kitting.score.evidence_json import evidence_to_json, trial_score_to_json
+from cellwright.cell.kitting.score.trial_score import TrialScore
+from cellwright.running.run import RunResult, versions
 
 if TYPE_CHECKING:
-    from cellwright.serving import Pace
+    from cellwright.running.serving import Pace
 
 
 def of_run(

@@ -7,12 +7,12 @@ import sys
 from collections.abc import Callable
 from contextlib import ExitStack
 
-from cellwright.cell import Cell
+from cellwright.cell.cell import Cell
 from cellwright.cli.run.attended import Attended
 from cellwright.cli.signals import stopped_by_signals
-from cellwright.remote.hosting import Host
-from cellwright.ros1_host import Ros1
-from cellwright.run import RunOptions, RunResult
+from cellwright.middleware.ros1.host import Ros1
+from cellwright.running.remote.hosting import Host
+from cellwright.running.run import RunOptions, RunResult
 
 Report = Callable[[str], None]
 

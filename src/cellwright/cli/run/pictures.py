@@ -7,13 +7,13 @@ from enum import StrEnum
 from fractions import Fraction
 from pathlib import Path
 
-from cellwright.cell import Cell
-from cellwright.errors import RenderingError, UsageError
+from cellwright.cell.cell import Cell
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import Progress, render
 from cellwright.rendering.png import save
+from cellwright.rendering.scene.taking import SceneTaker
 from cellwright.rendering.video_wish import HEIGHT, WIDTH
-from cellwright.scene.taking import SceneTaker
+from cellwright.util.errors import RenderingError, UsageError
 
 
 class Quality(StrEnum):

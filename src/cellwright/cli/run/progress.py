@@ -9,9 +9,8 @@ from contextlib import contextmanager
 
 from rich.console import Console
 
-from cellwright.cell import Cell
-from cellwright.cli.bar import Tell, bar
-from cellwright.kitting.effects import (
+from cellwright.cell.cell import Cell
+from cellwright.cell.kitting.effects import (
     Effect,
     KitSubmitted,
     OrderAnnounced,
@@ -19,6 +18,7 @@ from cellwright.kitting.effects import (
     StateChanged,
     TrialEnded,
 )
+from cellwright.cli.bar import Tell, bar
 
 _REDRAW = 0.1  # [s] of wall time
 _PLAIN_LINE = 2.0  # [s] of wall time between plain lines, for logs that are read afterwards

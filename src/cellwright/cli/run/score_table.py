@@ -14,12 +14,19 @@ from rich.segment import Segments
 from rich.table import Table
 from rich.text import Text
 
+from cellwright.cell.kitting.score.evidence import (
+    NOT_ANNOUNCED,
+    NOT_SUBMITTED,
+    REASONS,
+    Evidence,
+    KitEvidence,
+    PartEvidence,
+)
+from cellwright.cell.kitting.score.kit_score import BonusVerdict, Verdict
+from cellwright.cell.kitting.score.trial_score import TrialScore
 from cellwright.cli.lines import note
-from cellwright.kitting.score.evidence import NOT_ANNOUNCED, NOT_SUBMITTED, REASONS, Evidence, KitEvidence, PartEvidence
-from cellwright.kitting.score.kit_score import BonusVerdict, Verdict
-from cellwright.kitting.score.trial_score import TrialScore
-from cellwright.run import RunResult, versions
-from cellwright.simulation.clock import seconds
+from cellwright.engine.clock import seconds
+from cellwright.running.run import RunResult, versions
 
 _MOST_COLLISIONS = 5
 _WIDEST = 10_000  # columns

@@ -15,22 +15,22 @@ from typing import TYPE_CHECKING, Any
 import typer
 from rich.console import Console
 
-from cellwright.agents.agent import Agent
-from cellwright.cell import Cell
+from cellwright.cell.cell import Cell
+from cellwright.cell.kitting.score.scorer import GameScore
+from cellwright.cell.kitting.score.trial_score import Averages, TrialScore, trial_score
 from cellwright.cli import exit_status, lines, recorded, videos
 from cellwright.cli.bar import bar
 from cellwright.cli.run import document, score_table
 from cellwright.cli.run.pictures import Pictures, Quality
 from cellwright.cli.run.progress import RunProgress
 from cellwright.cli.signals import ended_as_by_ctrl_c
-from cellwright.description.trial import Trial
-from cellwright.errors import UsageError
-from cellwright.kitting.score.scorer import GameScore
-from cellwright.kitting.score.trial_score import Averages, TrialScore, trial_score
-from cellwright.recording.run_log import RunLog
+from cellwright.clients.agents.agent import Agent
+from cellwright.config.trial.trial import Trial
+from cellwright.recording.format.run_log import RunLog
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.video_wish import VideoWish
-from cellwright.run import Outcome, RecordOptions, RunOptions, RunResult, run_cell
+from cellwright.running.run import Outcome, RecordOptions, RunOptions, RunResult, run_cell
+from cellwright.util.errors import UsageError
 
 if TYPE_CHECKING:
     from cellwright.cli.run.attended import Attended

@@ -29,7 +29,7 @@ from cellwright.cli.arguments import (
 )
 from cellwright.cli.serve.trial import EXIT_ON_COMPLETION, ServeOptions, serve_trial
 from cellwright.cli.view.arguments import LOOK, Open, View, ViewHost, ViewPort, page_wish, refuse_a_camera
-from cellwright.server.server import LOOPBACK
+from cellwright.middleware.server.server import LOOPBACK
 
 
 def serve(

@@ -9,8 +9,8 @@ from typing import Any
 from rich.console import Console
 
 from cellwright.cli.run import document, score_table
-from cellwright.server.services.known import keeps_secrets, known_evidence
-from cellwright.serving import Serving
+from cellwright.running.serving import Serving
+from cellwright.viewer.services.known import keeps_secrets, known_evidence
 
 RESULT = "/cellwright/result"
 """A service of the server itself, not of the cell: JSON with the result as a document, and as text for people."""

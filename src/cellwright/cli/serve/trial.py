@@ -12,7 +12,8 @@ from pathlib import Path
 import typer
 from rich.console import Console
 
-from cellwright.cell import Cell
+from cellwright.cell.cell import Cell
+from cellwright.cell.interface.parameters import parameters
 from cellwright.cli import lines, options, recorded, videos
 from cellwright.cli.bar import bar
 from cellwright.cli.exit_status import DONE, NOT_DONE
@@ -23,21 +24,20 @@ from cellwright.cli.serve.result import offer_result
 from cellwright.cli.signals import Stop, stopped_by_signals
 from cellwright.cli.view.arguments import PageWish
 from cellwright.cli.view.page import page_on, show_the_end
-from cellwright.contracts.gear.parameters import parameters
-from cellwright.description.trial import Trial
-from cellwright.recording.run_log import RunLog
+from cellwright.config.trial.trial import Trial
+from cellwright.engine.tempo import Tempo
+from cellwright.middleware.ros1.host import Ros1
+from cellwright.middleware.server import Server
+from cellwright.middleware.server.server import LOOPBACK
+from cellwright.recording.format.run_log import RunLog
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.video_wish import VideoWish
 from cellwright.rendering.views import VIEWS
-from cellwright.ros1_host import Ros1
-from cellwright.run import Outcome, RecordOptions, RunOptions, RunResult
-from cellwright.server import Server
-from cellwright.server.server import LOOPBACK
-from cellwright.server.services import onlookers
-from cellwright.server.services.cell_panel import IN_COMPETITION, CellPanel
-from cellwright.server.services.control import Control, Reset
-from cellwright.serving import Hooks, Serving
-from cellwright.simulation.tempo import Tempo
+from cellwright.running.run import Outcome, RecordOptions, RunOptions, RunResult
+from cellwright.running.serving import Hooks, Serving
+from cellwright.viewer.services import onlookers
+from cellwright.viewer.services.cell_panel import IN_COMPETITION, CellPanel
+from cellwright.viewer.services.control import Control, Reset
 
 EXIT_ON_COMPLETION = "ARIAC_EXIT_ON_COMPLETION"
 """Environment variable of the original: with any value the simulator ends when the competition does."""

@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from cellwright.cli.arguments import OUTPUT, REACH, WORK
-from cellwright.devices.joint_servos import Motion
-from cellwright.teleop.safety.settings import Guard
+from cellwright.robot.safety.settings import Guard
+from cellwright.robot.servos import Motion
 
 SAFETY = "Safety"
 """Heading in the help, under which options are listed."""

@@ -44,12 +44,12 @@ from cellwright.cli.teleop.node import run_node
 from cellwright.cli.teleop.options import TeleopOptions
 from cellwright.cli.teleop.sight import Sight
 from cellwright.cli.view.arguments import Open, View, ViewHost, ViewPort, page_wish
-from cellwright.contracts.io_teleop.rows import NODE
-from cellwright.description.robot.robots import load_robot
-from cellwright.devices.joint_servos import Motion
-from cellwright.server.server import LOOPBACK
-from cellwright.teleop.drivers.own import find_driver
-from cellwright.teleop.safety.settings import RESUME_SPEED, Guard, SafetySettings
+from cellwright.config.robot.robots import load_robot
+from cellwright.middleware.server.server import LOOPBACK
+from cellwright.robot.drivers.own import find_driver
+from cellwright.robot.interface.rows import NODE
+from cellwright.robot.safety.settings import RESUME_SPEED, Guard, SafetySettings
+from cellwright.robot.servos import Motion
 
 
 def teleop(

@@ -9,9 +9,9 @@ import typer
 
 from cellwright.cli import options
 from cellwright.cli.exit_status import DONE, NOT_DONE
-from cellwright.description.robot.config import RobotConfig
-from cellwright.teleop.checks.driver import check_driver
-from cellwright.teleop.drivers.own import find_driver
+from cellwright.config.robot.config import RobotConfig
+from cellwright.robot.checks.driver import check_driver
+from cellwright.robot.drivers.own import find_driver
 
 
 def run_check(driver: str | None, load: Callable[[Callable[[str], None]], RobotConfig]) -> int:

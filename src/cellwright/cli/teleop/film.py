@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from cellwright.rendering.robots import robot_camera, robot_lamp
 from cellwright.rendering.video_wish import VideoWish
-from cellwright.teleop.node import RobotNode
+from cellwright.robot.node import RobotNode
+from cellwright.robot.pictures import robot_camera, robot_lamp
 from cellwright.viewer.filming import Filming, still
 
 

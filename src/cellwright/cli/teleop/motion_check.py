@@ -18,11 +18,11 @@ from cellwright.cli import lines
 from cellwright.cli.exit_status import DONE, NOT_DONE
 from cellwright.cli.teleop.options import Load, TeleopOptions
 from cellwright.cli.teleop.sight import Sight
-from cellwright.errors import UsageError
-from cellwright.teleop.checks.check import check_motion
-from cellwright.teleop.checks.findings import Finding, MotionReport
-from cellwright.teleop.checks.reference import RANGE, TIME
-from cellwright.teleop.safety.settings import SafetySettings
+from cellwright.robot.checks.check import check_motion
+from cellwright.robot.checks.findings import Finding, MotionReport
+from cellwright.robot.checks.reference import RANGE, TIME
+from cellwright.robot.safety.settings import SafetySettings
+from cellwright.util.errors import UsageError
 
 _PERCENT = (
     f"%: of a step's way, a sine's swing, a gripper's travel\n"

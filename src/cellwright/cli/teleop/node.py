@@ -21,20 +21,20 @@ from cellwright.cli.teleop.progress import NodeProgress
 from cellwright.cli.teleop.ros1 import RosSide
 from cellwright.cli.teleop.summary import Ran
 from cellwright.cli.view.page import page_on
-from cellwright.errors import SimulationError, UsageError
-from cellwright.messages.std_srvs import TriggerRequest
-from cellwright.ros1_host.identity import robot
-from cellwright.run.record_robot import RobotRecording, RobotSettings
-from cellwright.server import Server
-from cellwright.server.services import onlookers
-from cellwright.server.services.control import Control, Reset
-from cellwright.server.services.robot_panel import RobotPanel
-from cellwright.server.timekeeper import Timekeeper
-from cellwright.serving import Pace
-from cellwright.simulation.clock import nanoseconds
-from cellwright.simulation.events import NEVER
-from cellwright.simulation.tempo import Tempo
-from cellwright.teleop.node import RobotNode
+from cellwright.engine.clock import nanoseconds
+from cellwright.engine.events import NEVER
+from cellwright.engine.tempo import Tempo
+from cellwright.middleware.messages.std_srvs import TriggerRequest
+from cellwright.middleware.ros1.host.identity import robot
+from cellwright.middleware.server import Server
+from cellwright.middleware.server.timekeeper import Timekeeper
+from cellwright.robot.node import RobotNode
+from cellwright.running.run.record_robot import RobotRecording, RobotSettings
+from cellwright.running.serving import Pace
+from cellwright.util.errors import SimulationError, UsageError
+from cellwright.viewer.services import onlookers
+from cellwright.viewer.services.control import Control, Reset
+from cellwright.viewer.services.robot_panel import RobotPanel
 
 _RESET = "/io_teleop_reset_robot"
 

@@ -8,15 +8,15 @@ from fractions import Fraction
 
 from cellwright.cli.teleop.sight import Sight
 from cellwright.cli.view.arguments import PageWish
-from cellwright.contracts.io_teleop import rows as io_teleop
-from cellwright.description.robot.config import RobotConfig
-from cellwright.devices.joint_servos import Motion
+from cellwright.config.robot.config import RobotConfig
+from cellwright.middleware.server.server import LOOPBACK
 from cellwright.rendering.video_wish import VideoWish
-from cellwright.run import RecordOptions
-from cellwright.server.server import LOOPBACK
-from cellwright.teleop.drivers.driver import Driver
-from cellwright.teleop.safety.settings import SafetySettings
-from cellwright.world.robot import TIMESTEP
+from cellwright.robot.drivers.driver import Driver
+from cellwright.robot.interface import rows as io_teleop
+from cellwright.robot.model.robot import TIMESTEP
+from cellwright.robot.safety.settings import SafetySettings
+from cellwright.robot.servos import Motion
+from cellwright.running.run import RecordOptions
 
 Load = Callable[[Callable[[str], None]], RobotConfig]
 """Gives the robot; takes what is told of warnings."""

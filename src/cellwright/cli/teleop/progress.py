@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from rich.console import Console
 
 from cellwright.cli.bar import Tell, bar
-from cellwright.teleop.node import RobotNode
+from cellwright.robot.node import RobotNode
 
 
 class NodeProgress:

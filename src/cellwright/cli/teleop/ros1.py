@@ -6,14 +6,14 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 
-from cellwright.contracts.io_teleop.parameters import parameters
-from cellwright.description.robot.config import RobotConfig
-from cellwright.description.robot.mesh_references import with_absolute_meshes
-from cellwright.description.robot.urdf_file import read_text
-from cellwright.errors import DescriptionError
-from cellwright.ros1_host import Ros1
-from cellwright.ros1_host.identity import Identity
-from cellwright.server import Server
+from cellwright.config.robot.config import RobotConfig
+from cellwright.config.robot.mesh_references import with_absolute_meshes
+from cellwright.config.robot.urdf_file import read_text
+from cellwright.middleware.ros1.host import Ros1
+from cellwright.middleware.ros1.host.identity import Identity
+from cellwright.middleware.server import Server
+from cellwright.robot.interface.parameters import parameters
+from cellwright.util.errors import DescriptionError
 
 
 @dataclass(frozen=True)

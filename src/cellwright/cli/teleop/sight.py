@@ -11,11 +11,11 @@ from pathlib import Path
 from rich.console import Console
 
 from cellwright.cli.bar import bar
-from cellwright.rendering.robots import save_robot_picture
-from cellwright.server import Server
-from cellwright.server.robot_services import RobotServices
-from cellwright.server.server import LOOPBACK
-from cellwright.teleop.node import RobotNode
+from cellwright.middleware.server import Server
+from cellwright.middleware.server.server import LOOPBACK
+from cellwright.robot.node import RobotNode
+from cellwright.robot.pictures import save_robot_picture
+from cellwright.robot.services import RobotServices
 from cellwright.viewer.window import Window, WindowError
 
 

@@ -12,9 +12,9 @@ from rich.console import Console
 
 from cellwright.cli import lines
 from cellwright.cli.teleop.options import TeleopOptions
-from cellwright.run import versions
-from cellwright.serving import Pace
-from cellwright.teleop.node import RobotNode
+from cellwright.robot.node import RobotNode
+from cellwright.running.run import versions
+from cellwright.running.serving import Pace
 
 if TYPE_CHECKING:
     from cellwright.viewer.filming import Made

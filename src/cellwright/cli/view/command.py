@@ -16,7 +16,7 @@ from cellwright.cli.teleop.options import TeleopOptions
 from cellwright.cli.view.arguments import Open, PageWish, ViewHost, ViewPort, page_wish
 from cellwright.cli.view.kind import Kind, kind_of
 from cellwright.cli.view.served import watch
-from cellwright.description.robot.robots import load_robot
+from cellwright.config.robot.robots import load_robot
 
 
 def view(
@@ -59,8 +59,8 @@ def view(
         case Kind.RECORDING:
             # it takes a moment to load, which the other commands are spared
             from cellwright.cli.replay.play import PlayOptions, play
-            from cellwright.recording.reader import Recording
-            from cellwright.replay.playing import AtEnd
+            from cellwright.recording.format.reader import Recording
+            from cellwright.recording.replay.playing import AtEnd
 
             with Recording(options.paths(what)[0]) as recording:
                 play(recording, PlayOptions(at_end=AtEnd.HOLD, port=0, page=page, paused=True), console)

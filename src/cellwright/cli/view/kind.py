@@ -9,8 +9,8 @@ from enum import Enum
 from pathlib import Path
 
 from cellwright.cli.options import refuse
-from cellwright.description.robot.robots import bundled, find_robot, is_robot_file
-from cellwright.errors import CellwrightError
+from cellwright.config.robot.robots import bundled, find_robot, is_robot_file
+from cellwright.util.errors import CellwrightError
 
 _ADDRESS = re.compile(r"[^/\\]+:[0-9]{1,5}")
 _RECORDINGS = (".mcap", ".bag")

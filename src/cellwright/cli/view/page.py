@@ -9,10 +9,10 @@ from ipaddress import ip_address
 from typing import Any
 
 from cellwright.cli.view.arguments import PageWish, desktop
-from cellwright.errors import UsageError
-from cellwright.server.server import LOOPBACK, Server
-from cellwright.server.services.cell_panel import OVER, CellPanel
-from cellwright.server.services.control import Control
+from cellwright.middleware.server.server import LOOPBACK, Server
+from cellwright.util.errors import UsageError
+from cellwright.viewer.services.cell_panel import OVER, CellPanel
+from cellwright.viewer.services.control import Control
 from cellwright.viewer.web.start import WebPage
 
 _LAST_LOOK = 0.7  # [s]: a page asks for its panel four times a second

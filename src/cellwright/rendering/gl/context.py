@@ -6,7 +6,7 @@ import os
 import sys
 from typing import Any
 
-from cellwright.errors import CellwrightError
+from cellwright.util.errors import CellwrightError
 
 if sys.platform == "linux":
     WAYS: tuple[str, ...] = ("egl", "osmesa")

@@ -7,13 +7,13 @@ import math
 import numpy as np
 from OpenGL import GL
 
-from cellwright.pose import Vector3
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.gl.matrices import Matrix, of_camera, of_sun
 from cellwright.rendering.gl.program import Program
 from cellwright.rendering.gl.shaders import CORNER, NOTHING, SKY_MAPS
 from cellwright.rendering.gl.shadow_maps import ShadowMaps
 from cellwright.rendering.gl.stage import Part, Stage
+from cellwright.util.pose import Vector3
 
 _REACH = 6.5
 """How far [m] from the middle of a picture things throw shadows."""

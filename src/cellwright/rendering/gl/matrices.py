@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.pose import Vector3
 from cellwright.rendering.camera import Camera
+from cellwright.util.pose import Vector3
 
 Matrix = NDArray[np.float64]
 

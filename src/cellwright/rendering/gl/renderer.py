@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from OpenGL import GL
 
-from cellwright.pose import Vector3
 from cellwright.rendering import shading, surfaces
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.gl import shaders
@@ -19,7 +18,8 @@ from cellwright.rendering.gl.program import Program
 from cellwright.rendering.gl.stage import Stage
 from cellwright.rendering.gl.targets import ColourTarget, DepthTarget, SmoothedTarget, Target
 from cellwright.rendering.picture import LAMP
-from cellwright.scene import SEEN, Frame, Layer, Scene
+from cellwright.rendering.scene import SEEN, Frame, Layer, Scene
+from cellwright.util.pose import Vector3
 
 _NEAR, _FAR = 0.02, 200.0  # [m]
 _MOST_TARGETS = 8  # sizes of pictures that memory is kept for

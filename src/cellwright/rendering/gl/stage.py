@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from OpenGL import GL
 
-from cellwright.scene import SEEN, Form, Frame, Layer, Scene, Shape
-from cellwright.scene.colours import linear
-from cellwright.scene.forms import triangles
-from cellwright.scene.triangles import Fineness
+from cellwright.rendering.scene import SEEN, Form, Frame, Layer, Scene, Shape
+from cellwright.rendering.scene.colours import linear
+from cellwright.rendering.scene.forms import triangles
+from cellwright.rendering.scene.triangles import Fineness
 
 _CORNER = np.dtype(
     [("point", "<f4", (3,)), ("normal", "<f4", (3,)), ("colour", "<f4", (4,)), ("body", "<u4"), ("is_plane", "<u4")]

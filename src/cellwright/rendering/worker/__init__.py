@@ -1,7 +1,7 @@
 """A process that draws, so that neither time nor a driver's faults are lost to the process in which a cell runs."""
 
-from cellwright.errors import RenderingError
 from cellwright.rendering.worker.client import RenderWorker
 from cellwright.rendering.worker.pending import Pending
+from cellwright.util.errors import RenderingError
 
 __all__ = ["Pending", "RenderWorker", "RenderingError"]

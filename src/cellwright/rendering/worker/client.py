@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.errors import showable
-from cellwright.pose import Vector3
 from cellwright.rendering.camera import Camera
+from cellwright.rendering.scene import Frame, Scene
+from cellwright.rendering.scene.encoded import encode_scene
 from cellwright.rendering.way import settled_way
 from cellwright.rendering.worker import wire
 from cellwright.rendering.worker.pending import Pending
-from cellwright.scene import Frame, Scene
-from cellwright.scene.encoded import encode_scene
+from cellwright.util.errors import showable
+from cellwright.util.pose import Vector3
 
 _TIME_TO_END = 20.0  # [s], for what was asked for last
 

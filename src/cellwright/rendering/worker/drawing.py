@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.errors import CellwrightError, in_a_line
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import check_size
 from cellwright.rendering.renderer import Renderer
+from cellwright.rendering.scene import Frame, Scene
+from cellwright.rendering.scene.encoded import decode_scene
+from cellwright.rendering.scene.frame import decode
 from cellwright.rendering.worker import wire
-from cellwright.scene import Frame, Scene
-from cellwright.scene.encoded import decode_scene
-from cellwright.scene.frame import decode
+from cellwright.util.errors import CellwrightError, in_a_line
 
 if TYPE_CHECKING:
     from cellwright.rendering.worker.film import Film

@@ -13,7 +13,7 @@ from av.video.reformatter import ColorRange, Colorspace
 from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
-from cellwright.errors import CellwrightError
+from cellwright.util.errors import CellwrightError
 
 _CODECS = ("libx264", "mpeg4")  # the second where the first was left out for its licence
 _QUALITY = {"crf": "21", "preset": "veryfast", "bf": "2", "rc-lookahead": "12"}

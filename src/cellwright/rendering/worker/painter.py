@@ -5,11 +5,11 @@ from __future__ import annotations
 from numpy import float32, uint8
 from numpy.typing import NDArray
 
-from cellwright.pose import Vector3
 from cellwright.rendering.painter import Drawn, View
+from cellwright.rendering.scene import Frame, Scene
 from cellwright.rendering.worker.client import RenderWorker
 from cellwright.rendering.worker.pending import Pending
-from cellwright.scene import Frame, Scene
+from cellwright.util.pose import Vector3
 
 _TIME_TO_END = 0.5  # [s]
 

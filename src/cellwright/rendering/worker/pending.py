@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from typing import Any, Generic, TypeVar, cast
 
-from cellwright.errors import RenderingError
+from cellwright.util.errors import RenderingError
 
 T = TypeVar("T")
 

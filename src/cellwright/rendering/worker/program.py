@@ -16,10 +16,10 @@ from typing import Any, BinaryIO
 
 from cellwright.rendering.gl import context as gl
 from cellwright.rendering.renderer import CastRenderer, Renderer
+from cellwright.rendering.scene import Scene
 from cellwright.rendering.way import RAYS, settled_way
 from cellwright.rendering.worker import wire
 from cellwright.rendering.worker.drawing import Drawing
-from cellwright.scene import Scene
 
 _TIME_TO_END = 60.0  # [s] after nobody asks any more
 

@@ -10,11 +10,11 @@ from collections.abc import Callable
 from queue import SimpleQueue
 from typing import Any
 
-from cellwright.errors import CellwrightError, MessageError, UnknownNameError
-from cellwright.scene import Frame
-from cellwright.scene.encoded import decode_scene
-from cellwright.scene.frame import decode
-from cellwright.server.services.names import FRAME, PANEL, SCENE
+from cellwright.rendering.scene import Frame
+from cellwright.rendering.scene.encoded import decode_scene
+from cellwright.rendering.scene.frame import decode
+from cellwright.util.errors import CellwrightError, MessageError, UnknownNameError
+from cellwright.viewer.services.names import FRAME, PANEL, SCENE
 from cellwright.viewer.web.link import AwayError, Link
 
 log = logging.getLogger(__name__)

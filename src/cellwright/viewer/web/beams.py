@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.scene import Scene
+from cellwright.rendering.scene import Scene
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.page import Page
 from cellwright.viewer.web.views import TAB

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.scene import SEEN, TOUCHED, Form, Frame, Layer, Scene, Shape
+from cellwright.rendering.scene import SEEN, TOUCHED, Form, Frame, Layer, Scene, Shape
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.glb import Colour, Material, glb
 from cellwright.viewer.web.moment import Moment

@@ -24,8 +24,8 @@ from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 from websockets.typing import Data
 
-from cellwright.errors import UsageError
-from cellwright.server.listening import listen
+from cellwright.middleware.server.listening import listen
+from cellwright.util.errors import UsageError
 from cellwright.viewer.web.incoming import Incoming
 
 MOST_CONNECTIONS = 32

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from cellwright.scene import Scene
+from cellwright.rendering.scene import Scene
 from cellwright.viewer.web.moment import Moment
 
 if TYPE_CHECKING:

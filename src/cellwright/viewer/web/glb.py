@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.scene.colours import linear
-from cellwright.scene.triangles import Triangles, joined
+from cellwright.rendering.scene.colours import linear
+from cellwright.rendering.scene.triangles import Triangles, joined
 
 _MAGIC, _VERSION = 0x46546C67, 2
 _JSON, _BIN = 0x4E4F534A, 0x004E4942

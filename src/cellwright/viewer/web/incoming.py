@@ -18,7 +18,7 @@ from typing import Annotated, Any, TypeAlias
 
 import msgspec
 
-from cellwright.errors import UsageError
+from cellwright.util.errors import UsageError
 
 MAX_NUMBER = 1e9
 """Larger numbers are no joint, no place and no time."""

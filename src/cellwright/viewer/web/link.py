@@ -8,11 +8,11 @@ import threading
 from dataclasses import replace
 from typing import Any
 
-from cellwright.client.transports.connection import Connection
-from cellwright.errors import CellwrightError, RunEndedError, UnknownNameError
-from cellwright.link.frames import Frame, FrameError, Kind
-from cellwright.messages import from_cdr, service_type, to_cdr, type_of
-from cellwright.server.services.onlookers import PAGE
+from cellwright.clients.client.transports.connection import Connection
+from cellwright.middleware.messages import from_cdr, service_type, to_cdr, type_of
+from cellwright.middleware.wire.frames import Frame, FrameError, Kind
+from cellwright.util.errors import CellwrightError, RunEndedError, UnknownNameError
+from cellwright.viewer.services.onlookers import PAGE
 
 _REQUEST = "_Request"
 _PATIENCE = 10.0  # [s] to wait for a greeting

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.scene import Frame
+from cellwright.rendering.scene import Frame
 
 _DELAY = 1.5
 """Times the usual distance between two frames, by which the page is behind: one frame may come late unseen."""

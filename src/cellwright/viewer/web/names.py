@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from cellwright.scene import Frame, Scene
+from cellwright.rendering.scene import Frame, Scene
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.moment import Moment
 from cellwright.viewer.web.page import Page

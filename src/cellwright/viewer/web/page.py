@@ -10,8 +10,8 @@ from typing import Any
 
 import viser
 
-from cellwright.errors import CellwrightError
-from cellwright.scene import Scene
+from cellwright.rendering.scene import Scene
+from cellwright.util.errors import CellwrightError
 from cellwright.viewer.web.asking import Asking
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.link import AwayError, Link

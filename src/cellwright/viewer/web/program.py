@@ -20,7 +20,7 @@ from typing import Any, TextIO
 
 import viser
 
-from cellwright.errors import CellwrightError
+from cellwright.util.errors import CellwrightError
 from cellwright.viewer.web.beams import Beams
 from cellwright.viewer.web.bodies import Bodies
 from cellwright.viewer.web.door import Door

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from cellwright.pose import Vector3
-from cellwright.scene import SEEN, Form, Frame, Scene, Shape
-from cellwright.scene.triangles import Triangles
+from cellwright.rendering.scene import SEEN, Form, Frame, Scene, Shape
+from cellwright.rendering.scene.triangles import Triangles
+from cellwright.util.pose import Vector3
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.glb import Colour, Material, glb
 from cellwright.viewer.web.moment import Moment

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from cellwright.scene import Scene, Shape
-from cellwright.scene.forms import triangles
-from cellwright.scene.triangles import Fineness, Triangles
+from cellwright.rendering.scene import Scene, Shape
+from cellwright.rendering.scene.forms import triangles
+from cellwright.rendering.scene.triangles import Fineness, Triangles
 
 _FINEST, _COARSEST = 48, 12  # corners of a circle
 

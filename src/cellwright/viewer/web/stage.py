@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from cellwright.scene import Scene
+from cellwright.rendering.scene import Scene
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.page import Page
 from cellwright.viewer.web.shadows import lamp_of

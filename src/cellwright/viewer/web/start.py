@@ -9,7 +9,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from threading import Thread
 
-from cellwright.errors import UsageError
+from cellwright.util.errors import UsageError
 
 DEFAULT_PORT = 8080
 LOOPBACK = "127.0.0.1"

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cellwright.scene import Scene
+from cellwright.rendering.scene import Scene
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.moment import Moment
 from cellwright.viewer.web.page import Page

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from cellwright.scene import Scene
+from cellwright.rendering.scene import Scene
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.page import Page
 from cellwright.viewer.web.views import TAB

@@ -10,10 +10,10 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from cellwright.errors import UsageError
 from cellwright.rendering.camera import Camera
+from cellwright.rendering.scene import SEEN, Form, Frame, Scene
 from cellwright.rendering.views import VIEWS
-from cellwright.scene import SEEN, Form, Frame, Scene
+from cellwright.util.errors import UsageError
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.moment import Moment
 from cellwright.viewer.web.page import Page

@@ -9,14 +9,14 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
-from cellwright.server import Server
-from cellwright.server.services.names import PANEL
-from cellwright.server.services.robot_panel import RobotPanel
-from cellwright.server.services.scene import SceneServices
-from cellwright.server.timekeeper import Timekeeper
-from cellwright.teleop.node import RobotNode
+from cellwright.middleware.server import Server
+from cellwright.middleware.server.timekeeper import Timekeeper
+from cellwright.robot.node import RobotNode
+from cellwright.viewer.services.names import PANEL
+from cellwright.viewer.services.robot_panel import RobotPanel
+from cellwright.viewer.services.scene import SceneServices
 from cellwright.viewer.web.operator.robot import SeenRobot, Standing
-from tests.operators.nodes import robot
+from tests.clients.operators.nodes import robot
 from tests.waiting import TIMEOUT
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from cellwright.operators.orders import Ask, MoveBase, MoveGrippers, MoveJoints
+from cellwright.clients.operators.orders import Ask, MoveBase, MoveGrippers, MoveJoints
 from cellwright.viewer.web.operator.controls import Controls
 from cellwright.viewer.web.operator.desk import Desk
 from cellwright.viewer.web.operator.drive import RATE

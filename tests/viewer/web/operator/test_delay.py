@@ -1,6 +1,6 @@
 """How late the robot is: what is counted, and what is not."""
 
-from cellwright.pose import Pose
+from cellwright.util.pose import Pose
 from cellwright.viewer.web.operator.delay import LONGEST, Delay
 from tests.viewer.web.operator.robots import standing
 

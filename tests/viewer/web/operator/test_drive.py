@@ -5,13 +5,13 @@ from dataclasses import replace
 
 import pytest
 
-from cellwright.messages.build import floats
-from cellwright.operators.orders import MoveBase
-from cellwright.teleop.base import MODE, Mode
-from cellwright.teleop.node import RobotNode
+from cellwright.clients.operators.orders import MoveBase
+from cellwright.middleware.messages.build import floats
+from cellwright.robot.base import MODE, Mode
+from cellwright.robot.node import RobotNode
 from cellwright.viewer.web.operator.drive import DIRECTIONS, RATE, SPEED, TURNING, directions, numbers
 from cellwright.viewer.web.operator.messages import message
-from tests.teleop.robots import two_arms
+from tests.robot.robots import two_arms
 
 
 @pytest.mark.parametrize("mode", list(Mode))

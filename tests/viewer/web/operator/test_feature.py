@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from cellwright.scene import Scene
-from cellwright.teleop.node import RobotNode
+from cellwright.rendering.scene import Scene
+from cellwright.robot.node import RobotNode
 from cellwright.viewer.web.operator.feature import TAB, Operator
-from tests.operators.nodes import robot
+from tests.clients.operators.nodes import robot
 from tests.viewer.web.operator.fakes import FakePage
 from tests.viewer.web.operator.robots import served
 from tests.waiting import wait_until

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cellwright.operators.orders import MoveTips
-from cellwright.pose import Pose
+from cellwright.clients.operators.orders import MoveTips
+from cellwright.util.pose import Pose
 from cellwright.viewer.web.operator.desk import Desk
 from cellwright.viewer.web.operator.handles import BESIDE, REFUSED, SHORT, Handles
 from tests.viewer.web.operator.fakes import FakeHandle, FakeScene

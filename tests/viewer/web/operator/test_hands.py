@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.pose import Pose, normalized
+from cellwright.util.pose import Pose, normalized
 from cellwright.viewer.web.operator.hands import PERIOD, REPEAT, Hands
 from cellwright.viewer.web.operator.reach import angle
 from cellwright.viewer.web.operator.robot import Standing

@@ -1,6 +1,6 @@
 """Whether a hand gets there: told by how it moves, in the robot's own time."""
 
-from cellwright.pose import Pose
+from cellwright.util.pose import Pose
 from cellwright.viewer.web.operator.reach import Reach, ReachOfHand, angle
 
 SECOND = 1_000_000_000

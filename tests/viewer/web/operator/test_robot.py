@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.errors import MessageError
-from cellwright.server.services.robot_panel import RobotPanel
-from cellwright.teleop.node import RobotNode
+from cellwright.robot.node import RobotNode
+from cellwright.util.errors import MessageError
+from cellwright.viewer.services.robot_panel import RobotPanel
 from cellwright.viewer.web.operator.robot import FULL_TURN, SeenRobot, Standing, pose_of
-from tests.teleop.robots import two_arms
+from tests.robot.robots import two_arms
 from tests.viewer.web.operator.robots import number, seen, standing
 
 

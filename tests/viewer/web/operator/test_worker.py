@@ -8,15 +8,15 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from cellwright.operators.orders import Ask
-from cellwright.pose import Pose
-from cellwright.teleop.node import RobotNode
-from cellwright.teleop.safety.settings import SafetySettings
+from cellwright.clients.operators.orders import Ask
+from cellwright.robot.node import RobotNode
+from cellwright.robot.safety.settings import SafetySettings
+from cellwright.util.pose import Pose
 from cellwright.viewer.web.operator.desk import Desk
 from cellwright.viewer.web.operator.reach import angle
 from cellwright.viewer.web.operator.robot import Standing
 from cellwright.viewer.web.operator.worker import NODE, Worker
-from tests.operators.nodes import robot
+from tests.clients.operators.nodes import robot
 from tests.viewer.web.operator.robots import number, served
 from tests.waiting import wait_until
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import viser
 
-from cellwright.errors import RejectedCommandError
+from cellwright.util.errors import RejectedCommandError
 
 
 class NotingLink:

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from cellwright.cell import Cell
-from cellwright.server.services.cell_panel import CellPanel
+from cellwright.cell.cell import Cell
+from cellwright.viewer.services.cell_panel import CellPanel
 from cellwright.viewer.web.panels.cell import CELL, ORDERS, SCORE, CellPanels, cell_of
 from tests.cells import KITTING, run, start
 from tests.viewer.web.panels.pages import clicked, page

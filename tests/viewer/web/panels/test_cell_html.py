@@ -12,10 +12,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cellwright.cell import Cell
-from cellwright.messages.osrf_gear import AGVControlRequest
-from cellwright.messages.standard import String
-from cellwright.server.services.cell_panel import CellPanel
+from cellwright.cell.cell import Cell
+from cellwright.middleware.messages.osrf_gear import AGVControlRequest
+from cellwright.middleware.messages.standard import String
+from cellwright.viewer.services.cell_panel import CellPanel
 from cellwright.viewer.web.panels import cell_html
 from tests.cells import KITTING, WHOLE, call, order, publish, run, start
 

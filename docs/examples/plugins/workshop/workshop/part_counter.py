@@ -6,13 +6,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from cellwright.contracts.plugin_sensors import SensorPlugin
-from cellwright.contracts.table import Where, says
-from cellwright.description.trial import Sensor as SensorDescription
-from cellwright.devices.sensors.scene import Scene
-from cellwright.devices.sensors.sensor import Reading, Sensor
-from cellwright.messages import Message
-from cellwright.messages.standard import Float32
+from cellwright.cell.devices.sensors.scene import Scene
+from cellwright.cell.interface.plugin_sensors import SensorPlugin
+from cellwright.config.trial.trial import Sensor as SensorDescription
+from cellwright.engine.sensor import Reading, Sensor
+from cellwright.middleware.interface.table import Where, says
+from cellwright.middleware.messages import Message
+from cellwright.middleware.messages.standard import Float32
 
 RADIUS = 0.5  # [m]
 

@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from typing import Any
 
-from cellwright.cell import Cell
-from cellwright.kitting.effects import CompetitionState, Effect, StateChanged
-from cellwright.messages.standard import String
-from cellwright.simulation.device import Device, State
+from cellwright.cell.cell import Cell
+from cellwright.cell.kitting.effects import CompetitionState, Effect, StateChanged
+from cellwright.engine.device import Device, State
+from cellwright.middleware.messages.standard import String
 
 
 class SignalLamp(Device):

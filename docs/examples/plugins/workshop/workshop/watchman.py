@@ -2,7 +2,7 @@
 
 import logging
 
-from cellwright.client import Client
+from cellwright.clients.client import Client
 
 log = logging.getLogger(__name__)
 

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 from typing import Any
 
-from cellwright.operators.orders import Ask
-from cellwright.teleop.base import Mode
+from cellwright.clients.operators.orders import Ask
+from cellwright.robot.base import Mode
 from cellwright.viewer.web import html
 from cellwright.viewer.web.operator import drive
 from cellwright.viewer.web.operator.desk import READ_ONLY, Desk

@@ -6,7 +6,7 @@ from collections import deque
 from math import dist
 from statistics import median
 
-from cellwright.pose import Pose
+from cellwright.util.pose import Pose
 from cellwright.viewer.web.operator.reach import angle
 from cellwright.viewer.web.operator.robot import Standing
 

@@ -11,9 +11,9 @@ import time
 from collections.abc import Callable
 from typing import TypeAlias
 
-from cellwright.operators.orders import Ask, MoveBase, MoveGrippers, MoveJoints, MoveTips, Now, Order
-from cellwright.pose import Pose
-from cellwright.teleop.base import Mode
+from cellwright.clients.operators.orders import Ask, MoveBase, MoveGrippers, MoveJoints, MoveTips, Now, Order
+from cellwright.robot.base import Mode
+from cellwright.util.pose import Pose
 from cellwright.viewer.web.operator import drive
 from cellwright.viewer.web.operator.delay import Delay
 from cellwright.viewer.web.operator.grips import Grips

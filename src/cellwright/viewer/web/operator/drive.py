@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cellwright.teleop.base import Mode
+from cellwright.robot.base import Mode
 
 RATE = 10.0
 """A button that is held says so this often [Hz]; the base keeps a speed for 0.2 s."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from cellwright.errors import CellwrightError
-from cellwright.scene import Scene
-from cellwright.server.services.names import PANEL
+from cellwright.rendering.scene import Scene
+from cellwright.util.errors import CellwrightError
+from cellwright.viewer.services.names import PANEL
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.operator.controls import Controls
 from cellwright.viewer.web.operator.desk import Desk

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cellwright.pose import IDENTITY_QUATERNION, Pose
+from cellwright.util.pose import IDENTITY_QUATERNION, Pose
 from cellwright.viewer.web.operator.desk import Desk
 from cellwright.viewer.web.operator.reach import NEAR, STRAIGHT, Reach, angle
 from cellwright.viewer.web.operator.robot import Standing, pose_of

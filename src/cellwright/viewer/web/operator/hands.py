@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from cellwright.pose import Pose, normalized
+from cellwright.util.pose import Pose, normalized
 from cellwright.viewer.web.operator.reach import NEAR, STRAIGHT, angle
 from cellwright.viewer.web.operator.robot import Standing
 

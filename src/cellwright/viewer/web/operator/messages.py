@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from cellwright.messages import message_type
-from cellwright.messages.build import floats, header, joint_state, pose_message
-from cellwright.messages.standard import Bool, PoseArray
-from cellwright.operators.orders import MoveBase, MoveGrippers, MoveJoints, MoveTips, Now
-from cellwright.operators.robot import EMERGENCY_STOP, GRIPPER_COMMAND, JOINT_COMMAND, TIP_COMMAND
+from cellwright.clients.operators.orders import MoveBase, MoveGrippers, MoveJoints, MoveTips, Now
+from cellwright.clients.operators.robot import EMERGENCY_STOP, GRIPPER_COMMAND, JOINT_COMMAND, TIP_COMMAND
+from cellwright.middleware.messages import message_type
+from cellwright.middleware.messages.build import floats, header, joint_state, pose_message
+from cellwright.middleware.messages.standard import Bool, PoseArray
 
 BASE_COMMAND = "/io_teleop/target_base_move"
 

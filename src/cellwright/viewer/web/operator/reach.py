@@ -8,7 +8,7 @@ from enum import Enum
 
 import numpy as np
 
-from cellwright.pose import Pose
+from cellwright.util.pose import Pose
 
 NEAR = 0.005
 """A tip so near [m] to its pose is there."""

@@ -1,4 +1,4 @@
-"""A robot as its panel tells of it (`cellwright.server.services.robot_panel`): what it is, and how it stands."""
+"""A robot as its panel tells of it (`cellwright.viewer.services.robot_panel`): what it is, and how it stands."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from cellwright.errors import MessageError
-from cellwright.pose import Pose, normalized
+from cellwright.util.errors import MessageError
+from cellwright.util.pose import Pose, normalized
 
 FULL_TURN = 2.0 * math.pi
 ROOM = 1.0
@@ -29,7 +29,7 @@ class SeenJoint:
 
 @dataclass(frozen=True, slots=True)
 class SeenGroup:
-    """Joints that belong together, by number; kinds are those of `cellwright.server.services.robot_groups`."""
+    """Joints that belong together, by number; kinds are those of `cellwright.viewer.services.robot_groups`."""
 
     name: str
     kind: str

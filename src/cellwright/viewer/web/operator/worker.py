@@ -12,10 +12,10 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from cellwright.errors import CellwrightError
-from cellwright.operators.orders import Ask, Now
-from cellwright.operators.services import request
-from cellwright.server.services.names import PANEL
+from cellwright.clients.operators.orders import Ask, Now
+from cellwright.clients.operators.services import request
+from cellwright.util.errors import CellwrightError
+from cellwright.viewer.services.names import PANEL
 from cellwright.viewer.web.link import AwayError, Link
 from cellwright.viewer.web.operator.desk import Desk, Wish
 from cellwright.viewer.web.operator.messages import message

@@ -5,11 +5,11 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from cellwright.errors import CellwrightError
-from cellwright.messages.osrf_gear import AGVControlRequest, ConveyorBeltControlRequest, ConveyorBeltState
-from cellwright.messages.std_srvs import TriggerRequest
-from cellwright.scene import Scene
-from cellwright.server.services.names import PANEL
+from cellwright.middleware.messages.osrf_gear import AGVControlRequest, ConveyorBeltControlRequest, ConveyorBeltState
+from cellwright.middleware.messages.std_srvs import TriggerRequest
+from cellwright.rendering.scene import Scene
+from cellwright.util.errors import CellwrightError
+from cellwright.viewer.services.names import PANEL
 from cellwright.viewer.web import html
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.page import Page, refused

@@ -5,9 +5,9 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from cellwright.errors import CellwrightError
-from cellwright.scene import Scene
-from cellwright.server.services.names import CONTROL
+from cellwright.rendering.scene import Scene
+from cellwright.util.errors import CellwrightError
+from cellwright.viewer.services.names import CONTROL
 from cellwright.viewer.web import html
 from cellwright.viewer.web.feature import Feature
 from cellwright.viewer.web.html import AMBER, BLUE, GREEN, GREY

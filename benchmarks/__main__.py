@@ -1,0 +1,114 @@
+"""`python -m benchmarks`: takes benchmarks, prints them, and writes the page."""
+
+from __future__ import annotations
+
+import datetime
+import json
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from benchmarks import benchmarks
+from benchmarks.machine import machine
+from benchmarks.page import page
+from benchmarks.progress import telling
+from benchmarks.table import show
+from benchmarks.taking import Taken, take
+from cellwright.cli import options
+from cellwright.cli.arguments import OUTPUT
+from cellwright.cli.exit_status import DONE, NOT_DONE
+from cellwright.cli.main import main
+from cellwright.util.atomic_file import write_whole
+
+app = typer.Typer(add_completion=False, rich_markup_mode="markdown", pretty_exceptions_enable=False)
+_NAMES = ", ".join(f"`{each.name}`" for each in benchmarks.BENCHMARKS)
+
+
+@app.command()
+def bench(
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="NAME", help=f"What to measure: {_NAMES}; all when left out.", show_default=False),
+    ] = None,
+    quick: Annotated[
+        bool,
+        typer.Option(
+            "--quick",
+            metavar="",
+            help="With few repeats, to see that everything works. The figures are rough, and bounds are not judged.",
+        ),
+    ] = False,
+    write: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.md", help="Write a page with these figures and the machine's.", rich_help_panel=OUTPUT
+        ),
+    ] = None,
+    as_json: Annotated[
+        bool,
+        typer.Option(
+            "--json", metavar="", help="Print the figures as JSON, and nothing else on stdout.", rich_help_panel=OUTPUT
+        ),
+    ] = False,
+) -> None:
+    """Measure what Cellwright costs on this machine, beside the bounds that it is held to.
+
+    To be read on a machine that does nothing else; all of it takes about a quarter of an hour. What needs something
+    that is not installed (PyBullet, ROS 1) is skipped and says so.
+
+        # a whole trial: nobody listening, the agent at work, everything listened to
+        python -m benchmarks trial
+
+        # everything, and the page of the documentation
+        python -m benchmarks --write docs/benchmarks.md
+
+    Exit status: 0 every bound is held; 1 a bound is not held, or a benchmark failed; 2 bad input, and nothing was
+    started.
+    """
+    chosen = [benchmarks.find_benchmark(name) for name in dict.fromkeys(names or ())] or list(benchmarks.BENCHMARKS)
+    write = options.output_file("--write", write, ".md")
+    console = Console(stderr=as_json, highlight=False)
+    about, today = machine(), datetime.datetime.now(tz=datetime.UTC).date()
+    minutes = sum(each.minutes for each in chosen)
+    if not quick:
+        console.print(
+            f"{len(chosen)} of {len(benchmarks.BENCHMARKS)} benchmarks, about {minutes:.0f} minutes", markup=False
+        )
+    for name, value in about.items():
+        console.print(f"{name:<12}  {value}", markup=False, soft_wrap=True)
+    taken: list[Taken] = []
+    for each in chosen:
+        with telling(console, each.title) as tell:
+            taken.append(take(each, tell, quick=quick))
+        show(console, taken[-1], judged=not quick)
+    status = DONE if all(not each.failed if quick else each.is_held for each in taken) else NOT_DONE
+    if write is not None and not _write(write, page(taken, about, today, quick=quick), console):
+        status = NOT_DONE
+    if as_json:
+        document = {
+            "machine": about,
+            "date": today.isoformat(),
+            "quick": quick,
+            "benchmarks": [each.as_dict() for each in taken],
+            "exit_status": status,
+        }
+        typer.echo(json.dumps(document, indent=2))
+    raise typer.Exit(status)
+
+
+def _write(file: Path, text: str, console: Console) -> bool:
+    """Write the page; whether it could be, and it is told if not: the figures have been printed by then."""
+    try:
+        write_whole(file, text)
+    except OSError as error:
+        typer.echo(f"error: --write {file}: cannot be written: {error.strerror or error}", err=True)
+        return False
+    console.print(f"\npage  {file}", markup=False, soft_wrap=True)
+    return True
+
+
+if __name__ == "__main__":
+    sys.exit(main(None, app, name="python -m benchmarks"))

@@ -1,0 +1,78 @@
+"""A cell at work, that another engine can be given as well: parts in bins, parts on the running belt, the arm swinging.
+
+The types of parts, and those of the belt a metre apart, are as in the competition's finals, where a part came every
+five seconds. The arm swings over the bins and touches nothing.
+"""
+
+from __future__ import annotations
+
+from cellwright.cell.cell import Cell
+from cellwright.cell.devices.trajectory.trajectory import JointTrajectory, TrajectoryPoint
+from cellwright.cell.model.arm import INITIAL_POSITIONS
+from cellwright.cell.model.frames import BELT_SURFACE, BIN_SURFACE
+from cellwright.config.layout import ARM_JOINTS, BIN_CENTRES
+from cellwright.config.trial.trial import CellSettings, Part, Trial
+from cellwright.engine.clock import NANOSECONDS
+from cellwright.util.pose import Pose
+
+TYPES = ("gear_part", "disk_part", "gasket_part", "piston_rod_part")
+BELT_PARTS = 8
+"""How many parts the belt carries, all of it."""
+ON_BELT = "belt|"
+"""What the names of parts begin with that ride on the belt."""
+
+_SWING = (0.8, 0.6, 0.25, 0.25, 0.5, 0.4, 0.8)  # how far each joint swings to either side [m, then rad]
+_DROP = 0.0005  # parts begin so far [m] above what they lie on
+_FIRST, _BETWEEN = 7.9, 1.0  # world y [m] of the first part on the belt, and from one to the next; its end is at -4.1
+_BELT_X = 1.21
+
+
+def busy_cell(count: int, rate: int, seconds: int, riding: int = BELT_PARTS) -> Cell:
+    """A cell at its first step, its belt running and its arm on its way.
+
+    Args:
+        count: how many parts lie in the bins, at most 72.
+        rate: steps in a second [Hz].
+        seconds: how long the arm swings; after 24 s the first parts are at the end of the belt.
+        riding: how many parts ride on the belt, at most 8.
+    """
+    parts = (*_in_bins(count), *_on_belt(riding))
+    trial = Trial("busy", has_arm=True, bin_parts=parts, settings=CellSettings(timestep=(1, rate)))
+    cell = Cell(trial, servo="precise")
+    cell.conveyor.set_power(100.0)
+    assert cell.arm is not None
+    cell.arm.command(swings(seconds))
+    return cell
+
+
+def swings(seconds: int) -> JointTrajectory:
+    """From the arm's first posture to one side, then to and fro over it, a second for each way."""
+    first = [INITIAL_POSITIONS[name] for name in ARM_JOINTS]
+    points = []
+    for number in range(seconds):
+        side = 1.0 if number % 2 else -1.0
+        positions = [middle + side * swing for middle, swing in zip(first, _SWING, strict=True)]
+        points.append(TrajectoryPoint(positions, [0.0] * len(first), (), (number + 1) * NANOSECONDS))
+    return JointTrajectory(ARM_JOINTS, points)
+
+
+def _in_bins(count: int) -> list[Part]:
+    """Parts in rows of three, one bin after the other, so that no bin has only one type."""
+    parts = []
+    for number in range(count):
+        x, y = list(BIN_CENTRES.values())[number % 8]
+        row, column = divmod(number // 8, 3)
+        kind = TYPES[(number + number // 8) % len(TYPES)]
+        shift = 0.05 if kind == "piston_rod_part" else 0.0  # its origin is at one end of it
+        place = (x + 0.2 * (row - 1), y + 0.2 * (column - 1) - shift, BIN_SURFACE + _DROP)
+        parts.append(Part(f"bin|{kind}_{number + 1}", kind, Pose(place)))
+    return parts
+
+
+def _on_belt(count: int) -> list[Part]:
+    parts = []
+    for number in range(count):
+        kind = TYPES[number % len(TYPES)]
+        place = (_BELT_X, _FIRST - _BETWEEN * number, BELT_SURFACE + _DROP)
+        parts.append(Part(f"{ON_BELT}{kind}_{number + 1}", kind, Pose(place)))
+    return parts

@@ -1,0 +1,168 @@
+"""What one more of something costs, beside the same cell with nothing: a listener, a log, a recording, another cell.
+
+All begin from one snapshot of the lesson's cell, its belt running and its arm at rest, and go the same way from there.
+They are taken in turn, in processor time.
+"""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from pathlib import Path
+
+from benchmarks.figures import Figure, Tell
+from benchmarks.timing import best_in_turn, processor_time
+from cellwright.cell.cell import Cell
+from cellwright.clients.agents.kitter.agent import KitterAgent
+from cellwright.clients.client.client import Client
+from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.config.trial.catalogue import find_trial
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.engine.clock import NANOSECONDS
+from cellwright.engine.snapshot import Snapshot, restore_snapshot, take_snapshot
+from cellwright.recording.format.run_log import RunLog
+from cellwright.running.run import RecordOptions, RunOptions, run_cell
+
+BEGIN, STEPS, REPEATS = 20, 3000, 5
+"""Simulation time [s] of the snapshot, steps from there, and how often."""
+
+FEW = 2
+"""Not more messages than these in all the steps, such as a latched one, are not worth a figure."""
+
+WORK = 60.0
+"""Simulation time [s] of a run of the bundled agent with and without a log."""
+
+
+def lesson_cell() -> Cell:
+    """The lesson's cell, begun: nobody listens to it any more."""
+    cell = Cell(load_trial([find_trial("lesson")]).trial, seed=1)
+    client = Client(InProcess(cell))
+    client.start_competition()
+    client.close()
+    return cell
+
+
+def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
+    """Time listeners, the log and a second cell."""
+    steps, repeats = (20, 1) if quick else (STEPS, REPEATS)
+    cell = lesson_cell()
+    cell.simulation.step_until((1 if quick else BEGIN) * NANOSECONDS)
+    yield from _listeners(cell, take_snapshot(cell.simulation), steps, repeats, tell)
+    tell("a log")
+    yield from _log(0.5 if quick else WORK, repeats)
+    tell("a recording")
+    yield from _recording(0.5 if quick else WORK, repeats)
+    tell("a second cell")
+    yield from _second_cell(cell, take_snapshot(cell.simulation), steps, repeats)
+
+
+# ---------------------------------------------------------------- listeners
+
+
+def _listeners(cell: Cell, start: Snapshot, steps: int, repeats: int, tell: Tell) -> Iterator[Figure]:
+    topics = cell.topics()
+    listened = [(f"a listener on {name}", [name]) for name in _that_speak(cell, start, steps)]
+    listened += [("a listener on every topic", topics), ("two listeners on every topic", topics * 2)]
+    tell(f"listeners on {len(listened) - 2} topics")
+    for what, names in listened:
+        heard: list[str] = []
+        bare, more = best_in_turn(
+            repeats, partial(_run, cell, start, steps), partial(_run, cell, start, steps, names, heard)
+        )
+        count = len(heard) / repeats
+        each = (more - bare) / count * 1e6 if count else math.nan
+        yield Figure(f"{what} / none", more / bare, note=f"{count:.0f} messages in {steps} steps, {each:.1f} us each")
+
+
+def _that_speak(cell: Cell, start: Snapshot, steps: int) -> list[str]:
+    """The topics with a message at a rate; one that comes on an event costs nothing worth timing."""
+    heard: list[str] = []
+    _run(cell, start, steps, cell.topics(), heard)
+    counts = Counter(heard)
+    return [name for name in cell.topics() if counts[name] > FEW]
+
+
+def _run(cell: Cell, start: Snapshot, steps: int, topics: Sequence[str] = (), heard: list[str] | None = None) -> float:
+    """Processor time of some steps from a snapshot, with listeners that count [s]."""
+    restore_snapshot(cell.simulation, start)
+    counted = [] if heard is None else heard
+    subscriptions = [cell.bus.subscribe(name, partial(_count, counted, name)) for name in topics]
+    spent = processor_time(partial(_step, cell, steps))
+    for each in subscriptions:
+        each.cancel()
+    return spent
+
+
+def _count(heard: list[str], name: str, _message: object) -> None:
+    heard.append(name)
+
+
+def _step(cell: Cell, steps: int) -> None:
+    for _ in range(steps):
+        cell.step()
+
+
+# ---------------------------------------------------------------- a log
+
+
+def _log(until: float, repeats: int) -> Iterator[Figure]:
+    with tempfile.TemporaryDirectory(prefix="cellwright-") as folder:
+        file = Path(folder, "run.jsonl")
+        cell = Cell(load_trial([find_trial("lesson")]).trial, seed=1)
+
+        def worked(log: Callable[[], RunLog | None]) -> float:
+            options = RunOptions(until=until, log=log())
+            return processor_time(lambda: run_cell(cell, KitterAgent(), options))
+
+        bare, more = best_in_turn(
+            min(repeats, 3), lambda: worked(lambda: None), lambda: worked(lambda: RunLog(file, about={}))
+        )
+        size = file.stat().st_size / 1024
+    yield Figure("a run of the agent with a log / without", more / bare, note=f"{until:g} s, {size:.1f} KiB written")
+
+
+# ---------------------------------------------------------------- a recording
+
+
+def _recording(until: float, repeats: int) -> Iterator[Figure]:
+    """The same run bare, with a listener on every topic, and recorded."""
+    with tempfile.TemporaryDirectory(prefix="cellwright-") as folder:
+        file = Path(folder, "run.mcap")
+        cell = Cell(load_trial([find_trial("lesson")]).trial, seed=1)
+
+        def worked(options: RunOptions) -> float:
+            return processor_time(lambda: run_cell(cell, KitterAgent(), options))
+
+        bare, heard, recorded = best_in_turn(
+            min(repeats, 3),
+            lambda: worked(RunOptions(until=until)),
+            lambda: worked(RunOptions(until=until, listen=["all"])),
+            lambda: worked(RunOptions(until=until, record=RecordOptions([file]))),
+        )
+        rate = file.stat().st_size / 1024 / until
+    yield Figure("a run of the agent recorded / without", recorded / bare, note=f"{until:g} s, {rate:.0f} KiB each")
+    yield Figure("a run of the agent recorded / listened to", recorded / heard, note="a listener on every topic")
+
+
+# ---------------------------------------------------------------- a second cell
+
+
+def _second_cell(cell: Cell, start: Snapshot, steps: int, repeats: int) -> Iterator[Figure]:
+    other = lesson_cell()
+
+    def both() -> float:
+        restore_snapshot(cell.simulation, start)
+        restore_snapshot(other.simulation, start)
+
+        def step() -> None:
+            for _ in range(steps):
+                cell.step()
+                other.step()
+
+        return processor_time(step)
+
+    one, two = best_in_turn(repeats, partial(_run, cell, start, steps), both)
+    yield Figure("two cells stepped in turn / one", two / one, note="2 when neither disturbs the other")

@@ -1,0 +1,101 @@
+"""What a second process brings: the 15 finals evaluated by one worker and by two, in turn.
+
+Every final runs with two seeds, so that the work can be halved. The program moves the arm for a minute and ends the
+game, so that the figure is that of the simulator and of the evaluation, whoever plays.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from benchmarks.figures import BenchmarkSkippedError, Figure, Tell
+from cellwright.clients.client.client import Client
+from cellwright.config.trial.catalogue import find_trial
+from cellwright.running.evaluation.evaluate import Evaluation
+from cellwright.running.evaluation.job import EvaluatedTrial, Job, make_jobs
+from cellwright.running.evaluation.processors import usable_processors
+from cellwright.running.evaluation.results_file import ResultsFile
+from cellwright.util.errors import UsageError
+
+FINALS = [f"final{number:02d}" for number in range(1, 16)]
+SENSORS = "kitter_sensors"
+SEEDS = (1, 2)
+BATCH = 10
+"""So many runs are worked by one, then the same by two."""
+
+AHEAD, ASIDE = [2.5, 0.25, -1.0, 3.2, 3.0, -1.51, 0.0], [2.5, 2.0, -1.0, 1.5, 3.0, -1.51, 0.0]
+
+
+class Mover:
+    """Moves the arm to and fro for a while, and ends the game."""
+
+    work = 60.0
+    """Simulation time of a run [s]."""
+
+    def run(self, client: Client) -> None:
+        """Work the cell."""
+        client.start_competition()
+        while client.time < self.work:
+            client.send_arm([AHEAD, ASIDE], times=[2.0, 4.0])
+            client.sleep(min(4.0, self.work))
+        client.end_competition()
+        client.sleep(0.1)
+
+
+class ShortMover(Mover):
+    """The same, in no time."""
+
+    work = 0.2
+
+
+def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
+    """Evaluate by one and by two.
+
+    Raises:
+        BenchmarkSkippedError: there is one processor only.
+    """
+    if usable_processors() < 2 and not quick:
+        raise BenchmarkSkippedError("it needs two processors")
+    mover = ShortMover if quick else Mover
+    jobs = finals(mover, FINALS[:1] if quick else FINALS)
+    spent = {1: [0.0, 0.0], 2: [0.0, 0.0]}
+    for first in range(0, len(jobs), BATCH):
+        tell(f"runs {first + 1} to {min(first + BATCH, len(jobs))} of {len(jobs)}, by one and by two")
+        for workers, sums in spent.items():  # in turn, so that what else the machine does falls on both
+            for index, seconds in enumerate(times(jobs[first : first + BATCH], workers)):
+                sums[index] += seconds
+    for workers, (wall, busy) in spent.items():
+        yield Figure(
+            f"{len(jobs)} runs of {mover.work:g} s, {workers} at a time",
+            len(jobs) * mover.work / wall,
+            "x real time",
+            note=f"{wall:.1f} s, {busy / wall:.2f} processors busy",
+        )
+    yield Figure("two at a time / one", spent[1][0] / spent[2][0], note="2 would be the most")
+
+
+def finals(mover: type[Mover], names: Sequence[str]) -> list[Job]:
+    """The runs: some finals, each with every seed."""
+    trials = [EvaluatedTrial(name, (find_trial(name), find_trial(SENSORS)), 0.0, 0.0, 500.0) for name in names]
+    return make_jobs(trials, f"{mover.__module__}:{mover.__name__}", SEEDS, vary=False)
+
+
+def times(jobs: list[Job], workers: int) -> tuple[float, float]:
+    """Wall time that all jobs take, and processor time of the workers (0 where it is not told) [s].
+
+    Raises:
+        UsageError: a run was not done.
+    """
+    with tempfile.TemporaryDirectory(prefix="cellwright-") as folder, ResultsFile(Path(folder)) as store:
+        begin, before = time.perf_counter(), os.times()
+        Evaluation(store, workers=workers).run(jobs)
+        wall, after = time.perf_counter() - begin, os.times()
+        not_done = {f"{result.name}: {result.reason}" for result in store.results.values() if not result.is_done}
+        if not_done:
+            raise UsageError(f"not done: {', '.join(sorted(not_done))}")
+    busy = after.children_user + after.children_system - before.children_user - before.children_system
+    return wall, busy

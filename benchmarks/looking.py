@@ -1,0 +1,204 @@
+"""What it costs to look on at a run and to keep it: a page, a page in a browser, a recording, a video.
+
+The bundled agent works the lesson, bare and with each of them in turn: as fast as it goes, or at twice real time where
+a browser looks on, which needs longer than such a run to open a page. Compared is the processor time of the process in
+which the cell runs, without that of its start; pages, browsers and videos are drawn in others, which need cores of
+their own. All runs end in the same state.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from threading import Event, Thread
+
+from benchmarks.figures import BenchmarkSkippedError, Figure, Tell
+from benchmarks.processes import end
+
+UNTIL, FILMED = 60.0, 8.0
+"""Simulation time [s] of a run, and of one with a video, which takes long to draw."""
+REPEATS = 5
+VIEW_COST = 1.05
+"""What a page may cost at most, as a ratio to the bare run."""
+
+_SHORT = 0.02  # [s], a run that is all start
+_ADDRESS = re.compile(r"http://\S+")
+_PAGE = ["--view", "--view-port", "0"]
+_FAST, _WATCHED = ["--speed", "max"], ["--speed", "2"]
+_BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+_SMALL = ("--window-size=640,480", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+_PLAIN = "&fixedDpr=0.4"  # drawn without a graphics card, in fewer points: the page asks for the more moments
+_LOOKS = 0.25  # [s] between two looks at whether it is connected
+_CONNECTED = "01"  # as Linux has it in /proc/net/tcp
+_TICKS = 1 / os.sysconf("SC_CLK_TCK") if hasattr(os, "sysconf") else math.nan  # [s]
+
+
+@dataclass(frozen=True)
+class Ran:
+    """A run that is over.
+
+    Attributes:
+        processor: time that its own process took [s].
+        wall: how long the run itself took [s].
+        state_hash: of the end.
+        file_size: of what it has written [bytes].
+        seen: how long a browser had its page open [s].
+    """
+
+    processor: float
+    wall: float
+    state_hash: str
+    file_size: int
+    seen: float = 0.0
+
+
+def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
+    """Take all of them.
+
+    Raises:
+        BenchmarkSkippedError: this system does not tell what a process took.
+    """
+    if not Path("/proc/self/stat").exists():
+        raise BenchmarkSkippedError("it needs /proc, where Linux tells what a process took")
+    until, filmed, repeats = (0.5, 0.2, 1) if quick else (UNTIL, FILMED, REPEATS)
+    found: list[Ran] = []
+    tell("a page and a recording")
+    with tempfile.TemporaryDirectory(prefix="cellwright-") as folder:
+        options = {
+            "": _FAST,
+            "a page that nobody has open": [*_PAGE, *_FAST],
+            "a recording": ["--record", f"{folder}/run.mcap", *_FAST],
+        }
+        best = _in_turn(options, until, repeats, found)
+        for what, ran in best.items():
+            if what:
+                bound = VIEW_COST if "page" in what else None
+                size = f"; {ran.file_size / 1e6:.1f} MB for {until:g} s" if ran.file_size else ""
+                yield _ratio(what, ran, best[""], bound, f"{ran.processor:.2f} and {best[''].processor:.2f} s{size}")
+        yield from _browser(tell, until, min(repeats, 2), found)
+        yield from _video(tell, folder, filmed, repeats)
+    yield Figure("different end states of all these runs", len({ran.state_hash for ran in found}), "", most=1)
+
+
+def _browser(tell: Tell, until: float, repeats: int, found: list[Ran]) -> Iterator[Figure]:
+    browser = next((path for name in _BROWSERS if (path := shutil.which(name))), None)
+    what = "a page in a browser"
+    if browser is None:
+        yield Figure(f"{what} / bare", math.nan, note="there is no Chromium here")
+        return
+    tell(what)
+    best = _in_turn({"": _WATCHED, what: [*_PAGE, *_WATCHED]}, until, repeats, found, browser)
+    ran, bare = best[what], best[""]
+    if not ran.seen:
+        yield Figure(f"{what} / bare", math.nan, note="the browser did not come")
+        return
+    note = f"Chromium without a display for {ran.seen:.0f} s; {ran.processor:.2f} and {bare.processor:.2f} s"
+    yield _ratio(what, ran, bare, VIEW_COST, note)
+
+
+def _video(tell: Tell, folder: str, until: float, repeats: int) -> Iterator[Figure]:
+    tell("a video")
+    file = f"{folder}/run.mp4"
+    best = _in_turn({"": _FAST, "a video": ["--video", file, *_FAST]}, until, min(repeats, 2), [])
+    bare, video = best[""], best["a video"]
+    count = math.floor(until * 25) + 1
+    yield _ratio("a video", video, bare, None, f"1280 x 720, 25 pictures a second; {count} pictures in all")
+    yield Figure("a picture of a video, in wall time", (video.wall - bare.wall) / count * 1e3, "ms", note="all cores")
+
+
+def _ratio(what: str, ran: Ran, bare: Ran, most: float | None, note: str) -> Figure:
+    value = ran.processor / bare.processor if bare.processor > 0 else math.nan
+    return Figure(f"{what} / bare", value, most=most, note=note)
+
+
+def _in_turn(
+    options: dict[str, list[str]], until: float, repeats: int, found: list[Ran], browser: str | None = None
+) -> dict[str, Ran]:
+    """The least that a run with each of some options took, less its start."""
+    best: dict[str, Ran] = {}
+    start: dict[str, float] = {}
+    for _ in range(repeats):
+        for name, more in options.items():
+            start[name] = min(start.get(name, math.inf), _run(more, _SHORT, None).processor)
+            ran = _run(more, until, browser)
+            found.append(ran)
+            if name not in best or ran.processor < best[name].processor:
+                best[name] = ran
+    return {name: replace(ran, processor=ran.processor - start[name]) for name, ran in best.items()}
+
+
+def _run(options: Sequence[str], until: float, browser: str | None) -> Ran:
+    """Run the lesson; with a browser, its page is opened as soon as it is there."""
+    command = [sys.executable, "-m", "cellwright", "run", "lesson", "--json", "--no-picture", "--until", str(until)]
+    process = subprocess.Popen(  # noqa: S603
+        [*command, *options],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "CELLWRIGHT_PAGE_PLAIN": "1"},
+    )
+    assert process.stdout is not None
+    assert process.stderr is not None
+    page = None
+    for line in process.stderr:
+        address = _ADDRESS.search(line)
+        if address and browser and page is None:
+            page = _Visit(browser, address[0])
+    document = json.loads(process.stdout.read())
+    processor = _own_time(process.pid)  # it has ended, and keeps what it took until somebody asks how it ended
+    process.wait()
+    process.stdout.close()
+    process.stderr.close()
+    seen = page.end() if page is not None else 0.0
+    files = [Path(word) for word in options if word.startswith("/")]
+    size = sum(file.stat().st_size for file in files if file.exists())
+    return Ran(processor, document["wall"], document["state_hash"], size, seen)
+
+
+class _Visit:
+    """A browser with a page open, and how long it has been connected."""
+
+    def __init__(self, browser: str, address: str) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="cellwright-", ignore_cleanup_errors=True)
+        options = ["--headless", "--no-sandbox", "--no-first-run", f"--user-data-dir={self._folder.name}", *_SMALL]
+        more = _PLAIN if "?" in address else f"?{_PLAIN[1:]}"
+        self._process = subprocess.Popen(  # noqa: S603
+            [browser, *options, "--remote-debugging-port=0", address + more],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            text=True,
+        )
+        self._port = int(re.findall(r":(\d+)", address)[0])
+        self._seen, self._is_over = 0.0, Event()
+        self._watch = Thread(target=self._look, daemon=True)
+        self._watch.start()
+
+    def end(self) -> float:
+        """Close the browser; how long it has been connected [s]."""
+        self._is_over.set()
+        self._watch.join()
+        end(self._process)
+        self._folder.cleanup()
+        return self._seen
+
+    def _look(self) -> None:
+        while not self._is_over.wait(_LOOKS):
+            rows = [line.split() for line in Path("/proc/net/tcp").read_text().splitlines()[1:]]
+            if any(int(row[1].partition(":")[2], 16) == self._port and row[3] == _CONNECTED for row in rows):
+                self._seen += _LOOKS
+
+
+def _own_time(pid: int) -> float:
+    """Processor time of a process that has ended [s], without that of those it has started."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) * _TICKS

@@ -1,0 +1,75 @@
+"""What a figure depends on besides Cellwright: machine, system and versions. Nothing that names the machine itself."""
+
+from __future__ import annotations
+
+import os
+import platform
+import subprocess
+from contextlib import suppress
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from cellwright.running.evaluation.processors import usable_processors
+from cellwright.running.run.result import versions
+
+GIBIBYTE = 1024**3
+CPU_INFO = Path("/proc/cpuinfo")
+"""Where Linux tells of the processors."""
+
+PEERS = ("pybullet", "rosbags")
+"""Packages besides that figures depend on, where they are installed."""
+
+
+def machine() -> dict[str, str]:
+    """What the figures were taken on, as pairs of words; what the system does not tell is left out."""
+    found = {
+        "processor": processor(),
+        "processors": str(usable_processors()),
+        "memory": memory(),
+        "system": system(),
+        "load before": busy(),
+    }
+    known = {name: value for name, value in versions().items() if name != "platform"}
+    for name in PEERS:
+        with suppress(PackageNotFoundError):
+            known[name] = version(name)
+    found["versions"] = ", ".join(f"{name} {value}" for name, value in known.items())
+    return {name: value for name, value in found.items() if value}
+
+
+def processor() -> str:
+    """Model of the processor; its architecture where that is all that is known."""
+    with suppress(OSError):
+        for line in CPU_INFO.read_text(encoding="utf-8").splitlines():
+            key, _, value = line.partition(":")
+            if key.strip() == "model name":
+                return value.strip()
+    if platform.system() == "Darwin":
+        with suppress(OSError, subprocess.SubprocessError):
+            asked = ["/usr/sbin/sysctl", "-n", "machdep.cpu.brand_string"]
+            return subprocess.run(asked, capture_output=True, text=True, check=True, timeout=5.0).stdout.strip()  # noqa: S603
+    return platform.processor() or platform.machine()
+
+
+def memory() -> str:
+    """Memory of the machine; empty where it is not told."""
+    try:
+        amount = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, ValueError, OSError):  # there is no sysconf on Windows
+        return ""
+    return f"{amount / GIBIBYTE:.1f} GiB"
+
+
+def system() -> str:
+    """The operating system and its version."""
+    with suppress(OSError):
+        return str(platform.freedesktop_os_release()["PRETTY_NAME"])
+    return f"{platform.system()} {platform.release()}"
+
+
+def busy() -> str:
+    """How many processors were busy in the minute before: it should be near 0. Empty where it is not told."""
+    try:
+        return f"{os.getloadavg()[0]:.1f} processors"
+    except (AttributeError, OSError):  # there is none on Windows
+        return ""

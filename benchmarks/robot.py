@@ -1,0 +1,175 @@
+"""How fast a robot's whole node runs beside the engine of the io_teleop node's original.
+
+Both load the same URDF, fastened at its root, without gravity, with a position drive at every joint. Ours is the node
+as it is served: commands on the bus, commander, servos, and joint_states at 100 Hz for one listener. PyBullet is driven
+as the original drives it: without a display, `setJointMotorControl2` for each joint that is commanded, `getJointStates`
+100 times a second, and no messages.
+
+At rest nothing is commanded; moving, all joints are told to follow sines, at 100 Hz. The repeats are taken in turn and
+the best of each is counted, in processor time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+from functools import partial
+from importlib.util import find_spec
+
+import numpy as np
+
+from benchmarks.figures import Figure, Tell
+from benchmarks.silence import without_output
+from benchmarks.timing import best_in_turn, processor_time
+from cellwright.config.robot.config import RobotConfig
+from cellwright.config.robot.robots import load_robot
+from cellwright.middleware.messages.build import joint_state
+from cellwright.robot.node import RobotNode
+from cellwright.util.pose import Pose
+
+ROBOT = "qinglong"
+SECONDS, REPEATS = 2.0, 3
+PERIOD = Fraction(1, 100)
+"""Of commands and joint states [s]."""
+RATES = (240, 1000)
+
+Array = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+
+class Sines:
+    """Targets of all joints: sines of different speed through the middle of what each joint can do."""
+
+    def __init__(self, config: RobotConfig) -> None:
+        joints = [joint for joint in config.robot.driven if joint.mimic is None]
+        self.names = [joint.name for joint in joints]
+        lower = np.array([max(joint.limits.lower, -1.0) for joint in joints])
+        upper = np.array([min(joint.limits.upper, 1.0) for joint in joints])
+        self._middle, self._reach = (lower + upper) / 2, (upper - lower) / 2
+        self._pulse = 2 * math.pi * np.linspace(0.2, 0.6, len(joints))
+
+    def at(self, time: float) -> Array:
+        """Where the joints are to be [rad; m]."""
+        targets: Array = self._middle + 0.8 * self._reach * np.sin(self._pulse * time)
+        return targets
+
+
+class Ours:
+    """The node."""
+
+    def __init__(self, config: RobotConfig, rate: int, sines: Sines) -> None:
+        self.node = RobotNode(config, timestep=Fraction(1, rate))
+        self.sines = sines
+        self.heard = 0
+        self.node.bus.subscribe("/io_teleop/joint_states", self._hear)
+
+    def _hear(self, _message: object) -> None:
+        self.heard += 1
+
+    def command(self, time: float) -> None:
+        """Publish targets of all joints, as a client does."""
+        self.node.bus.publish("/io_teleop/joint_cmd", joint_state(self.sines.names, self.sines.at(time), time=0))
+
+    def close(self) -> None:
+        """There is nothing to let go of."""
+
+    def step(self) -> None:
+        """One step; the node tells its joint states by itself."""
+        self.node.simulation.step()
+
+    def look(self) -> None:
+        """The listener has been told already."""
+
+
+class PyBullet:
+    """PyBullet, driven as the original drives it."""
+
+    def __init__(self, config: RobotConfig, rate: int, sines: Sines) -> None:
+        with without_output():
+            import pybullet
+        self.engine, self.sines = pybullet, sines
+        self.client = pybullet.connect(pybullet.DIRECT)
+        pybullet.setTimeStep(1 / rate, physicsClientId=self.client)
+        with without_output():
+            pose: Pose = config.base_pose
+            w, x, y, z = pose.quaternion
+            self.robot = pybullet.loadURDF(
+                str(config.urdf_path), pose.position, (x, y, z, w), useFixedBase=True, physicsClientId=self.client
+            )
+        count = pybullet.getNumJoints(self.robot, physicsClientId=self.client)
+        infos = [pybullet.getJointInfo(self.robot, index, physicsClientId=self.client) for index in range(count)]
+        self.moving = [info[0] for info in infos if info[2] != pybullet.JOINT_FIXED]
+        by_name = {info[1].decode(): info for info in infos}
+        self.driven = [(by_name[name][0], by_name[name][10], by_name[name][11]) for name in sines.names]
+        self.command(0.0)
+
+    def command(self, time: float) -> None:
+        """Give each joint its target, with the URDF's effort and velocity."""
+        for (index, effort, velocity), target in zip(self.driven, self.sines.at(time).tolist(), strict=True):
+            self.engine.setJointMotorControl2(
+                self.robot,
+                index,
+                self.engine.POSITION_CONTROL,
+                targetPosition=target,
+                maxVelocity=velocity,
+                force=effort,
+                physicsClientId=self.client,
+            )
+
+    def step(self) -> None:
+        """One step."""
+        self.engine.stepSimulation(physicsClientId=self.client)
+
+    def close(self) -> None:
+        """Let go of the engine."""
+        self.engine.disconnect(physicsClientId=self.client)
+
+    def look(self) -> None:
+        """Read all joints, as is done for each joint_states."""
+        self.engine.getJointStates(self.robot, self.moving, physicsClientId=self.client)
+
+
+def time_of(side: Ours | PyBullet, rate: int, steps: int, *, moving: bool) -> float:
+    """Processor time of some steps [s]."""
+    due = {step for step in range(steps) if step == 0 or step * 100 // rate != (step - 1) * 100 // rate}
+
+    def run() -> None:
+        for step in range(steps):
+            if step in due:
+                if moving:
+                    side.command(step / rate)
+                side.look()
+            side.step()
+
+    return processor_time(run)
+
+
+def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
+    """Step both, at rest and moving; without PyBullet the node alone."""
+    config = load_robot(ROBOT, lambda _line: None)
+    sines = Sines(config)
+    kinds: list[Callable[[RobotConfig, int, Sines], Ours | PyBullet]] = [Ours]
+    if find_spec("pybullet") is not None:
+        kinds.append(PyBullet)
+    for rate in RATES[:1] if quick else RATES:
+        tell(f"{config.name} at {rate} Hz, {len(sines.names)} joints")
+        sides = [kind(config, rate, sines) for kind in kinds]
+        steps = 10 if quick else round(SECONDS * rate)
+        for moving in (False, True):
+            works = [partial(time_of, side, rate, steps, moving=moving) for side in sides]
+            times = best_in_turn(1 if quick else REPEATS, *works)
+            yield from figures(
+                f"{rate} Hz, {'moving' if moving else 'at rest'}", rate, [steps / each for each in times]
+            )
+        for side in sides:
+            side.close()
+
+
+def figures(what: str, rate: int, found: list[float]) -> Iterator[Figure]:
+    """The figures of one case, from the steps a second of each side."""
+    for name, speed in zip(("the node", "PyBullet"), found, strict=False):
+        yield Figure(f"{what}: {name}", speed / rate, "x real time", note=f"{speed:.0f} steps/s")
+    if len(found) > 1:
+        yield Figure(f"{what}: the node / PyBullet", found[0] / found[1])
+    else:
+        yield Figure(f"{what}: the node / PyBullet", math.nan, note="PyBullet is not installed")

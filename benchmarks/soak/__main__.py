@@ -1,0 +1,83 @@
+"""`python -m benchmarks.soak`: ten simulated hours of a cell and of a robot, watched."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from benchmarks.soak.face import ROUND
+from benchmarks.soak.leg import FACES, HOUR
+from benchmarks.soak.report import is_well, lines, picture
+from benchmarks.soak.soak import EnduranceError, soak
+from cellwright.util.atomic_file import write_whole
+
+_MOST = 1000.0  # [h]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; its exit status.
+
+    Args:
+        arguments: what follows the command's name; None takes those of the process.
+
+    Returns:
+        0: memory is steady and the states are equal; 1: they are not, or a process ended; 2: bad input.
+    """
+    wanted = _parser().parse_args(arguments)
+    if not ROUND / HOUR <= wanted.hours <= _MOST:
+        return _refuse(f"--hours {wanted.hours:g}: give from {ROUND / HOUR:g}, which is one round, to {_MOST:g}")
+    if wanted.pieces < 1:
+        return _refuse(f"--pieces {wanted.pieces}: give at least 1")
+    if wanted.picture is not None and not wanted.picture.absolute().parent.is_dir():
+        return _refuse(f"--picture {wanted.picture}: there is no folder {wanted.picture.parent}")
+    rounds = round(wanted.hours * HOUR / ROUND)
+    runs = []
+    try:
+        with tempfile.TemporaryDirectory(prefix="cellwright-endurance-") as folder:
+            for face in [wanted.face] if wanted.face else FACES:
+                _say(f"{face}: {wanted.hours:g} simulated hours in one process, and in {wanted.pieces} beside it")
+                runs.append(soak(face, rounds, wanted.pieces, Path(folder), everything=wanted.everything, say=_say))
+    except EnduranceError as error:
+        sys.stderr.write(f"error: {error}\n")
+        return 1
+    for run in runs:
+        _say("\n" + "\n".join(lines(run)))
+    if wanted.picture is not None:
+        try:
+            write_whole(wanted.picture, picture(runs))
+        except OSError as error:
+            sys.stderr.write(f"error: {wanted.picture}: cannot be written: {error.strerror}\n")
+            return 1
+        _say(f"\npicture  {wanted.picture}")
+    return 0 if all(map(is_well, runs)) else 1
+
+
+def _parser() -> argparse.ArgumentParser:
+    words = (
+        "Lets a cell and a robot work for simulated hours in one process, and beside it the same in pieces, each "
+        "continued from a checkpoint by a fresh process. Memory is to be flat, and the states equal at every cut."
+    )
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.soak", description=words)
+    parser.add_argument("--hours", type=float, default=10.0, help="simulated hours (10)")
+    parser.add_argument("--pieces", type=int, default=10, help="into how many pieces the second run is cut (10)")
+    parser.add_argument("--face", choices=FACES, help="one of the two, and not both after each other")
+    parser.add_argument("--everything", action="store_true", help="listen to every topic, and not only to some")
+    parser.add_argument("--picture", type=Path, metavar="FILE.svg", help="where a picture of memory over time goes")
+    return parser
+
+
+def _refuse(words: str) -> int:
+    sys.stderr.write(f"error: {words}\n")
+    return 2
+
+
+def _say(line: str) -> None:
+    sys.stdout.write(f"{line}\n")
+    sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,46 @@
+"""What is run for long: a cell or a robot with a program that works it in rounds."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Protocol
+
+from cellwright.engine.simulation import Simulation
+from cellwright.middleware.bus import Bus
+
+ROUND = 36_000_000_000
+"""Simulation time [ns] of a round: a hundred in an hour."""
+
+
+class Face(Protocol):
+    """A cell or a robot at work.
+
+    Its program knows the time and nothing else: after a restore at the border between two rounds it goes on in a fresh
+    process as it would have gone on in the old one.
+    """
+
+    simulation: Simulation
+    counts: Counter[str]
+    """What was done and heard so far, in this process."""
+
+    def begin(self) -> None:
+        """Do what is done once, at time 0."""
+
+    def work(self, number: int) -> None:
+        """Let a round pass, from `number * ROUND` on."""
+
+
+class Ears:
+    """Listens to topics and keeps nothing but how many messages came."""
+
+    def __init__(self, bus: Bus, counts: Counter[str]) -> None:
+        self._bus = bus
+        self._counts = counts
+
+    def listen(self, topic: str) -> None:
+        """Count the messages of a topic."""
+
+        def count(_message: object) -> None:
+            self._counts["messages heard"] += 1
+
+        self._bus.subscribe(topic, count, node="/endurance")

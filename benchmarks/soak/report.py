@@ -1,0 +1,70 @@
+"""What a long run came to: a table for people, and a picture of memory over time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from xml.sax.saxutils import escape
+
+import numpy as np
+
+from benchmarks.soak.memory import STEADY
+from benchmarks.soak.soak import TRACED, Soaked
+from cellwright.clients.operators.svg_frame import LEFT, frame, page
+
+_TOP, _HIGH, _BELOW = 34, 200, 44  # [px] of each frame
+_COLOUR = "#1f5fa8"
+_LEAST_SPAN = 10.0  # [MiB]: less memory than that makes no mountains
+
+
+def is_well(soaked: Soaked) -> bool:
+    """Whether memory stayed as it was, and both runs were in the same state at every cut."""
+    return soaked.first_difference is None and (math.isnan(soaked.growth.end) or soaked.growth.is_steady)
+
+
+def lines(soaked: Soaked) -> Iterator[str]:
+    """The table."""
+    growth, last = soaked.growth, soaked.whole.get(soaked.rounds, "")
+    yield f"{soaked.face}: {soaked.hours:g} simulated hours in one process, {soaked.wall:.0f} s"
+    for what, count in sorted(soaked.counts.items()):
+        yield _line(what, f"{count:,}")
+    if math.isnan(growth.end):
+        yield _line("memory", "not told by this system, or too few rounds to say")
+    else:
+        verdict = "steady" if growth.is_steady else f"GROWS by more than {STEADY:g} MiB"
+        yield _line("memory", f"{growth.start:.1f} MiB early, {growth.end:.1f} MiB late: {verdict}")
+        yield _line("slope", f"{growth.slope:+.1f} KiB/h")
+    if soaked.grown is not None:
+        yield _line(
+            "Python's objects", f"{soaked.grown:+.1f} KiB in the last {TRACED - TRACED // 4} of {TRACED} rounds"
+        )
+        for each in soaked.grown_most[:3]:
+            yield _line("", each)
+    cut = soaked.first_difference
+    if cut is None:
+        yield _line("state", f"the same in {len(soaked.pieces)} pieces as in one, at every cut")
+    else:
+        yield _line("state", f"DIFFERS between one piece and {len(soaked.pieces)}, first at round {cut}")
+    yield _line("", last)
+
+
+def picture(runs: Sequence[Soaked]) -> str:
+    """The text of an SVG file: memory over time, one frame for each run."""
+    each = _TOP + _HIGH + _BELOW
+    return page([_frame(run, number * each) for number, run in enumerate(runs)], len(runs) * each)
+
+
+def _frame(run: Soaked, top: int) -> str:
+    times = np.array([0.0, *(each.hours for each in run.samples)])
+    values = np.array([each.memory for each in run.samples])
+    values = np.nan_to_num(np.concatenate([values[:1], values]))
+    middle = (values.min() + values.max()) / 2
+    span = np.array([middle - _LEAST_SPAN / 2, middle + _LEAST_SPAN / 2])
+    curves = [(np.zeros(2), span, "none"), (times, values, _COLOUR)]  # the first only widens the frame
+    title = f"{run.face}: memory in use over {run.hours:g} simulated hours, slope {run.growth.slope:+.1f} KiB/h"
+    head = f'<text x="{LEFT}" y="{top + 18}" font-weight="bold">{escape(title)}</text>'
+    return head + frame(curves, run.hours, top + _TOP, _HIGH, label="MiB", below="simulated time [h]")
+
+
+def _line(what: str, text: str) -> str:
+    return f"  {what:<22} {text}".rstrip()

@@ -1,0 +1,128 @@
+"""A whole trial of 500 s (`trial.yaml`): what the cell costs beside its engine.
+
+The bundled agent works it once, and what it does is noted. The same is then played into a second cell to which nobody
+listens, and the agent works a third, in which every topic has a listener. Their states are the same in the end, so the
+engine did the same work in each, and its time (`engine_time.py`) is what the run's is compared with.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from importlib.resources import as_file, files
+
+from benchmarks.engine_time import EngineTime, engine_timed
+from benchmarks.figures import Figure, Tell
+from cellwright.cell.cell import Cell
+from cellwright.clients.agents.kitter.agent import KitterAgent
+from cellwright.clients.client.client import Client
+from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.config.trial.trial import Trial
+from cellwright.engine.clock import NANOSECONDS
+from cellwright.recording.format.commands import Command, CommandNotes, play
+from cellwright.util.errors import RunEndedError
+
+SECONDS, QUICK_SECONDS = 500, 2
+"""Simulation time of a run [s]."""
+NODE = "/agent"
+IN_TURN = 2
+"""A played run is short beside the others: so often it is taken, and the best counts."""
+
+
+@dataclass(frozen=True)
+class Passed:
+    """A run that has passed.
+
+    Attributes:
+        wall: what it took, without the timing [s].
+        engine: what of that was the engine's [s].
+        steps: ticks.
+        state_hash: of the cell at its end.
+    """
+
+    wall: float
+    engine: float
+    steps: int
+    state_hash: str
+
+    @property
+    def ratio(self) -> float:
+        """What it took to what its engine took."""
+        return self.wall / self.engine
+
+
+def bench_trial() -> Trial:
+    """The trial, as it comes with this package."""
+    with as_file(files("benchmarks") / "trial.yaml") as path:
+        return load_trial([path]).trial
+
+
+def worked(seconds: int, *, topics: Sequence[str] | None = ()) -> tuple[Passed, list[Command]]:
+    """Let the agent work the trial; the run, and what the agent did.
+
+    Args:
+        seconds: how long [s].
+        topics: what is listened to besides; None for every topic.
+    """
+    with engine_timed() as engine:
+        cell = Cell(bench_trial())
+        heard: list[None] = []
+        for name in cell.topics() if topics is None else topics:
+            cell.bus.subscribe(name, lambda _message: heard.append(None), node="/listener")
+        transport = InProcess(cell, node=NODE)
+        transport.deadline = seconds * NANOSECONDS
+        commands: list[Command] = []
+        CommandNotes(cell.bus, cell.simulation.clock, commands.append)
+        begin = time.perf_counter()
+        client = Client(transport)
+        try:
+            KitterAgent().run(client)
+            client.wait_until(lambda: False)
+        except RunEndedError:
+            pass
+        return _passed(cell, engine, time.perf_counter() - begin), commands
+
+
+def played(seconds: int, commands: Sequence[Command]) -> Passed:
+    """Do to a cell that nobody listens to what the agent did."""
+    with engine_timed() as engine:
+        cell = Cell(bench_trial())
+        begin = time.perf_counter()
+        play(cell.simulation, cell.bus, commands)
+        cell.simulation.step_until(seconds * NANOSECONDS)
+        return _passed(cell, engine, time.perf_counter() - begin)
+
+
+def _passed(cell: Cell, engine: EngineTime, wall: float) -> Passed:
+    ticks = cell.simulation.clock.tick
+    if engine.steps != ticks:
+        raise RuntimeError(f"{engine.steps} of {ticks} steps were timed")
+    return Passed(wall - engine.overhead, engine.spent, ticks, cell.state_hash())
+
+
+def measure(tell: Tell, *, quick: bool = False) -> Iterator[Figure]:
+    """Run the trial with nobody, the agent and everybody listening."""
+    seconds = QUICK_SECONDS if quick else SECONDS
+    tell("the agent works it")
+    agent, commands = worked(seconds)
+    tell("nobody listens")
+    alone = min((played(seconds, commands) for _ in range(1 if quick else IN_TURN)), key=lambda run: run.ratio)
+    yield from figures("nobody listening", alone, seconds, most=1.15)
+    yield from figures("the agent kitter at work", agent, seconds, most=1.3)
+    tell("everything is listened to")
+    everybody, _ = worked(seconds, topics=None)
+    yield from figures("the agent at work, a listener on every topic", everybody, seconds)
+    parts = len(Cell(bench_trial()).parts.all)
+    yield Figure(
+        "the engine alone", alone.engine / alone.steps * 1e6, "us/step", note=f"{parts} parts, {len(commands)} commands"
+    )
+    hashes = {run.state_hash for run in (agent, alone, everybody)}
+    yield Figure("different end states of the three", len(hashes), "", most=1, note=f"{agent.state_hash[:12]}…")
+
+
+def figures(what: str, run: Passed, seconds: int, most: float | None = None) -> Iterator[Figure]:
+    """The figures of a run."""
+    yield Figure(f"{what}: run / engine", run.ratio, most=most)
+    yield Figure(f"{what}: speed", seconds / run.wall, "x real time", note=f"{run.wall:.1f} s")

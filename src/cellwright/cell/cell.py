@@ -1,0 +1,251 @@
+"""A cell: the one place where description, world, simulation, devices, kitting and contract are joined."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import mujoco
+
+from cellwright.cell.competition import Competition
+from cellwright.cell.devices.agv import Agv
+from cellwright.cell.devices.arm import Arm
+from cellwright.cell.devices.conveyor import Conveyor
+from cellwright.cell.devices.deletion_wall import DeletionWall
+from cellwright.cell.devices.demo_tray import DemoTray
+from cellwright.cell.devices.gripper.vacuum_gripper import VacuumGripper
+from cellwright.cell.devices.kit_tray import KitTray
+from cellwright.cell.devices.overlaps import Overlaps
+from cellwright.cell.devices.parts import Parts
+from cellwright.cell.devices.population import Population
+from cellwright.cell.devices.sensors.break_beam import BreakBeam
+from cellwright.cell.devices.sensors.laser_profiler import LaserProfiler
+from cellwright.cell.devices.sensors.logical_camera import TRAY_TYPE, LogicalCamera
+from cellwright.cell.devices.sensors.proximity import ProximitySensor
+from cellwright.cell.devices.sensors.quality_control import QualityControlSensor
+from cellwright.cell.devices.sensors.scene import Scene, SceneModel, collision_geoms
+from cellwright.cell.interface.binding import bind
+from cellwright.cell.interface.devices import GearDevices
+from cellwright.cell.interface.intention import Intention
+from cellwright.cell.interface.plugin_sensors import make_brought_sensor
+from cellwright.cell.kitting.effects import CompetitionState, Effect, StateChanged
+from cellwright.cell.model.build import World, build_world, demo_objects
+from cellwright.cell.plugin_devices import make_brought_device
+from cellwright.config.trial.trial import Camera as CameraDescription
+from cellwright.config.trial.trial import Sensor as SensorDescription
+from cellwright.config.trial.trial import ServoProfile, Trial
+from cellwright.engine.checkpoints import Checkpoints
+from cellwright.engine.clock import nanoseconds
+from cellwright.engine.sensor import Sensor
+from cellwright.engine.simulation import Simulation
+from cellwright.middleware.bus import Bus
+from cellwright.rendering.cameras.picture_camera import PictureCamera
+from cellwright.rendering.cameras.studio import Studio, hire_painter
+
+
+class Cell:
+    """A kit-building cell, ready to run: `reset` begins a run, `step` lets a tick pass.
+
+    Args:
+        trial: what was written about it.
+        seed: root of all chance; None takes the trial's own.
+        servo: servo profile of the arm; None takes the trial's own.
+        competition: whether what a competition refuses (belt control, submitting a tray by hand, …) is refused.
+        report: takes a line about refused input, at most one a second from each source.
+
+    Raises:
+        UnknownNameError: a frame or a joint that does not exist.
+        UsageError: a sensor's name clashes with another topic.
+        PluginError: a sensor or a device of another package cannot be used.
+    """
+
+    def __init__(
+        self,
+        trial: Trial,
+        *,
+        seed: int | None = None,
+        servo: ServoProfile | None = None,
+        competition: bool = True,
+        report: Callable[[str], None] = lambda _line: None,
+    ) -> None:
+        if servo is not None:
+            arm = replace(trial.settings.arm, servo=servo)
+            trial = replace(trial, settings=replace(trial.settings, arm=arm))
+        self.trial = trial
+        self.seed = trial.settings.seed if seed is None else seed
+        self.world: World = build_world(trial)
+        self.simulation = Simulation(
+            self.world.model,
+            timestep=Fraction(*trial.settings.timestep),
+            seed=self.seed,
+            first_pose=self.world.put_in_first_pose,
+        )
+        self.parts = Parts(self.world.parts)
+        self.overlaps = Overlaps(self.parts)
+        self.conveyor = Conveyor(self.parts)
+        self.population = (
+            Population(
+                trial.belt_parts,
+                trial.options.belt_population_cycles,
+                self.conveyor,
+                self.parts,
+                trial.circumstances.belt_delay,
+            )
+            if trial.belt_parts
+            else None
+        )
+        self.deletion_wall = DeletionWall(self.parts)
+        numbers = (1, 2) if trial.options.insert_agvs else ()
+        self.trays = {number: KitTray(number, self.parts) for number in numbers}
+        self.agvs = {number: Agv(number, tray) for number, tray in self.trays.items()}
+        self.arm = Arm(trial.settings.arm) if trial.has_arm else None
+        phase = trial.circumstances.gripper_phase
+        self.gripper = (
+            VacuumGripper(self.parts, None if phase is None else nanoseconds(phase)) if trial.has_arm else None
+        )
+        self.competition = Competition(
+            trial,
+            parts=self.parts,
+            conveyor=self.conveyor,
+            population=self.population,
+            trays=self.trays,
+            agvs=self.agvs,
+            gripper=self.gripper,
+        )
+        self.demo_tray = self._make_demo_tray()
+        scene = self._make_scene()
+        self.studio = Studio(self.simulation, hire_painter, hidden=self.out_of_sight, report=report)
+        """Where the pictures of cameras are drawn."""
+        self.sensors = {each.name: self._make_sensor(each, scene, report) for each in trial.sensors}
+        self.quality = {number: QualityControlSensor(number, scene, trial.faulty_parts) for number in self.trays}
+        self.checkpoints = Checkpoints(report)
+        self.intention = Intention()
+        """What the agent says that it is about; no part of the state."""
+        for device in self._devices():
+            self.simulation.add(device)
+        self.in_competition = competition
+        """Whether what a competition refuses is refused."""
+        self.bus = Bus(lambda: self.simulation.now, report)
+        bind(self.bus, self._contract_devices(), competition=competition)
+        for brought in trial.devices:
+            self.simulation.add(make_brought_device(brought, self))
+        self.reset()
+
+    @property
+    def name(self) -> str:
+        """Name of the trial."""
+        return self.trial.name
+
+    @property
+    def servo(self) -> ServoProfile:
+        """The servo profile of the arm."""
+        return self.trial.settings.arm.servo
+
+    @property
+    def seen(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
+        """The engine's model and data, for taking a picture."""
+        return self.simulation.model, self.simulation.data
+
+    def reset(self) -> None:
+        """Begin a run: time 0, everything in its first place."""
+        self.intention.forget()
+        self.simulation.reset()
+
+    def step(self) -> None:
+        """Let one tick pass."""
+        self.simulation.step()
+
+    def topics(self) -> list[str]:
+        """Names of all topics that leave the cell."""
+        return [topic.name for topic in self.bus.topics() if topic.publishers]
+
+    def out_of_sight(self) -> list[int]:
+        """Ids of the bodies of parts that are not in play, which stand on a shelf far off."""
+        return [part.body for part in self.parts.all if part.name not in self.parts.in_play]
+
+    def state_hash(self) -> str:
+        """SHA-256 of the whole state: engine, events, devices, referee and score."""
+        return self.simulation.state_hash()
+
+    # ---------------------------------------------------------------- joining
+
+    def _devices(self) -> list[Any]:
+        """Every device, in the order in which they act in a tick."""
+        return [
+            self.parts,
+            self.overlaps,
+            self.conveyor,
+            *filter(None, [self.population]),
+            self.deletion_wall,
+            *self.trays.values(),
+            *self.agvs.values(),
+            *filter(None, [self.arm, self.gripper]),
+            *filter(None, [self.demo_tray]),
+            *self.sensors.values(),
+            *self.quality.values(),
+            self.competition,
+            self.checkpoints,
+        ]
+
+    def _contract_devices(self) -> GearDevices:
+        return GearDevices(
+            trial=self.trial,
+            simulation=self.simulation,
+            competition=self.competition,
+            conveyor=self.conveyor,
+            population=self.population,
+            arm=self.arm,
+            gripper=self.gripper,
+            trays=self.trays,
+            agvs=self.agvs,
+            sensors=self.sensors,
+            quality=self.quality,
+            intention=self.intention,
+        )
+
+    def _make_sensor(self, description: SensorDescription, scene: Scene, report: Callable[[str], None]) -> Sensor[Any]:
+        if isinstance(description, CameraDescription):
+            return PictureCamera(description, self.studio, report=report)
+        return make_sensor(description, scene)
+
+    def _make_demo_tray(self) -> DemoTray | None:
+        pool = [part for part in self.world.parts if part.name.startswith("populate_kit_tray_1|")]
+        if not pool:
+            return None
+        demo = DemoTray(self.trays[1], self.parts, pool, demo_objects(self.trial))
+
+        def begin(effect: Effect) -> None:
+            if isinstance(effect, StateChanged) and effect.state is CompetitionState.GO:
+                demo.fill()
+
+        self.competition.on_effect.append(begin)
+        return demo
+
+    def _make_scene(self) -> Scene:
+        model = self.world.model
+        models = [SceneModel(part.name, part.type, part.body, part.geoms) for part in self.world.parts]
+        for number, tray in self.trays.items():
+            agv, link = model.body(f"agv{number}").id, model.body(tray.link).id
+            models.append(SceneModel(f"agv{number}", f"agv{number}", agv, collision_geoms(model, agv)))
+            models.append(
+                SceneModel(f"kit_tray_{number}", TRAY_TYPE, link, collision_geoms(model, link), f"agv{number}")
+            )
+        return Scene(model, self.simulation.data, models, self.trial.part_models)
+
+
+def make_sensor(description: SensorDescription, scene: Scene) -> Sensor[Any]:
+    """The device for a described sensor."""
+    name, pose = description.name, description.pose
+    match description.type:
+        case "break_beam":
+            return BreakBeam(name, pose)
+        case "proximity_sensor":
+            return ProximitySensor(name, pose)
+        case "laser_profiler":
+            return LaserProfiler(name, pose)
+        case "logical_camera":
+            return LogicalCamera(name, pose, scene)
+        case _:
+            return make_brought_sensor(description, scene)

@@ -1,0 +1,269 @@
+"""The competition on the floor: the referee's word carried out by belt and population, its eyes on trays and gripper.
+
+It joins the kitting logic, which knows no physics, with the devices, which know no orders.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+from cellwright.cell.devices.agv import Agv
+from cellwright.cell.devices.conveyor import Conveyor
+from cellwright.cell.devices.gripper.vacuum_gripper import VacuumGripper
+from cellwright.cell.devices.kit_tray import KitTray
+from cellwright.cell.devices.parts import Parts
+from cellwright.cell.devices.parts import Removal as RemovedBy
+from cellwright.cell.devices.population import Population
+from cellwright.cell.kitting.drops import DropZones
+from cellwright.cell.kitting.effects import (
+    CompetitionState,
+    ConveyorPower,
+    Effect,
+    EndReason,
+    KitSubmitted,
+    OrderAnnounced,
+    PopulationRestart,
+    StateChanged,
+)
+from cellwright.cell.kitting.fates import Fate, HandlingRecord, PartNow, Removal
+from cellwright.cell.kitting.faults import Faults
+from cellwright.cell.kitting.names import part_type
+from cellwright.cell.kitting.referee import Referee
+from cellwright.cell.kitting.score.evidence import Evidence, evidence
+from cellwright.cell.kitting.score.kit_score import KitScore, Verdict
+from cellwright.cell.kitting.score.scorer import GameScore
+from cellwright.cell.kitting.tray import TrayObject
+from cellwright.cell.model.build import WorldPart
+from cellwright.config.trial.trial import Order, Trial
+from cellwright.engine.device import Device, State
+from cellwright.engine.events import NEVER
+from cellwright.util.errors import RejectedCommandError
+from cellwright.util.pose import Pose, Vector3
+
+_AFTER_DEVICES = 10
+"""Priority of the referee among the events of a tick: it judges what the devices have done."""
+
+
+class Competition(Device):
+    """Runs a trial: announces its orders, has kits judged and ends the game.
+
+    `on_effect` hears everything that the referee does, in order.
+    """
+
+    def __init__(
+        self,
+        trial: Trial,
+        *,
+        parts: Parts,
+        conveyor: Conveyor,
+        population: Population | None,
+        trays: Mapping[int, KitTray],
+        agvs: Mapping[int, Agv],
+        gripper: VacuumGripper | None,
+    ) -> None:
+        super().__init__("competition")
+        self.trial = trial
+        self.referee = Referee(trial)
+        self.faults = Faults(trial.faulty_parts)
+        self.drops = DropZones(trial.drop_regions)
+        self.announced: list[Order] = []
+        self.on_effect: list[Callable[[Effect], None]] = []
+        self._handling = HandlingRecord()
+        self._dropped_at: Vector3 | None = None
+        self._parts = parts
+        self._conveyor = conveyor
+        self._population = population
+        self._trays = dict(trays)
+        self._gripper = gripper
+        parts.on_removed.append(self._take_removal)
+        for tray in trays.values():
+            tray.on_report.append(self._take_report)
+        for agv in agvs.values():
+            agv.on_submit.append(self._take_kit)
+        if gripper is not None:
+            gripper.on_change.append(self._take_grip)
+            gripper.drop_target = self._drop_target
+
+    # ---------------------------------------------------------------- what one may ask
+
+    @property
+    def state(self) -> CompetitionState:
+        """The state of the competition."""
+        return self.referee.state
+
+    @property
+    def is_timed_out(self) -> bool:
+        """Whether the time limit ended the game."""
+        return self.referee.end_reason is EndReason.TIME_LIMIT
+
+    def score(self) -> GameScore:
+        """The score at this moment."""
+        return self.referee.score(self.simulation.now)
+
+    @property
+    def process_time(self) -> int:
+        """From the start to the end of the game, or until now [ns]."""
+        return self.referee.process_time(self.simulation.now)
+
+    def evidence(self) -> Evidence:
+        """The score at this moment, with what earned or lost each point."""
+        return evidence(self.trial, self.score(), self.process_time, fates=self.fates())
+
+    def fates(self) -> dict[str, tuple[Fate | None, ...]]:
+        """What became of the parts that judged kits lack, by kit type, for each ordered part."""
+        return {kit.kit_type: self._handling.fates(kit.kit_type) for order in self.trial.orders for kit in order.kits}
+
+    def tray_objects(self, tray: KitTray) -> tuple[TrayObject, ...]:
+        """What a tray last reported, with types and faults, as the referee sees it."""
+        return tuple(
+            TrayObject(each.name, part_type(each.name), self.faults.is_faulty(each.name), each.pose)
+            for each in tray.contents
+        )
+
+    # ---------------------------------------------------------------- commands
+
+    def start(self) -> None:
+        """Start the competition; it goes with the next step.
+
+        Raises:
+            RejectedCommandError: it was started before.
+        """
+        self._carry_out(self.referee.start(self.simulation.now))
+
+    def end(self) -> None:
+        """End the competition."""
+        self._carry_out(self.referee.end(self.simulation.now))
+
+    def submit(self, tray_id: str, kit_type: str) -> KitSubmitted:
+        """Have a tray judged as a kit.
+
+        Raises:
+            RejectedCommandError: the competition is not running.
+            UnknownNameError: there is no such tray.
+        """
+        submitted = self.referee.submit(tray_id, kit_type, self.simulation.now)
+        submitted = replace(submitted, fates=self._fates_of(submitted))
+        self._carry_out((submitted,))
+        return submitted
+
+    # ---------------------------------------------------------------- life
+
+    def reset(self) -> None:
+        """A new run: nothing announced, every tray empty."""
+        self.referee.reset()
+        self.drops.reset()
+        self.announced = []
+        self.set_record({})
+        for tray in self._trays.values():
+            self.referee.tray_changed(tray.link, ())
+
+    def handle(self, kind: str, arguments: tuple[Any, ...]) -> None:
+        """The referee's next step is due."""
+        if kind != "step":
+            super().handle(kind, arguments)
+        self._carry_out(self.referee.update(self.simulation.now))
+
+    def get_state(self) -> dict[str, Any]:
+        """What referee and drop regions remember."""
+        return {
+            "referee": self.referee.get_state(),
+            "drops": self.drops.get_state(),
+            "announced": [each.order_id for each in self.announced],
+        }
+
+    def set_state(self, state: State) -> None:
+        """Remember what `get_state` returned."""
+        self.referee.set_state(state["referee"])
+        self.drops.set_state(state["drops"])
+        self.announced = [order for name in state["announced"] for order in self.trial.orders if order.order_id == name]
+
+    def get_record(self) -> State:
+        """What was done with the parts, and what became of those that judged kits lack."""
+        return self._handling.get_record()
+
+    def set_record(self, record: State) -> None:
+        """Take over what `get_record` returned."""
+        self._handling.set_record(record)
+
+    # ---------------------------------------------------------------- inside
+
+    def _carry_out(self, effects: tuple[Effect, ...]) -> None:
+        for effect in effects:
+            match effect:
+                case ConveyorPower(power):
+                    self._conveyor.set_power(power)
+                case PopulationRestart():
+                    if self._population is not None:
+                        self._population.control("restart")
+                case OrderAnnounced(order):
+                    self.announced.append(order)
+                case _:
+                    pass
+            for listener in self.on_effect:
+                listener(effect)
+        self._plan()
+
+    def _plan(self) -> None:
+        simulation = self.simulation
+        simulation.cancel(self, "step")
+        deadline = self.referee.next_deadline()
+        if deadline < NEVER:
+            simulation.schedule(self, "step", at=max(deadline, simulation.now), priority=_AFTER_DEVICES)
+
+    def _take_report(self, tray: KitTray) -> None:
+        self.referee.tray_changed(tray.link, self.tray_objects(tray))
+        self._handling.report(tray.link, (each.name for each in tray.contents))
+        self._plan()
+
+    def _take_kit(self, agv: Agv, kit_type: str) -> None:
+        try:
+            self.submit(agv.tray.link, kit_type)
+        except RejectedCommandError:
+            return  # the AGV drives off with its kit all the same, as in the original
+
+    def _take_grip(self, gripper: VacuumGripper) -> None:
+        now = self.simulation.now
+        self.referee.gripper_changed(now, enabled=gripper.enabled, attached=gripper.attached)
+        held = self._handling.held
+        if held is not None and held != gripper.part:
+            forced_at, self._dropped_at = self._dropped_at, None
+            position = forced_at or self._parts.pose(self._parts.part(held)).position
+            self._handling.let_go(held, position, now, is_forced=forced_at is not None)
+        if gripper.part is not None and held != gripper.part:
+            self._handling.take(gripper.part, now)
+
+    def _take_removal(self, part: WorldPart, by: RemovedBy) -> None:
+        self._handling.remove(part.name, Removal(by))
+
+    def _fates_of(self, submitted: KitSubmitted) -> tuple[Fate | None, ...]:
+        """What became of the parts that a judged kit lacks; of one that was judged before, as it was found then."""
+        score = submitted.score
+        if submitted.is_repeated or not score.is_submitted:
+            return self._handling.fates(score.kit_type) if score.is_submitted else ()
+        reported = [each.name for each in self.referee.trays.contents(submitted.tray_id)]
+        now = self.simulation.now
+        return self._handling.judge(score, submitted.tray_id, reported, self._parts_now(score), now)
+
+    def _parts_now(self, score: KitScore) -> Iterator[PartNow]:
+        """The parts of the types that a kit lacks, where they are now."""
+        missing = {finding.type for finding in score.parts if finding.verdict is Verdict.MISSING}
+        if not missing:
+            return
+        trays = {each.name: tray.link for tray in self._trays.values() for each in tray.look()}
+        for part in self._parts.all:
+            if (kind := part_type(part.name)) in missing:
+                position, is_faulty = self._parts.pose(part).position, self.faults.is_faulty(part.name)
+                above = next((tray.link for tray in self._trays.values() if tray.is_below(position)), "")
+                yield PartNow(part.name, kind, position, trays.get(part.name, ""), above, is_faulty)
+
+    def _drop_target(self, name: str, world_T_part: Pose) -> Pose | None:
+        region = self.drops.drop(part_type(name), world_T_part.position)
+        self._dropped_at = None if region is None else world_T_part.position
+        return None if region is None else region.destination
+
+
+def is_done(effect: Effect) -> bool:
+    """Whether this is the end: the competition is done."""
+    return isinstance(effect, StateChanged) and effect.state is CompetitionState.DONE

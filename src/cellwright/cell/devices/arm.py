@@ -1,0 +1,160 @@
+"""The arm on its rail: joint servos in the engine, driven by a joint trajectory controller."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+
+from cellwright.cell.devices.trajectory.controller import Following, JointTrajectoryController
+from cellwright.cell.devices.trajectory.goal import GoalRequest, TrajectoryGoal
+from cellwright.cell.devices.trajectory.trajectory import JointTrajectory
+from cellwright.config.layout import ARM_JOINTS
+from cellwright.config.trial.trial import ArmSettings
+from cellwright.engine.device import Device, State
+from cellwright.engine.simulation import Simulation
+
+T = TypeVar("T")
+
+FARTHEST = 1e6
+"""Setpoints are cut off here [rad, m; per s]: far beyond where every servo gives all it has, and small enough for the
+engine, which takes larger ones for the end of all computing and lets go of everything."""
+
+
+class JointReadings(NamedTuple):
+    """Joints as they are: positions [rad; m], velocities [rad/s; m/s], efforts [N m; N], in controller order."""
+
+    positions: list[float]
+    velocities: list[float]
+    efforts: list[float]
+
+
+class Arm(Device):
+    """The arm and its controller. It holds its initial posture from the first step on.
+
+    The servos get the position that is desired at the start of a step and the velocity that is desired at its end:
+    both at the end would cost one step of lag.
+    """
+
+    def __init__(self, settings: ArmSettings) -> None:
+        super().__init__("arm")
+        self.controller = JointTrajectoryController(ARM_JOINTS, settings)
+        self.on_goal_ended: list[Callable[[TrajectoryGoal], None]] = []
+
+    def attach(self, simulation: Simulation) -> None:
+        """Look up the joints and their servos."""
+        super().attach(simulation)
+        model = simulation.model
+        joints = [model.joint(name).id for name in ARM_JOINTS]
+        actuators = [model.actuator(name).id for name in ARM_JOINTS]
+        count = len(actuators)
+        self._qpos = np.array([model.jnt_qposadr[joint] for joint in joints])
+        self._dof = np.array([model.jnt_dofadr[joint] for joint in joints])
+        self._actuators = np.array(actuators)
+        # each servo has two inputs, and the arm's stand side by side: a slice is written ten times faster than a list
+        first = int(model.actuator_ctrladr[actuators[0]])
+        assert model.actuator_ctrladr[actuators].tolist() == list(range(first, first + 2 * count, 2))
+        self._position_ctrl = slice(first, first + 2 * count, 2)
+        self._velocity_ctrl = slice(first + 1, first + 2 * count, 2)
+        self._step = simulation.clock.timestep
+
+    def reset(self) -> None:
+        """Hold the posture that the model begins with."""
+        self.controller.start(self.simulation.data.qpos[self._qpos].tolist(), self.simulation.now)
+        self.set_stepping(True)  # a run that follows another begins in the same state as the first
+        self._drive()
+
+    # ---------------------------------------------------------------- commands
+
+    def command(self, trajectory: JointTrajectory) -> None:
+        """Follow a trajectory that came on the command topic.
+
+        Raises:
+            RejectedTrajectoryError: it cannot be followed; the arm keeps to its old one.
+        """
+        self._with_goal(lambda: self.controller.command(trajectory, self.simulation.now))
+
+    def accept(self, request: GoalRequest) -> TrajectoryGoal:
+        """Follow the trajectory of an action goal.
+
+        Raises:
+            RejectedTrajectoryError: it cannot be followed; the arm keeps to its old one.
+        """
+        return self._with_goal(lambda: self.controller.accept(request, self.simulation.now))
+
+    def cancel(self) -> bool:
+        """End the active goal and bring the arm to rest; whether there was one."""
+        return self._with_goal(lambda: self.controller.cancel(self.simulation.now))
+
+    # ---------------------------------------------------------------- what it does
+
+    def read(self) -> JointReadings:
+        """The joints as they are now."""
+        data = self.simulation.data
+        return JointReadings(
+            data.qpos[self._qpos].tolist(),
+            data.qvel[self._dof].tolist(),
+            data.actuator_force[self._actuators].tolist(),
+        )
+
+    def following(self) -> Following:
+        """What the controller wants, what the joints do, and the difference."""
+        joints = self.read()
+        return self.controller.following(self.simulation.now, joints.positions, joints.velocities)
+
+    def before_step(self) -> None:
+        """Drive the servos; rest when nothing changes any more."""
+        now = self.simulation.now
+        self._drive()
+        goal = self.controller.goal
+        if (goal is None or not goal.active) and self.controller.settled_at(now):
+            self.set_stepping(False)
+
+    def after_step(self) -> None:
+        """Judge the active goal."""
+        goal = self.controller.goal
+        if goal is not None and goal.active:
+            joints = self.read()
+            self.controller.update(self.simulation.now, joints.positions, joints.velocities)
+            if goal.result is not None:
+                self._tell_ended(goal)
+
+    def get_state(self) -> dict[str, Any]:
+        """What the controller remembers."""
+        return self.controller.get_state()
+
+    def set_state(self, state: State) -> None:
+        """Remember what `get_state` returned."""
+        self.controller.set_state(state)
+
+    # ---------------------------------------------------------------- inside
+
+    def _drive(self) -> None:
+        simulation = self.simulation
+        now = simulation.now
+        ctrl = simulation.data.ctrl
+        after = simulation.clock.time_of(simulation.clock.tick + 1)
+        ctrl[self._position_ctrl] = _cut_off(self.controller.positions(now))
+        ctrl[self._velocity_ctrl] = _cut_off(self.controller.velocities(after))
+
+    def _with_goal(self, act: Callable[[], T]) -> T:
+        """Act on the controller; take up stepping, and tell of a goal that this has ended."""
+        before = self.controller.goal
+        ended_before = before is None or not before.active
+        result = act()
+        self.set_stepping(True)
+        if before is not None and not ended_before and not before.active:
+            self._tell_ended(before)
+        return result
+
+    def _tell_ended(self, goal: TrajectoryGoal) -> None:
+        for listener in self.on_goal_ended:
+            listener(goal)
+
+
+def _cut_off(setpoints: list[float]) -> list[float]:
+    """Setpoints none of which is farther than FARTHEST; what is no number becomes one."""
+    if sum(map(abs, setpoints)) <= FARTHEST:  # as good as always, and soon found out
+        return setpoints
+    return [min(FARTHEST, max(-FARTHEST, each)) for each in setpoints]

@@ -1,0 +1,155 @@
+"""A kit tray: what stands on its plate, as the tray itself reports it once a second."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import mujoco
+
+from cellwright.cell.devices.gripper.weld import engage
+from cellwright.cell.devices.parts import Parts
+from cellwright.cell.model.build import WorldPart
+from cellwright.config.layout import TRAY_PLATE
+from cellwright.engine.clock import nanoseconds
+from cellwright.engine.device import Device, State
+from cellwright.engine.simulation import Simulation
+from cellwright.util.pose import Pose, Vector3
+
+PERIOD = Fraction(1)
+"""Time between two reports [s] (ARIAC 2017: the tray's contact sensor runs at 1 Hz)."""
+
+CONTACT = 5e-4
+"""A part closer to the plate than this [m] stands on it. A sleeping part has no contacts to go by, so distance does."""
+
+_LOWER, _UPPER = (-0.5, -0.6, -0.1), (0.5, 0.6, 0.3)
+
+
+@dataclass(frozen=True, slots=True)
+class TrayPart:
+    """A part on a tray; the pose is that of the part in the tray frame."""
+
+    name: str
+    pose: Pose
+
+
+class KitTray(Device):
+    """One tray on its AGV.
+
+    `contents` is what was last reported: parts in contact with the base plate and those locked to the tray. A part
+    lying on another part is not among them. It changes once a second, and whoever is in `on_report` is told.
+    """
+
+    def __init__(self, number: int, parts: Parts) -> None:
+        super().__init__(f"kit_tray_{number}")
+        self.number = number
+        self.parts = parts
+        self.link = f"agv{number}::kit_tray_{number}::kit_tray_{number}::tray"
+        self.contents: tuple[TrayPart, ...] = ()
+        self.on_report: list[Callable[[KitTray], None]] = []
+        self._body = -1
+        self._plate = -1
+
+    def attach(self, simulation: Simulation) -> None:
+        """Look up link and plate."""
+        super().attach(simulation)
+        self._body = simulation.model.body(self.link).id
+        self._plate = simulation.model.geom(f"kit_tray_{self.number}_plate").id
+
+    def reset(self) -> None:
+        """Empty, and reporting each second from now on."""
+        self.contents = ()
+        self._schedule(1)
+
+    def handle(self, kind: str, arguments: tuple[Any, ...]) -> None:
+        """Report."""
+        if kind != "report":
+            super().handle(kind, arguments)
+        self._schedule(arguments[0] + 1)
+        self._tell()
+
+    @property
+    def world_T_tray(self) -> Pose:
+        """Where the tray link is now."""
+        simulation = self.simulation
+        simulation.refresh()
+        x, y, z = (float(value) for value in simulation.data.xpos[self._body])
+        w, qx, qy, qz = (float(value) for value in simulation.data.xquat[self._body])
+        return Pose((x, y, z), (w, qx, qy, qz))
+
+    def look(self) -> tuple[TrayPart, ...]:
+        """What stands on the plate or is locked to it now, in the order of the parts."""
+        world_T_tray = self.world_T_tray
+        tray_T_world = world_T_tray.inverse()
+        return tuple(
+            TrayPart(part.name, tray_T_world @ self.parts.pose(part))
+            for part in self.parts.inside(*_box_around(world_T_tray))
+            if self._is_locked(part) or self._touches(part)
+        )
+
+    def is_below(self, point: Vector3) -> bool:
+        """Whether a point of the world [m] is above the plate, within 0.3 m of it."""
+        x, y, z = self.world_T_tray.inverse().transform(point)
+        return abs(x) <= TRAY_PLATE[0] / 2 and abs(y) <= TRAY_PLATE[1] / 2 and 0.0 <= z <= _UPPER[2]
+
+    def lock(self) -> None:
+        """Fix the reported parts to the tray, each where it is, so that none is lost on the way.
+
+        A cup that holds one loses it: cup and AGV would tear it apart.
+        """
+        tray_T_world = self.world_T_tray.inverse()
+        for part in (self.parts.part(each.name) for each in self.contents):
+            if self._is_locked(part) or part.name not in self.parts.in_play:
+                continue
+            tray_T_part = tray_T_world @ self.parts.pose(part)
+            self.parts.take_from_cup(part)
+            engage(self.simulation, part.locks[self.number - 1], self._body, tray_T_part)
+
+    def clear(self) -> None:
+        """Take the locked parts out of the cell."""
+        for part in self.parts.all:
+            if self._is_locked(part):
+                self.parts.put_away(part, "delivery")
+        self._tell()
+
+    def remove_all(self) -> None:
+        """Take everything that stands on the tray out of the cell."""
+        for each in self.look():
+            self.parts.put_away(self.parts.part(each.name))
+        self._tell()
+
+    def _tell(self) -> None:
+        self.contents = self.look()
+        for listener in self.on_report:
+            listener(self)
+
+    def get_state(self) -> dict[str, Any]:
+        """The last report."""
+        return {
+            "contents": [[each.name, *each.pose.position, *each.pose.quaternion] for each in self.contents],
+        }
+
+    def set_state(self, state: State) -> None:
+        """Remember what `get_state` returned; what is locked is restored with the engine."""
+        self.contents = tuple(
+            TrayPart(name, Pose((x, y, z), (qw, qx, qy, qz))) for name, x, y, z, qw, qx, qy, qz in state["contents"]
+        )
+
+    def _schedule(self, report: int) -> None:
+        self.simulation.schedule(self, "report", report, at=nanoseconds(report * PERIOD))
+
+    def _is_locked(self, part: WorldPart) -> bool:
+        return bool(self.simulation.data.eq_active[part.locks[self.number - 1]])
+
+    def _touches(self, part: WorldPart) -> bool:
+        model, data = self.simulation.model, self.simulation.data
+        return any(mujoco.mj_geomDistance(model, data, g, self._plate, 0.01, None) <= CONTACT for g in part.geoms)
+
+
+def _box_around(world_T_tray: Pose) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """A box of the world frame that holds the space above the tray, whichever way the tray is turned."""
+    radius = max(*(abs(value) for value in (*_LOWER[:2], *_UPPER[:2])))
+    x, y, z = world_T_tray.position
+    return (x - radius, y - radius, z + _LOWER[2]), (x + radius, y + radius, z + _UPPER[2])

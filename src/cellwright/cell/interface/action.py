@@ -1,0 +1,221 @@
+"""The arm's action `follow_joint_trajectory`: the actionlib protocol on five topics.
+
+A goal that cannot be followed is rejected at once with the reason in its result. A goal that is followed reports ten
+times a second, and ends succeeded, aborted (outside its tolerances) or preempted (cancelled, or something else came).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from cellwright.cell.devices.arm import Arm
+from cellwright.cell.devices.trajectory.command import RejectedTrajectoryError
+from cellwright.cell.devices.trajectory.controller import Following
+from cellwright.cell.devices.trajectory.goal import GoalRequest, GoalResult, TrajectoryGoal
+from cellwright.cell.devices.trajectory.tolerance import AskedTolerance
+from cellwright.cell.interface.commands import SIMULATOR, trajectory_of
+from cellwright.engine.clock import NANOSECONDS
+from cellwright.engine.device import Device, State
+from cellwright.engine.simulation import Simulation
+from cellwright.middleware.bus import Bus
+from cellwright.middleware.interface.sampling import Sampled, advertise
+from cellwright.middleware.interface.table import Row
+from cellwright.middleware.messages.build import header, nanoseconds, stamp, trajectory_point
+from cellwright.middleware.messages.control_msgs import (
+    FollowJointTrajectoryActionFeedback,
+    FollowJointTrajectoryActionGoal,
+    FollowJointTrajectoryActionResult,
+    FollowJointTrajectoryFeedback,
+    FollowJointTrajectoryResult,
+    JointTolerance,
+)
+from cellwright.middleware.messages.standard import GoalID, GoalStatus, GoalStatusArray
+
+NAME = "/ariac/arm/follow_joint_trajectory"
+ACTIVE, REJECTED = 1, 5
+"""Of actionlib_msgs/GoalStatus."""
+
+REMEMBERED = 5 * NANOSECONDS
+"""How long the status of a goal that has ended is still told [ns] (the default of actionlib's server)."""
+
+MOST_REMEMBERED = 50
+"""So many goals that have ended are told at most, so that a flood of bad ones does not swell every message."""
+
+LONGEST_ID = 255
+"""Characters of a goal's identifier: it is remembered, and told with every status."""
+
+_LONGEST_TEXT = 500
+
+
+class TrajectoryAction(Device):
+    """The action server of one arm.
+
+    It remembers its goals as the original did, and what it remembers is part of the state: which goals a cancellation
+    is meant for depends on it.
+
+    Args:
+        bus: where the five topics go.
+        rows: the contract as it holds in this cell.
+        simulation: the time.
+        arm: what follows the goals.
+    """
+
+    def __init__(self, bus: Bus, rows: Sequence[Row], simulation: Simulation, arm: Arm) -> None:
+        super().__init__(NAME)
+        self._arm = arm
+        self._statuses: dict[str, tuple[GoalStatus, int | None]] = {}
+        row = {each.name.removeprefix(f"{NAME}/"): each for each in rows}
+        bus.listen(f"{NAME}/goal", row["goal"].type, self._take_goal, node=SIMULATOR)
+        bus.listen(f"{NAME}/cancel", row["cancel"].type, self._take_cancel, node=SIMULATOR)
+        self._result = advertise(bus, row["result"])
+        sampled = {
+            each: Sampled(bus, simulation, row[each], row[each].period, build, rank=1 + rows.index(row[each]))
+            for each, build in (("status", self._told), ("feedback", self._progress))
+        }
+        self._status = sampled["status"]
+        arm.on_goal_ended.append(self._tell_ended)
+
+    # ---------------------------------------------------------------- life
+
+    def reset(self) -> None:
+        """Forget all goals."""
+        self._statuses = {}
+
+    def get_state(self) -> dict[str, Any]:
+        """The goals that are remembered."""
+        return {
+            "goals": [
+                [name, nanoseconds(status.goal_id.stamp), status.status, status.text, ended]
+                for name, (status, ended) in self._recent().items()
+            ]
+        }
+
+    def set_state(self, state: State) -> None:
+        """Remember what `get_state` returned."""
+        self._statuses = {
+            name: (GoalStatus(GoalID(stamp(given), name), code, text), ended)
+            for name, given, code, text, ended in state["goals"]
+        }
+
+    # ---------------------------------------------------------------- what comes in
+
+    def _take_goal(self, message: FollowJointTrajectoryActionGoal, node: str) -> None:
+        now = self.simulation.now
+        if len(message.goal_id.id) > LONGEST_ID:
+            raise RejectedTrajectoryError(
+                GoalResult.INVALID_GOAL, f"a goal's identifier may have {LONGEST_ID} characters"
+            )
+        # as in actionlib: what the sender left open is filled in, so that it can be cancelled all the same
+        name = message.goal_id.id or self._made_up(node)
+        goal_id = GoalID(stamp(nanoseconds(message.goal_id.stamp) or now), name)
+        current = self._arm.controller.goal
+        if current is not None and current.active and current.goal_id == name:
+            raise RejectedTrajectoryError(GoalResult.INVALID_GOAL, f"goal {name!r} is being followed already")
+        try:
+            self._arm.accept(request_of(message, name))
+        except RejectedTrajectoryError as error:
+            reason = str(error)[:_LONGEST_TEXT]  # names in it come from outside
+            self._note(GoalStatus(goal_id, REJECTED, reason), ended=True)
+            self._publish_result(name, int(error.result), reason)
+            raise  # counted and reported with the other refusals
+        self._note(GoalStatus(goal_id, ACTIVE, ""), ended=False)
+
+    def _take_cancel(self, message: GoalID, _node: str) -> None:
+        """Cancel by identifier, by time (all goals up to it), or everything when both are empty."""
+        goal = self._current()
+        if goal is None:
+            return
+        until = nanoseconds(message.stamp)
+        given = nanoseconds(self._statuses[goal.goal_id][0].goal_id.stamp)
+        everything = not message.id and until == 0
+        if everything or message.id == goal.goal_id or (until and given <= until):
+            self._arm.cancel()
+
+    # ---------------------------------------------------------------- what goes out
+
+    def _tell_ended(self, goal: TrajectoryGoal) -> None:
+        if goal.goal_id not in self._statuses:
+            return  # somebody gave it to the arm by hand
+        goal_id = self._statuses[goal.goal_id][0].goal_id
+        self._note(GoalStatus(goal_id, int(goal.status), goal.reason), ended=True)
+        self._publish_result(goal.goal_id, 0 if goal.result is None else int(goal.result), goal.reason)
+
+    def _publish_result(self, name: str, code: int, reason: str) -> None:
+        now = self.simulation.now
+        status = self._statuses[name][0]
+        self._result.publish(
+            FollowJointTrajectoryActionResult(header("", now), status, FollowJointTrajectoryResult(code, reason))
+        )
+
+    def _told(self) -> GoalStatusArray:
+        return GoalStatusArray(header("", self.simulation.now), [status for status, _ in self._recent().values()])
+
+    def _progress(self) -> FollowJointTrajectoryActionFeedback | None:
+        goal = self._current()
+        if goal is None:
+            return None
+        now = self.simulation.now
+        content = feedback_of(self._arm.controller.joint_names, self._arm.following(), now)
+        return FollowJointTrajectoryActionFeedback(header("", now), self._statuses[goal.goal_id][0], content)
+
+    # ---------------------------------------------------------------- inside
+
+    def _current(self) -> TrajectoryGoal | None:
+        """The goal that is being followed, if it came on the topic."""
+        goal = self._arm.controller.goal
+        return goal if goal is not None and goal.active and goal.goal_id in self._statuses else None
+
+    def _note(self, status: GoalStatus, *, ended: bool) -> None:
+        self._statuses.pop(status.goal_id.id, None)
+        self._statuses = self._recent()
+        self._statuses[status.goal_id.id] = (status, self.simulation.now if ended else None)
+        self._status.publish()
+
+    def _recent(self) -> dict[str, tuple[GoalStatus, int | None]]:
+        """The goal that is being followed, and those that ended not long ago."""
+        now = self.simulation.now
+        kept = {
+            name: (status, ended)
+            for name, (status, ended) in self._statuses.items()
+            if ended is None or now - ended <= REMEMBERED
+        }
+        ended_ones = [name for name, (_, ended) in kept.items() if ended is not None]
+        for name in ended_ones[:-MOST_REMEMBERED]:
+            del kept[name]
+        return kept
+
+    def _made_up(self, node: str) -> str:
+        """A name for a goal that came without one, in actionlib's form: node, number, time."""
+        number = 1
+        while (name := f"{node}-{number}-{self.simulation.time:.9f}") in self._statuses:
+            number += 1
+        return name
+
+
+def request_of(message: FollowJointTrajectoryActionGoal, goal_id: str) -> GoalRequest:
+    """A goal from its message."""
+    goal = message.goal
+    return GoalRequest(
+        goal_id,
+        trajectory_of(goal.trajectory),
+        tuple(map(_tolerance, goal.path_tolerance)),
+        tuple(map(_tolerance, goal.goal_tolerance)),
+        nanoseconds(goal.goal_time_tolerance),
+    )
+
+
+def _tolerance(message: JointTolerance) -> AskedTolerance:
+    return AskedTolerance(message.name, message.position, message.velocity)
+
+
+def feedback_of(names: tuple[str, ...], following: Following, now: int) -> FollowJointTrajectoryFeedback:
+    """How the joints follow, as feedback."""
+    desired = following.desired
+    return FollowJointTrajectoryFeedback(
+        header("", now),
+        list(names),
+        trajectory_point(desired.positions, desired.velocities, desired.accelerations),
+        trajectory_point(following.actual_positions, following.actual_velocities),
+        trajectory_point(following.error_positions, following.error_velocities),
+    )

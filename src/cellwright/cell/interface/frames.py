@@ -1,0 +1,109 @@
+"""The tree of frames of the kit-building cell, as its topics /tf and /tf_static carry it."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+
+from cellwright.cell.devices.sensors.logical_camera import Frame
+from cellwright.cell.devices.sensors.scene import body_poses
+from cellwright.cell.interface.devices import GearDevices
+from cellwright.cell.model.frames import AGV_HOMES, BELT_FRAME, BIN_CENTRES, load_point
+from cellwright.config.trial.trial import Camera, Trial
+from cellwright.engine.simulation import Simulation
+from cellwright.rendering.pinhole import OPTICAL
+from cellwright.util.pose import Pose
+
+MOVING_LINKS = (
+    ("linear_arm_actuator", "base_link"),
+    ("base_link", "shoulder_link"),
+    ("shoulder_link", "upper_arm_link"),
+    ("upper_arm_link", "forearm_link"),
+    ("forearm_link", "wrist_1_link"),
+    ("wrist_1_link", "wrist_2_link"),
+    ("wrist_2_link", "wrist_3_link"),
+)
+"""Parent and child link of each joint that moves."""
+
+BIN_FRAME_HEIGHT = 0.72
+BIN_FRAME_YAW = 1.5708
+
+_FLANGE = Pose((0.0, 0.0922, 0.0))  # UR10, d6
+
+LINK_FRAMES = (
+    Frame("base_link", "base", Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, -math.pi))),
+    Frame("wrist_3_link", "ee_link", _FLANGE @ Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, math.pi / 2))),
+    Frame("wrist_3_link", "tool0", _FLANGE @ Pose.from_rpy((0.0, 0.0, 0.0), (-math.pi / 2, 0.0, 0.0))),
+)
+"""Frames without a body that are fixed to a link of the arm."""
+
+
+def static_frames(trial: Trial) -> list[Frame]:
+    """Frames that never move: bins, load points, belt, sensors, and what is fixed to a link of the arm."""
+    frames = [
+        Frame("world", f"{name}_frame", Pose.from_rpy((x, y, BIN_FRAME_HEIGHT), (0.0, 0.0, BIN_FRAME_YAW)))
+        for name, (x, y) in BIN_CENTRES.items()
+    ]
+    frames += [Frame("world", f"{agv}_load_point_frame", load_point(agv)) for agv in AGV_HOMES]
+    frames.append(Frame("world", "belt_frame", BELT_FRAME))
+    # The original left out sensors by their names, not by their type: a camera's frame came from the camera itself.
+    frames += [
+        Frame(sensor.frame if isinstance(sensor, Camera) else "world", f"{sensor.name}_frame", sensor.pose)
+        for sensor in trial.sensors
+        if not sensor.name.startswith("logical_camera")
+    ]
+    frames += [
+        Frame(f"{camera.name}_frame", f"{camera.name}_optical_frame", OPTICAL)
+        for camera in trial.sensors
+        if isinstance(camera, Camera)
+    ]
+    return frames
+
+
+def fixed_arm_frames(simulation: Simulation) -> list[Frame]:
+    """Frames that are fixed to a link of the arm or to the world."""
+    return [
+        Frame("world", "linear_arm_actuator", relative(simulation, "world", "linear_arm_actuator")),
+        *LINK_FRAMES,
+        Frame("wrist_3_link", "vacuum_gripper_link", relative(simulation, "wrist_3_link", "vacuum_gripper_link")),
+    ]
+
+
+class ArmFrames:
+    """Where the arm's moving links are.
+
+    Args:
+        simulation: one with an arm in its model.
+    """
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._simulation = simulation
+        first = MOVING_LINKS[0][0]  # they form a chain
+        self._bodies = np.array(
+            [simulation.model.body(name).id for name in (first, *(link for _, link in MOVING_LINKS))]
+        )
+
+    def read(self) -> list[Frame]:
+        """Each link in the frame of the one before it, as of this tick."""
+        self._simulation.refresh()
+        poses = body_poses(self._simulation.data, self._bodies)
+        return [
+            Frame(parent, child, world_T_parent.inverse() @ world_T_child)
+            for (parent, child), (world_T_parent, world_T_child) in zip(MOVING_LINKS, pairwise(poses), strict=True)
+        ]
+
+
+def relative(simulation: Simulation, parent: str, child: str) -> Pose:
+    """parent_T_child of two bodies, as of this tick."""
+    simulation.refresh()
+    bodies = np.array([simulation.model.body(name).id for name in (parent, child)])
+    world_T_parent, world_T_child = body_poses(simulation.data, bodies)
+    return world_T_parent.inverse() @ world_T_child
+
+
+def all_static_frames(devices: GearDevices) -> list[Frame]:
+    """Every frame of /tf_static."""
+    arm = fixed_arm_frames(devices.simulation) if devices.arm is not None else []
+    return [*static_frames(devices.trial), *arm]

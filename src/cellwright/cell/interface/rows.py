@@ -1,0 +1,233 @@
+"""The contract of the kit-building cell: every name that a client of the 2017 competition ("GEAR") knows.
+
+The names, types, rates and latches are the original's; "each step" means the simulation's own step. Two things count as
+cheating in the competition and are marked so: seeing what lies on the trays, and steering belt, parts and scoring.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from fractions import Fraction
+
+from cellwright.cell.interface.intention import TOPIC as INTENTION
+from cellwright.config.trial.trial import Camera, CameraType, SensorType, Trial
+from cellwright.middleware.interface.table import Competition, Kind, Pace, Row, Where, says, takes
+from cellwright.util.errors import UsageError
+
+AGVS = ("1", "2")
+FOLLOW = "/ariac/arm/follow_joint_trajectory"
+PART_TYPES = "/cellwright/part_types"
+
+TOPIC, SERVICE, ACTION = Kind.TOPIC, Kind.SERVICE, Kind.ACTION
+EACH_STEP, ON_EVENT = Pace.EACH_STEP, Pace.ON_EVENT
+ALWAYS, WITH_ARM, WITH_AGVS, EACH_AGV = Where.ALWAYS, Where.ARM, Where.AGVS, Where.EACH_AGV
+REFUSES, SILENCED, ABSENT = Competition.REFUSES, Competition.SILENCED, Competition.ABSENT
+
+# The parts of the original that the rows are taken from.
+MANAGER = "ROSAriacTaskManagerPlugin"
+KIT_TRAY = "ROSAriacKitTrayPlugin"
+AGV = "ROSAGVPlugin"
+GRIPPER = "ROSVacuumGripperPlugin"
+CONVEYOR = "ROSConveyorBeltPlugin"
+POPULATION = "ROSPopulationPlugin"
+CAMERA = "ROSLogicalCameraPlugin"
+BEAM = "ROSProximityRayPlugin"
+CONTROLLER = "joint_trajectory_controller"
+ACTIONS = "actionlib"
+FRAMES = "robot_state_publisher"
+
+# fmt: off
+TIME_AND_FRAMES = (
+    says("/clock", "rosgraph_msgs/Clock", EACH_STEP, ALWAYS,
+         "Simulation time.", source="gazebo_ros"),
+    says("/tf", "tf2_msgs/TFMessage", 50, WITH_ARM,
+         "Where the links of the arm are.", node="/robot_state_publisher", source=FRAMES),
+    says("/tf", "tf2_msgs/TFMessage", 10, Where.CAMERAS,
+         "Where the logical cameras are, and what they see.", source=CAMERA),
+    says("/tf_static", "tf2_msgs/TFMessage", ON_EVENT, ALWAYS,
+         "Frames of bins, belt, load points and sensors, and those fixed to links of the arm.",
+         latch=True, node="/robot_state_publisher", source=FRAMES),
+)
+
+TRIAL = (
+    says("/ariac/competition_state", "std_msgs/String", 10, ALWAYS,
+         "`init`, `ready`, `go`, `end_game` or `done`.", source=MANAGER),
+    says("/ariac/current_score", "std_msgs/Float32", 10, ALWAYS,
+         "The score so far.", source=MANAGER),
+    says("/ariac/orders", "osrf_gear/Order", ON_EVENT, ALWAYS,
+         "An order, when it is announced. A late listener is given the newest one only.", latch=True, source=MANAGER),
+    takes(SERVICE, "/ariac/start_competition", "std_srvs/Trigger", ALWAYS,
+          "Starts the trial; once only.", source=MANAGER),
+    takes(SERVICE, "/ariac/end_competition", "std_srvs/Trigger", ALWAYS,
+          "Ends the trial, from any state.", source=MANAGER),
+    takes(SERVICE, "/ariac/material_locations", "osrf_gear/GetMaterialLocations", ALWAYS,
+          "Where parts of a type, or trays, are found; an empty list for an unknown type.", source=MANAGER),
+    takes(SERVICE, "/ariac/submit_tray", "osrf_gear/SubmitTray", ALWAYS,
+          "Has a tray scored where it stands. There is no answer unless the state is `go`.",
+          competition=REFUSES, source=MANAGER),
+    takes(TOPIC, INTENTION, "std_msgs/String", ALWAYS,
+          "What the agent is about, in a line for people who look on; it changes nothing."),
+    takes(SERVICE, PART_TYPES, "std_srvs/Trigger", ALWAYS,
+          "The part types of the file's own, as a JSON object in `message`: mass, box and flat spots of the top."),
+)
+
+ARM = (
+    says("/ariac/joint_states", "sensor_msgs/JointState", 50, WITH_ARM,
+         "The seven joints in alphabetical order, then the gripper's, which is always 0.",
+         source="joint_state_controller"),
+    takes(TOPIC, "/ariac/arm/command", "trajectory_msgs/JointTrajectory", WITH_ARM,
+          "A trajectory to follow, in place of the one under way.", source=CONTROLLER),
+    says("/ariac/arm/state", "control_msgs/JointTrajectoryControllerState", 25, WITH_ARM,
+         "Where the controller wants the joints to be, where they are, and the difference.", source=CONTROLLER),
+    takes(SERVICE, "/ariac/arm/query_state", "control_msgs/QueryTrajectoryState", WITH_ARM,
+          "Where the controller wants the joints to be at a moment.", source=CONTROLLER),
+    takes(ACTION, FOLLOW, "control_msgs/FollowJointTrajectory", WITH_ARM,
+          "A trajectory to follow within tolerances, with a result. In ROS 1 it is the five topics under this name.",
+          source=CONTROLLER),
+    takes(TOPIC, f"{FOLLOW}/goal", "control_msgs/FollowJointTrajectoryActionGoal", WITH_ARM,
+          "The trajectory and its tolerances.", source=ACTIONS),
+    takes(TOPIC, f"{FOLLOW}/cancel", "actionlib_msgs/GoalID", WITH_ARM,
+          "Calls a goal off; the arm stops.", source=ACTIONS),
+    says(f"{FOLLOW}/status", "actionlib_msgs/GoalStatusArray", 5, WITH_ARM,
+         "What became of the goals; also at once when something changes.", latch=True, source=ACTIONS),
+    says(f"{FOLLOW}/feedback", "control_msgs/FollowJointTrajectoryActionFeedback", 10, WITH_ARM,
+         "How it goes, while a goal is being followed.", source=CONTROLLER),
+    says(f"{FOLLOW}/result", "control_msgs/FollowJointTrajectoryActionResult", ON_EVENT, WITH_ARM,
+         "How it ended.", source=ACTIONS),
+    says("/ariac/gripper/state", "osrf_gear/VacuumGripperState", EACH_STEP, WITH_ARM,
+         "Whether the suction is on, and whether something hangs on the cup.", source=GRIPPER),
+    takes(SERVICE, "/ariac/gripper/control", "osrf_gear/VacuumGripperControl", WITH_ARM,
+          "Switches the suction on or off; always a success.", source=GRIPPER),
+)
+
+TRAYS = (
+    takes(SERVICE, "/ariac/agv{n}", "osrf_gear/AGVControl", EACH_AGV,
+          "Sends the AGV off with its tray as a kit; a success if it was ready, whatever the kit.", source=AGV),
+    says("/ariac/agv{n}/state", "std_msgs/String", EACH_STEP, EACH_AGV,
+         "`ready_to_deliver`, `preparing_to_deliver`, `delivering`, `delivered` or `returning`.", source=AGV),
+    says("/ariac/quality_control_sensor_{n}", "osrf_gear/LogicalCameraImage", 10, EACH_AGV,
+         "The faulty parts on the tray of the AGV.", latch=True, source=CAMERA),
+    says("/ariac/trays", "osrf_gear/TrayContents", 1, WITH_AGVS,
+         "What lies on each tray, one message per tray.", competition=SILENCED, source=KIT_TRAY),
+    takes(SERVICE, "/ariac/kit_tray_{n}/clear_tray", "std_srvs/Trigger", EACH_AGV,
+          "Takes away all that lies on the tray.", competition=REFUSES, source=KIT_TRAY),
+)
+
+BELT = (
+    takes(SERVICE, "/ariac/conveyor/control", "osrf_gear/ConveyorBeltControl", ALWAYS,
+          "Sets the power of the belt; one beyond 0 to 100 changes nothing, and is a success as well.",
+          competition=REFUSES, source=CONVEYOR),
+    says("/ariac/population/state", "osrf_gear/PopulationState", EACH_STEP, Where.BELT_PARTS,
+         "Whether parts are being put onto the belt.", source=POPULATION),
+    takes(SERVICE, "/ariac/population/control", "osrf_gear/PopulationControl", Where.BELT_PARTS,
+          "`pause`, `resume` or `restart` the flow of parts. There is no answer to another word.",
+          competition=ABSENT, source=POPULATION),
+)
+
+SENSORS = (
+    says("/ariac/{sensor}", "osrf_gear/Proximity", 20, Where.BREAK_BEAM,
+         "Whether something stands in the beam.", latch=True, source=BEAM),
+    says("/ariac/{sensor}_change", "osrf_gear/Proximity", ON_EVENT, Where.BREAK_BEAM,
+         "The same, only when it changes.", latch=True, source=BEAM),
+    says("/ariac/{sensor}", "sensor_msgs/Range", 20, Where.PROXIMITY_SENSOR,
+         "Distance to the nearest thing in the cone, its far end when there is none.", source="gazebo_ros_range"),
+    says("/ariac/{sensor}", "sensor_msgs/LaserScan", 100, Where.LASER_PROFILER,
+         "A profile of 400 distances.", source="gazebo_ros_laser"),
+    says("/ariac/{sensor}", "osrf_gear/LogicalCameraImage", 10, Where.LOGICAL_CAMERA,
+         "Types and poses of the things in view, hidden or not.", latch=True, source=CAMERA),
+)
+# fmt: on
+
+# fmt: off
+PICTURES = (
+    says("/ariac/{sensor}/image_raw", "sensor_msgs/Image", 10, Where.COLOUR_CAMERA,
+         "A colour picture, `rgb8`."),
+    says("/ariac/{sensor}/camera_info", "sensor_msgs/CameraInfo", 10, Where.COLOUR_CAMERA,
+         "The matrix of the colour pictures, which have no distortion."),
+    says("/ariac/{sensor}/depth/image_raw", "sensor_msgs/Image", 10, Where.DEPTH_CAMERA,
+         "Depth along the line of sight in m, `32FC1`; NaN where nothing was measured."),
+    says("/ariac/{sensor}/depth/camera_info", "sensor_msgs/CameraInfo", 10, Where.DEPTH_CAMERA,
+         "The matrix of the depth pictures, which is that of the colour pictures too."),
+    says("/ariac/{sensor}/depth/points", "sensor_msgs/PointCloud2", 10, Where.DEPTH_CAMERA,
+         "A point for each pixel in the optical frame, with its colour if the camera has one; NaN where nothing was "
+         "measured."),
+    says("/ariac/{sensor}", "sensor_msgs/PointCloud", 10, Where.CLOUD_CAMERA,
+         "The points that were measured, in the camera's frame."),
+)
+# fmt: on
+"""Topics of cameras, which were not there in 2017; the rate is that of the camera."""
+
+GEAR: tuple[Row, ...] = (*TIME_AND_FRAMES, *TRIAL, *ARM, *TRAYS, *BELT, *SENSORS)
+"""The whole contract, as templates."""
+
+SENSOR_PLACES: dict[Where, SensorType] = {
+    Where.BREAK_BEAM: "break_beam",
+    Where.PROXIMITY_SENSOR: "proximity_sensor",
+    Where.LASER_PROFILER: "laser_profiler",
+    Where.LOGICAL_CAMERA: "logical_camera",
+}
+
+
+CAMERA_PLACES: dict[Where, tuple[CameraType, ...]] = {
+    Where.COLOUR_CAMERA: ("rgb_camera", "rgbd_camera"),
+    Where.DEPTH_CAMERA: ("depth_camera", "rgbd_camera"),
+    Where.CLOUD_CAMERA: ("depth_camera",),
+}
+
+
+def rows(trial: Trial, *, competition: bool) -> tuple[Row, ...]:
+    """The contract as it holds in one cell, its templates filled in, in the order of the table.
+
+    Args:
+        trial: what was written about the cell.
+        competition: competition mode; what is absent then is left out.
+
+    Raises:
+        UsageError: a sensor's name makes it publish where something else does, in another type.
+    """
+    found: list[Row] = []
+    for row in GEAR:
+        if competition and row.competition is ABSENT:
+            continue
+        found += [row.of(subject) for subject in _subjects(row.where, trial)]
+    for camera in trial.sensors:
+        if isinstance(camera, Camera):
+            found += camera_rows(camera)
+    _refuse_clashes(found)
+    return tuple(found)
+
+
+def camera_rows(camera: Camera) -> list[Row]:
+    """The rows of one camera, at its rate."""
+    rate = Fraction(repr(camera.rate))
+    return [replace(row.of(camera.name), rate=rate) for row in PICTURES if camera.type in CAMERA_PLACES[row.where]]
+
+
+def _subjects(where: Where, trial: Trial) -> Sequence[str | None]:
+    """What a row is there for in a cell: sensors, AGVs, or once (None), or not at all."""
+    if where in SENSOR_PLACES:
+        return [sensor.name for sensor in trial.sensors if sensor.type == SENSOR_PLACES[where]]
+    agvs = trial.options.insert_agvs
+    if where is EACH_AGV:
+        return AGVS if agvs else ()
+    there = {
+        ALWAYS: True,
+        WITH_ARM: trial.has_arm,
+        WITH_AGVS: agvs,
+        Where.BELT_PARTS: bool(trial.belt_parts),
+        Where.CAMERAS: agvs or any(sensor.type == "logical_camera" for sensor in trial.sensors),
+    }[where]
+    return (None,) if there else ()
+
+
+def _refuse_clashes(found: Iterable[Row]) -> None:
+    topics: dict[str, Row] = {}
+    for row in found:
+        if row.kind is not TOPIC:
+            continue
+        first = topics.setdefault(row.name, row)
+        if (first.type, first.direction) != (row.type, row.direction):
+            raise UsageError(
+                f"sensor {row.subject!r}: it would publish {row.type} on {row.name}, which carries {first.type}"
+            )

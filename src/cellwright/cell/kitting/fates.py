@@ -1,0 +1,318 @@
+"""Fates of the parts that a kit wanted and its tray did not hold, from what was done with them before.
+
+The record explains the score and never changes it. It is an observation and no part of the state; snapshots carry it
+beside the state.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from enum import StrEnum
+from typing import Any
+
+from cellwright.cell.kitting.score.kit_score import KitScore, Verdict
+from cellwright.engine.clock import seconds
+from cellwright.util.pose import Vector3
+
+FALL = 0.03
+"""A part that lies lower than this [m] below the place where the cup let go of it was dropped, not put down."""
+
+MOVED = 0.05
+"""A part that lies further than this [m] from there has its new place named too."""
+
+
+class Removal(StrEnum):
+    """What takes a part out of the cell."""
+
+    DELETION_WALL = "deletion wall"
+    DELIVERY = "delivery"
+    CLEARING = "clearing"
+
+
+class FateKind(StrEnum):
+    """What became of a part."""
+
+    NEVER_HELD = "never held"
+    """No part of the type that could stand for it was ever in the gripper."""
+    HELD = "held"
+    FORCED_DROP = "forced drop"
+    DROPPED = "dropped"
+    PUT_DOWN = "put down"
+    UNREPORTED = "unreported"
+    """On the tray, but put down after the last report before the tray was judged."""
+    STACKED = "stacked"
+    """Above the tray without touching its plate: it lies on another part, and a tray reports what touches its plate."""
+    OTHER_TRAY = "other tray"
+    FELL_OFF = "fell off"
+    DELETION_WALL = "deletion wall"
+    CLEARED = "cleared"
+
+
+@dataclass(frozen=True, slots=True)
+class Fate:
+    """What became of a wanted part that is not on the judged tray.
+
+    Attributes:
+        kind: in a word.
+        part: full model name; empty for `NEVER_HELD`.
+        position: where the cup let go of it, world frame [m]; None if it never did.
+        time: when that was [ns].
+        held: how long it was in the gripper the last time [ns].
+        tray: the AGV whose tray it is on, is above or fell off; empty for none.
+        lies: where it was when the tray was judged, world frame [m]; None if it was out of the cell.
+        is_faulty: whether it was a faulty part, which earns nothing.
+        past: for `NEVER_HELD`, how many parts of the type the belt's deletion wall took.
+    """
+
+    kind: FateKind
+    part: str = ""
+    position: Vector3 | None = None
+    time: int | None = None
+    held: int = 0
+    tray: str = ""
+    lies: Vector3 | None = None
+    is_faulty: bool = False
+    past: int = 0
+
+    def sentence(self) -> str:
+        """The fate in words.
+
+        Example:
+            >>> Fate(FateKind.DROPPED, "bin7|gear_part_1", (0.31, 2.95, 1.0), held=3_100_000_000).sentence()
+            'bin7|gear_part_1 was dropped at (0.31, 2.95) m after 3.1 s in the gripper'
+        """
+        if self.kind is FateKind.NEVER_HELD:
+            belt = f"; the deletion wall of the belt took {self.past} of its type" if self.past else ""
+            return f"never taken hold of{belt}"
+        name = f"{self.part} (faulty)" if self.is_faulty else self.part
+        return f"{name} {self._words()}"
+
+    def _words(self) -> str:
+        held = f"after {seconds(self.held):.1f} s in the gripper"
+        match self.kind:
+            case FateKind.HELD:
+                return f"was in the gripper, for {seconds(self.held):.1f} s"
+            case FateKind.FORCED_DROP:
+                return f"was lost to a forced drop at {_place(self.position)} {held}{self._now()}"
+            case FateKind.DROPPED:
+                return f"was dropped at {_place(self.position)} {held}{self._now()}"
+            case FateKind.UNREPORTED:
+                return f"was put down at {_place(self.position or self.lies)}, after the tray's last report"
+            case FateKind.STACKED:
+                return f"lay above {self.tray}'s tray without touching its plate, at {_place(self.lies)}"
+            case FateKind.OTHER_TRAY:
+                return f"was on {self.tray}'s tray"
+            case FateKind.FELL_OFF:
+                return f"fell off {self.tray}'s tray{self._now()}"
+            case FateKind.DELETION_WALL:
+                return "was taken by the deletion wall of the belt"
+            case FateKind.CLEARED:
+                return f"was cleared from {self.tray}'s tray"
+            case _:
+                return f"was put down at {_place(self.position)}{self._now()}"
+
+    def _now(self) -> str:
+        """Where it lies, if that is not where it was let go."""
+        if self.lies is None or (self.position is not None and _apart(self.lies, self.position) < MOVED):
+            return ""
+        return f"; it lay at {_place(self.lies)}"
+
+
+@dataclass(frozen=True, slots=True)
+class PartNow:
+    """A part of the cell at the moment at which a tray is judged.
+
+    Attributes:
+        name: full model name.
+        type: its type, as kits name it.
+        position: of its origin, world frame [m].
+        tray: id of the tray whose plate it touches; empty for none.
+        above: id of the tray that it is above; empty for none.
+        is_faulty: whether it is one of the trial's faulty parts.
+    """
+
+    name: str
+    type: str
+    position: Vector3
+    tray: str = ""
+    above: str = ""
+    is_faulty: bool = False
+
+
+@dataclass(slots=True)
+class _History:
+    """What was done with one part; times in ns."""
+
+    taken: int | None = None
+    let_go: int | None = None
+    held: int = 0
+    position: Vector3 | None = None
+    is_forced: bool = False
+    tray: str = ""
+    removed: Removal | None = None
+
+
+class HandlingRecord:
+    """Record of what gripper, trays and belt did with the parts of one run, and of the fates found at submissions."""
+
+    def __init__(self) -> None:
+        self._parts: dict[str, _History] = {}
+        self._fates: dict[str, tuple[Fate | None, ...]] = {}
+
+    @property
+    def held(self) -> str | None:
+        """Name of the part in the gripper."""
+        return next((name for name, each in self._parts.items() if each.taken is not None), None)
+
+    def fates(self, kit_type: str) -> tuple[Fate | None, ...]:
+        """The fates found when this kit was judged, one for each ordered part; empty for a kit that was not."""
+        return self._fates.get(kit_type, ())
+
+    def take(self, name: str, now: int) -> None:
+        """The gripper took hold of a part at `now` [ns]."""
+        history = self._of(name)
+        history.taken, history.tray, history.is_forced, history.removed = now, "", False, None
+
+    def let_go(self, name: str, position: Vector3, now: int, *, is_forced: bool) -> None:
+        """The gripper let go of a part at `now` [ns].
+
+        Args:
+            name: full model name.
+            position: of its origin at that moment, world frame [m].
+            now: the time [ns].
+            is_forced: whether one of the trial's drop regions took it away.
+        """
+        history = self._of(name)
+        history.held = 0 if history.taken is None else now - history.taken
+        history.taken, history.let_go, history.position, history.is_forced = None, now, position, is_forced
+
+    def report(self, tray_id: str, names: Iterable[str]) -> None:
+        """A tray reported these parts; one that hangs in the gripper is not on it yet."""
+        for name in names:
+            if (history := self._of(name)).taken is None:
+                history.tray = tray_id
+
+    def remove(self, name: str, by: Removal) -> None:
+        """A part left the cell."""
+        self._of(name).removed = by
+
+    def judge(
+        self, score: KitScore, tray_id: str, reported: Iterable[str], parts: Iterable[PartNow], now: int
+    ) -> tuple[Fate | None, ...]:
+        """Find and keep the fates of the parts that a judged kit lacks.
+
+        For each type the parts that were handled stand for the missing ones, the latest first. Good parts go before
+        faulty ones, and parts on another tray come last. No part stands for two.
+
+        Args:
+            score: the kit as it was judged.
+            tray_id: the tray.
+            reported: names of the parts that were judged.
+            parts: the parts of the cell as they are now; other types may be left out.
+            now: the time [ns].
+
+        Returns:
+            A fate for each ordered part that is missing, None for the others, in the order of the kit.
+        """
+        named = {fate.part for fates in self._fates.values() for fate in fates if fate is not None} | set(reported)
+        candidates: dict[str, list[tuple[tuple[bool, bool, int, str], Fate]]] = {}
+        past: Counter[str] = Counter()
+        for part in parts:
+            history = self._parts.get(part.name)
+            if history is None or history.removed is Removal.DELIVERY:
+                continue
+            if history.taken is None and history.let_go is None and not history.tray:
+                past[part.type] += history.removed is Removal.DELETION_WALL
+            elif part.name not in named:
+                fate = _fate(part, history, tray_id, now)
+                latest = now if history.taken is not None else history.let_go or 0
+                rank = (part.is_faulty, fate.kind is FateKind.OTHER_TRAY, -latest, part.name)
+                candidates.setdefault(part.type, []).append((rank, fate))
+        for ranked in candidates.values():
+            ranked.sort(key=lambda each: each[0], reverse=True)  # the next one is at the end
+        fates: list[Fate | None] = []
+        for finding in score.parts:
+            if finding.verdict is not Verdict.MISSING:
+                fates.append(None)
+            elif candidates.get(finding.type):
+                fates.append(candidates[finding.type].pop()[1])
+            else:
+                fates.append(Fate(FateKind.NEVER_HELD, past=past[finding.type]))
+        self._fates[score.kit_type] = tuple(fates)
+        return tuple(fates)
+
+    # ---------------------------------------------------------------- snapshots
+
+    def get_record(self) -> dict[str, Any]:
+        """All that was recorded, as JSON values; nothing if nothing was."""
+        parts = {name: asdict(history) for name, history in self._parts.items()}
+        fates = {kit: [None if each is None else asdict(each) for each in found] for kit, found in self._fates.items()}
+        return {"parts": parts, "fates": fates} if parts or fates else {}
+
+    def set_record(self, record: Mapping[str, Any]) -> None:
+        """Take over what `get_record` returned; nothing begins a new run."""
+        self._parts = {name: _history(values) for name, values in record.get("parts", {}).items()}
+        self._fates = {
+            kit: tuple(None if each is None else _fate_of(each) for each in found)
+            for kit, found in record.get("fates", {}).items()
+        }
+
+    def _of(self, name: str) -> _History:
+        return self._parts.setdefault(name, _History())
+
+
+def _fate(part: PartNow, history: _History, tray_id: str, now: int) -> Fate:
+    """What became of a part that was handled and is not among those judged."""
+    lies = None if history.removed else part.position
+    held = history.held if history.taken is None else now - history.taken
+    kind, tray = _kind(part, history, tray_id)
+    return Fate(kind, part.name, history.position, history.let_go, held, _agv(tray), lies, part.is_faulty)
+
+
+def _kind(part: PartNow, history: _History, tray_id: str) -> tuple[FateKind, str]:
+    """What became of it, and the tray that this is about."""
+    if history.removed is not None:
+        is_wall = history.removed is Removal.DELETION_WALL
+        return (FateKind.DELETION_WALL, "") if is_wall else (FateKind.CLEARED, history.tray)
+    if history.taken is not None:
+        return FateKind.HELD, ""
+    if part.tray:
+        return (FateKind.UNREPORTED if part.tray == tray_id else FateKind.OTHER_TRAY), part.tray
+    if part.above:
+        return FateKind.STACKED, part.above
+    if history.tray:
+        return FateKind.FELL_OFF, history.tray
+    if history.is_forced:
+        return FateKind.FORCED_DROP, ""
+    fallen = history.position is not None and history.position[2] - part.position[2] > FALL
+    return (FateKind.DROPPED if fallen else FateKind.PUT_DOWN), ""
+
+
+def _history(values: Mapping[str, Any]) -> _History:
+    removed = None if values["removed"] is None else Removal(values["removed"])
+    return _History(**{**values, "position": _vector(values["position"]), "removed": removed})
+
+
+def _fate_of(values: Mapping[str, Any]) -> Fate:
+    places = {name: _vector(values[name]) for name in ("position", "lies")}
+    return Fate(**{**values, **places, "kind": FateKind(values["kind"])})
+
+
+def _vector(values: Sequence[float] | None) -> Vector3 | None:
+    return None if values is None else (values[0], values[1], values[2])
+
+
+def _agv(tray_id: str) -> str:
+    """The AGV in the id of a tray: `agv2` of `agv2::kit_tray_2::kit_tray_2::tray`."""
+    return tray_id.partition("::")[0]
+
+
+def _apart(one: Vector3, other: Vector3) -> float:
+    return max(abs(one[0] - other[0]), abs(one[1] - other[1]))
+
+
+def _place(position: Vector3 | None) -> str:
+    x, y = (0.0, 0.0) if position is None else position[:2]
+    return f"({x:.2f}, {y:.2f}) m"

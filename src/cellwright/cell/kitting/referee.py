@@ -1,0 +1,270 @@
+"""The referee: the competition's state machine.
+
+    init --start--> ready --next step--> go --orders done, time limit--> end_game --next step--> done
+                                    (end, from any state, --> end_game)
+
+A step is a call of `update` that finds something to do: one announcement, one order closed, one change of state. Two
+steps never happen at the same time. Between inputs nothing is to be done before `next_deadline`, so a caller that calls
+`update` whenever `now >= referee.next_deadline()` sees the same, and leaves the same state, as one that calls it at
+every tick.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from cellwright.cell.kitting.announcements import NOW, Announcements
+from cellwright.cell.kitting.effects import (
+    CompetitionState,
+    ConveyorPower,
+    Effect,
+    EndReason,
+    KitSubmitted,
+    OrderAnnounced,
+    OrderCompleted,
+    PopulationRestart,
+    StateChanged,
+    TrialEnded,
+)
+from cellwright.cell.kitting.score.scorer import GameScore, Scorer
+from cellwright.cell.kitting.tray import TrayObject, Trays
+from cellwright.config.trial.trial import Trial
+from cellwright.engine.clock import nanoseconds
+from cellwright.engine.events import NEVER
+from cellwright.util.errors import RejectedCommandError
+
+FULL_POWER = 100.0
+"""Power of the conveyor during a competition [%]."""
+
+
+class Referee:
+    """Runs one trial: announces orders, has trays judged, watches the time limit, ends the game.
+
+    Effects come back from the calls that cause them, in the order in which they are to be carried out. All times
+    `now` are in ns and never run backwards.
+    """
+
+    def __init__(self, trial: Trial) -> None:
+        limit = trial.time_limit
+        self._time_limit = nanoseconds(limit) if limit >= 0 else None
+        self.scorer = Scorer(trial.orders)
+        self.trays = Trays()
+        self._announcements = Announcements(trial.orders)
+        self._active: list[str] = []
+        self._state = CompetitionState.INIT
+        self._stepped = -1
+        self._started: int | None = None
+        self._ended: int | None = None
+        self._end_reason: EndReason | None = None
+        self._is_reported = False
+        self._deadline = NEVER
+        self._blank = self.get_state()
+
+    # ---------------------------------------------------------------- what one may ask
+
+    @property
+    def state(self) -> CompetitionState:
+        """The state of the competition."""
+        return self._state
+
+    @property
+    def active_orders(self) -> tuple[str, ...]:
+        """Ids of the orders in progress: the last is active, the others wait, interrupted."""
+        return tuple(self._active)
+
+    @property
+    def waiting_orders(self) -> tuple[str, ...]:
+        """Ids of the orders that have not been announced."""
+        return tuple(order.order_id for order in self._announcements.waiting)
+
+    @property
+    def end_reason(self) -> EndReason | None:
+        """Why the game ended; None while it has not."""
+        return self._end_reason
+
+    def score(self, now: int) -> GameScore:
+        """The score at this time."""
+        return self.scorer.game_score(now)
+
+    def process_time(self, now: int) -> int:
+        """Time since the start [ns]; it stands still when the game is over."""
+        if self._started is None:
+            return 0
+        return (now if self._ended is None else self._ended) - self._started
+
+    def next_deadline(self) -> int:
+        """When `update` is due [ns], at the first tick at or after; an input may bring it forward. `NEVER` if not."""
+        return self._deadline
+
+    # ---------------------------------------------------------------- inputs
+
+    def start(self, now: int) -> tuple[Effect, ...]:
+        """Somebody starts the competition.
+
+        Raises:
+            RejectedCommandError: it was started or ended before.
+        """
+        if self._state is not CompetitionState.INIT:
+            raise RejectedCommandError(
+                f"a competition can be started in state 'init' only; this one is {self._state!s}"
+            )
+        return self._enter(CompetitionState.READY, now)
+
+    def end(self, now: int) -> tuple[Effect, ...]:
+        """Somebody ends the competition, in whatever state it is."""
+        if self._state is CompetitionState.END_GAME:
+            return ()
+        return self._finish(EndReason.COMMAND, now)
+
+    def tray_changed(self, tray_id: str, contents: Iterable[TrayObject]) -> None:
+        """A tray reports what it holds; report empty trays at the start, so that they are known."""
+        self.trays.report(tray_id, contents)
+        self._plan()
+
+    def gripper_changed(self, now: int, *, enabled: bool, attached: bool) -> None:
+        """The gripper was switched, took something or let go of it."""
+        self.scorer.gripper_changed(now, enabled=enabled, attached=attached)
+
+    def submit(self, tray_id: str, kit_type: str, now: int) -> KitSubmitted:
+        """Judge what was last reported of a tray as a kit.
+
+        A kit that nobody asked for scores 0; `score.refusal` then says why and is worth being said loudly.
+
+        Raises:
+            RejectedCommandError: the competition is not running.
+            UnknownNameError: there is no such tray.
+        """
+        if self._state is not CompetitionState.GO:
+            raise RejectedCommandError(f"kits are judged in state 'go' only; the competition is {self._state!s}")
+        contents = self.trays.contents(tray_id)
+        is_repeated = self.scorer.is_submitted(kit_type)
+        score = self.scorer.submit(kit_type, contents, now)
+        self._plan()
+        return KitSubmitted(tray_id, kit_type, score, is_repeated=is_repeated and score.is_submitted)
+
+    # ---------------------------------------------------------------- the step
+
+    def update(self, now: int) -> tuple[Effect, ...]:
+        """Take a step if one is due: it is not before `next_deadline`, nor at the time of the step before."""
+        if now < self._deadline:
+            return ()
+        self._stepped = now
+        match self._state:
+            case CompetitionState.READY:
+                effects = self._go(now)
+            case CompetitionState.GO:
+                effects = self._play(now)
+            case CompetitionState.END_GAME:
+                effects = self._conclude(now)
+            case _:
+                effects = ()
+        self._plan()
+        return effects
+
+    def _go(self, now: int) -> tuple[Effect, ...]:
+        self._started = now
+        self.scorer.begin(now)
+        return (*self._enter(CompetitionState.GO, now), ConveyorPower(FULL_POWER), PopulationRestart())
+
+    def _play(self, now: int) -> tuple[Effect, ...]:
+        elapsed = self.process_time(now)
+        if self._time_limit is not None and elapsed > self._time_limit:
+            return self._finish(EndReason.TIME_LIMIT, now)
+        effects: tuple[Effect, ...] = ()
+        due = self._announcements.due(self.trays.all_contents(), idle=not self._active)
+        if due is not None and elapsed >= due.time:
+            order = self._announcements.announce()
+            self.scorer.announce(order.order_id, now)
+            effects += (OrderAnnounced(order, due.reason, interrupts=self._top()),)
+            self._active.append(order.order_id)
+        top = self._top()
+        if top is not None and self.scorer.is_complete(top):
+            self._active.pop()
+            effects += (OrderCompleted(self.scorer.withdraw(top, now), resumes=self._top()),)
+        if not self._active and not self._announcements.waiting:
+            reason = EndReason.ORDERS_COMPLETE if self._announcements.orders else EndReason.NO_ORDERS
+            effects += self._finish(reason, now)
+        return effects
+
+    def _conclude(self, now: int) -> tuple[Effect, ...]:
+        effects = self._enter(CompetitionState.DONE, now)
+        if self._end_reason is None or self._is_reported:  # ended once more after it was done: that is no news
+            return effects
+        self._is_reported = True
+        return (*effects, TrialEnded(self._end_reason, self.score(now), self.process_time(now)))
+
+    # ---------------------------------------------------------------- state
+
+    def reset(self) -> None:
+        """A new run of the same trial: as it was made, no tray known."""
+        self.set_state(self._blank)
+
+    def get_state(self) -> dict[str, Any]:
+        """All that the referee remembers, as JSON values."""
+        return {
+            "state": self._state.value,
+            "stepped": self._stepped,
+            "started": self._started,
+            "ended": self._ended,
+            "end_reason": None if self._end_reason is None else self._end_reason.value,
+            "reported": self._is_reported,
+            "announced": self._announcements.announced,
+            "active": list(self._active),
+            "trays": self.trays.get_state(),
+            "scorer": self.scorer.get_state(),
+        }
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Take over what `get_state` of a referee of the same trial returned.
+
+        Raises:
+            UnknownNameError: it speaks of an order or a kit that this trial has not.
+        """
+        self.scorer.set_state(state["scorer"])
+        self.trays.set_state(state["trays"])
+        self._announcements.announced = state["announced"]
+        self._active = list(state["active"])
+        self._state = CompetitionState(state["state"])
+        self._stepped = state["stepped"]
+        self._started = state["started"]
+        self._ended = state["ended"]
+        self._end_reason = None if state["end_reason"] is None else EndReason(state["end_reason"])
+        self._is_reported = state["reported"]
+        self._plan()
+
+    # ---------------------------------------------------------------- inside
+
+    def _top(self) -> str | None:
+        return self._active[-1] if self._active else None
+
+    def _enter(self, state: CompetitionState, now: int) -> tuple[Effect, ...]:
+        # A command counts as a step, so that what follows from it happens at a later time.
+        self._state = state
+        self._stepped = now
+        self._plan()
+        return (StateChanged(state),)
+
+    def _finish(self, reason: EndReason, now: int) -> tuple[Effect, ...]:
+        if self._ended is None:
+            self._ended = now
+            self._end_reason = reason
+            self.scorer.end(now)
+        return self._enter(CompetitionState.END_GAME, now)
+
+    def _plan(self) -> None:
+        self._deadline = max(self._due(), self._stepped + 1)
+
+    def _due(self) -> int:
+        """When the next step has something to do [ns]."""
+        if self._state in (CompetitionState.READY, CompetitionState.END_GAME):
+            return NOW
+        if self._state is not CompetitionState.GO or self._started is None:
+            return NEVER
+        top = self._top()
+        if self.scorer.is_complete(top) if top is not None else not self._announcements.waiting:
+            return NOW
+        due = self._announcements.due(self.trays.all_contents(), idle=top is None)
+        announcement = NEVER if due is None else self._started + due.time
+        limit = NEVER if self._time_limit is None else self._started + self._time_limit + 1
+        return min(announcement, limit, NEVER)

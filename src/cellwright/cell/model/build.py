@@ -1,0 +1,274 @@
+"""The whole cell as a model of the engine, built from a trial."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from cellwright.cell.model import furniture
+from cellwright.cell.model.agv import add_agv
+from cellwright.cell.model.arm import GRIPPER, JOINT_NAMES, add_arm, initial_positions
+from cellwright.cell.model.frames import AGV_HOMES, TRAY_IDS, part_frames, shelf_slot
+from cellwright.cell.model.housings import add_housing
+from cellwright.cell.model.own_models import add_furniture, own_part_types
+from cellwright.cell.model.parts import PART_TYPES, PartType, add_part, add_part_meshes, part_type
+from cellwright.cell.model.solver import contact_time, set_solver
+from cellwright.config.trial.trial import KitObject, Part, Trial
+from cellwright.util.errors import DescriptionError, UnknownNameError
+from cellwright.util.pose import Pose
+
+_HOLD = (0.95, 0.99, 0.001, 0.5, 2.0)  # solimp of a weld that holds a part
+
+MOST_SHAPES = 20_000
+"""Most shapes of all parts of a cell together."""
+_MANY_PARTS = 400
+"""Above it the engine is not left to choose its memory, which would grow with the square of the number of parts."""
+_MOST_MEMORY = 1 << 30
+"""Of the engine, for contacts and constraints [bytes]."""
+
+
+@dataclass(frozen=True, slots=True)
+class WorldPart:
+    """A part and where the engine keeps it.
+
+    Attributes:
+        name: full model name, `bin7|piston_rod_part_3`; also of the body and its free joint.
+        type: part type.
+        body: id of its body.
+        qpos: address of its position and quaternion (7 numbers) in `qpos`.
+        dof: address of its velocity (6 numbers) in `qvel`.
+        geoms: ids of the geoms that it touches with.
+        grip: id of the weld to the gripper; None without an arm.
+        locks: ids of the welds to the trays of AGV 1 and AGV 2; empty without AGVs.
+        start: where it is when a run begins, in the world frame.
+        pooled: whether it waits on the shelf until somebody puts it into play.
+        shelf: its own slot on the shelf, where it waits and where it ends.
+    """
+
+    name: str
+    type: str
+    body: int
+    qpos: int
+    dof: int
+    geoms: tuple[int, ...]
+    grip: int | None
+    locks: tuple[int, ...]
+    start: Pose
+    pooled: bool
+    shelf: Pose
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """A cell as a compiled model.
+
+    Joint values are zero where the robot description says; the engine's own reset therefore stretches the arm out.
+    `put_in_first_pose` is to follow it.
+
+    Attributes:
+        spec: the specification that the model was compiled from.
+        model: the model.
+        parts: every part, in the order of the model: those in play first, then those that wait.
+        initial_qpos: positions when a run begins, shape (nq,).
+        initial_ctrl: setpoints that hold the arm and the AGVs there, shape (nu,).
+    """
+
+    spec: Any
+    model: Any
+    parts: tuple[WorldPart, ...]
+    initial_qpos: NDArray[np.float64]
+    initial_ctrl: NDArray[np.float64]
+    _by_name: dict[str, WorldPart] = field(repr=False)
+
+    def part(self, name: str) -> WorldPart:
+        """A part by its full model name.
+
+        Raises:
+            UnknownNameError: the cell has no such part.
+        """
+        try:
+            return self._by_name[name]
+        except KeyError:
+            raise UnknownNameError("part", name, self._by_name) from None
+
+    def put_in_first_pose(self, data: Any) -> None:
+        """Write the positions and setpoints that a run begins with into an `MjData`."""
+        data.qpos[:] = self.initial_qpos
+        data.ctrl[:] = self.initial_ctrl
+
+
+@dataclass(frozen=True, slots=True)
+class _Planned:
+    """A part before it has a place in a model."""
+
+    name: str
+    kind: PartType
+    start: Pose | None
+
+
+def build_world(trial: Trial) -> World:
+    """Turn a trial into a model.
+
+    Args:
+        trial: what was written. Whether bin parts and extra parts are in play is already decided in it.
+
+    Returns:
+        The world. The same trial makes the same model, byte for byte.
+
+    Raises:
+        DescriptionError: there are too many shapes in it, or the engine refuses the cell as a whole.
+        UnknownNameError: a part type, a frame or an arm joint that does not exist.
+        ModelFileError: a model of somebody's own that the engine cannot use.
+    """
+    spec = mujoco.MjSpec()
+    spec.modelname = trial.name
+    spec.compiler.degree = False
+    timestep = trial.settings.timestep[0] / trial.settings.timestep[1]
+    set_solver(spec, timestep, trial.circumstances.friction)
+    if trial.has_arm:
+        add_arm(spec, trial.settings.arm, contact_time(timestep))
+    agvs = tuple(AGV_HOMES) if trial.options.insert_agvs else ()
+    for agv in agvs:
+        add_agv(spec, agv)
+    own = own_part_types(trial)
+    kinds = {name: part_type(name) for name in PART_TYPES} | {name: each.kind for name, each in own.items()}
+    planned = [*_parts_in_play(trial, kinds), *_pool(trial, kinds)]
+    if (shapes := sum(len(part.kind.solid) + len(part.kind.seen) for part in planned)) > MOST_SHAPES:
+        raise DescriptionError(
+            [f"{trial.name}: its parts have {shapes} shapes together; at most {MOST_SHAPES} are built"]
+        )
+    furniture.add_floor(spec)
+    furniture.add_bins(spec)
+    furniture.add_conveyor(spec)
+    furniture.add_deletion_wall(spec)
+    furniture.add_frames(spec)
+    furniture.add_shelf(spec, len(planned))
+    for sensor in trial.sensors:
+        add_housing(spec, sensor)
+    add_furniture(spec, trial.furniture)
+    add_part_meshes(spec)
+    for each in own.values():
+        each.form.add_meshes(spec)
+    slots = [shelf_slot(k, len(planned), part.kind.bottom) for k, part in enumerate(planned)]
+    for part, slot in zip(planned, slots, strict=True):
+        add_part(spec, part.name, part.kind, part.start or slot)
+        _add_holds(spec, part.name, trial.has_arm, agvs, contact_time(timestep))
+    if len(planned) > _MANY_PARTS:
+        spec.memory = _MOST_MEMORY
+    try:
+        model = spec.compile()
+    except ValueError as error:
+        reason = " ".join(str(error).split())
+        raise DescriptionError([f"{trial.name}: the engine cannot build this cell: {reason}"]) from None
+    model.flg_surfacevel = True  # the belt stands still in the model; without this the engine would never look again
+    parts = tuple(_locate(model, part, slot) for part, slot in zip(planned, slots, strict=True))
+    qpos, ctrl = _first_pose(model, trial)
+    return World(spec, model, parts, qpos, ctrl, {part.name: part for part in parts})
+
+
+def _parts_in_play(trial: Trial, kinds: Mapping[str, PartType]) -> Iterator[_Planned]:
+    """Parts that stand in the cell when the trial begins."""
+    frames = part_frames(agvs=trial.options.insert_agvs)
+    part: Part
+    for part in (*trial.bin_parts, *trial.extra_parts):
+        if part.frame not in frames:
+            raise UnknownNameError("frame", part.frame, frames)
+        yield _Planned(part.name, _kind(part.type, kinds), frames[part.frame] @ part.pose)
+
+
+def _pool(trial: Trial, kinds: Mapping[str, PartType]) -> Iterator[_Planned]:
+    """Parts that appear later: on the belt, and on the demo tray of AGV 1."""
+    times = Counter(part.type for part in trial.belt_parts)
+    for kind, count in times.items():
+        for k in range(trial.options.belt_population_cycles * count):
+            yield _Planned(f"populate_conveyor|{kind}_clone_{k}", _kind(kind, kinds), None)
+    if trial.options.fill_demo_tray and trial.options.insert_agvs:
+        clones: Counter[str] = Counter()
+        for wanted in demo_objects(trial):
+            yield _Planned(f"populate_kit_tray_1|{wanted.type}_clone_{clones[wanted.type]}", kinds[wanted.type], None)
+            clones[wanted.type] += 1
+
+
+def demo_objects(trial: Trial) -> tuple[KitObject, ...]:
+    """What the demo tray is filled with: the parts of the first order's first kit that there is a model for."""
+    kits = trial.orders[0].kits if trial.orders else ()
+    known = {*PART_TYPES, *trial.part_models}
+    return tuple(each for each in kits[0].objects if each.type in known) if kits else ()
+
+
+def _kind(name: str, kinds: Mapping[str, PartType]) -> PartType:
+    try:
+        return kinds[name]
+    except KeyError:
+        raise UnknownNameError("part type", name, kinds) from None
+
+
+def _add_holds(spec: Any, part: str, has_arm: bool, agvs: tuple[str, ...], time: float) -> None:  # noqa: FBT001
+    """The welds that can hold a part, all let go: `grip|PART` to the gripper, `lockN|PART` to the tray of AGV N."""
+    holders = [(f"grip|{part}", GRIPPER)] if has_arm else []
+    holders += [(f"lock{agv[-1]}|{part}", TRAY_IDS[agv]) for agv in agvs]
+    for name, holder in holders:
+        weld = spec.add_equality(
+            name=name, type=mujoco.mjtEq.mjEQ_WELD, objtype=mujoco.mjtObj.mjOBJ_BODY, name1=holder, name2=part
+        )
+        weld.active = False
+        weld.solref = (time, 1.0)
+        weld.solimp = _HOLD
+        weld.data = (
+            0,
+            0,
+            0,
+            0,
+            0,
+            0,
+            1,
+            0,
+            0,
+            0,
+            1,
+            0,
+        )  # anchor, relative pose (written when it takes hold), torque scale
+
+
+def _locate(model: Any, part: _Planned, slot: Pose) -> WorldPart:
+    """Look up where a compiled model keeps a part."""
+    body = model.body(part.name).id
+    joint = model.joint(part.name)
+    first = int(model.body_geomadr[body])
+    geoms = range(first, first + int(model.body_geomnum[body]))
+
+    def weld(kind: str) -> int:
+        return int(mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_EQUALITY, f"{kind}|{part.name}"))
+
+    grip = weld("grip")
+    return WorldPart(
+        name=part.name,
+        type=part.kind.name,
+        body=int(body),
+        qpos=int(joint.qposadr[0]),
+        dof=int(joint.dofadr[0]),
+        geoms=tuple(geom for geom in geoms if model.geom_contype[geom]),
+        grip=grip if grip >= 0 else None,
+        locks=tuple(lock for lock in (weld("lock1"), weld("lock2")) if lock >= 0),
+        start=part.start or slot,
+        pooled=part.start is None,
+        shelf=slot,
+    )
+
+
+def _first_pose(model: Any, trial: Trial) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Positions and setpoints that a run begins with. AGVs are at home, at 0."""
+    qpos = np.array(model.qpos0)
+    ctrl = np.zeros(model.nu)
+    if trial.has_arm:
+        positions = initial_positions(trial.initial_joint_states)
+        for name in JOINT_NAMES:
+            qpos[model.joint(name).qposadr[0]] = positions[name]
+            ctrl[model.actuator_ctrladr[model.actuator(name).id]] = positions[name]
+    return qpos, ctrl

@@ -1,0 +1,126 @@
+"""Where the named places of the cell are: bins, belt, AGVs, trays, the shelf; all in the world frame [m, rad].
+
+Figures: the world template and models of the 2017 competition.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cellwright.config.layout import BIN_CENTRES as BIN_CENTRES  # of one family with those below
+from cellwright.config.layout import REFERENCE_FRAMES, TRAY_FRAMES
+from cellwright.util.errors import UnknownNameError
+from cellwright.util.pose import Pose
+
+BIN_YAW = 1.5708
+"""How the bins are turned [rad], with the original's rounding."""
+
+WORKCELL = Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, 1.57 - math.pi / 2))
+"""Frame of the posts and bars: the yaw of the original's workcell is 1.57, a little less than a right angle."""
+
+BIN_SURFACE = 0.725
+"""Height [m] of the surface that parts lie on in a bin."""
+
+TRAY_IDS: dict[str, str] = dict(zip(("agv1", "agv2"), TRAY_FRAMES, strict=True))
+"""Tray id (name of the tray's link) by AGV."""
+
+AGV_HOMES: dict[str, Pose] = {
+    "agv1": Pose.from_rpy((0.3, 3.3, 0.0), (0.0, 0.0, 3.14159)),
+    "agv2": Pose.from_rpy((0.3, -3.3, 0.0)),
+}
+"""Where the AGVs wait to be loaded; turned with the original's rounding."""
+
+AGV_T_TRAY = Pose((0.0, 0.15, 0.75))
+"""The tray in the frame of its AGV."""
+
+TRAY_SURFACE = 0.755
+"""Height [m] of the surface that parts lie on on a tray."""
+
+CONVEYOR_CENTRE = Pose.from_rpy((1.21, 3.0, 0.8126), (0.0, 0.0, -math.pi / 2))
+"""Centre of the belt's box; x points the way the belt moves."""
+
+CONVEYOR_SIZE = (14.62206, 0.65461, 0.18862)
+"""Length, width and thickness [m] of the belt's box."""
+
+BELT_SURFACE = CONVEYOR_CENTRE.position[2] + CONVEYOR_SIZE[2] / 2
+"""Height [m] of the surface that parts ride on."""
+
+SPAWN_FRAME = Pose.from_rpy((1.21, 5.0, 0.8126), (0.0, 0.0, -1.57079))
+"""The frame that poses of belt parts are given in; its x axis points along world -y."""
+
+BELT_FRAME = Pose((1.24, 0.15, 0.91))
+"""The frame called `belt_frame` in the transform tree."""
+
+RAIL = Pose((0.3, 0.0, 0.9))
+"""The frame of the robot's rail, `linear_arm_actuator`."""
+
+SHELF_CENTRE = (1.0, -40.0)
+"""Middle x, y [m] of the shelf for parts that are not in play: behind the back of every view, and straight along the
+cell. The engine looks for what may touch in boxes along the axes in which its things are strewn; with a shelf off to
+one side these lie askew, and every flat thing of the cell fills a fat box."""
+
+SHELF_SURFACE = 0.5
+"""Height [m] of that shelf."""
+
+SHELF_PITCH = 0.45
+"""Distance [m] between the slots of the shelf: no part, however turned, reaches its neighbour."""
+
+
+def bin_frame(name: str) -> Pose:
+    """The frame of a bin's model, at its centre on the floor.
+
+    Raises:
+        UnknownNameError: there is no such bin.
+    """
+    try:
+        x, y = BIN_CENTRES[name]
+    except KeyError:
+        raise UnknownNameError("bin", name, BIN_CENTRES) from None
+    return Pose.from_rpy((x, y, 0.0), (0.0, 0.0, BIN_YAW))
+
+
+def load_point(agv: str) -> Pose:
+    """The frame of an AGV's load point, at the height of its tray.
+
+    Raises:
+        UnknownNameError: there is no such AGV.
+    """
+    try:
+        home = AGV_HOMES[agv]
+    except KeyError:
+        raise UnknownNameError("AGV", agv, AGV_HOMES) from None
+    return home @ Pose((0.0, 0.0, AGV_T_TRAY.position[2]))
+
+
+def part_frames(*, agvs: bool = True) -> dict[str, Pose]:
+    """Every frame that a part may be placed in, by name.
+
+    Args:
+        agvs: whether the cell has its AGVs; without them their trays do not exist.
+    """
+    return {name: pose for name, pose in REFERENCE_FRAMES.items() if agvs or name not in TRAY_FRAMES}
+
+
+def shelf_slot(index: int, count: int, lower: float) -> Pose:
+    """Where on the shelf part number `index` of `count` waits.
+
+    Args:
+        index: from 0.
+        count: how many slots there are; they form a square grid.
+        lower: lowest point [m] of the part below its origin, usually 0 or negative.
+    """
+    columns = shelf_columns(count)
+    row, column = divmod(index, columns)
+    shift = (columns - 1) / 2
+    return Pose(
+        (
+            SHELF_CENTRE[0] + SHELF_PITCH * (column - shift),
+            SHELF_CENTRE[1] + SHELF_PITCH * (row - shift),
+            SHELF_SURFACE - lower,
+        )
+    )
+
+
+def shelf_columns(count: int) -> int:
+    """How many slots there are along each side of the shelf."""
+    return max(1, math.ceil(math.sqrt(count)))

@@ -1,0 +1,166 @@
+"""What stands still: floor, bins, conveyor, frames, the shelf for parts out of play.
+
+What parts lie on is a thick solid: a part that falls from a metre moves 9 mm in a step of 2 ms.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import mujoco
+
+from cellwright.cell.model.frames import (
+    BELT_SURFACE,
+    BIN_CENTRES,
+    BIN_SURFACE,
+    CONVEYOR_CENTRE,
+    CONVEYOR_SIZE,
+    SHELF_CENTRE,
+    SHELF_PITCH,
+    SHELF_SURFACE,
+    WORKCELL,
+    bin_frame,
+    shelf_columns,
+)
+from cellwright.engine.geometry import colours
+from cellwright.engine.geometry.shapes import HERE, Role, add_shape, at, box, capsule, cylinder
+from cellwright.util.pose import Pose
+
+BELT_GEOM = "conveyor_belt"
+"""The geom whose surface moves."""
+
+DELETION_WALL_GEOM = "deletion_wall"
+"""The geom whose touch takes a part out of the cell."""
+
+
+def add_floor(spec: Any) -> None:
+    """The floor at height 0, endless, with lines where people and AGVs go."""
+    world = spec.worldbody
+    world.add_geom(
+        name="floor",
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=(0.0, 0.0, 1.0),  # a plane of size 0 has no end
+        rgba=colours.FLOOR,
+        group=int(Role.BOTH),
+        contype=1,
+        conaffinity=0,
+    )
+    line, height = 0.08, 0.002
+    for side in (1.0, -1.0):
+        add_shape(world, box(2.3, line, height, at(0.3, 2.45 * side, height / 2), colours.LINE_YELLOW), Role.SEEN)
+        add_shape(world, box(2.3, line, height, at(0.3, 4.15 * side, height / 2), colours.LINE_YELLOW), Role.SEEN)
+        add_shape(world, box(line, 1.78, height, at(1.41, 3.3 * side, height / 2), colours.LINE_YELLOW), Role.SEEN)
+    add_shape(world, box(line, 8.6, height, at(-1.75, 0.0, height / 2), colours.LINE_YELLOW), Role.SEEN)
+    add_shape(world, box(line, 16.0, height, at(2.35, 3.0, height / 2), colours.LINE_YELLOW), Role.SEEN)
+
+
+def add_bins(spec: Any) -> None:
+    """The eight bins; the open sides of each face world +x and -x."""
+    for name in BIN_CENTRES:
+        frame = bin_frame(name)
+        body = spec.worldbody.add_body(name=name, pos=frame.position, quat=frame.quaternion)
+        _fill_bin(body, spec.worldbody, frame)
+
+
+def _fill_bin(body: Any, world: Any, frame: Pose) -> None:
+    """One bin in the frame of its model, in which the closed sides are at +-x, the open ones at +-y.
+
+    Base and sills are only drawn: nothing gets there, and every shape that can be touched costs time in each step.
+    """
+    inner, thick, rim = 0.3175, 0.008, 0.79089  # inner half width, walls (grown outward), height of their upper edge
+    corner, middle, sill, base = 0.134, 0.372, 0.50569, 0.2005
+    floor = 0.225  # solid from half height on: nothing passes a floor as thick as that
+    add_shape(body, box(2 * inner, 2 * inner, floor, at(z=BIN_SURFACE - floor / 2), colours.BIN_FLOOR), Role.BOTH)
+    foot = box(0.668, 0.668, base - 0.08, at(z=(base + 0.08) / 2), colours.STEEL_DARK)
+    add_shape(world, foot.moved(frame), Role.SEEN)
+    outer = inner + thick / 2
+    for side in (1.0, -1.0):
+        _add_wall(body, Pose.from_rpy((outer * side, 0.0, 0.0), (0.0, 0.0, math.pi / 2)), 2 * inner, thick, base, rim)
+        for end in (1.0, -1.0):
+            x = (inner + thick - corner / 2) * end
+            _add_wall(body, at(x, outer * side), corner, thick, base, rim)
+            wheel = Pose.from_rpy((0.26 * side, 0.26 * end, 0.05), (math.pi / 2, 0.0, 0.0))
+            add_shape(world, cylinder(0.05, 0.03, wheel, colours.RUBBER).moved(frame), Role.SEEN)
+        sill_box = box(middle, thick, sill - base, at(0.0, outer * side, (sill + base) / 2), colours.BIN)
+        add_shape(world, sill_box.moved(frame), Role.SEEN)
+
+
+def _add_wall(body: Any, foot: Pose, length: float, thick: float, bottom: float, top: float) -> None:
+    """A wall along x of `foot` with a rounded upper edge.
+
+    Between a flat part and the narrow flat top of a box the engine now and then finds a contact that points sideways.
+    """
+    radius = thick / 2
+    shoulder = top - radius
+    plate = box(length, thick, shoulder - bottom, foot @ at(z=(shoulder + bottom) / 2), colours.BIN)
+    edge = foot @ Pose.from_rpy((0.0, 0.0, shoulder), (0.0, math.pi / 2, 0.0))
+    add_shape(body, plate, Role.BOTH)
+    add_shape(body, capsule(radius, length - thick, edge, colours.BIN), Role.BOTH)
+
+
+def add_conveyor(spec: Any) -> None:
+    """The conveyor. Its belt stands still; the surface of the geom `conveyor_belt` moves along its local +x."""
+    length, width, thickness = CONVEYOR_SIZE
+    body = spec.worldbody.add_body(name=BELT_GEOM, pos=CONVEYOR_CENTRE.position, quat=CONVEYOR_CENTRE.quaternion)
+    add_shape(body, box(length, width, thickness, HERE, colours.BELT), Role.BOTH, name=BELT_GEOM)
+    world, frame = spec.worldbody, CONVEYOR_CENTRE
+    surface = BELT_SURFACE - CONVEYOR_CENTRE.position[2]
+    for side in (1.0, -1.0):
+        rail = box(length, 0.02, 0.15, at(0.0, (width / 2 + 0.011) * side, surface - 0.08), colours.BELT_EDGE)
+        add_shape(world, rail.moved(frame), Role.SEEN)
+        stripe = box(length, 0.012, 0.0006, at(0.0, (width / 2 - 0.02) * side, surface), colours.STEEL_LIGHT)
+        add_shape(world, stripe.moved(frame), Role.SEEN)
+        for k in range(-3, 4):
+            leg = box(0.06, 0.06, 0.72, at(2.1 * k, 0.27 * side, -0.4526), colours.STEEL_DARK)
+            add_shape(world, leg.moved(frame), Role.SEEN)
+    for end in (1.0, -1.0):
+        drum = Pose.from_rpy((length / 2 * end, 0.0, 0.0), (math.pi / 2, 0.0, 0.0))
+        add_shape(world, cylinder(thickness / 2, width, drum, colours.RUBBER).moved(frame), Role.SEEN)
+
+
+def add_frames(spec: Any) -> None:
+    """Posts and bars that sensors hang from and an arm can hit: two portals over the bins, a fence along the conveyor.
+
+    They turn with the original's workcell, the yaw of which is rounded to 1.57. Each is a body of its own and flat: the
+    box around it is what the arm is tested against first.
+    """
+    thick = 0.05
+
+    def stand(name: str, x: float, z: float = 0.0) -> Any:
+        frame = WORKCELL @ at(x=x, z=z)
+        return spec.worldbody.add_body(name=name, pos=frame.position, quat=frame.quaternion)
+
+    for number, x in enumerate((-1.08, -0.3143), 1):
+        portal = stand(f"camera_frame_{number}", x)
+        add_shape(portal, box(thick, 3.5, thick, at(y=-0.25, z=2.0), colours.FRAME), Role.BOTH)
+        for y in (-2.0, 1.5):
+            add_shape(portal, box(thick, thick, 1.975, at(y=y, z=0.9875), colours.FRAME), Role.BOTH)
+    fence = stand("conveyor_frame", 1.7)
+    add_shape(fence, box(thick, 10.0, thick, at(z=0.95), colours.FRAME), Role.BOTH)
+    for y in range(-5, 6):
+        add_shape(fence, box(thick, thick, 3.0, at(y=float(y), z=1.5), colours.FRAME), Role.BOTH)
+    beam = stand("conveyor_beam", 1.21, 3.0)
+    add_shape(beam, box(thick, 10.0, thick, HERE, colours.FRAME), Role.BOTH)
+    for y in (-5.0, 0.0, 5.0):
+        add_shape(spec.worldbody, box(0.54, thick, thick, WORKCELL @ at(1.455, y, 3.0), colours.FRAME), Role.SEEN)
+
+
+def add_shelf(spec: Any, slots: int) -> None:
+    """The shelf, far from the cell, with room for `slots` parts that wait or are out of play."""
+    side = SHELF_PITCH * (shelf_columns(slots) + 1)
+    body = spec.worldbody.add_body(name="shelf", pos=(*SHELF_CENTRE, 0.0))
+    add_shape(body, box(side, side, SHELF_SURFACE, at(z=SHELF_SURFACE / 2), colours.STEEL), Role.BOTH)
+
+
+def add_deletion_wall(spec: Any) -> None:
+    """The space at the end of the belt in which parts leave the cell. Nothing touches it and nobody sees it."""
+    spec.worldbody.add_geom(
+        name=DELETION_WALL_GEOM,
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=(0.5, 0.05, 0.5),
+        pos=(1.2, -4.1, 1.41),
+        group=int(Role.UNSEEN),
+        contype=0,
+        conaffinity=0,
+    )

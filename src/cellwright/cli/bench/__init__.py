@@ -1,1 +1,0 @@
-"""`cellwright bench`: what things cost on this machine."""

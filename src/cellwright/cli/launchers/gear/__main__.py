@@ -1,0 +1,26 @@
+"""The launcher's way in: the script `gear.py` of `osrf_gear`, or `python -m cellwright.cli.launchers.gear`."""
+
+from __future__ import annotations
+
+import sys
+
+from cellwright.util.loading import interrupts_end_the_process
+from cellwright.util.standard_streams import StandardStreams
+
+_INTERRUPTED = 130
+
+
+def main() -> int:
+    """Run the launcher with the arguments of the process; its exit status."""
+    try:
+        with interrupts_end_the_process():
+            streams = StandardStreams()
+            from cellwright.cli.launchers.gear.launcher import main as launch
+
+        return streams.status(launch(sys.argv[1:]))
+    except KeyboardInterrupt:
+        return _INTERRUPTED
+
+
+if __name__ == "__main__":
+    sys.exit(main())

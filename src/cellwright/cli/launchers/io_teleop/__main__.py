@@ -1,0 +1,36 @@
+"""The way in of the scripts in the package `io_teleop_robot_control_node`; the first argument is the script's path."""
+
+from __future__ import annotations
+
+import sys
+
+from cellwright.util.loading import interrupts_end_the_process
+from cellwright.util.standard_streams import StandardStreams
+
+_BAD_INPUT = 2
+_INTERRUPTED = 130
+
+
+def main() -> int:
+    """Run the node that a script stands for, with the arguments of the process; its exit status."""
+    with interrupts_end_the_process():
+        streams = StandardStreams()
+        from cellwright.cli.launchers.io_teleop.arguments import command
+        from cellwright.cli.main import main as cellwright
+        from cellwright.util.errors import CellwrightError
+
+    try:
+        return streams.status(cellwright(command(sys.argv[1], sys.argv[2:], _warn)))
+    except CellwrightError as error:
+        sys.stderr.write(f"error: {error}\n")
+        return _BAD_INPUT
+    except KeyboardInterrupt:
+        return _INTERRUPTED
+
+
+def _warn(line: str) -> None:
+    sys.stderr.write(f"warning: {line}\n")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

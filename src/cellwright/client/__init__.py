@@ -1,6 +1,0 @@
-"""What a robot program holds in its hand."""
-
-from cellwright.client.client import ARM_JOINTS, Client, trajectory_message
-from cellwright.client.session import Latest, Rate, Session
-
-__all__ = ["ARM_JOINTS", "Client", "Latest", "Rate", "Session", "trajectory_message"]

@@ -1,0 +1,200 @@
+"""The arm as the agent moves it: tool poses with the cup facing down, and the servos' softness made up for.
+
+The servos hold the arm 1 to 3 mm low. Joint states tell by how much, and what the joints are off is added to their next
+command. The rail arrives where it is sent.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
+
+from cellwright.clients.agents.kitter.joint_watch import JointWatch
+from cellwright.clients.agents.kitter.postures import folded, near_posture, station_posture
+from cellwright.clients.agents.kitter.timing import travel_time, velocities_along
+from cellwright.clients.agents.kitter.tool_ways import TimedPose, at_height, facing_down, following_way, straight_way
+from cellwright.clients.client import Client
+from cellwright.config.layout import ARM_JOINTS
+from cellwright.util.pose import Pose
+
+log = logging.getLogger(__name__)
+
+RAIL, PAN = 0, 1
+
+FACE = 0.005
+"""The cup's face is this far [m] below the gripper link."""
+
+OTHER_STATION = 0.8
+"""A pan [rad] that differs by more belongs to another station."""
+
+SETTLING = 0.7
+"""About how long [s] it takes to come to stand exactly."""
+
+SAFE = 0.95
+"""Height [m] of the gripper link on ways between stations, with a part that hangs up to `LOW` below the cup."""
+
+LOW = 0.0724
+"""How far [m] the tallest part of 2017 hangs below the cup; with a taller one the arm keeps that much higher."""
+
+RISING = 0.5
+"""How fast the tool rises [m/s]."""
+
+MOST_SAG = 0.03
+"""What a joint is off by [rad] at most because of sag; more is something else."""
+
+
+class Arm:
+    """The arm.
+
+    Args:
+        client: whose arm.
+
+    Raises:
+        UsageError: there is none.
+    """
+
+    def __init__(self, client: Client) -> None:
+        self._client = client
+        self._joints = JointWatch(client)
+        self._commanded = list(self._joints.positions)
+        self._extra = 0.0
+
+    # ---------------------------------------------------------------- where it is
+
+    @property
+    def tool(self) -> Pose:
+        """world_T_gripper, by the last joint states."""
+        return self._joints.tool
+
+    @property
+    def tool_time(self) -> float:
+        """When that was [s]."""
+        return self._joints.time
+
+    @property
+    def rail(self) -> float:
+        """Where the rail stands [m]."""
+        return self._joints.positions.rail
+
+    @property
+    def safe(self) -> float:
+        """Height [m] of the gripper link on ways between stations, with what it carries."""
+        return SAFE + self._extra
+
+    def load(self, height: float) -> None:
+        """Something hangs on the cup now, this far [m] below it."""
+        self._extra = max(0.0, height - LOW)
+
+    def unload(self) -> None:
+        """Nothing hangs on the cup any more."""
+        self._extra = 0.0
+
+    def reaches(self, goal: Pose, rail: float) -> bool:
+        """Whether it gets to a tool pose, in the posture that stations are worked in, with the rail at `rail` [m]."""
+        return station_posture(goal, rail, self._commanded) is not None
+
+    # ---------------------------------------------------------------- from station to station
+
+    def travel(self, goal: Pose, rail: float) -> bool:
+        """Go to a tool pose above a station, with the rail at `rail` [m]; False if it is out of reach."""
+        stops = self._stops(goal, rail)
+        if stops is None:
+            return False
+        if self.tool.position[2] < self.safe - 0.05:
+            self.rise(self.safe)
+        for joints in stops:
+            self._move(joints)
+        return self.settle(goal)
+
+    def travel_time(self, goal: Pose, rail: float) -> float:
+        """How long `travel` takes [s], about; infinite if the pose is out of reach."""
+        stops = self._stops(goal, rail)
+        if stops is None:
+            return math.inf
+        rising = max(0.0, self.safe - 0.05 - self.tool.position[2]) / RISING
+        return rising + SETTLING + sum(travel_time(a, b) for a, b in pairwise([self._commanded, *stops]))
+
+    def settle(self, goal: Pose) -> bool:
+        """Correct the arm until the tool stands within a millimetre of a pose, or three times; False: out of reach."""
+        for _ in range(3):
+            joints = near_posture(goal, self._commanded[RAIL], self._commanded)
+            if joints is None:
+                return False
+            off = [want - have for want, have in zip(joints, self._joints.positions, strict=True)]
+            if math.dist(self.tool.position, goal.position) < 0.001 and max(map(abs, off[1:])) < 0.005:
+                return True
+            sags = (max(-MOST_SAG, min(MOST_SAG, each)) for each in self._sags())
+            self._move([want + sag for want, sag in zip(joints, sags, strict=True)])
+            self._client.sleep(0.1)
+        return True
+
+    # ---------------------------------------------------------------- at a station
+
+    def rise(self, height: float) -> None:
+        """Straight up until the gripper link is at a height [m]."""
+        if self.tool.position[2] < height:
+            self.line(facing_down(at_height(self.tool, height)), RISING)
+
+    def line(self, goal: Pose, speed: float, *, wait: bool = True) -> None:
+        """Go straight to a tool pose, about so fast [m/s], and wait until there unless told not to."""
+        duration = self._go_along(straight_way(self.tool, goal, speed))
+        if wait:
+            self._client.doze(duration)
+
+    def follow(self, start: Pose, near: float, press: float, speed: float) -> None:
+        """Go along with something that moves along -y and come down on it, without waiting: see `following_way`."""
+        self._go_along(following_way(start, near, press, speed))
+
+    def _go_along(self, way: Iterable[TimedPose]) -> float:
+        """Go along a way of the tool while the rail stands still; the time [s] it takes.
+
+        What the joints are off now is taken to be what they will be off on the way.
+        """
+        sags, near, rail = self._sags(), self._joints.positions, self._commanded[RAIL]
+        points, times = [], []
+        for time, pose in way:
+            joints = near_posture(pose, rail, near)
+            if joints is None:
+                log.info("%.1f s: %s is out of reach", self._client.time, pose.position)
+                break
+            near = joints
+            points.append([want + sag for want, sag in zip(joints, sags, strict=True)])
+            times.append(time)
+        if not points:
+            return 0.0
+        self._send(points, times, velocities_along(self._commanded, points, times))
+        return times[-1]
+
+    # ---------------------------------------------------------------- joints
+
+    def _stops(self, goal: Pose, rail: float) -> list[list[float]] | None:
+        """Joint positions to stop at on the way to a tool pose; None if it is out of reach."""
+        posture = station_posture(goal, rail, self._commanded)
+        if posture is None:
+            return None
+        joints = list(posture)
+        if abs(joints[PAN] - self._commanded[PAN]) < OTHER_STATION:
+            return [joints]
+        return [
+            folded(self._commanded, self._commanded, self._extra),
+            folded(joints, self._commanded, self._extra),
+            joints,
+        ]
+
+    def _sags(self) -> list[float]:
+        """By how much each joint stands short of what it was sent to [m; rad]; the rail does not."""
+        return [0.0, *(sent - have for sent, have in zip(self._commanded[1:], self._joints.positions[1:], strict=True))]
+
+    def _move(self, joints: Sequence[float]) -> None:
+        """Go to joint positions on the straight way in joint space, and wait until there."""
+        duration = travel_time(self._commanded, joints)
+        self._send([joints], [duration], [[0.0] * 7])
+        self._client.doze(duration)
+
+    def _send(
+        self, points: Sequence[Sequence[float]], times: Sequence[float], velocities: Sequence[Sequence[float]]
+    ) -> None:
+        self._client.send_arm(points, times, velocities=velocities, joints=ARM_JOINTS)
+        self._commanded = list(points[-1])

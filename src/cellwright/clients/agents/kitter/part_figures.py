@@ -1,0 +1,234 @@
+"""What the agent knows of the parts: where to take hold of each type, and the floor that it covers.
+
+Figures of the part types of 2017: their models, which every team had in its hands. Those of a trial's own types are
+what the cell tells of their models (`Client.part_types`); where a part is, only sensors tell.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from cellwright.util.errors import UnknownNameError
+from cellwright.util.pose import Pose
+
+
+@dataclass(frozen=True, slots=True)
+class Disc:
+    """A disc of the plane that a part lies in: x, y [m] in the part's frame, radius [m]."""
+
+    x: float
+    y: float
+    radius: float
+
+
+@dataclass(frozen=True, slots=True)
+class PartFigures:
+    """A part type as the agent handles it.
+
+    Attributes:
+        grip: where the middle of the cup goes: x, y [m] in the part's frame. It is chosen such that the cup's face
+            (radius 38 mm) meets something solid and stays clear of a mark where it can.
+        top: height [m] above the part's origin that the cup meets there first.
+        outline: discs that cover the part's floor plan together.
+        below: how far [m] the part reaches below its origin.
+    """
+
+    grip: tuple[float, float]
+    top: float
+    outline: tuple[Disc, ...]
+    below: float = 0.0
+
+    @property
+    def height(self) -> float:
+        """How far [m] the part hangs below the cup."""
+        return self.top + self.below
+
+    @property
+    def reach(self) -> float:
+        """Radius [m] of the circle about the origin that holds the part."""
+        return max(math.hypot(disc.x, disc.y) + disc.radius for disc in self.outline)
+
+    def covers(self, frame_T_part: Pose) -> tuple[Disc, ...]:
+        """The discs of a part that lies at a pose, in the frame of that pose."""
+        yaw, (x, y, _) = frame_T_part.yaw, frame_T_part.position
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        return tuple(
+            Disc(x + cos * disc.x - sin * disc.y, y + sin * disc.x + cos * disc.y, disc.radius) for disc in self.outline
+        )
+
+
+def box_outline(length: float, width: float, x: float = 0.0, y: float = 0.0, yaw: float = 0.0) -> tuple[Disc, ...]:
+    """Discs that cover a rectangle: `length` [m] along its own x axis, its middle at x, y [m], turned by yaw [rad]."""
+    if length < width:
+        return box_outline(width, length, x, y, yaw + math.pi / 2)
+    count = math.ceil(length / width)
+    step = length / count
+    radius = math.hypot(step / 2, width / 2)
+    places = [step * (index - (count - 1) / 2) for index in range(count)]
+    return tuple(Disc(x + math.cos(yaw) * place, y + math.sin(yaw) * place, radius) for place in places)
+
+
+_PARTS = {
+    # the cup meets the mark, 3 mm above the wheel
+    "gear_part": PartFigures((0.0, 0.0), 0.015, (Disc(0.0, 0.0, 0.0392),)),
+    # the mark is just outside the face
+    "disk_part": PartFigures((-0.008, -0.008), 0.02316, (Disc(0.0, 0.0, 0.0627),)),
+    # hollow in the middle: the face rests on both sides, the mark is outside
+    "gasket_part": PartFigures(
+        (-0.012, 0.0), 0.02, (Disc(0.067, 0.0, 0.028), Disc(-0.067, 0.0, 0.028), Disc(0.0, 0.0, 0.065))
+    ),
+    # the origin is in the head, the middle of mass on the rod
+    "piston_rod_part": PartFigures(
+        (0.0, 0.04), 0.0075, (*box_outline(0.059, 0.052), *box_outline(0.031, 0.11, 0.0, 0.08))
+    ),
+    "pulley_part": PartFigures((0.0, 0.0), 0.0724, (Disc(0.0, 0.0, 0.1125),)),
+    "part1": PartFigures((0.0, 0.0), 0.0075, box_outline(0.3, 0.1), 0.0075),
+    "part2": PartFigures((0.0, 0.0), 0.01, box_outline(0.06, 0.015)),
+    "part3": PartFigures((0.03, 0.03), 0.02, box_outline(0.13, 0.07, 0.03, 0.03, 0.9)),
+    "part4": PartFigures((0.0, 0.0), 0.005, box_outline(0.09, 0.06), 0.0052),
+}
+
+PART_TYPES = frozenset(_PARTS)
+"""The part types of 2017."""
+
+TALLEST = 0.2
+"""How far [m] a part may hang below the cup. The tallest that was tried, 0.21 m, cleared rail and rims."""
+
+HEAVIEST = 10.0
+"""Payload of the arm [kg]. A box of 12 kg came to lie within 1 mm of its place, one of 16 kg 15 mm beside it."""
+
+LEAST_SPOT = 0.006
+"""The cup needs a flat disc of this radius [m]: it is aimed to a few millimetres."""
+
+LARGEST_MOMENT = 0.3
+"""Largest mass of a part times the distance of its centre of mass from the cup's axis [kg m].
+
+In trials a bar of 0.56 kg m came to lie 6 mm off its place; with 0.8 kg m the wrist gave way, and the part was lost.
+"""
+
+
+class Catalogue:
+    """The part types that the agent can handle in one cell, and why it can't handle the others.
+
+    Args:
+        own: the part types of the trial's own, as `Client.part_types` returns them.
+    """
+
+    def __init__(self, own: Mapping[str, Mapping[str, Any]] | None = None) -> None:
+        self._own = dict(own or {})
+        self._known = dict(_PARTS)
+        self._refused: dict[str, str] = {}
+        self._turns: dict[str, Pose] = {}
+        self._ordered: set[str] = set()
+        for name in self._own:
+            self._choose_top(name, 0)
+
+    def __contains__(self, part_type: object) -> bool:
+        return part_type in self._known
+
+    @property
+    def types(self) -> list[str]:
+        """The types that can be handled, by name."""
+        return sorted(self._known)
+
+    @property
+    def reach(self) -> float:
+        """No part reaches further [m] from its origin."""
+        return max(kind.reach for kind in self._known.values())
+
+    def figures(self, part_type: str) -> PartFigures:
+        """What the agent knows of a type.
+
+        Raises:
+            UnknownNameError: it knows nothing of this type, or can't handle it.
+        """
+        try:
+            return self._known[part_type]
+        except KeyError:
+            raise UnknownNameError("part type", part_type, self._known) from None
+
+    def why_not(self, part_type: str) -> str:
+        """Why a type is not handled."""
+        return self._refused.get(part_type, "its model is not known")
+
+    def note_order(self, part_type: str, tray_T_goal: Pose) -> None:
+        """A part of a type was ordered: the side that is to be up is the one that it is handled by from now on.
+
+        The first order of a type decides, for the agent turns no part over.
+        """
+        if part_type in self._own and part_type not in self._ordered:
+            self._ordered.add(part_type)
+            turns = [_turn(top) for top in self._own[part_type]["tops"]]
+            ups = [(tray_T_goal @ turn).rotate((0.0, 0.0, 1.0))[2] for turn in turns]
+            self._choose_top(part_type, max(range(len(ups)), key=ups.__getitem__))
+
+    def turned(self, part_type: str, frame_T_part: Pose) -> Pose:
+        """The pose of a part with z of the side that is to be up for its z; types of 2017 stay as they are."""
+        turn = self._turns.get(part_type)
+        return frame_T_part if turn is None else frame_T_part @ turn
+
+    def _choose_top(self, name: str, number: int) -> None:
+        mass, top = self._own[name]["mass"], self._own[name]["tops"][number]
+        values = {"mass": mass, **top}
+        self._turns[name] = _turn(top)
+        self._known.pop(name, None)
+        self._refused.pop(name, None)
+        if reason := why_not(values):
+            self._refused[name] = reason
+        else:
+            self._known[name] = figures_of(values)
+
+
+def why_not(values: Mapping[str, Any]) -> str:
+    """Why the agent can't handle a type of the trial's own with one of its sides up; empty if it can.
+
+    Args:
+        values: what `Client.part_types` tells of that top, and the mass.
+    """
+    mass, spots = values["mass"], values["spots"]
+    wide = [spot for spot in spots if spot["radius"] >= LEAST_SPOT]
+    if not spots:
+        return "it has no flat top that the cup could stand on"
+    if not wide:
+        widest = max(spot["radius"] for spot in spots)
+        return f"its flat top is too small: a disc of {widest * 1e3:.0f} mm radius, {LEAST_SPOT * 1e3:g} mm are needed"
+    if mass > HEAVIEST:
+        return f"it is too heavy: {mass:g} kg, the arm carries {HEAVIEST:g} kg"
+    if not (usable := _usable(values)):
+        aside = min(_aside(spot, values) for spot in wide)
+        return f"it would turn the wrist: its flat top is {aside * 1e3:.0f} mm beside its centre of mass"
+    height = usable[0]["position"][2] - values["lower"][2]
+    if height > TALLEST:
+        return f"it is too tall: {height * 1e3:.0f} mm below the cup, {TALLEST * 1e3:g} mm can be carried"
+    return ""
+
+
+def figures_of(values: Mapping[str, Any]) -> PartFigures:
+    """The figures of a type of the trial's own that can be handled; see `why_not`."""
+    x, y, top = _usable(values)[0]["position"]
+    (x0, y0, bottom), (x1, y1, _) = values["lower"], values["upper"]
+    middle_x, middle_y = (x0 + x1) / 2, (y0 + y1) / 2
+    disc = (Disc(middle_x, middle_y, values["radius"]),)
+    row = box_outline(x1 - x0, y1 - y0, middle_x, middle_y)
+    is_slim = len(row) * row[0].radius ** 2 < disc[0].radius ** 2
+    return PartFigures((x, y), top, row if is_slim else disc, -bottom)
+
+
+def _turn(top: Mapping[str, Any]) -> Pose:
+    """part_T_top."""
+    w, x, y, z = top["turn"]
+    return Pose((0.0, 0.0, 0.0), (w, x, y, z))
+
+
+def _usable(values: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """The spots that are large enough, and near enough to the centre of mass; the best first."""
+    wide = [spot for spot in values["spots"] if spot["radius"] >= LEAST_SPOT]
+    return [spot for spot in wide if _aside(spot, values) * values["mass"] <= LARGEST_MOMENT]
+
+
+def _aside(spot: Mapping[str, Any], values: Mapping[str, Any]) -> float:
+    """How far [m] a spot is beside the centre of mass."""
+    return math.dist(spot["position"][:2], values["centre_of_mass"][:2])

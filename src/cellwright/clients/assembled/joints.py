@@ -1,0 +1,150 @@
+"""The joints of an assembled robot, by index and by name."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Generic, Iterable, Mapping, NamedTuple, Sequence, TypeVar, Union
+
+from cellwright.clients.assembled import services
+from cellwright.clients.assembled.process import RobotProcess
+from cellwright.util.errors import UnknownNameError, UsageError
+
+Pose = Sequence[Sequence[float]]
+"""A pose as lists: [[x, y, z], [qx, qy, qz, qw]], in metres."""
+
+Numbers = Union[float, Iterable[float]]
+Indices = Union[int, Iterable[int]]
+
+T = TypeVar("T")
+
+
+class JointStates(NamedTuple):
+    """All joints that are not fixed, in the order of their indices: what a `sensor_msgs/JointState` holds.
+
+    Attributes:
+        names: of the joints, as in the URDF.
+        positions: [rad; m].
+        velocities: [rad/s; m/s].
+        efforts: [N m; N].
+    """
+
+    names: list[str]
+    positions: list[float]
+    velocities: list[float]
+    efforts: list[float]
+
+
+@dataclass(frozen=True)
+class JointInfo:
+    """A joint as the index table shows it; `link` is what it moves and has the same index.
+
+    Limits are infinite where the URDF sets none [rad; m; N m; N; rad/s; m/s].
+    """
+
+    index: int
+    name: str
+    type: str
+    link: str
+    parent: str
+    lower: float
+    upper: float
+    effort: float
+    velocity: float
+    is_driven: bool
+
+
+class Lookup(dict, Generic[T]):  # type: ignore[type-arg]
+    """A dictionary that says what it has when it is asked for something else.
+
+    Args:
+        kind: what a key is called, in the singular.
+        entries: what it holds.
+    """
+
+    def __init__(self, kind: str, entries: Mapping[Any, T]) -> None:
+        super().__init__(entries)
+        self._kind = kind
+
+    def __missing__(self, key: object) -> T:
+        raise UnknownNameError(self._kind, str(key), map(str, self))
+
+
+class Joints:
+    """The joints of a robot, driven and read in its process.
+
+    Args:
+        process: where they move.
+        described: the robot, as the process describes it.
+    """
+
+    def __init__(self, process: RobotProcess, described: Mapping[str, Any]) -> None:
+        self._process = process
+        self.table = [_joint(row) for row in described["joints"]]
+        self._movable = [joint for joint in self.table if joint.type != "fixed"]
+        self._places = {joint.index: place for place, joint in enumerate(self._movable)}
+
+    def move(self, indices: Indices, positions: Numbers) -> None:
+        """Have joints go to positions [rad; m]."""
+        self._command(services.MOVE, indices, positions)
+
+    def place(self, indices: Indices, positions: Numbers) -> None:
+        """Put joints at positions [rad; m] at once."""
+        self._command(services.PLACE, indices, positions)
+
+    def states(self) -> JointStates:
+        """All joints that are not fixed, as they are now."""
+        state = self._process.ask(services.STATE)
+        names = [joint.name for joint in self._movable]
+        return JointStates(names, state["positions"], state["velocities"], state["efforts"])
+
+    def positions(self, indices: Iterable[int]) -> list[float]:
+        """Positions of some joints now [rad; m]."""
+        state = self._process.ask(services.STATE)["positions"]
+        return [state[self._places[index]] for index in indices]
+
+    def link_poses(self, indices: Sequence[int]) -> list[Pose]:
+        """Poses of link frames in the world now; -1 is the root link."""
+        poses: list[Pose] = self._process.ask(services.STATE, links=list(indices))["links"]
+        return poses
+
+    def range_of(self, index: int) -> tuple[float, float]:
+        """Limits of a joint [rad; m]."""
+        joint = self.table[index]
+        return joint.lower, joint.upper
+
+    def _command(self, service: str, indices: Indices, positions: Numbers) -> None:
+        chosen: list[Any] = _listed(indices)
+        values: list[Any] = _listed(positions)
+        if len(chosen) != len(values):
+            raise UsageError(f"{len(chosen)} joints and {len(values)} positions: as many of each are needed")
+        for index in chosen:
+            self._check(index)
+        numbers = [float(value) for value in values]
+        if not all(map(math.isfinite, numbers)):
+            raise UsageError(f"a position must be a finite number, not {numbers}")
+        if chosen:
+            self._process.ask(service, joints=[int(index) for index in chosen], positions=numbers)
+
+    def _check(self, index: Any) -> None:
+        count = len(self.table)
+        if isinstance(index, (bool, float, str)) or not 0 <= index < count:
+            raise UsageError(f"there is no joint with the index {index!r}: indices are from 0 to {count - 1}")
+        joint = self.table[index]
+        if not joint.is_driven:
+            raise UsageError(f"joint {index}, {joint.name}, cannot be moved: it is {joint.type}")
+
+
+def _listed(value: Any) -> list[Any]:
+    """One number or several, as programs give them, arrays of numpy among them."""
+    try:
+        return list(value)
+    except TypeError:
+        return [value]
+
+
+def _joint(row: Mapping[str, Any]) -> JointInfo:
+    """A joint of the description, where None stands for what is not limited."""
+    unlimited = {"lower": -math.inf, "upper": math.inf, "effort": math.inf, "velocity": math.inf}
+    found: dict[str, Any] = {key: unlimited.get(key) if value is None else value for key, value in row.items()}
+    return JointInfo(**found)

@@ -1,0 +1,160 @@
+"""The process in which a robot moves, and the connection to it."""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import json
+import os
+import socket
+import subprocess
+import threading
+from pathlib import Path
+from typing import Any, Mapping
+
+from cellwright.middleware.wire.frames import Decoder, Frame, FrameError, Kind, hello
+from cellwright.util.errors import CellwrightError, UsageError, showable
+
+OWNER = "/assembled_robot"
+"""The node as which the program is known to the process of its robot, which ends when that node is gone."""
+
+_START = "import sys; sys.path.insert(0, {!r}); from cellwright.running.remote.robot import main; sys.exit(main())"
+_PLACE = str(Path(__file__).resolve().parents[3])
+_PIECE = 1 << 18
+_PATIENCE = 30.0  # [s] for an answer; the process answers between two steps of its physics
+_TIME_TO_END = 3.0  # [s]
+_NUMBERS = (1 << 32) - 1
+
+
+class RobotProcess:
+    """A robot's controller node in a process of its own.
+
+    It ends with this one, however that ends: it listens for this connection, and goes when it is gone. A Ctrl-C on the
+    terminal is not for it. `ask` may be called from any thread.
+
+    Args:
+        python: the interpreter that Cellwright is installed for.
+        order: what to run, as `cellwright.running.remote.robot` takes it.
+
+    Raises:
+        UsageError: it cannot be started, or not with this robot; the text says why.
+    """
+
+    def __init__(self, python: str, order: Mapping[str, Any]) -> None:
+        self._lock = threading.Lock()
+        self._number = 0
+        self._decoder = Decoder()
+        self._frames: list[Frame] = []
+        self._connection: socket.socket | None = None
+        try:
+            self._process = subprocess.Popen(  # noqa: S603
+                [python, "-E", "-P", "-c", _START.format(_PLACE)],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                close_fds=True,
+            )
+        except OSError as error:
+            raise UsageError(f"Cellwright's Python cannot be started: {python}: {error.strerror}") from None
+        atexit.register(self.close)
+        try:
+            self.address = self._begin(order)
+            self._connection = self._connect()
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def is_running(self) -> bool:
+        """Whether the robot can be spoken to."""
+        return self._connection is not None and self._process.poll() is None
+
+    def ask(self, service: str, **values: Any) -> dict[str, Any]:
+        """Call a service of the process.
+
+        Args:
+            service: one of `services`.
+            values: what it is asked, as JSON values.
+
+        Raises:
+            CellwrightError: it is refused, or the process has ended; the text says why.
+        """
+        with self._lock:
+            self._number = self._number % _NUMBERS + 1
+            payload = json.dumps(values).encode()
+            answer = self._exchange(Frame(Kind.CALL, self._number, name=service, payload=payload))
+        if answer.kind is Kind.REFUSED:
+            raise CellwrightError(showable(answer.text()))
+        return answer.json()
+
+    def close(self) -> None:
+        """End the process; nothing is left of it."""
+        atexit.unregister(self.close)
+        connection, self._connection = self._connection, None
+        if connection is not None:
+            with contextlib.suppress(OSError):
+                connection.shutdown(socket.SHUT_RDWR)
+            connection.close()
+        process = self._process
+        for pipe in (process.stdin, process.stdout):
+            if pipe is not None:
+                with contextlib.suppress(OSError):
+                    pipe.close()
+        if connection is None:
+            process.kill()  # it knows of no connection that it could miss
+        try:
+            process.wait(_TIME_TO_END)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+    # ---------------------------------------------------------------- inside
+
+    def _begin(self, order: Mapping[str, Any]) -> tuple[str, int]:
+        """Say what to run; where it is to be reached."""
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        with contextlib.suppress(OSError):  # it has ended, and has said why
+            self._process.stdin.write(json.dumps({**order, "parent": os.getpid()}, default=str).encode())
+            self._process.stdin.close()
+        said = self._process.stdout.readline()
+        try:
+            answer = json.loads(said)
+        except ValueError:
+            raise UsageError(f"the robot's process has ended with status {self._process.wait()}") from None
+        if "error" in answer:
+            raise UsageError(str(answer["error"]))
+        return str(answer["host"]), int(answer["port"])
+
+    def _connect(self) -> socket.socket:
+        try:
+            connection = socket.create_connection(self.address, timeout=_PATIENCE)
+        except OSError as error:
+            raise UsageError(f"the robot's process cannot be reached: {error}") from None
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._connection = connection
+        self._exchange(hello(OWNER, "cdr"))
+        return connection
+
+    def _exchange(self, frame: Frame) -> Frame:
+        """Say something and wait for what is answered."""
+        connection = self._connection
+        if connection is None:
+            raise CellwrightError("the robot's process has ended")
+        try:
+            connection.sendall(frame.encode())
+            while True:
+                # what a Ctrl-C kept somebody from waiting for is still to come, and is no answer to this
+                while self._frames:
+                    answer = self._frames.pop(0)
+                    if answer.kind is Kind.ENDED:
+                        raise CellwrightError(f"the robot's process has ended: {showable(answer.text())}")
+                    if answer.number in (frame.number, 0):  # 0: who is cut off is told so
+                        return answer
+                data = connection.recv(_PIECE)
+                if not data:
+                    raise FrameError("it has hung up")
+                self._frames.extend(self._decoder.feed(data))
+        except (OSError, FrameError) as error:
+            self._connection = None
+            connection.close()
+            raise CellwrightError(f"the robot's process does not answer: {error}") from None

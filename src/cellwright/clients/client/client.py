@@ -1,0 +1,310 @@
+"""A client of the kit-building cell: its orders, arm, gripper, AGVs and sensors by name."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import logging
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from cellwright.clients.client.session import Latest, Session
+from cellwright.clients.client.transports.transport import Transport
+from cellwright.middleware.messages.build import NANOSECONDS, joint_trajectory, trajectory_point
+from cellwright.middleware.messages.osrf_gear import (
+    AGVControlRequest,
+    GetMaterialLocationsRequest,
+    Order,
+    VacuumGripperControlRequest,
+)
+from cellwright.middleware.messages.standard import JointTrajectory, String
+from cellwright.middleware.messages.std_srvs import TriggerRequest
+from cellwright.util.errors import CellwrightError, UnknownNameError, UsageError
+
+ARM_JOINTS = (
+    "elbow_joint",
+    "linear_arm_actuator_joint",
+    "shoulder_lift_joint",
+    "shoulder_pan_joint",
+    "wrist_1_joint",
+    "wrist_2_joint",
+    "wrist_3_joint",
+)
+"""The arm's joints in the order in which joint states name them (alphabetical)."""
+
+ARRIVED = 0.01
+"""Tolerance [rad; m for the rail] within which an arm that stands has arrived. The original's soft servos give way to
+the arm's weight by 2.5 mrad at most, and by 8 mrad with 0.5 kg on the cup; finals teams waited for 9 mrad."""
+
+AWAKE = 0.05
+"""So long [s] before the end of `doze` the client listens again: joint states come every 0.02 s."""
+
+_STOPPED = 0.02
+_PREFIX = "/ariac/"
+_INTENTION = "/cellwright/intention"
+_PART_TYPES = "/cellwright/part_types"
+_NO_SENSORS = ("competition_state", "current_score", "joint_states", "orders", "trays")
+
+log = logging.getLogger(__name__)
+
+
+class Client(Session):
+    """What a program of the kit-building cell holds in its hand.
+
+    It listens from the start to the competition's state, orders, score, joint states and the gripper; sensors are
+    listened to when they are asked for.
+    """
+
+    def __init__(self, transport: Transport) -> None:
+        super().__init__(transport)
+        self.orders: list[Order] = []
+        """Every order announced so far (osrf_gear/Order), in order of announcement."""
+        self._state = self.latest("/ariac/competition_state")
+        self._score = self.latest("/ariac/current_score")
+        self.joint_states = self.latest("/ariac/joint_states")
+        """Joint states as last heard (sensor_msgs/JointState)."""
+        self._gripper = self.latest("/ariac/gripper/state")
+        self._sensors: dict[str, Latest] = {}
+        self.subscribe("/ariac/orders", self.orders.append, passive=True)
+
+    # ---------------------------------------------------------------- the competition
+
+    @property
+    def competition_state(self) -> str:
+        """`init`, `ready`, `go`, `end_game` or `done`, as last heard; empty before the first message."""
+        return "" if self._state.message is None else str(self._state.message.data)
+
+    @property
+    def score(self) -> float:
+        """The score as last heard; 0 before the first message."""
+        return 0.0 if self._score.message is None else float(self._score.message.data)
+
+    def start_competition(self) -> bool:
+        """Start the competition; False when it had been started before."""
+        return self._trigger("/ariac/start_competition")
+
+    def end_competition(self) -> bool:
+        """End the competition now, with the score as it stands."""
+        return self._trigger("/ariac/end_competition")
+
+    def wait_for_order(self, timeout: float | None = None) -> Order | None:
+        """The next order to be announced (osrf_gear/Order); None if none comes in time [s]."""
+        known = len(self.orders)
+        return self.orders[known] if self.wait_until(lambda: len(self.orders) > known, timeout) else None
+
+    def material_locations(self, material: str) -> tuple[str, ...]:
+        """Where parts of a type are to be found: `bin7`, `belt`; nowhere for an unknown type."""
+        request = GetMaterialLocationsRequest(material_type=material)
+        return tuple(unit.unit_id for unit in self.call("/ariac/material_locations", request).storage_units)
+
+    def part_types(self) -> Mapping[str, Mapping[str, Any]]:
+        """The part types of the trial's own, by name; empty where there are none.
+
+        Each has its `mass` [kg] and `tops`: how it looks from above, first as it was modelled, then with each of the
+        five other sides up. A top is told in a frame with the part's origin and z up; `turn` is the quaternion
+        (w, x, y, z) of that frame in the part's. A top has the `centre_of_mass`, the box (`lower`, `upper`), the
+        `radius` of the floor plan about the middle of that box, and `spots` that the cup can stand on, the best first:
+        their `position`, and the `radius` of the flat disc. Lengths are in m.
+
+        Raises:
+            CellwrightError: the cell does not answer that: it is one of an earlier version.
+        """
+        answer = json.loads(self.call(_PART_TYPES, TriggerRequest()).message)
+        return {str(name): dict(values) for name, values in answer.items()}
+
+    def intend(self, text: str) -> None:
+        """Say in a line what you are about, for people who look on: the panel of the page, recordings.
+
+        It changes nothing in the cell, and a cell that does not listen to it is no error.
+        """
+        with contextlib.suppress(CellwrightError):  # a cell of an earlier version, say
+            self.publish(_INTENTION, String(text))
+
+    # ---------------------------------------------------------------- the arm
+
+    @property
+    def joint_positions(self) -> Mapping[str, float]:
+        """Joint positions as last heard [rad; m for the rail]; empty before the first message."""
+        message = self.joint_states.message
+        return {} if message is None else dict(zip(message.name, map(float, message.position), strict=True))
+
+    @property
+    def joint_velocities(self) -> Mapping[str, float]:
+        """Joint velocities as last heard [rad/s; m/s for the rail]; empty before the first message."""
+        message = self.joint_states.message
+        return {} if message is None else dict(zip(message.name, map(float, message.velocity), strict=True))
+
+    def send_arm(
+        self,
+        waypoints: Sequence[Sequence[float]],
+        times: Sequence[float] | None = None,
+        *,
+        velocities: Sequence[Sequence[float]] | None = None,
+        joints: Sequence[str] = ARM_JOINTS,
+    ) -> None:
+        """Send the arm along joint waypoints, without waiting.
+
+        Args:
+            waypoints: positions [rad; m for the rail] in the order of `joints`; none at all brings the arm to rest.
+            times: when each is to be reached [s] from now; 1, 2, 3, … when left out.
+            velocities: velocities at the waypoints [rad/s; m/s]; without them the way between is straight.
+            joints: which joints the numbers belong to.
+
+        Raises:
+            UsageError: numbers that do not belong together.
+            RejectedCommandError: the arm refuses them, and goes on with what it was doing.
+        """
+        times = [float(number + 1) for number in range(len(waypoints))] if times is None else times
+        if len(times) != len(waypoints) or (velocities is not None and len(velocities) != len(waypoints)):
+            raise UsageError("as many times, and velocities if any, are needed as there are waypoints")
+        if not all(map(math.isfinite, times)):
+            raise UsageError(f"times must be finite, not {list(times)}")
+        self.publish("/ariac/arm/command", trajectory_message(joints, waypoints, times, velocities))
+
+    def move_arm(
+        self,
+        waypoints: Sequence[Sequence[float]],
+        times: Sequence[float] | None = None,
+        *,
+        joints: Sequence[str] = ARM_JOINTS,
+        timeout: float = 5.0,
+        tolerance: float = ARRIVED,
+    ) -> bool:
+        """Send the arm along joint waypoints and wait until it stands at the last one.
+
+        Arguments as for `send_arm`; `timeout` [s] counts from when it should have arrived. Whether it came to stand
+        within `tolerance` [rad; m for the rail] of the last waypoint.
+
+        Raises:
+            UsageError: no waypoint, or numbers that do not belong together.
+            RejectedCommandError: the arm refuses them, and goes on with what it was doing.
+        """
+        if not len(waypoints):
+            raise UsageError("without a waypoint there is nowhere to go")
+        self.send_arm(waypoints, times, joints=joints)
+        self.sleep(float(len(waypoints)) if times is None else times[-1])
+        goal = dict(zip(joints, waypoints[-1], strict=False))
+        return self.wait_until(lambda: self._stands_at(goal, tolerance), timeout)
+
+    def _stands_at(self, goal: Mapping[str, float], tolerance: float) -> bool:
+        positions, velocities = self.joint_positions, self.joint_velocities
+        return bool(positions) and all(
+            abs(positions[joint] - value) < tolerance and abs(velocities[joint]) < _STOPPED
+            for joint, value in goal.items()
+        )
+
+    # ---------------------------------------------------------------- time
+
+    def doze(self, duration: float) -> None:
+        """Let `duration` seconds pass in which nobody looks at joint states and gripper.
+
+        As `sleep`, but neither is listened to until shortly before the end, which costs the cell less: the gripper
+        tells its state in every step. At the end both are as new as after `sleep`; callbacks that come meanwhile find
+        them as they were.
+
+        Raises:
+            UsageError: called from a callback or another thread, or with a negative or non-finite duration.
+            RunEndedError: the run is over.
+        """
+        self._refuse_nesting()  # before anything is left
+        # over ROS a connection would have to be made anew each time
+        if not AWAKE < duration < math.inf or not self.transport.knows_all_topics:
+            self.sleep(duration)
+            return
+        end = self.transport.now() + round(duration * NANOSECONDS)
+        dozing = (self.joint_states, self._gripper)
+        for each in dozing:
+            each.cancel()
+        try:
+            self._advance(end - round(AWAKE * NANOSECONDS), None)
+        finally:
+            for each in dozing:
+                each.listen()
+        counts = [each.count for each in dozing]
+        self._advance(end, None)
+        for each, count in zip(dozing, counts, strict=True):
+            if each.count == count and each.message is not None:  # a cell that runs ahead of its guests
+                each.wait_for_next(1.0)
+
+    # ---------------------------------------------------------------- gripper and AGVs
+
+    @property
+    def gripper_enabled(self) -> bool:
+        """Whether the vacuum is on, as last heard."""
+        return self._gripper.message is not None and bool(self._gripper.message.enabled)
+
+    @property
+    def gripper_attached(self) -> bool:
+        """Whether something hangs on the cup, as last heard."""
+        return self._gripper.message is not None and bool(self._gripper.message.attached)
+
+    def control_gripper(self, enable: bool) -> bool:  # noqa: FBT001
+        """Switch the vacuum on or off."""
+        request = VacuumGripperControlRequest(enable=enable)
+        return bool(self.call("/ariac/gripper/control", request).success)
+
+    def control_agv(self, number: int, kit_type: str) -> bool:
+        """Send AGV 1 or 2 away with its tray as a kit of this type; False unless it is ready."""
+        request = AGVControlRequest(kit_type=kit_type)
+        return bool(self.call(f"/ariac/agv{number}", request).success)
+
+    # ---------------------------------------------------------------- sensors
+
+    def sensor(self, name: str) -> Latest:
+        """The newest reading of a sensor that the trial's file names; listened to from the first call on.
+
+        Raises:
+            UnknownNameError: there is no such sensor. In ROS, where one may appear later, that is only logged.
+        """
+        if name not in self._sensors:
+            self._sensors[name] = self.latest(self._sensor_topic(name))
+        return self._sensors[name]
+
+    def on_sensor(self, name: str, callback: Callable[[Any], None]) -> Callable[[], None]:
+        """Have `callback(message)` called for each reading of a sensor; the returned function ends that.
+
+        Raises:
+            UnknownNameError: there is no such sensor. In ROS, where one may appear later, that is only logged.
+        """
+        return self.subscribe(self._sensor_topic(name), callback)
+
+    def _sensor_topic(self, name: str) -> str:
+        """The topic of a sensor, which is there."""
+        topic, topics = f"{_PREFIX}{name}", self.transport.topics()
+        if topic not in topics:
+            below = [each.removeprefix(_PREFIX) for each in topics if each.startswith(_PREFIX)]
+            sensors = sorted(each for each in below if "/" not in each and each not in _NO_SENSORS)
+            error = UnknownNameError("sensor", name, sensors)
+            if self.transport.knows_all_topics:
+                raise error
+            log.warning("%s; waiting for it", error)
+        return topic
+
+    def _trigger(self, service: str) -> bool:
+        return bool(self.call(service, TriggerRequest()).success)
+
+
+def trajectory_message(
+    joints: Sequence[str],
+    waypoints: Sequence[Sequence[float]],
+    times: Sequence[float],
+    velocities: Sequence[Sequence[float]] | None = None,
+) -> JointTrajectory:
+    """A trajectory_msgs/JointTrajectory that begins when it arrives.
+
+    Args:
+        joints: joint names.
+        waypoints: positions [rad; m] for each time, in the order of `joints`.
+        times: when each is to be reached [s] from the start, rising.
+        velocities: velocities at the waypoints [rad/s; m/s].
+    """
+    points = [
+        trajectory_point(
+            positions,
+            () if velocities is None else velocities[index],
+            time_from_start=round(times[index] * NANOSECONDS),
+        )
+        for index, positions in enumerate(waypoints)
+    ]
+    return joint_trajectory(joints, points)

@@ -1,0 +1,229 @@
+"""A robot program's hold on a cell: time, topics and services, blocking and in order.
+
+The same program runs over every transport. In the same process the client owns the clock: `sleep` steps the
+simulation, so a program gets the same result on any host.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from threading import get_ident
+from typing import Any, Self
+
+from cellwright.clients.client.transports.address import address_of
+from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.clients.client.transports.transport import Callback, Transport
+from cellwright.middleware.bus.served import Served
+from cellwright.util.errors import UsageError
+
+
+class Session:
+    """Time, topics and services of a cell.
+
+    Callbacks are delivered only inside `sleep` and `wait_until`; calling either from a callback is an error. It belongs
+    to the thread that made it: what another thread asks of it is refused, for two would take each other's answers.
+    """
+
+    def __init__(self, transport: Transport) -> None:
+        self.transport = transport
+        self._waiting = False
+        self._thread = get_ident()
+
+    def adopt(self) -> None:
+        """Make it the calling thread's own, when the thread that had it has done with it."""
+        self._thread = get_ident()
+
+    def _refuse_strangers(self) -> None:
+        if get_ident() != self._thread:
+            raise UsageError("a client is for the thread that made it: let that one ask, and hand over what it gets")
+
+    @classmethod
+    def in_process(cls, cell: Served, *, node: str = "/client") -> Self:
+        """A hold on a cell, or on a robot's node, in this process: its time passes only in `sleep` and `wait_until`.
+
+        Args:
+            cell: a `Cell` or a `RobotNode`.
+            node: the client's node name, as the cell sees it.
+        """
+        return cls(InProcess(cell, node=node))
+
+    @classmethod
+    def connect(cls, address: str | tuple[str, int], *, node: str = "/client") -> Self:
+        """A hold on a cell or a robot that another process serves (`cellwright serve`, `cellwright teleop`).
+
+        Args:
+            address: `"127.0.0.1:11399"` as the other process says it, or host and port.
+            node: the client's node name, as the cell sees it.
+
+        Raises:
+            UsageError: it is no address, or nobody answers there.
+        """
+        from cellwright.clients.client.transports.socket import (
+            SocketTransport,  # who has the cell at hand needs no network
+        )
+
+        return cls(SocketTransport(address_of(address), node=node))
+
+    # ---------------------------------------------------------------- time
+
+    @property
+    def time(self) -> float:
+        """Simulation time [s].
+
+        Raises:
+            UsageError: asked by another thread.
+        """
+        self._refuse_strangers()
+        return self.transport.now() / 1e9
+
+    def sleep(self, duration: float) -> None:
+        """Let `duration` seconds of simulation time pass.
+
+        Raises:
+            UsageError: called from a callback or another thread, or with a negative or non-finite duration.
+            RunEndedError: the run is over.
+        """
+        self._refuse_nesting()
+        if not 0.0 <= duration < float("inf"):
+            raise UsageError(f"cannot sleep for {duration} s")
+        self._advance(self.transport.now() + round(duration * 1e9), None)
+
+    def wait_until(self, condition: Callable[[], bool], timeout: float | None = None) -> bool:
+        """Let time pass until `condition()` is true, looked at after each tick; what it was in the end.
+
+        Args:
+            condition: what is waited for; a look at the client's state.
+            timeout: seconds of simulation time to wait at most; None or infinity for no limit.
+
+        Raises:
+            UsageError: called from a callback or another thread, or with a timeout that is not a number.
+            RunEndedError: the run is over.
+        """
+        self._refuse_nesting()
+        if condition():
+            return True
+        if timeout is None or timeout == float("inf"):
+            until = None
+        elif math.isfinite(timeout):
+            until = self.transport.now() + round(timeout * 1e9)
+        else:
+            raise UsageError(f"cannot wait for {timeout} s")
+        self._advance(until, condition)
+        return condition()
+
+    def rate(self, frequency: float) -> Rate:
+        """A rhythm of `frequency` [Hz]: `rate.sleep()` waits for the next beat."""
+        return Rate(self, frequency)
+
+    def _advance(self, until: int | None, finished: Callable[[], bool] | None) -> None:
+        self._refuse_nesting()
+        self._waiting = True
+        try:
+            self.transport.advance(until, finished)
+        finally:
+            self._waiting = False
+
+    def _refuse_nesting(self) -> None:
+        self._refuse_strangers()
+        if self._waiting:
+            raise UsageError("sleep and wait_until cannot be called from a callback: time is already passing")
+
+    # ---------------------------------------------------------------- topics and services
+
+    def subscribe(self, topic: str, callback: Callback, *, passive: bool = False) -> Callable[[], None]:
+        """Have `callback(message)` called for each message on a topic; the returned function ends that.
+
+        Args:
+            topic: its name.
+            callback: takes the message.
+            passive: the callback keeps the message, or something of it, and does nothing else: it does not even ask
+                what time it is. In lockstep time then need not stand for it, which is faster, and changes nothing.
+        """
+        self._refuse_strangers()
+        return self.transport.subscribe(topic, callback, passive=passive)
+
+    def publish(self, topic: str, message: Any) -> None:
+        """Send a message to the cell; it takes effect before the next step.
+
+        Raises:
+            UnknownNameError: the cell listens to no such topic.
+            RejectedCommandError: it is not this type of message, or the cell refuses what it asks for.
+        """
+        self._refuse_strangers()
+        self.transport.publish(topic, message)
+
+    def call(self, service: str, request: Any) -> Any:
+        """Call a service and wait for its response.
+
+        Raises:
+            UnknownNameError: there is no such service.
+            RejectedCommandError: the request is not what the service takes, or was refused.
+            ServiceFailedError: the service gave no answer.
+        """
+        self._refuse_strangers()
+        return self.transport.call(service, request)
+
+    def latest(self, topic: str) -> Latest:
+        """Keep the newest message of a topic at hand."""
+        return Latest(self, topic)
+
+    def close(self) -> None:
+        """Let go of the cell; from any thread, and again is no error. No more time passes for it then."""
+        self.transport.close()
+
+
+class Rate:
+    """A rhythm, kept as ROS keeps it: a beat that was missed is made up for, unless two have gone by."""
+
+    def __init__(self, session: Session, frequency: float) -> None:
+        if not 0.0 < frequency < float("inf"):
+            raise UsageError(f"a rate must be above 0 Hz, not {frequency}")
+        self._session = session
+        self._period = 1.0 / frequency
+        self._last = session.time
+
+    def sleep(self) -> None:
+        """Wait for the next beat; at once if it has gone by."""
+        now = self._session.time
+        self._session.sleep(max(0.0, self._last + self._period - now))
+        self._last += self._period
+        if now - self._last > 2 * self._period:
+            self._last = now
+
+
+class Latest:
+    """The newest message of a topic: `message` is None until the first has come, and `count` tells how many came."""
+
+    def __init__(self, session: Session, topic: str) -> None:
+        self._session = session
+        self.topic = topic
+        self.message: Any = None
+        self.count = 0
+        self._leave: Callable[[], None] | None = None
+        self.listen()
+
+    def listen(self) -> None:
+        """Take messages again after `cancel`."""
+        if self._leave is None:
+            self._leave = self._session.subscribe(self.topic, self._take, passive=True)
+
+    def cancel(self) -> None:
+        """Take no more messages; the newest one stays."""
+        if self._leave is not None:
+            self._leave()
+            self._leave = None
+
+    def _take(self, message: Any) -> None:
+        self.message = message
+        self.count += 1
+
+    def wait(self, timeout: float | None = None) -> Any:
+        """The newest message; waits for the first one, None if it has not come in time [s]."""
+        self._session.wait_until(lambda: self.message is not None, timeout)
+        return self.message
+
+    def wait_for_next(self, timeout: float | None = None) -> Any:
+        """The next message to come; None if none has come in time [s]."""
+        seen = self.count
+        return self.message if self._session.wait_until(lambda: self.count > seen, timeout) else None

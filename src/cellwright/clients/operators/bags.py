@@ -1,0 +1,90 @@
+"""Targets from recordings of ROS: a ROS 1 bag, or the folder of a ROS 2 bag (SQLite or MCAP)."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
+
+from cellwright.clients.operators.robot import GRIPPER_COMMAND, JOINT_COMMAND
+from cellwright.clients.operators.target_files import GRIPPERS, Moment, Targets
+from cellwright.config.parsing.problems import Place, Problem
+from cellwright.config.parsing.tree import shortened
+from cellwright.util.errors import UsageError
+
+COMMANDS = (
+    JOINT_COMMAND,
+    "/io_teleop/target_joint_from_vr",
+    "/io_teleop/target_finger_joints",
+    "/io_teleop/joint_cmd_finger_left",
+    "/io_teleop/joint_cmd_finger_right",
+    GRIPPER_COMMAND,
+)
+"""Topics of commands that are played again as they were."""
+
+_LONGEST_REASON = 300  # of what the library says, which may be all that it has read
+_TYPE = "sensor_msgs/msg/JointState"
+
+
+def is_bag(path: Path) -> bool:
+    """Whether a path looks like a recording of ROS."""
+    return path.suffix.lower() == ".bag" or path.is_dir()
+
+
+def read_bag(path: Path, topic: str | None = None) -> Targets:
+    """The targets in a bag.
+
+    Args:
+        path: the file of a ROS 1 bag, or the folder of a ROS 2 bag.
+        topic: the one topic of joint states to take as targets of joints; None for all commands in it.
+
+    Raises:
+        UsageError: it cannot be read, or has no targets.
+    """
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise UsageError(f"{path}: cannot be read as a bag: no plain file")
+    try:
+        with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+            found = {each.topic: each for each in reader.connections if each.msgtype == _TYPE}
+            # some recorders leave the slash out
+            chosen = [each for name, each in found.items() if _is_wanted(f"/{name.lstrip('/')}", topic)]
+            if not chosen:
+                wanted = topic or "commands of io_teleop"
+                raise UsageError(
+                    f"{path}: no {wanted} in it; joint states are on: {', '.join(sorted(found)) or 'none'}"
+                )
+            moments = [
+                _moment(path, time, f"/{connection.topic.lstrip('/')}", reader.deserialize(data, connection.msgtype))
+                for connection, time, data in reader.messages(connections=chosen)
+            ]
+    except UsageError:
+        raise
+    except Exception as error:  # a file that is damaged fails anywhere in the library
+        reason = shortened(" ".join(str(error).split()) or type(error).__name__, _LONGEST_REASON)
+        raise UsageError(str(Problem(Place(0, str(path), 0), "", f"cannot be read as a bag: {reason}"))) from None
+    if not moments:
+        raise UsageError(f"{path}: there are no messages in it")
+    begin = moments[0].time
+    return Targets(path, tuple(_from(begin, moment, played=topic is not None) for moment in moments))
+
+
+def _is_wanted(name: str, topic: str | None) -> bool:
+    return name in COMMANDS if topic is None else name == f"/{topic.lstrip('/')}"
+
+
+def _moment(path: Path, time: int, topic: str, message: Any) -> Moment:
+    positions = [float(value) for value in message.position]
+    names = [str(name) for name in message.name]
+    if topic == GRIPPER_COMMAND:  # their names count for nothing
+        names = [*GRIPPERS, *(f"gripper_{number}" for number in range(2, len(positions)))][: len(positions)]
+    if len(names) != len(positions) or not all(map(math.isfinite, positions)):
+        raise UsageError(f"{path}: a message on {topic} at {time / 1e9:.3f} s has not a finite position for each name")
+    return Moment(time / 1e9, topic, dict(zip(names, positions, strict=True)))
+
+
+def _from(begin: float, moment: Moment, *, played: bool) -> Moment:
+    """A moment with time from the beginning; a topic that was asked for is played to the joints."""
+    return Moment(moment.time - begin, JOINT_COMMAND if played else moment.topic, moment.values)

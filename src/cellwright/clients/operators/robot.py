@@ -1,0 +1,177 @@
+"""A robot as its operator sees it: what its controller node says, and what it can be told, by its public topics."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from cellwright.clients.client.session import Session
+from cellwright.middleware.messages.build import header, joint_state, nanoseconds, pose_from_message, pose_message
+from cellwright.middleware.messages.standard import Bool, PoseArray
+from cellwright.util.errors import UnknownNameError, UsageError
+from cellwright.util.pose import Pose
+
+JOINT_STATES = "/io_teleop/joint_states"
+JOINT_COMMAND = "/io_teleop/joint_cmd"
+GRIPPER_COMMAND = "/io_teleop/target_gripper_status"
+TIP_COMMAND = "/io_teleop/target_ee_poses"
+EMERGENCY_STOP = "/io_teleop/emergency_stop"
+
+PATIENCE = 5.0
+"""So long [s] the first joint states are waited for."""
+
+SETTLE = 0.5
+"""So long [s] the other topics have to say something first; they are told 100 times a second."""
+
+_STOPPED, _DISABLED = "its emergency stop is on", "it is not enabled"
+
+
+class OperatedRobot:
+    """A robot's node.
+
+    Only joint states must be there; a node of somebody else's may say nothing of grippers, tips or status.
+
+    Args:
+        session: the way to it.
+
+    Raises:
+        UsageError: nothing is heard of a robot.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self._told = (0, 0)  # joint states heard, and how far the node's clock is ahead of the session's [ns]
+        self._stamp = 0
+        self.sent = 0
+        """How many messages it was sent."""
+        self._states = session.latest(JOINT_STATES)
+        self._applied = session.latest("/io_teleop/applied_joint_cmd")
+        self._grippers = session.latest("/io_teleop/gripper_states")
+        self._tips = session.latest("/io_teleop/state_ee_poses")
+        self._status = session.latest("/io_teleop/status")
+        if self._states.wait(PATIENCE) is None:
+            raise UsageError(f"nothing comes on {JOINT_STATES}: is it a robot's controller node that runs there?")
+        others = (self._applied, self._grippers, self._tips, self._status)
+        session.wait_until(lambda: all(topic.message is not None for topic in others), SETTLE)
+
+    # ---------------------------------------------------------------- what it says
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of all joints that are not fixed, as the node orders them."""
+        return tuple(self._states.message.name)
+
+    @property
+    def positions(self) -> dict[str, float]:
+        """Where the joints are [rad; m], as last heard."""
+        return by_name(self._states.message)
+
+    def position(self, joint: str) -> float:
+        """Where a joint is [rad; m], as last heard.
+
+        Raises:
+            UsageError: the node does not say.
+        """
+        found = self.positions.get(joint)
+        if found is None:
+            raise UsageError(f"the node does not say where {joint} is")
+        return found
+
+    @property
+    def applied(self) -> dict[str, float]:
+        """Where the node really has them go [rad; m], as last heard; empty where it does not say."""
+        return by_name(self._applied.message)
+
+    @property
+    def grippers(self) -> tuple[float, ...]:
+        """How far each gripper is closed, 0 to 1, as last heard; empty where the node does not say."""
+        message = self._grippers.message
+        return () if message is None else tuple(map(float, message.position))
+
+    @property
+    def tips(self) -> tuple[Pose, ...]:
+        """Where the tip of each arm is: base_T_tip, as last heard; empty where the node does not say."""
+        message = self._tips.message
+        return () if message is None else tuple(map(pose_from_message, message.poses))
+
+    @property
+    def status(self) -> Any:
+        """What the node takes and refuses (cellwright_msgs/TeleopStatus), as last heard; None where it does not say."""
+        return self._status.message
+
+    def why_not(self) -> str:
+        """Why the node would not take commands now; empty when it would, or does not say."""
+        status = self.status
+        if status is None:
+            return ""
+        if status.emergency_stop:
+            return _STOPPED
+        if status.resetting:
+            return "it is on its way home"
+        return "" if status.enabled else _DISABLED
+
+    def check_ready(self) -> None:
+        """Refuse to drive a node that would take no commands.
+
+        Raises:
+            UsageError: why it would not, and what ends that.
+        """
+        reason = self.why_not()
+        if reason:
+            word = {_STOPPED: "clear-stop", _DISABLED: "enable"}.get(reason, "")
+            hint = f"; to change that: cellwright operate call {word}" if word else ""
+            raise UsageError(f"the robot takes no commands: {reason}{hint}")
+
+    def check_names(self, names: Iterable[str]) -> None:
+        """Refuse joints that it has not.
+
+        Raises:
+            UnknownNameError: with the names that there are.
+        """
+        known = set(self.joints)
+        for name in names:
+            if name not in known:
+                raise UnknownNameError("joint", name, self.joints)
+
+    # ---------------------------------------------------------------- what it is told
+
+    def send_joints(self, targets: Mapping[str, float], topic: str = JOINT_COMMAND) -> None:
+        """Have some joints go to positions [rad; m]."""
+        self._publish(topic, joint_state(list(targets), list(targets.values()), time=self._now()))
+
+    def send_grippers(self, closed: Iterable[float]) -> None:
+        """Say how far each gripper is to be closed, 0 to 1: right, left."""
+        values = list(closed)
+        names = [f"gripper_{number}" for number in range(len(values))]
+        self._publish(GRIPPER_COMMAND, joint_state(names, values, time=self._now()))
+
+    def send_tips(self, tips: Iterable[Pose]) -> None:
+        """Say where the tip of each arm is to go, base_T_tip: right, left."""
+        message = PoseArray(header(time=self._now()), [pose_message(tip) for tip in tips])
+        self._publish(TIP_COMMAND, message)
+
+    def stop(self) -> None:
+        """Have the node hold the robot at once, and take no command until that is cleared."""
+        self._publish(EMERGENCY_STOP, Bool(True))
+
+    def _publish(self, topic: str, message: Any) -> None:
+        self.session.publish(topic, message)
+        self.sent += 1
+
+    def _now(self) -> int:
+        """The time by the node's clock [ns], as its joint states tell it: a command's age may be looked at."""
+        now = self.session.transport.now()
+        if self._states.count != self._told[0]:
+            stamp = nanoseconds(self._states.message.header.stamp)
+            self._told = (self._states.count, (stamp or now) - now)
+        self._stamp = max(self._stamp, now + self._told[1])
+        return self._stamp
+
+
+def by_name(message: Any) -> dict[str, float]:
+    """The finite positions in a message of joints; of none, nothing."""
+    if message is None:
+        return {}
+    values = zip(message.name, map(float, message.position), strict=False)  # strangers may send what they like
+    return {name: value for name, value in values if math.isfinite(value)}

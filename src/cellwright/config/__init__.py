@@ -1,0 +1,1 @@
+"""Files of trials, robots and models: parsed, checked, turned into frozen values."""

@@ -1,0 +1,71 @@
+"""The answer to "is this file all right?", for people and for programs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from cellwright.config.robot.document import document
+from cellwright.config.robot.robots import is_robot_file, load_robot
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.config.trial.resolved import resolved, resolved_cell
+from cellwright.config.trial.trial import Trial
+from cellwright.util.errors import DescriptionError
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What was found; errors and warnings read `path:line: key: what is wrong`."""
+
+    errors: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    resolved: dict[str, Any] | None = None
+    trial: Trial | None = None
+
+    @property
+    def ok(self) -> bool:
+        """Whether the files can be used."""
+        return not self.errors
+
+    def lines(self) -> list[str]:
+        """The report for people: errors, warnings, and the verdict last."""
+        count = len(self.errors)
+        verdict = "ok" if self.ok else f"{count} error{'' if count == 1 else 's'}"
+        return [
+            *(f"error: {text}" for text in self.errors),
+            *(f"warning: {text}" for text in self.warnings),
+            verdict,
+        ]
+
+    def as_dict(self) -> dict[str, Any]:
+        """The report for programs, as JSON-able data."""
+        return {
+            "ok": self.ok,
+            "errors": list(self.errors),
+            "warnings": list(self.warnings),
+            "resolved": self.resolved,
+        }
+
+
+def check(paths: Sequence[Path]) -> Report:
+    """Load the files as one trial, or the one file as a robot, and report."""
+    if len(paths) == 1 and is_robot_file(paths[0]):
+        return _check_robot(paths[0])
+    try:
+        loaded = load_trial(paths)
+    except DescriptionError as error:
+        return Report(errors=tuple(map(str, error.problems)), warnings=tuple(map(str, error.warnings)))
+    found = {**resolved(loaded.figures), **resolved_cell(loaded.trial)}
+    return Report(warnings=tuple(map(str, loaded.warnings)), resolved=found, trial=loaded.trial)
+
+
+def _check_robot(path: Path) -> Report:
+    warnings: list[str] = []
+    try:
+        config = load_robot(path, warnings.append)
+    except DescriptionError as error:
+        found = tuple(dict.fromkeys((*warnings, *map(str, error.warnings))))
+        return Report(errors=tuple(map(str, error.problems)), warnings=found)
+    return Report(warnings=tuple(warnings), resolved=document(config))

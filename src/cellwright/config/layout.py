@@ -1,0 +1,131 @@
+"""The fixed figures of the 2017 cell that configurations refer to: bins, trays and frames by name, part types, joints.
+
+Figures: the cell's published models (positions in m, world frame; yaw in rad).
+"""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import TypeAlias
+
+from cellwright.util.pose import Pose
+
+PART_TYPES = frozenset(
+    {
+        "part1",
+        "part2",
+        "part3",
+        "part4",
+        "disk_part",
+        "gasket_part",
+        "gear_part",
+        "piston_rod_part",
+        "pulley_part",
+    }
+)
+"""The part types that have a model."""
+
+BIN_CENTRES: Mapping[str, tuple[float, float]] = MappingProxyType(
+    {
+        "bin1": (-1.0, -1.33),
+        "bin2": (-1.0, -0.535),
+        "bin3": (-1.0, 0.23),
+        "bin4": (-1.0, 0.995),
+        "bin5": (-0.3, -1.33),
+        "bin6": (-0.3, -0.535),
+        "bin7": (-0.3, 0.23),
+        "bin8": (-0.3, 0.995),
+    }
+)
+"""Centre x, y [m] of each bin."""
+
+BIN_WIDTH = 0.6
+"""Width [m] of the square in which a bin's grid of parts starts at the corner of least x and y."""
+
+BIN_PART_HEIGHT = 0.75
+"""Height [m] of the origin of a bin's grid."""
+
+TRAY_FRAMES: Mapping[str, Pose] = MappingProxyType(
+    {
+        "agv1::kit_tray_1::kit_tray_1::tray": Pose.from_rpy((0.3, 3.15, 0.75), (0.0, 0.0, 3.14159)),
+        "agv2::kit_tray_2::kit_tray_2::tray": Pose.from_rpy((0.3, -3.15, 0.75)),
+    }
+)
+"""World poses of the two tray links while the AGVs stand at their load points."""
+
+TRAY_PLATE = (0.5, 0.7)
+"""Edge lengths [m] of a tray's plate along x and y of the tray frame, whose origin is in its middle."""
+
+Piece: TypeAlias = tuple[float, float, float, float, float]
+"""A piece of a part's footprint: centre x, y, half edges a, b and radius r [m]. All points within r of a rectangle with
+its edges along the part's axes; a disc has no edges, a box no radius."""
+
+PART_FOOTPRINTS: Mapping[str, tuple[Piece, ...]] = MappingProxyType(
+    {
+        "part1": ((0.0, 0.0, 0.1504, 0.0512, 0.0),),
+        "part2": ((0.0, 0.0, 0.03, 0.0075, 0.0),),
+        "part3": ((0.03, 0.03, 0.0679, 0.0728, 0.0),),
+        "part4": ((0.0, 0.0, 0.045, 0.03, 0.0),),
+        "disk_part": ((0.0, 0.0, 0.0, 0.0, 0.0627),),
+        "gasket_part": ((0.0, 0.0, 0.094, 0.043, 0.0),),
+        "gear_part": ((0.0, 0.0, 0.0, 0.0, 0.0392),),
+        "piston_rod_part": ((0.0, 0.0, 0.0295, 0.026, 0.0), (0.0, 0.08, 0.0155, 0.055, 0.0)),
+        "pulley_part": ((0.0, 0.0, 0.0, 0.0, 0.1125),),
+    }
+)
+"""What each type of part covers of the plane it lies on, in the part's frame, upright."""
+
+PART_RADII: Mapping[str, float] = MappingProxyType(
+    {
+        "part1": 0.16,
+        "part2": 0.033,
+        "part3": 0.144,
+        "part4": 0.055,
+        "disk_part": 0.093,
+        "gasket_part": 0.107,
+        "gear_part": 0.058,
+        "piston_rod_part": 0.139,
+        "pulley_part": 0.175,
+    }
+)
+"""How far [m] a part of each type reaches from its origin, whichever way it is turned; rounded up to the mm."""
+
+REFERENCE_FRAMES: Mapping[str, Pose] = MappingProxyType(
+    {
+        "world": Pose(),
+        # The belt's middle; turned as the frame that parts of the belt appear in, x along the way the belt runs.
+        "conveyor_belt::belt": Pose.from_rpy((1.21, 3.0, 0.8126), (0.0, 0.0, -1.57079)),
+        **{f"{name}::link": Pose.from_rpy((x, y, 0.0), (0.0, 0.0, 1.5708)) for name, (x, y) in BIN_CENTRES.items()},
+        **TRAY_FRAMES,
+    }
+)
+"""World poses of the frames that `models_to_spawn` can place parts in."""
+
+ARM_JOINTS = (
+    "linear_arm_actuator_joint",
+    "shoulder_pan_joint",
+    "shoulder_lift_joint",
+    "elbow_joint",
+    "wrist_1_joint",
+    "wrist_2_joint",
+    "wrist_3_joint",
+)
+"""The arm's joints in the order of its controller."""
+
+RAIL_LIMIT = 2.1
+"""How far the arm's rail reaches to either side [m]."""
+
+TURN_LIMIT = 6.283185307179586
+"""How far each of the arm's other joints turns to either side [rad]."""
+
+ARM_FRAMES = (
+    "linear_arm_actuator",
+    "base_link",
+    "shoulder_link",
+    "upper_arm_link",
+    "forearm_link",
+    "wrist_1_link",
+    "wrist_2_link",
+    "wrist_3_link",
+    "vacuum_gripper_link",
+)
+"""The links of the arm that something can be fixed to, from the rail to the tool."""

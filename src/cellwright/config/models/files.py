@@ -1,0 +1,129 @@
+"""Finds and reads the files that models are given in, and refuses what could do harm or means nothing."""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass
+from pathlib import Path
+
+from cellwright.config.parsing.contents import read_at_most
+from cellwright.config.parsing.sources import note_source
+from cellwright.util.errors import CellwrightError
+
+MAX_MODEL_BYTES = 1 << 20
+"""Largest model file [bytes]."""
+MAX_ASSET_BYTES = 20 << 20
+"""Largest mesh or picture that a model refers to [bytes]."""
+
+MAX_ELEMENTS = 20_000
+MAX_DEPTH = 50
+"""Deepest nesting of elements."""
+
+_CONFIG = "model.config"
+_DECLARATION = re.compile(r"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
+_FORMATS = {"sdf": "sdf", "robot": "urdf", "mujoco": "mjcf"}
+
+
+class ModelFileError(CellwrightError):
+    """A model's file that cannot be used."""
+
+
+@dataclass(frozen=True, slots=True)
+class ModelFile:
+    """A file with a model; `format` is sdf, urdf or mjcf, by its outermost element."""
+
+    path: Path
+    format: str
+    root: ET.Element
+
+
+def open_model(path: Path) -> ModelFile:
+    """The model in a file, or in a folder that says in its `model.config` which file it is in.
+
+    Raises:
+        ModelFileError: there is none, or it is not to be read.
+    """
+    if path.is_dir():
+        path = _in_folder(path)
+    root = _parse(path)
+    if root.tag not in _FORMATS:
+        raise ModelFileError(f"{path}: no SDF, URDF or MJCF file: it begins with <{root.tag}>")
+    return ModelFile(path, _FORMATS[root.tag], root)
+
+
+def beside(path: Path, reference: str, folder: Path) -> Path:
+    """A file that a model refers to; `model://NAME/…` and `package://NAME/…` count from the folder of that name.
+
+    Args:
+        path: the file that the reference stands in.
+        reference: as written there.
+        folder: what it has to lie in.
+
+    Raises:
+        ModelFileError: it lies elsewhere or is not there.
+    """
+    name = re.sub(r"^file://", "", reference.strip())
+    if scheme := re.match(r"(?:model|package)://([^/]+)/(.+)", name):
+        base = next((parent for parent in path.resolve().parents if parent.name == scheme[1]), folder)
+        found = base / scheme[2]
+    else:
+        found = path.parent / name
+    if not found.resolve().is_relative_to(folder.resolve()):
+        raise ModelFileError(f"{path}: {reference} lies outside of the model's folder {folder}")
+    if not found.is_file():
+        raise ModelFileError(f"{path}: there is no file {reference}")
+    note_source(found)  # the engine reads it itself
+    return found
+
+
+def _in_folder(folder: Path) -> Path:
+    """The newest SDF file that a folder's `model.config` names."""
+    config = folder / _CONFIG
+    if not config.is_file():
+        raise ModelFileError(f"{folder}: a folder without {_CONFIG}; name the model's file itself")
+    named = [(element.get("version", ""), (element.text or "").strip()) for element in _parse(config).iter("sdf")]
+    if not named:
+        raise ModelFileError(f"{config}: names no <sdf> file")
+    return beside(config, max(named)[1], folder)
+
+
+def _parse(path: Path) -> ET.Element:
+    try:
+        if path.exists() and not path.is_file():
+            raise ModelFileError(f"{path}: no plain file")
+        content = read_at_most(path, MAX_MODEL_BYTES)
+        if content is None:
+            raise ModelFileError(f"{path}: larger than {MAX_MODEL_BYTES >> 20} MiB")
+        text = content.decode("utf-8")
+    except FileNotFoundError:
+        raise ModelFileError(f"{path}: there is no such file") from None
+    except UnicodeDecodeError:
+        raise ModelFileError(f"{path}: not UTF-8 text") from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise ModelFileError(f"{path}: cannot be read: {reason}") from None
+    if _DECLARATION.search(text):
+        raise ModelFileError(f"{path}: declares a document type or entities, which are not read")
+    try:
+        root = ET.fromstring(text)  # noqa: S314 - without declarations there is nothing that could expand or reach out
+    except ET.ParseError as error:
+        line, column = error.position
+        raise ModelFileError(f"{path}:{line}: no valid XML (column {column + 1})") from None
+    except (ValueError, RecursionError):
+        raise ModelFileError(f"{path}: no valid XML") from None
+    _check_extent(path, root)
+    return root
+
+
+def _check_extent(path: Path, root: ET.Element) -> None:
+    """Refuse what is too large or too deep for a model: the engine, for one, goes down into elements without end."""
+    count, level = 0, [root]
+    for _ in range(MAX_DEPTH):
+        count += len(level)
+        if count > MAX_ELEMENTS:
+            raise ModelFileError(f"{path}: more than {MAX_ELEMENTS} elements")
+        level = [child for element in level for child in element]
+        if not level:
+            return
+    raise ModelFileError(f"{path}: elements nested deeper than {MAX_DEPTH}")

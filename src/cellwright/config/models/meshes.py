@@ -1,0 +1,140 @@
+"""Reads meshes: STL (binary or text) and the triangles of Wavefront OBJ."""
+
+from __future__ import annotations
+
+import stat
+from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cellwright.config.models.files import MAX_ASSET_BYTES, ModelFileError
+from cellwright.config.parsing.contents import read_at_most
+from cellwright.config.parsing.sources import note_source
+
+Triangles: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int64]]
+"""Vertices, shape (n, 3), in the file's units, and triangles as numbers of vertices, shape (m, 3)."""
+
+MAX_TRIANGLES = 200_000
+"""Most triangles of a mesh, as in the engine."""
+FARTHEST_VERTEX = 1e9
+"""Largest coordinate, in the file's units: what lies beyond is a broken file."""
+
+_FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+_HEADER = 84
+
+
+def read_mesh(path: Path) -> Triangles:
+    """The mesh in a file.
+
+    Raises:
+        ModelFileError: there is none that can be used.
+    """
+    readers = {".stl": _stl, ".obj": _obj}
+    reader = readers.get(path.suffix.lower())
+    if reader is None:
+        raise ModelFileError(f"{path}: meshes are read from .stl and .obj files")
+    try:
+        about = path.stat()
+        if not stat.S_ISREG(about.st_mode):
+            raise ModelFileError(f"{path}: no plain file")
+        note_source(path)  # it may have been read before
+    except FileNotFoundError:
+        raise ModelFileError(f"{path}: there is no such file") from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise ModelFileError(f"{path}: cannot be read: {reason}") from None
+    return _read(path, about.st_mtime_ns, about.st_size, reader)
+
+
+@lru_cache(maxsize=8)
+def _read(path: Path, _changed: int, _size: int, reader: Callable[[bytes], Triangles]) -> Triangles:
+    """As `read_mesh`; a file that a hundred shapes refer to is read once, as long as it stays as it is."""
+    try:
+        content = read_at_most(path, MAX_ASSET_BYTES)
+    except OSError as error:
+        raise ModelFileError(f"{path}: cannot be read: {error.strerror}") from None
+    if content is None:
+        raise ModelFileError(f"{path}: larger than {MAX_ASSET_BYTES >> 20} MiB")
+    try:
+        vertices, triangles = reader(content)
+    except (ValueError, IndexError, OverflowError):
+        raise ModelFileError(f"{path}: no valid {path.suffix[1:].upper()} file") from None
+    _check(path, vertices, triangles)
+    for array in (vertices, triangles):
+        array.flags.writeable = False  # they are handed out again
+    return vertices, triangles
+
+
+def is_flat(vertices: NDArray[np.float64]) -> bool:
+    """Whether vertices [m], shape (n, 3), lie in a plane, as far as a cell can tell: within 10 um."""
+    spread = np.linalg.svd(vertices - vertices.mean(axis=0), compute_uv=False)
+    return len(vertices) < 4 or bool(spread[-1] < 1e-5 * np.sqrt(len(vertices)))
+
+
+def _check(path: Path, vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> None:
+    if not len(triangles):
+        raise ModelFileError(f"{path}: no triangles in it")
+    if len(triangles) > MAX_TRIANGLES:
+        raise ModelFileError(f"{path}: {len(triangles)} triangles; at most {MAX_TRIANGLES} are read")
+    if triangles.min() < 0 or triangles.max() >= len(vertices):
+        raise ModelFileError(f"{path}: a triangle with a corner that does not exist")
+    if not np.isfinite(vertices).all():
+        raise ModelFileError(f"{path}: a coordinate that is no finite number")
+    if np.abs(vertices).max() > FARTHEST_VERTEX:
+        raise ModelFileError(f"{path}: a coordinate beyond {FARTHEST_VERTEX:g}")
+
+
+def _stl(content: bytes) -> Triangles:
+    count = int.from_bytes(content[80:_HEADER], "little")
+    if len(content) == _HEADER + count * _FACET.itemsize:
+        corners = np.frombuffer(content, _FACET, count, _HEADER)["corners"].astype(np.float64)
+    else:
+        words = [line.split() for line in content.decode("ascii").splitlines()]
+        rows = [_vertex(line) for line in words if line and line[0] == "vertex"]
+        corners = np.array(rows, np.float64).reshape(-1, 3, 3)
+    return _merged(corners.reshape(-1, 3))
+
+
+def _merged(corners: NDArray[np.float64]) -> Triangles:
+    """Corners (3 m, 3), three by three, as triangles of vertices of which no two are the same."""
+    order = np.lexsort(corners.T[::-1])
+    in_order = corners[order]
+    is_new = np.ones(len(order), bool)
+    is_new[1:] = (in_order[1:] != in_order[:-1]).any(axis=1)
+    numbers = np.empty(len(order), np.int64)
+    numbers[order] = np.cumsum(is_new) - 1
+    return in_order[is_new], numbers.reshape(-1, 3)
+
+
+def _obj(content: bytes) -> Triangles:
+    vertices: list[list[float]] = []
+    triangles: list[tuple[int, int, int]] = []
+    for line in content.decode("utf-8").splitlines():
+        if line.startswith(("vn", "vt")):  # half of many a file
+            continue
+        words = line.split()
+        kind = words[0] if words else ""
+        if kind == "v":
+            vertices.append(_vertex(words))
+        elif kind == "f":
+            count = len(vertices)
+            corners = [
+                number - 1 if (number := int(word.partition("/")[0])) > 0 else count + number for word in words[1:]
+            ]
+            if len(corners) == 3:
+                triangles.append((corners[0], corners[1], corners[2]))
+            else:
+                triangles += [(corners[0], corners[k], corners[k + 1]) for k in range(1, len(corners) - 1)]
+    return np.array(vertices, np.float64).reshape(-1, 3), np.array(triangles, np.int64).reshape(-1, 3)
+
+
+def _vertex(words: list[str]) -> list[float]:
+    """The three numbers behind the first word of a line; more are colours and weights."""
+    numbers = [float(word) for word in words[1:4]]
+    if len(numbers) != 3:
+        raise ValueError(f"a vertex of {len(numbers)} numbers")
+    return numbers

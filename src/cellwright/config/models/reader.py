@@ -1,0 +1,208 @@
+"""Reads one model of somebody's own from YAML: its shapes one by one, or the file that has them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import get_args
+
+import numpy as np
+
+from cellwright.config.models.files import ModelFileError, open_model
+from cellwright.config.models.meshes import is_flat, read_mesh
+from cellwright.config.models.mjcf_check import check_mjcf
+from cellwright.config.models.model import Colour, Model, ModelShape, ModelShapeKind
+from cellwright.config.models.xml import MOST_SHAPES, read_xml
+from cellwright.config.parsing import evaluated
+from cellwright.config.parsing.reader import MAX_MESH_BYTES, Reader
+from cellwright.config.parsing.tree import Entry, Items, Leaf, Node, Table, described
+from cellwright.util.errors import did_you_mean
+from cellwright.util.pose import Pose, Vector3
+
+LEAST_SIZE, MOST_SIZE = 1e-4, 20.0
+"""Bounds of a length of a shape [m]."""
+LARGEST_SCALE = 1e6
+
+_FORMS: tuple[ModelShapeKind, ...] = get_args(ModelShapeKind)
+_SHAPE = (*_FORMS, "pose", "color", "scale", "use")
+_USES = ("both", "touched", "seen")
+
+
+def only(table: Table, known: tuple[str, ...], reader: Reader) -> None:
+    """Report every entry that is not among the known ones."""
+    for entry in table.entries.values():
+        if entry.name not in known:
+            suggestion = did_you_mean(str(entry.name), known) or f" (known: {', '.join(known)})"
+            reader.problems.error(entry, f"unknown entry{suggestion}")
+
+
+def read_model(table: Table, where: Entry | Table, reader: Reader) -> Model | None:
+    """A model from the `shapes` or the `file`, the `mass` and the `color` in a table; None when something is wrong."""
+    shapes_node, file_node = table.get("shapes"), table.get("file")
+    if (shapes_node is None) == (file_node is None):
+        reader.problems.error(where, "needs either 'shapes' or 'file'" + (", not both" if shapes_node else ""))
+        return None
+    colour_node, mass_node = table.get("color"), table.get("mass")
+    colour = _colour(colour_node, reader) if colour_node else None
+    mass = reader.number(mass_node) if mass_node else None
+    errors = reader.problems.error_count
+    model = _from_file(file_node, reader) if file_node else Model(_shapes(shapes_node, reader) if shapes_node else ())
+    if model is None or reader.problems.error_count > errors:
+        return None
+    return replace(model, mass=model.mass if mass is None else mass, colour=colour)
+
+
+def _from_file(node: Node, reader: Reader) -> Model | None:
+    path = _path(node, reader)
+    if path is None:
+        return None
+    try:
+        file = open_model(path)
+        folder = path if path.is_dir() else path.parent
+        if file.format == "mjcf":
+            check_mjcf(file)
+            return Model(mjcf=file.path)
+        model = read_xml(file, folder)
+    except (ModelFileError, OSError) as error:
+        reader.problems.error(node, str(error))
+        return None
+    for shape in model.shapes:
+        _check_size(shape, node, reader)
+    return model
+
+
+def _path(node: Node, reader: Reader) -> Path | None:
+    """A path, which counts from the folder of the YAML file that it stands in."""
+    if not isinstance(node, Leaf) or not isinstance(node.value, str) or not node.value.isprintable():
+        reader.problems.error(node, f"must be the path of a file, not {described(node)}")
+        return None
+    return Path(node.place.path).parent / node.value
+
+
+def _shapes(node: Node, reader: Reader) -> tuple[ModelShape, ...]:
+    if not isinstance(node, Items) or not 0 < len(node.items) <= MOST_SHAPES:
+        found = f"one of {len(node.items)}" if isinstance(node, Items) else described(node)
+        reader.problems.error(node, f"must be a list of 1 to {MOST_SHAPES} shapes, not {found}")
+        return ()
+    shapes = []
+    for item in node.items:
+        evaluated.check(item, reader.problems)
+        table = reader.table(item)
+        shape = _shape(table, reader) if table else None
+        if shape:
+            shapes.append(shape)
+    return tuple(shapes)
+
+
+def _shape(table: Table, reader: Reader) -> ModelShape | None:
+    only(table, _SHAPE, reader)
+    forms = [name for name in _FORMS if name in table]
+    if len(forms) != 1:
+        reader.problems.error(table, f"a shape is one of {', '.join(_FORMS)}; this has {len(forms) or 'none'}")
+        return None
+    (form,) = forms
+    node = table.entries[form].value
+    size, mesh = _mesh(node, table, reader) if form == "mesh" else (_size(form, node, reader), None)
+    if form != "mesh" and "scale" in table:
+        reader.problems.error(table.entries["scale"], "only a mesh has a scale")
+    pose_node, colour_node, use_node = table.get("pose"), table.get("color"), table.get("use")
+    placement = reader.placement(pose_node) if pose_node else None
+    colour = _colour(colour_node, reader) if colour_node else None
+    use = reader.name(use_node) if use_node else "both"
+    if use_node and use is not None and use not in _USES:
+        suggestion = did_you_mean(use, _USES) or f" (known: {', '.join(_USES)})"
+        reader.problems.error(use_node, f"unknown use{suggestion}")
+    if size is None:
+        return None
+    pose = placement.pose if placement else Pose()
+    shape = ModelShape(form, size, pose, colour, use != "seen", use != "touched", mesh)
+    _check_size(shape, table.entries[form], reader)
+    return shape
+
+
+def _size(form: str, node: Node, reader: Reader) -> Vector3 | None:
+    """The lengths of a shape: of a box as a list, of round ones by name."""
+    if form == "box":
+        lengths = reader.coordinates(node, 3)
+        return None if lengths is None else (float(lengths[0]), float(lengths[1]), float(lengths[2]))
+    names = ("radius",) if form == "sphere" else ("radius", "length")
+    table = reader.table(node)
+    if table is None:
+        return None
+    only(table, names, reader)
+    nodes = [reader.required(table, name) for name in names]
+    numbers = [reader.number(each) if each else None for each in nodes]
+    if any(number is None for number in numbers):
+        return None
+    return (float(numbers[0] or 0), float(numbers[1] or 0) if len(numbers) > 1 else 0.0, 0.0)
+
+
+def _mesh(node: Node, table: Table, reader: Reader) -> tuple[Vector3 | None, Path | None]:
+    """The factors and the file of a mesh."""
+    scale_node = table.get("scale")
+    scale: Vector3 | None = (1.0, 1.0, 1.0)
+    if isinstance(scale_node, Items):
+        factors = reader.coordinates(scale_node, 3)
+        scale = None if factors is None else (float(factors[0]), float(factors[1]), float(factors[2]))
+    elif scale_node is not None:
+        factor = reader.number(scale_node)
+        scale = None if factor is None else (float(factor),) * 3
+    path = _path(node, reader)
+    if path is None:
+        return None, None
+    try:
+        read_mesh(path)
+    except ModelFileError as error:
+        reader.problems.error(node, str(error))
+        return None, None
+    return scale, path
+
+
+def _check_size(shape: ModelShape, where: Entry | Node, reader: Reader) -> None:
+    """Report a shape that is flat, turned inside out or larger than a cell."""
+    if shape.mesh is not None:
+        if not reader.admit_mesh(shape.mesh):
+            reader.problems.error(where, f"the meshes of a trial have at most {MAX_MESH_BYTES >> 20} MiB together")
+            return
+        if not all(0 < factor <= LARGEST_SCALE for factor in shape.size):
+            reader.problems.error(where, f"a scale must be above 0 and at most {LARGEST_SCALE:g}")
+            return
+        vertices = read_mesh(shape.mesh)[0] * shape.size
+        lengths = (vertices.max(axis=0) - vertices.min(axis=0)).tolist()
+        if is_flat(vertices):
+            reader.problems.error(where, f"{shape.mesh}: a flat mesh, which has no body")
+            return
+    else:
+        count = {"box": 3, "sphere": 1}.get(shape.kind, 2)
+        lengths = list(shape.size[:count])
+    if not all(LEAST_SIZE <= length <= MOST_SIZE for length in lengths):
+        shown = " x ".join(f"{length:g}" for length in lengths)
+        message = f"a {shape.kind} of {shown} m; lengths are {LEAST_SIZE:g} to {MOST_SIZE:g} m"
+        reader.problems.error(where, message)
+
+
+def reach(shape: ModelShape) -> float:
+    """How far a shape reaches from the origin of its model at most [m]; for a mesh that of its farthest vertex."""
+    x, y, z = shape.size
+    away = math.hypot(*shape.pose.position)
+    match shape.kind:
+        case "mesh" if shape.mesh is not None:
+            return away + float(np.linalg.norm(read_mesh(shape.mesh)[0] * shape.size, axis=1).max())
+        case "box":
+            return away + math.hypot(x, y, z) / 2
+        case "sphere":
+            return away + x
+        case _:
+            return away + math.hypot(x, y / 2) + (x if shape.kind == "capsule" else 0.0)
+
+
+def _colour(node: Node, reader: Reader) -> Colour | None:
+    """Red, green, blue and, where it is given, opacity."""
+    items = node.items if isinstance(node, Items) else ()
+    numbers = [item.value for item in items if isinstance(item, Leaf) and isinstance(item.value, int | float)]
+    if len(numbers) not in (3, 4) or len(numbers) != len(items) or not all(0 <= number <= 1 for number in numbers):
+        reader.problems.error(node, "must be a list of red, green, blue and, if wanted, opacity, each from 0 to 1")
+        return None
+    red, green, blue, *opacity = (float(number) for number in numbers)
+    return (red, green, blue, opacity[0] if opacity else 1.0)

@@ -1,0 +1,220 @@
+"""Reads the shapes and the mass of a model from SDF and URDF: what is touched, what is seen, and where it is.
+
+A model is one rigid body here: links are taken together as they stand, and joints that could move are refused. Of
+inertias the mass alone is taken. Shapes are boxes, cylinders, capsules, spheres and meshes.
+"""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from cellwright.config.models.files import ModelFile, ModelFileError, beside
+from cellwright.config.models.meshes import read_mesh
+from cellwright.config.models.model import Colour, Model, ModelShape
+from cellwright.util.pose import Pose, Vector3
+
+MOST_SHAPES = 200
+"""Most shapes of one model."""
+MOST_LINKS = 300
+"""Most links of one model."""
+
+
+def read_xml(file: ModelFile, folder: Path) -> Model:
+    """The model in an SDF or URDF file; meshes have to lie in `folder`.
+
+    Raises:
+        ModelFileError: it has something in it that is not read, or nothing that is.
+    """
+    count = sum(1 for tag in ("collision", "visual") for _ in file.root.iter(tag))
+    if count > MOST_SHAPES:
+        raise ModelFileError(f"{file.path}: {count} shapes; at most {MOST_SHAPES} are read")
+    reader = _Sdf(file.path, folder) if file.format == "sdf" else _Urdf(file.path, folder)
+    mass, shapes = reader.read(file.root)
+    if not shapes:
+        raise ModelFileError(f"{file.path}: no collision and no visual that could be read")
+    if not any(shape.is_seen for shape in shapes):  # what is touched is drawn when nothing else is
+        shapes = [ModelShape(each.kind, each.size, each.pose, each.colour, mesh=each.mesh) for each in shapes]
+    return Model(tuple(shapes), mass or None)
+
+
+class _Reader(ABC):
+    """What SDF and URDF have in common."""
+
+    def __init__(self, path: Path, folder: Path) -> None:
+        self.path = path
+        self.folder = folder
+
+    @abstractmethod
+    def read(self, root: ET.Element) -> tuple[float, list[ModelShape]]:
+        """Mass [kg] and shapes, in the frame of the model."""
+
+    def refuse(self, message: str) -> ModelFileError:
+        return ModelFileError(f"{self.path}: {message}")
+
+    def numbers(self, text: str | None, count: int, what: str) -> list[float]:
+        """So many finite numbers."""
+        try:
+            found = [float(word) for word in (text or "").split()]
+        except ValueError:
+            found = []
+        if len(found) != count or not all(map(math.isfinite, found)):
+            raise self.refuse(f"{what} takes {count} finite number{'s' if count > 1 else ''}, not {text!r}")
+        return found
+
+    def vector(self, text: str | None, what: str) -> Vector3:
+        x, y, z = self.numbers(text, 3, what)
+        return (x, y, z)
+
+    def mesh(self, reference: str | None, scale: str | None) -> tuple[Vector3, Path]:
+        """Factors and file of a mesh."""
+        if not reference:
+            raise self.refuse("a mesh without a file")
+        file = beside(self.path, reference, self.folder)
+        read_mesh(file)
+        return self.vector(scale, "scale") if scale else (1.0, 1.0, 1.0), file
+
+
+class _Sdf(_Reader):
+    def read(self, root: ET.Element) -> tuple[float, list[ModelShape]]:
+        models = [*root.findall("model"), *root.findall("world/model")]
+        if len(models) != 1:
+            raise self.refuse(f"has {len(models)} models; one is read")
+        (model,) = models
+        for element in model.iter():
+            if element.tag in ("include", "plugin", "sensor"):
+                raise self.refuse(f"<{element.tag}> is not read; a model is shapes alone")
+        for joint in model.iter("joint"):
+            if joint.get("type") != "fixed":
+                raise self.refuse(f"the joint {joint.get('name')!r} can move; a model is one rigid body")
+        mass, shapes = 0.0, list[ModelShape]()
+        for link in model.findall("link"):
+            place = self._pose(model) @ self._pose(link)
+            mass += self.numbers(link.findtext("inertial/mass", "0"), 1, "mass")[0]
+            for tag in ("collision", "visual"):
+                touched = tag == "collision"
+                found = link.findall(tag)
+                shapes += [self._shape(each, place @ self._pose(each), touched=touched) for each in found]
+        return mass, shapes
+
+    def _pose(self, element: ET.Element) -> Pose:
+        text = element.findtext("pose")
+        if text is None or not text.strip():
+            return Pose()
+        x, y, z, roll, pitch, yaw = self.numbers(text, 6, "pose")
+        return Pose.from_rpy((x, y, z), (roll, pitch, yaw))
+
+    def _shape(self, element: ET.Element, pose: Pose, *, touched: bool) -> ModelShape:
+        colour = self._colour(element)
+        geometry = element.find("geometry")
+        for form in geometry if geometry is not None else ():
+            match form.tag:
+                case "box":
+                    size = self.vector(form.findtext("size"), "size")
+                case "sphere":
+                    size = (self.numbers(form.findtext("radius"), 1, "radius")[0], 0.0, 0.0)
+                case "cylinder" | "capsule":
+                    radius = self.numbers(form.findtext("radius"), 1, "radius")[0]
+                    size = (radius, self.numbers(form.findtext("length"), 1, "length")[0], 0.0)
+                case "mesh":
+                    size, file = self.mesh(form.findtext("uri"), form.findtext("scale"))
+                    return ModelShape("mesh", size, pose, colour, touched, not touched, file)
+                case _:
+                    raise self.refuse(f"a shape <{form.tag}> is not read (known: box, cylinder, capsule, sphere, mesh)")
+            return ModelShape(form.tag, size, pose, colour, touched, not touched)
+        raise self.refuse(f"<{element.tag} name={element.get('name')!r}> without a geometry")
+
+    def _colour(self, element: ET.Element) -> Colour | None:
+        text = element.findtext("material/diffuse")
+        if text is None:
+            return None
+        numbers = self.numbers(text if len(text.split()) == 4 else f"{text} 1", 4, "diffuse")
+        return _clipped(numbers)
+
+
+class _Urdf(_Reader):
+    def read(self, root: ET.Element) -> tuple[float, list[ModelShape]]:
+        places = self._places(root)
+        colours = {
+            material.get("name"): self._rgba(material) for material in root.findall("material") if material is not None
+        }
+        mass, shapes = 0.0, []
+        for link in root.findall("link"):
+            weight = link.find("inertial/mass")
+            mass += self.numbers(weight.get("value"), 1, "mass")[0] if weight is not None else 0.0
+            for tag in ("collision", "visual"):
+                for element in link.findall(tag):
+                    pose = places[link.get("name", "")] @ self._origin(element)
+                    material = element.find("material")
+                    colour = None
+                    if material is not None:
+                        colour = self._rgba(material) or colours.get(material.get("name"))
+                    shapes.append(self._shape(element, pose, colour, touched=tag == "collision"))
+        return mass, shapes
+
+    def _places(self, root: ET.Element) -> dict[str, Pose]:
+        """The pose of every link in the frame of the model, from the fixed joints between them."""
+        parents: dict[str, tuple[str, Pose]] = {}
+        for joint in root.findall("joint"):
+            if joint.get("type") != "fixed":
+                raise self.refuse(f"the joint {joint.get('name')!r} can move; a model is one rigid body")
+            parent, child = joint.find("parent"), joint.find("child")
+            if parent is None or child is None:
+                raise self.refuse(f"the joint {joint.get('name')!r} lacks its parent or child")
+            parents[child.get("link", "")] = (parent.get("link", ""), self._origin(joint))
+        names = {link.get("name", ""): None for link in root.findall("link")}
+        if len(names) > MOST_LINKS:
+            raise self.refuse(f"{len(names)} links; at most {MOST_LINKS} are read")
+        return {name: self._place(name, parents, names) for name in names}
+
+    def _place(self, name: str, parents: dict[str, tuple[str, Pose]], names: Mapping[str, None]) -> Pose:
+        place, way = Pose(), [name]
+        while name in parents:
+            name, origin = parents[name]
+            if name in way or name not in names:
+                raise self.refuse(f"the joints below {way[-1]!r} lead to {name!r}, which is no way to a first link")
+            way.append(name)
+            place = origin @ place
+        return place
+
+    def _origin(self, element: ET.Element) -> Pose:
+        origin = element.find("origin")
+        if origin is None:
+            return Pose()
+        return Pose.from_rpy(
+            self.vector(origin.get("xyz", "0 0 0"), "xyz"), self.vector(origin.get("rpy", "0 0 0"), "rpy")
+        )
+
+    def _shape(self, element: ET.Element, pose: Pose, colour: Colour | None, *, touched: bool) -> ModelShape:
+        for form in self._forms(element):
+            match form.tag:
+                case "box":
+                    size = self.vector(form.get("size"), "size")
+                case "sphere":
+                    size = (self.numbers(form.get("radius"), 1, "radius")[0], 0.0, 0.0)
+                case "cylinder" | "capsule":
+                    radius = self.numbers(form.get("radius"), 1, "radius")[0]
+                    size = (radius, self.numbers(form.get("length"), 1, "length")[0], 0.0)
+                case "mesh":
+                    size, file = self.mesh(form.get("filename"), form.get("scale"))
+                    return ModelShape("mesh", size, pose, colour, touched, not touched, file)
+                case _:
+                    raise self.refuse(f"a shape <{form.tag}> is not read (known: box, cylinder, capsule, sphere, mesh)")
+            return ModelShape(form.tag, size, pose, colour, touched, not touched)
+        raise self.refuse(f"<{element.tag}> without a geometry")
+
+    def _forms(self, element: ET.Element) -> Iterator[ET.Element]:
+        geometry = element.find("geometry")
+        return iter(() if geometry is None else geometry)
+
+    def _rgba(self, material: ET.Element) -> Colour | None:
+        colour = material.find("color")
+        return None if colour is None else _clipped(self.numbers(colour.get("rgba"), 4, "rgba"))
+
+
+def _clipped(numbers: list[float]) -> Colour:
+    red, green, blue, opacity = (min(max(number, 0.0), 1.0) for number in numbers)
+    return (red, green, blue, opacity)

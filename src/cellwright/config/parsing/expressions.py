@@ -1,0 +1,149 @@
+"""Arithmetic that somebody wrote into a file, computed without ever running code.
+
+A value such as `-pi/1.5` or `radians(30)` is parsed to a syntax tree of which only numbers, `+ - * / **`, parentheses
+and the names of Python's math module are carried out. Everything is bounded, so that no text takes long.
+"""
+
+import ast
+import math
+import warnings
+from collections.abc import Callable
+from typing import TypeAlias
+
+from cellwright.util.errors import ExpressionError, did_you_mean
+
+MAX_LENGTH = 200
+"""Longest expression in characters; it also bounds how deep one can be nested."""
+MAX_BITS = 4096
+"""Largest whole number on the way to a result, in bits; a result itself has to fit a float."""
+MAX_COMBINATORIC = 1000
+"""Largest argument of the functions whose cost grows with it."""
+
+Number: TypeAlias = int | float
+
+_NAMES = tuple(name for name in vars(math) if not name.startswith("_"))
+_COMBINATORIC = frozenset({"factorial", "comb", "perm"})
+_FLOAT_IN_PYTHON_2 = frozenset({"floor", "ceil"})
+
+
+def evaluate(text: str, *, whole_division: bool = False) -> float:
+    """The finite value of an arithmetic expression.
+
+    Args:
+        text: the expression, such as `-pi/1.5`.
+        whole_division: divide two whole numbers as Python 2 did, rounding down (`1/2` is 0).
+
+    Raises:
+        ExpressionError: the text is no arithmetic, names something that is not in the math module, or has no finite
+            value.
+    """
+    if len(text) > MAX_LENGTH:
+        raise ExpressionError(f"an expression of {len(text)} characters; at most {MAX_LENGTH} are read")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the parser's and the math module's notes are not ours to pass on
+        value = _Evaluator(text.strip(), whole_division=whole_division).value()
+    try:
+        result = float(value)
+    except OverflowError:
+        raise ExpressionError(f"{text.strip()!r} is too large") from None
+    if not math.isfinite(result):
+        raise ExpressionError(f"{text.strip()!r} is not a finite number")
+    return result
+
+
+class _Evaluator:
+    """Walks the syntax tree of one expression."""
+
+    def __init__(self, text: str, *, whole_division: bool) -> None:
+        self._text = text
+        self._whole_division = whole_division
+
+    def value(self) -> Number:
+        try:
+            tree = ast.parse(self._text, mode="eval")
+        except (SyntaxError, ValueError, MemoryError, RecursionError):
+            hint = "; write the minus sign as -" if {"−", "–"} & set(self._text) else ""
+            raise self._refuse(f"is not an arithmetic expression{hint}") from None
+        try:
+            return self._node(tree.body)
+        except ExpressionError:
+            raise
+        except ZeroDivisionError:
+            raise self._refuse("divides by zero") from None
+        except OverflowError:
+            raise self._refuse("is too large") from None
+        except (ValueError, TypeError) as error:
+            raise self._refuse(f"has no value: {error}") from None
+        except RecursionError:
+            raise self._refuse("is nested too deeply") from None
+
+    def _refuse(self, why: str) -> ExpressionError:
+        return ExpressionError(f"{self._text!r} {why}")
+
+    def _node(self, node: ast.expr) -> Number:
+        match node:
+            case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
+                return self._bounded(number)
+            case ast.UnaryOp(op=ast.USub(), operand=operand):
+                return -self._node(operand)
+            case ast.UnaryOp(op=ast.UAdd(), operand=operand):
+                return self._node(operand)
+            case ast.BinOp(left=left, op=op, right=right):
+                return self._bounded(self._operation(op, self._node(left), self._node(right)))
+            case ast.Name(id=name):
+                constant = self._look_up(name)
+                if not isinstance(constant, float):
+                    raise self._refuse(f"names the function {name} without calling it")
+                return constant
+            case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
+                return self._bounded(self._call(name, [self._node(argument) for argument in arguments]))
+            case _:
+                raise self._refuse("is not made of numbers, + - * / **, parentheses and names of the math module alone")
+
+    def _look_up(self, name: str) -> object:
+        if name not in _NAMES:
+            raise self._refuse(f"has {name!r}, no name of Python's math module{did_you_mean(name, _NAMES)}")
+        return getattr(math, name)
+
+    def _operation(self, op: ast.operator, a: Number, b: Number) -> Number:
+        match op:
+            case ast.Add():
+                return a + b
+            case ast.Sub():
+                return a - b
+            case ast.Mult():
+                return a * b
+            case ast.Div():
+                whole = self._whole_division and isinstance(a, int) and isinstance(b, int)
+                return a // b if whole else a / b
+            case ast.Pow():
+                return self._power(a, b)
+            case _:
+                raise self._refuse("has an operator other than + - * / **")
+
+    def _power(self, a: Number, b: Number) -> Number:
+        if isinstance(a, int) and isinstance(b, int) and b > 0 and a.bit_length() * b > MAX_BITS and abs(a) > 1:
+            raise self._refuse("is too large")
+        result = a**b
+        if isinstance(result, complex):
+            raise self._refuse("takes a root of a negative number")
+        return self._bounded(result)
+
+    def _call(self, name: str, arguments: list[Number]) -> Number:
+        function = self._look_up(name)
+        if not callable(function):
+            raise self._refuse(f"calls {name}, which is a number")
+        if name in _COMBINATORIC and any(abs(argument) > MAX_COMBINATORIC for argument in arguments):
+            raise self._refuse("is too large")
+        return self._carry_out(name, function, arguments)
+
+    def _carry_out(self, name: str, function: Callable[..., object], arguments: list[Number]) -> Number:
+        result = function(*arguments)
+        if not isinstance(result, int | float):
+            raise self._refuse(f"has {name}, which gives no number")
+        return float(result) if self._whole_division and name in _FLOAT_IN_PYTHON_2 else result
+
+    def _bounded(self, value: Number) -> Number:
+        if isinstance(value, int) and value.bit_length() > MAX_BITS:
+            raise self._refuse("is too large")
+        return value

@@ -1,0 +1,185 @@
+"""From YAML text to a tree with places, by PyYAML's rules and within bounds.
+
+The rules are PyYAML's (YAML 1.1), for the original read its files with it: `yes` is true, `010` is eight, `1:30` is
+ninety, `1e3` is text, the last of two equal keys counts. What could carry code or grow without limit is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from typing import Any
+
+import yaml
+from yaml.nodes import CollectionNode, MappingNode, ScalarNode, SequenceNode
+
+from cellwright.config.parsing.problems import Place, Problem, Problems
+from cellwright.config.parsing.texts import JoinedText
+from cellwright.config.parsing.tree import Entry, Items, Leaf, Node, Scalar, Table, key_text, shortened
+from cellwright.util.errors import DescriptionError
+
+MAX_DEPTH = 50
+"""Deepest nesting of lists and mappings, aliases followed."""
+MAX_NODES = 50_000
+"""Most values in a file, each use of an alias counted in full."""
+MAX_SCALAR = 10_000
+"""Longest single value in characters."""
+
+_MAP, _SEQUENCE, _MERGE, _VALUE = (f"tag:yaml.org,2002:{kind}" for kind in ("map", "seq", "merge", "value"))
+
+
+def parse(text: JoinedText, problems: Problems) -> Node | None:
+    """The one document in the text, or None when it is empty; what may be said of keys goes to `problems`.
+
+    Raises:
+        DescriptionError: the text is no YAML that can be read here.
+    """
+    try:
+        loader = _Composer(text.content)
+        try:
+            root = loader.get_single_node()
+            return _Builder(loader, text, problems).node(root, "") if root is not None else None
+        finally:
+            loader.dispose()
+    except yaml.reader.ReaderError as error:
+        position = error.position if isinstance(error.position, int) else 0
+        raise _refusal(text, position, "a character that no text has; is this a YAML file?") from None
+    except _RefusedError as error:
+        raise _refusal(text, error.problem_mark.index if error.problem_mark else 0, str(error.problem)) from None
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        message = error.problem or error.context or "cannot be parsed"
+        if message == "but found another document":
+            message = "a second document starts here, and only one is read; take the line --- out"
+        elif "'\\t'" in message:
+            message = "a tab where YAML takes only spaces"
+        raise _refusal(text, mark.index if mark else 0, f"no valid YAML: {message}") from None
+    except RecursionError:
+        raise _refusal(text, 0, f"nested deeper than {MAX_DEPTH} levels") from None
+
+
+def _refusal(text: JoinedText, index: int, message: str) -> DescriptionError:
+    place = text.place(index)
+    return DescriptionError([Problem(place, "", message + text.glue_hint(place))])
+
+
+class _RefusedError(yaml.MarkedYAMLError):
+    """YAML that may be valid and is still not read here."""
+
+
+class _Composer(yaml.SafeLoader):
+    """Composes the node graph and measures it on the way, so that an alias bomb is seen before it goes off."""
+
+    def __init__(self, stream: str) -> None:
+        super().__init__(stream)
+        self._depth = 0
+        self._measures: dict[yaml.Node, tuple[int, int]] = {}
+
+    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
+        mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]
+        is_alias = self.check_event(yaml.AliasEvent)
+        self._depth += 1
+        if self._depth > MAX_DEPTH:
+            raise _RefusedError(problem=f"nested deeper than {MAX_DEPTH} levels", problem_mark=mark)
+        node = super().compose_node(parent, index)
+        self._depth -= 1
+        if node is not None and not is_alias:
+            self._measures[node] = self._measure(node, mark)
+        elif node is not None and node not in self._measures:
+            raise _RefusedError(problem="an anchor that contains itself", problem_mark=mark)
+        return node
+
+    def _measure(self, node: yaml.Node, mark: yaml.Mark) -> tuple[int, int]:
+        """How many values a node holds and how deep they nest, refused above the bounds."""
+        if not isinstance(node, CollectionNode):
+            return 1, 1
+        pairs = node.value if isinstance(node, MappingNode) else [(item,) for item in node.value]
+        children = [self._measures[child] for pair in pairs for child in pair]
+        count = 1 + sum(child[0] for child in children)
+        depth = 1 + max((child[1] for child in children), default=0)
+        if count > MAX_NODES:
+            raise _RefusedError(problem=f"more than {MAX_NODES} values, aliases counted", problem_mark=mark)
+        if depth > MAX_DEPTH:
+            raise _RefusedError(problem=f"nested deeper than {MAX_DEPTH} levels", problem_mark=mark)
+        return count, depth
+
+
+class _Builder:
+    """Turns PyYAML's nodes into the tree."""
+
+    def __init__(self, loader: _Composer, text: JoinedText, problems: Problems) -> None:
+        self._loader = loader
+        self._text = text
+        self._problems = problems
+
+    def node(self, node: yaml.Node, key: str, place: Place | None = None) -> Node:
+        """The tree of one node; a collection under a key stands where its key stands."""
+        place = place or self._place(node)
+        if isinstance(node, MappingNode):
+            self._check_tag(node, _MAP)
+            return self._table(node, place, key)
+        if isinstance(node, SequenceNode):
+            self._check_tag(node, _SEQUENCE)
+            return Items(tuple(self.node(item, f"{key}[{i}]") for i, item in enumerate(node.value)), place, key)
+        return Leaf(self._scalar(node), place, key)
+
+    def _table(self, node: MappingNode, place: Place, key: str) -> Table:
+        table = Table(place, key)
+        merged, own = self._pairs(node)
+        written: set[Scalar] = set()
+        for position, (key_node, value_node) in enumerate(merged + own):
+            name = self._name(key_node)
+            way = f"{key}.{key_text(name)}" if key else key_text(name)
+            at = self._place(key_node)
+            if position >= len(merged):
+                if name in written:
+                    message = f"given again (first on {table.entries[name].place}); this one counts"
+                    self._problems.add(Problem(at, way, message, "warning"))
+                written.add(name)
+            table.entries[name] = Entry(name, self.node(value_node, way, at), at, way)
+        return table
+
+    def _pairs(self, node: MappingNode) -> tuple[list[tuple[yaml.Node, yaml.Node]], list[tuple[yaml.Node, yaml.Node]]]:
+        """The entries that merge keys (`<<`) bring in, in PyYAML's order, and a mapping's own."""
+        merged: list[tuple[yaml.Node, yaml.Node]] = []
+        own: list[tuple[yaml.Node, yaml.Node]] = []
+        for key_node, value_node in node.value:
+            if key_node.tag != _MERGE:
+                own.append((key_node, value_node))
+                continue
+            sources = list(reversed(value_node.value)) if isinstance(value_node, SequenceNode) else [value_node]
+            for source in sources:
+                if not isinstance(source, MappingNode):
+                    raise self._invalid(source, "<< takes a mapping or a list of mappings")
+                inner_merged, inner_own = self._pairs(source)
+                merged += inner_merged + inner_own
+        return merged, own
+
+    def _name(self, node: yaml.Node) -> Scalar:
+        if not isinstance(node, ScalarNode):
+            raise self._invalid(node, "a list or mapping cannot be a key")
+        return self._scalar(node)
+
+    def _scalar(self, node: yaml.Node) -> Scalar:
+        if len(node.value) > MAX_SCALAR:
+            raise self._invalid(node, f"a value of {len(node.value)} characters; at most {MAX_SCALAR} are read")
+        if node.tag == _VALUE:
+            return str(node.value)
+        try:
+            value: Scalar = self._loader.construct_object(node)
+        except yaml.constructor.ConstructorError:
+            raise self._invalid(node, f"the tag {shortened(str(node.tag))} is not read") from None
+        except (ValueError, OverflowError, TypeError, LookupError, AttributeError):
+            raise self._invalid(node, f"{shortened(node.value)!r} is not what its form or tag says") from None
+        if (isinstance(value, int) and value.bit_length() > 1024) or not isinstance(value, Hashable):
+            raise self._invalid(node, "a number too large to mean anything")
+        return value
+
+    def _check_tag(self, node: yaml.Node, expected: str) -> None:
+        if node.tag != expected:
+            raise self._invalid(node, f"the tag {shortened(str(node.tag))} is not read")
+
+    def _invalid(self, node: yaml.Node, message: str) -> _RefusedError:
+        return _RefusedError(problem=message, problem_mark=node.start_mark)
+
+    def _place(self, node: yaml.Node) -> Place:
+        return self._text.place(node.start_mark.index)

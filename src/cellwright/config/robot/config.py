@@ -1,0 +1,130 @@
+"""A robot configuration (`vr_configs.yml`) as checked values: joints and links by name, groups in the order given."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+from cellwright.config.robot.model import Joint, RobotModel
+from cellwright.util.pose import Pose
+
+
+@dataclass(frozen=True, slots=True)
+class Arm:
+    """An arm: its joints, the link at its tip whose pose is commanded, and its home posture [rad; m]."""
+
+    joints: tuple[str, ...]
+    tip: str
+    home: tuple[float, ...]
+
+
+class End(StrEnum):
+    """An end of a joint's range."""
+
+    LOWER = "lower"
+    UPPER = "upper"
+
+
+@dataclass(frozen=True, slots=True)
+class Gripper:
+    """A gripper or hand: status 0 (open) is one limit of each of its joints, 1 (closed) the other one.
+
+    Attributes:
+        joints: by name.
+        open_ends: the limit at which each joint is open; empty where that is the lower one of all.
+    """
+
+    joints: tuple[str, ...]
+    open_ends: tuple[End, ...] = ()
+
+    def way(self, joint: Joint) -> tuple[float, float]:
+        """Where one of its joints is open, and where it is closed [rad; m]."""
+        lower, upper = joint.limits.lower, joint.limits.upper
+        opens_up = bool(self.open_ends) and self.open_ends[self.joints.index(joint.name)] is End.UPPER
+        return (upper, lower) if opens_up else (lower, upper)
+
+
+@dataclass(frozen=True, slots=True)
+class Posture:
+    """Some joints with the positions that they go home to [rad; m]: head, waist, lift."""
+
+    joints: tuple[str, ...]
+    home: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Camera:
+    """A camera as the file describes it, by its own keys."""
+
+    name: str
+    values: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class RobotConfig:
+    """A robot and how it is to be used.
+
+    Attributes:
+        robot: as its URDF tells of it.
+        name: label of the robot.
+        path: the configuration file, or the URDF where there is none.
+        urdf_path: the URDF.
+        base_pose: world_T_root as loaded; world_T_fixed_link where there is a fixed link.
+        fixed_link: the link that is fastened to the world instead of the root; None for the root.
+        arms: right, left; one or more.
+        grippers: right, left; as many as the robot has.
+        head: roll, pitch, yaw, without those that the robot lacks.
+        head_axes: which of roll, pitch, yaw (0, 1, 2) the joints of the head are.
+        dorsal: the lift of the torso.
+        waist: its joints, as in the file.
+        wo_controller: whether the robot is run without a controller of its own; kept, and used by nothing here.
+        command_links: tip of each arm, that `target_ee_poses` commands.
+        reference_links: the link in whose frame each of these poses is given; None: the robot's base.
+        cameras: as in the file.
+        max_accelerations: how fast the targets of joints may change their speed [rad/s^2; m/s^2], by joint; others are
+            not bounded.
+        others: entries that are kept as they are written: `base_command_mode`, which the base reads, and what is known
+            and used by nothing here (thresholds and scales of the headset's side).
+    """
+
+    robot: RobotModel
+    name: str
+    path: Path
+    urdf_path: Path
+    base_pose: Pose = field(default_factory=Pose)
+    fixed_link: str | None = None
+    arms: tuple[Arm, ...] = ()
+    grippers: tuple[Gripper, ...] = ()
+    head: Posture | None = None
+    head_axes: tuple[int, ...] = ()
+    dorsal: Posture | None = None
+    waist: Posture | None = None
+    wo_controller: bool = False
+    command_links: tuple[str, ...] = ()
+    reference_links: tuple[str | None, ...] = ()
+    cameras: tuple[Camera, ...] = ()
+    max_accelerations: Mapping[str, float] = field(default_factory=dict)
+    others: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def start(self) -> dict[str, float]:
+        """The posture in which the robot is put up [rad; m], by joint: arms at home, all else at 0."""
+        return {name: value for arm in self.arms for name, value in zip(arm.joints, arm.home, strict=True)}
+
+    @property
+    def home(self) -> dict[str, float]:
+        """The posture of a reset [rad; m], by joint: arms, waist, head and lift where configured, grippers open.
+
+        Joints that mimic another are left out: where they go follows from that one.
+        """
+        found = self.start
+        for group in (self.waist, self.head, self.dorsal):
+            if group is not None:
+                found |= dict(zip(group.joints, group.home, strict=True))
+        for gripper in self.grippers:
+            joints = [self.robot.joint(name) for name in gripper.joints]
+            found |= {joint.name: gripper.way(joint)[0] for joint in joints if joint.mimic is None}
+        return found

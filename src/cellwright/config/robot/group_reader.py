@@ -1,0 +1,217 @@
+"""Reads the groups of a robot configuration: arms, grippers, head, waist and lift, with their home postures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from cellwright.config.parsing.reader import Reader
+from cellwright.config.parsing.tree import Items, Leaf, Node, Table, described
+from cellwright.config.robot import config_keys
+from cellwright.config.robot.config import Arm, End, Gripper, Posture
+from cellwright.config.robot.model import ROOT, Joint
+from cellwright.config.robot.references import References
+
+AXES_OF_HEAD = ("roll", "pitch", "yaw")
+_NO_HOME = "; write the positions that the joints go home to [rad; m]"
+
+
+@dataclass(frozen=True, slots=True)
+class GroupReader:
+    """Reads groups, and reports what is wrong with them; what cannot be read is None.
+
+    Attributes:
+        reader: reads single values.
+        references: finds joints and links.
+        max_accelerations: the bounds that the groups set for their joints [rad/s^2; m/s^2]; the least of several.
+    """
+
+    reader: Reader
+    references: References
+    max_accelerations: dict[str, float] = field(default_factory=dict)
+
+    def arm(self, node: Node) -> Arm | None:
+        """An arm."""
+        table = self._table(node, config_keys.ARM)
+        if table is None:
+            return None
+        joints = self._joints(table)
+        tip_node = self.reader.required(table, "ee_index")
+        tip = self.references.link(tip_node) if tip_node else None
+        home = self._home(table, joints)
+        self._bound(table, joints)
+        if joints is None or tip is None or home is None:
+            return None
+        return Arm(_names(joints), tip, home)
+
+    def gripper(self, node: Node) -> Gripper | None:
+        """A gripper: its joints need limits, between which it opens and closes."""
+        table = self._table(node, (*config_keys.GRIPPER, *config_keys.GRIPPER_UNUSED))
+        joints = self._joints(table, may_follow=True) if table else None
+        if table is None or joints is None:
+            return None
+        if all(joint.mimic is not None for joint in joints):
+            self.reader.problems.error(table, "all its joints mimic others; name those that they follow as well")
+            return None
+        endless = [joint.name for joint in joints if not _has_range(joint)]
+        if endless:
+            self.reader.problems.error(
+                table.get("joint_index") or table,
+                f"{', '.join(endless)}: a gripper opens and closes between the limits of its joints, and the URDF "
+                "gives none",
+            )
+            return None
+        self._bound(table, joints)
+        return Gripper(_names(joints), self._open_ends(table, len(joints)))
+
+    def _open_ends(self, table: Table, count: int) -> tuple[End, ...]:
+        """The limit at which each joint of a gripper is open; empty where that is the lower one of all."""
+        node = table.get("open")
+        if node is None:
+            return ()
+        items = node.items if isinstance(node, Items) else (node,) * count
+        ends = [End(str(item.value)) for item in items if isinstance(item, Leaf) and item.value in tuple(End)]
+        if len(items) != count or len(ends) != count:
+            choice = " or ".join(End)
+            what = f"a list of {len(items)}" if isinstance(node, Items) and len(items) != count else described(node)
+            self.reader.problems.error(node, f"must be {choice}, or a list of {count} of them, not {what}")
+            return ()
+        return tuple(ends) if End.UPPER in ends else ()
+
+    def posture(self, node: Node, unused: tuple[str, ...] = ()) -> Posture | None:
+        """The waist: joints and their home.
+
+        Args:
+            node: where it is written.
+            unused: entries that are known besides, and not read.
+        """
+        table = self._table(node, (*config_keys.POSTURE, *unused))
+        if table is None:
+            return None
+        joints = self._joints(table)
+        home = self._home(table, joints)
+        self._bound(table, joints)
+        return Posture(_names(joints), home) if joints is not None and home is not None else None
+
+    def lift(self, node: Node) -> Posture | None:
+        """The lift of the torso: one joint, which goes home to 0 when nothing is said."""
+        table = self._table(node, config_keys.POSTURE)
+        joint_node = self.reader.required(table, "joint_index") if table else None
+        if table is None or joint_node is None:
+            return None
+        joint = self.references.joint(_only(joint_node))
+        home_node = table.get("rest_j_pos")
+        home = self.reader.number(_only(home_node)) if home_node else 0.0
+        if joint is None or home is None:
+            return None
+        self._bound(table, (joint,))
+        return Posture((joint.name,), (self._reachable(home_node or table, joint, home),))
+
+    def head(self, node: Node) -> tuple[Posture | None, tuple[int, ...]]:
+        """The head: roll, pitch and yaw, of which -1 stands for those that it lacks; and which of them it has."""
+        table = self._table(node, config_keys.POSTURE)
+        joints_node = self.reader.required(table, "joint_index") if table else None
+        homes_node = self.reader.required(table, "rest_j_pos", _NO_HOME) if table else None
+        joint_items = self._three(joints_node) if joints_node else None
+        home_items = self._three(homes_node) if homes_node else None
+        if table is None or joint_items is None or home_items is None:
+            return None, ()
+        axes = tuple(axis for axis, item in enumerate(joint_items) if not _is_absent(item))
+        homes = [self.reader.number(item) for item in home_items]
+        there = Items(tuple(joint_items[axis] for axis in axes), table.place, f"{table.key}.joint_index")
+        joints = self.references.joints(there) if axes else ()
+        if not joints:
+            return None, ()
+        self._bound(table, [joints[axes.index(axis)] if axis in axes else None for axis in range(len(joint_items))])
+        found = [(home_items[axis], joint, homes[axis]) for axis, joint in zip(axes, joints, strict=True)]
+        home = [self._reachable(where, joint, value) for where, joint, value in found if value is not None]
+        return (Posture(_names(joints), tuple(home)), axes) if len(home) == len(axes) else (None, ())
+
+    def _table(self, node: Node, known: tuple[str, ...]) -> Table | None:
+        table = self.reader.table(node)
+        if table is not None:
+            self.reader.ignored(table, known)
+        return table
+
+    def _joints(self, table: Table, *, may_follow: bool = False) -> tuple[Joint, ...] | None:
+        node = self.reader.required(table, "joint_index")
+        return self.references.joints(node, may_follow=may_follow) if node else None
+
+    def _home(self, table: Table, joints: tuple[Joint, ...] | None) -> tuple[float, ...] | None:
+        """A position for each joint [rad; m], within its limits."""
+        node = self.reader.required(table, "rest_j_pos", _NO_HOME)
+        if node is None:
+            return None
+        if not isinstance(node, Items):
+            self.reader.problems.error(node, f"must be a list of positions [rad; m], not {described(node)}")
+            return None
+        positions = [self.reader.number(item) for item in node.items]
+        if joints is None:
+            return None
+        if len(positions) != len(joints):
+            counts = f"{len(joints)} joint{'' if len(joints) == 1 else 's'} and {len(positions)} positions"
+            self.reader.problems.error(node, f"must be one position for each joint: here are {counts}")
+            return None
+        found = zip(node.items, joints, positions, strict=True)
+        home = [self._reachable(item, joint, position) for item, joint, position in found if position is not None]
+        return tuple(home) if len(home) == len(joints) else None
+
+    def _bound(self, table: Table, joints: Sequence[Joint | None] | None) -> None:
+        """Note how fast the targets of a group's joints may change their speed [rad/s^2; m/s^2].
+
+        Args:
+            table: the group.
+            joints: one for each place in the list of its joints; None for one that the robot lacks.
+        """
+        node = table.get("max_acceleration")
+        if node is None or joints is None:
+            return
+        items = node.items if isinstance(node, Items) else (node,)
+        values = [self.reader.number(item) for item in items]
+        if any(value is not None and value <= 0.0 for value in values):
+            self.reader.problems.error(node, "must be above 0 [rad/s^2; m/s^2]; leave the entry out for no bound")
+        if isinstance(node, Items) and len(values) != len(joints):
+            self.reader.problems.error(
+                node, f"must be a number, or a list with one for each joint: here are {len(values)} for {len(joints)}"
+            )
+            return
+        for joint, value in zip(joints, values if isinstance(node, Items) else values * len(joints), strict=True):
+            if joint is not None and joint.mimic is None and value is not None:
+                self.max_accelerations[joint.name] = min(value, self.max_accelerations.get(joint.name, math.inf))
+
+    def _reachable(self, where: Node, joint: Joint, position: float) -> float:
+        """The position [rad; m], or the limit that lies next to it, for a joint never leaves its limits."""
+        lower, upper = joint.limits.lower, joint.limits.upper
+        nearest = min(max(position, lower), upper)
+        if nearest != position:
+            self.reader.problems.warn(
+                where,
+                f"{position:g} lies outside of the limits of {joint.name}, {lower:g} to {upper:g}: "
+                f"it goes home to {nearest:g}",
+            )
+        return float(nearest)
+
+    def _three(self, node: Node) -> tuple[Node, ...] | None:
+        if isinstance(node, Items) and len(node.items) == len(AXES_OF_HEAD):
+            return node.items
+        what = f"one of {len(node.items)}" if isinstance(node, Items) else described(node)
+        self.reader.problems.error(node, f"must be a list of three, for roll, pitch and yaw, not {what}")
+        return None
+
+
+def _names(joints: tuple[Joint, ...]) -> tuple[str, ...]:
+    return tuple(joint.name for joint in joints)
+
+
+def _only(node: Node) -> Node:
+    """The one item of a list of one, or what stands there itself."""
+    return node.items[0] if isinstance(node, Items) and len(node.items) == 1 else node
+
+
+def _is_absent(node: Node) -> bool:
+    return isinstance(node, Leaf) and type(node.value) is int and node.value == ROOT
+
+
+def _has_range(joint: Joint) -> bool:
+    return math.isfinite(joint.limits.lower) and joint.limits.lower < joint.limits.upper < math.inf

@@ -1,0 +1,76 @@
+"""Finds the mesh files of a robot."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import unquote
+
+from cellwright.config.models.files import ModelFileError
+from cellwright.config.models.meshes import read_mesh
+from cellwright.config.robot.packages import package_folders
+
+MAX_TOTAL_BYTES = 50 << 20
+"""Largest meshes of one robot together [bytes]."""
+
+_SCHEME = re.compile(r"(package|model)://([^/]+)/(.+)")
+
+
+class MeshFinder:
+    """Finds mesh files as a robot refers to them.
+
+    Args:
+        path: the robot's file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._found: dict[str, Path | None] = {}
+        self._bytes = 0
+        self.missing: dict[str, str] = {}
+        """Why a mesh cannot be used, by how the robot refers to it."""
+
+    def find(self, reference: str) -> Path | None:
+        """The file of a mesh; None where there is none that can be used, which is noted."""
+        if reference not in self._found:
+            self._found[reference] = self._usable(reference)
+        return self._found[reference]
+
+    def locate(self, reference: str) -> Path | None:
+        """Where the file of a mesh is, whether it can be used or not; None where there is none."""
+        try:
+            return next((place for place in self._places(reference) if place.is_file()), None)
+        except (OSError, ValueError):
+            return None
+
+    def _usable(self, reference: str) -> Path | None:
+        try:
+            path = next((place for place in self._places(reference) if place.is_file()), None)
+            if path is None:
+                self.missing[reference] = "not found"
+                return None
+            size = path.stat().st_size
+            if self._bytes + size > MAX_TOTAL_BYTES:
+                self.missing[reference] = f"the meshes of a robot have at most {MAX_TOTAL_BYTES >> 20} MiB together"
+                return None
+            read_mesh(path)
+        except ModelFileError as error:
+            self.missing[reference] = str(error).removeprefix(f"{path}: ")
+            return None
+        except (OSError, ValueError) as error:
+            self.missing[reference] = f"cannot be read: {error}"
+            return None
+        self._bytes += size
+        return path
+
+    def _places(self, reference: str) -> Iterator[Path]:
+        """Where a mesh may be, the likeliest place first."""
+        if scheme := _SCHEME.match(reference):
+            package, rest = scheme[2], unquote(scheme[3])
+            for folder in package_folders(package, self._path):
+                yield folder / rest
+            return
+        name = unquote(reference.removeprefix("file://")) if reference.startswith("file://") else reference
+        for folder in self._path.resolve().parents:  # PyBullet, too, looks further and further up
+            yield folder / name.replace("\\", "/")

@@ -1,0 +1,181 @@
+"""A robot as its URDF tells of it: links in a tree of joints, counted as programs of the field count them.
+
+The index of a joint is its place in a walk through the tree from the root, parents before children, children in the
+order in which their `<joint>` elements stand in the file; fixed joints count. A link has the index of the joint above
+it, and the root link has -1. (Measured: PyBullet counts so, and robot configuration files are written with its counts.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from functools import cached_property
+
+from cellwright.config.models.model import ModelShape
+from cellwright.util.errors import UnknownNameError
+from cellwright.util.pose import Pose, Vector3
+
+ROOT = -1
+"""Index of the root link."""
+
+
+class JointType(StrEnum):
+    """How a joint moves, as URDF names it."""
+
+    FIXED = "fixed"
+    REVOLUTE = "revolute"
+    CONTINUOUS = "continuous"
+    PRISMATIC = "prismatic"
+    SPHERICAL = "spherical"
+    PLANAR = "planar"
+    FLOATING = "floating"
+
+
+DRIVEN = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
+"""Joints with one degree of freedom: those that a robot program moves."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What a joint can do: position from `lower` to `upper` [rad; m], effort [N m; N], velocity [rad/s; m/s].
+
+    Infinite where nothing is said.
+    """
+
+    lower: float = float("-inf")
+    upper: float = float("inf")
+    effort: float = float("inf")
+    velocity: float = float("inf")
+
+
+@dataclass(frozen=True, slots=True)
+class Mimic:
+    """A joint that follows another: `multiplier * position of joint + offset` [rad; m]."""
+
+    joint: str
+    multiplier: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Inertial:
+    """Mass [kg], centre of mass and axes in the frame of the link, and inertia [kg m^2] about that centre.
+
+    The inertia is given as (ixx, iyy, izz, ixy, ixz, iyz) along the axes of `pose`.
+    """
+
+    mass: float
+    pose: Pose = field(default_factory=Pose)
+    inertia: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """A link: its name, its mass if the file gives one, and its shapes in its own frame."""
+
+    name: str
+    inertial: Inertial | None = None
+    shapes: tuple[ModelShape, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """A joint.
+
+    Attributes:
+        name: as in the file.
+        type: how it moves.
+        parent: link that it is fastened to.
+        child: link that it moves; the frame of that link is the frame of the joint.
+        origin: parent_T_child at position 0.
+        axis: unit vector in the frame of the child; (0, 0, 0) where it means nothing.
+        limits: what it can do.
+        mimic: the joint that it follows, if it does.
+    """
+
+    name: str
+    type: JointType
+    parent: str
+    child: str
+    origin: Pose = field(default_factory=Pose)
+    axis: Vector3 = (1.0, 0.0, 0.0)
+    limits: Limits = field(default_factory=Limits)
+    mimic: Mimic | None = None
+
+    @property
+    def is_driven(self) -> bool:
+        """Whether it has one degree of freedom that a program can give a position for."""
+        return self.type in DRIVEN
+
+
+@dataclass(frozen=True)
+class RobotModel:
+    """A robot.
+
+    Attributes:
+        name: of the robot.
+        root: name of the root link.
+        links: by name, in the order of the file.
+        joints: in the order of their indices.
+        written: the names of the joints in the order in which their elements stand in the file; empty where that is
+            the order of their indices.
+    """
+
+    name: str
+    root: str
+    links: Mapping[str, Link]
+    joints: tuple[Joint, ...]
+    written: tuple[str, ...] = ()
+
+    @cached_property
+    def movable(self) -> tuple[Joint, ...]:
+        """All joints that are not fixed, in the order of their indices: those of /io_teleop/joint_states."""
+        return tuple(joint for joint in self.joints if joint.type is not JointType.FIXED)
+
+    @cached_property
+    def driven(self) -> tuple[Joint, ...]:
+        """All joints with one degree of freedom, in the order of their indices."""
+        return tuple(joint for joint in self.joints if joint.is_driven)
+
+    @cached_property
+    def joint_indices(self) -> Mapping[str, int]:
+        """Index of each joint by name."""
+        return {joint.name: index for index, joint in enumerate(self.joints)}
+
+    @cached_property
+    def link_indices(self) -> Mapping[str, int]:
+        """Index of each link by name; the root's is -1."""
+        return {self.root: ROOT} | {joint.child: index for index, joint in enumerate(self.joints)}
+
+    @cached_property
+    def _above(self) -> Mapping[str, Joint]:
+        return {joint.child: joint for joint in self.joints}
+
+    def joint(self, name: str) -> Joint:
+        """A joint by name.
+
+        Raises:
+            UnknownNameError: there is none of this name.
+        """
+        index = self.joint_indices.get(name)
+        if index is None:
+            raise UnknownNameError("joint", name, self.joint_indices)
+        return self.joints[index]
+
+    def link_at(self, index: int) -> str:
+        """Name of the link with an index from -1."""
+        return self.root if index == ROOT else self.joints[index].child
+
+    def joint_above(self, link: str) -> Joint | None:
+        """The joint that moves a link; None for the root."""
+        return self._above.get(link)
+
+    def chain(self, link: str) -> tuple[Joint, ...]:
+        """The joints from the root to a link, in this order."""
+        found: list[Joint] = []
+        joint = self._above.get(link)
+        while joint is not None:
+            found.append(joint)
+            joint = self._above.get(joint.parent)
+        return tuple(reversed(found))

@@ -1,0 +1,179 @@
+"""From the bytes of a URDF file to elements that know where they stand.
+
+Robot files come from many hands. What programs of the field forgive is forgiven here, with a warning: stray control
+bytes, blanks before the declaration, an encoding that is not the one declared. What could grow without limit or reach
+out of the file (document types, entities) is refused.
+"""
+
+from __future__ import annotations
+
+import codecs
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from xml.parsers import expat
+from xml.sax.saxutils import escape
+
+from cellwright.config.parsing.contents import read_at_most
+from cellwright.config.parsing.problems import Place, Problem, Problems
+from cellwright.config.robot.xacro_file import expand, is_xacro
+from cellwright.util.errors import DescriptionError
+
+MAX_BYTES = 16 << 20
+"""Largest robot file [bytes]."""
+MAX_ELEMENTS = 200_000
+MAX_DEPTH = 50
+
+_STRAY = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
+_DECLARATION = re.compile(r"\s*(?:<!--.*?-->\s*)*(<\?xml\s.*?\?>)", re.DOTALL)
+_ENCODING = re.compile(rb"<\?xml[^>]*?encoding\s*=\s*[\"']([A-Za-z0-9._-]+)[\"']")
+_FROM_ENVIRONMENT = re.compile(r"\$\(optenv\s+(\w+)([^()<>\"']*)\)")  # left in by xacro's forerunners
+_LONGEST_NAME = 60
+
+
+@dataclass(frozen=True, slots=True)
+class Element:
+    """An element of the file; `key` is the dotted way to it, with names in brackets."""
+
+    tag: str
+    attributes: Mapping[str, str]
+    place: Place
+    key: str
+    children: list[Element] = field(default_factory=list, repr=False)
+
+    def find(self, tag: str) -> Element | None:
+        """The first child of this kind."""
+        return next((child for child in self.children if child.tag == tag), None)
+
+    def all(self, *tags: str) -> list[Element]:
+        """The children of these kinds, in the order of the file."""
+        return [child for child in self.children if child.tag in tags]
+
+    def get(self, name: str) -> str | None:
+        """An attribute, without blanks around it; None where it is missing or empty."""
+        return self.attributes.get(name, "").strip() or None
+
+
+def read_elements(path: Path, problems: Problems) -> Element:
+    """The outermost element of a file; a xacro file is expanded first. What was forgiven goes to `problems`.
+
+    Raises:
+        DescriptionError: there is no such file, or it is no XML that can be read here.
+    """
+    text, has_lines = _text(path, problems)
+    return _parsed(path, text, has_lines=has_lines)
+
+
+def read_text(path: Path) -> str:
+    """The text of a file as any reader of URDF takes it: xacro expanded, without stray bytes and declaration.
+
+    Raises:
+        DescriptionError: there is no such file, or it cannot be read.
+    """
+    return _text(path, Problems())[0].strip()
+
+
+def _text(path: Path, problems: Problems) -> tuple[str, bool]:
+    """The text, and whether its lines are those of the file."""
+    text = _without_strays(path, _decoded(path, _content(path), problems), problems)
+    if declared := _DECLARATION.match(text):
+        start, end = declared.span(1)  # what it says is known by now, and it may stand only at the very beginning
+        text = text[:start] + re.sub(r"[^\n]", " ", declared[1]) + text[end:]
+    if is_xacro(path):
+        return expand(path, text), False
+    return _FROM_ENVIRONMENT.sub(_from_environment, text), True
+
+
+def _from_environment(match: re.Match[str]) -> str:
+    return escape(os.environ.get(match[1], match[2]).strip(), {'"': "&quot;"})
+
+
+def refusal(path: Path, line: int, message: str) -> DescriptionError:
+    """The error that says that a file cannot be read at all."""
+    return DescriptionError([Problem(Place(0, str(path), line), "", message)])
+
+
+def _content(path: Path) -> bytes:
+    try:
+        if path.is_dir():
+            raise refusal(path, 0, "is a folder; name the URDF file in it")
+        content = read_at_most(path, MAX_BYTES)
+        if content is None:
+            raise refusal(path, 0, f"larger than {MAX_BYTES >> 20} MiB; is this a robot file?")
+    except FileNotFoundError:
+        raise refusal(path, 0, "there is no such file") from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise refusal(path, 0, f"cannot be read: {reason}") from None
+    if not content.strip(b"\0 \t\r\n"):
+        raise refusal(path, 0, "the file is empty")
+    return content
+
+
+def _decoded(path: Path, content: bytes, problems: Problems) -> str:
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return content.decode("utf-16", errors="replace")
+    content = content.removeprefix(codecs.BOM_UTF8)
+    declared = _ENCODING.search(content[:200])
+    for encoding in ("utf-8", declared[1].decode("ascii") if declared else "utf-8"):
+        try:
+            return content.decode(encoding)
+        except (UnicodeDecodeError, LookupError, ValueError):
+            continue
+    problems.add(Problem(Place(0, str(path), 0), "", "no UTF-8 text; read as Latin-1", "warning"))
+    return content.decode("latin-1")
+
+
+def _without_strays(path: Path, text: str, problems: Problems) -> str:
+    """The text with blanks for what no XML may have in it."""
+    found = list(_STRAY.finditer(text))
+    if found:
+        first = found[0]
+        offset, line = first.start(), text.count("\n", 0, first.start()) + 1
+        more = f", and {len(found) - 1} more" if len(found) > 1 else ""
+        message = (
+            f"a stray control byte 0x{ord(first[0]):02X} (character {offset} of the file{more}), taken for a blank"
+        )
+        problems.add(Problem(Place(0, str(path), line), "", message, "warning"))
+    return _STRAY.sub(" ", text)
+
+
+def _parsed(path: Path, text: str, *, has_lines: bool) -> Element:
+    # without document type there are no entities, so that nothing can expand or reach out
+    parser = expat.ParserCreate("utf-8")
+    top: list[Element] = []
+    stack: list[Element] = []
+    count = 0
+
+    def line() -> int:
+        return parser.CurrentLineNumber if has_lines else 0
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal count
+        count += 1
+        if count > MAX_ELEMENTS:
+            raise refusal(path, line(), f"more than {MAX_ELEMENTS} elements; is this a robot file?")
+        if len(stack) == MAX_DEPTH:
+            raise refusal(path, line(), f"elements nested deeper than {MAX_DEPTH}; is this a robot file?")
+        name = attributes.get("name", "").strip()[:_LONGEST_NAME]
+        own = f"{tag}[{name}]" if name else tag
+        key = "" if not stack else f"{stack[-1].key}.{own}" if stack[-1].key else own
+        element = Element(tag, attributes, Place(0, str(path), line()), key)
+        (stack[-1].children if stack else top).append(element)
+        stack.append(element)
+
+    def refuse_document_type(*_: object) -> None:
+        raise refusal(path, line(), "declares a document type or entities, which are not read")
+
+    parser.StartElementHandler = start
+    parser.EndElementHandler = lambda _tag: stack.pop()
+    parser.StartDoctypeDeclHandler = refuse_document_type
+    parser.EntityDeclHandler = refuse_document_type
+    try:
+        parser.Parse(text.encode("utf-8", errors="replace"), True)
+    except expat.ExpatError as error:
+        message = f"no valid XML: {expat.ErrorString(error.code)} (column {error.offset + 1})"
+        raise refusal(path, error.lineno if has_lines else 0, message) from None
+    return top[0]

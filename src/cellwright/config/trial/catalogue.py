@@ -1,0 +1,89 @@
+"""The trials that come with Cellwright, and the files with an arm and sensors for those that have none, by name."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from importlib.resources import files
+from pathlib import Path
+
+from cellwright.util.errors import UnknownNameError, in_a_line
+from cellwright.util.plugins import entry_points as plugins
+
+_SUFFIX = ".yaml"
+_SENSORS = "_sensors"
+_FOLDER = Path(str(files("cellwright.config.trial"))) / "catalogue"
+
+LESSON = "lesson"
+SAMPLE = "sample"
+QUALIFIER = "qualifier"
+BASELINE = "final, baseline"
+DROPPED_PART = "final, dropped part"
+KIT_CHANGE = "final, in-process kit change"
+
+SCENARIOS = (LESSON, SAMPLE, QUALIFIER, BASELINE, DROPPED_PART, KIT_CHANGE)
+"""What the bundled trials are about, the easier first; the finals had three scenarios of five trials each."""
+
+_FINALS_IN_A_SCENARIO = 5
+
+
+def bundled() -> list[str]:
+    """The names of the bundled trials, by scenario."""
+    names = (name for name in _names() if not name.endswith(_SENSORS))
+    return sorted(names, key=lambda name: (SCENARIOS.index(scenario(name)), name))
+
+
+def bundled_sensors() -> list[str]:
+    """The names of the bundled files with an arm and sensors, to be given beside a trial that has none."""
+    return sorted(name for name in _names() if name.endswith(_SENSORS))
+
+
+def scenario(name: str) -> str:
+    """What a bundled trial is about, by its name: one of `SCENARIOS`."""
+    if name == LESSON:
+        return LESSON
+    if name.startswith("qual"):
+        return QUALIFIER
+    if final := re.fullmatch(r"final(\d+)", name):
+        return (BASELINE, DROPPED_PART, KIT_CHANGE)[(int(final[1]) - 1) // _FINALS_IN_A_SCENARIO]
+    return SAMPLE
+
+
+def find_trial(name_or_path: str | Path) -> Path:
+    """The file that is meant: a path to one that exists, else the trial or sensor file of that name.
+
+    Those that come with Cellwright go before those that other packages bring along.
+
+    Raises:
+        UnknownNameError: neither.
+        PluginError: another package brings it along, and it cannot be used.
+    """
+    path = Path(name_or_path)
+    if path.is_file():
+        return path
+    name = str(name_or_path)
+    known = [*bundled(), *bundled_sensors()]
+    if name in known:
+        return _FOLDER / f"{name}{_SUFFIX}"
+    brought = plugins.names("trials")
+    if name in brought:
+        return _brought(name)
+    raise UnknownNameError("trial", name, [*known, *brought])
+
+
+def _brought(name: str) -> Path:
+    """The file of a trial that another package brings along: a path, or a function that returns one."""
+    found = plugins.load("trials", name)
+    try:
+        path = found() if callable(found) else found
+    except Exception as error:
+        raise plugins.refusal("trials", name, f"failed: {in_a_line(error)}") from error
+    if not isinstance(path, str | Path):
+        raise plugins.refusal("trials", name, f"must be the path of a file, and is of the type {type(path).__name__}")
+    if not Path(path).is_file():
+        raise plugins.refusal("trials", name, f"has no file {path}")
+    return Path(path)
+
+
+def _names() -> Iterator[str]:
+    return (path.stem for path in _FOLDER.glob(f"*{_SUFFIX}"))

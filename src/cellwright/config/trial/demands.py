@@ -1,0 +1,154 @@
+"""What makes a trial hard, read off its figures: several kits, parts that only the belt brings, faulty ones, drops."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from cellwright.config.trial.places import is_on_tray, is_within_reach, place_of
+from cellwright.config.trial.trial import DropRegion, KitObject, Order, Trial
+from cellwright.util.pose import Pose
+
+DemandKind: TypeAlias = Literal[
+    "several_kits",
+    "interrupt",
+    "never_announced",
+    "belt_only",
+    "faulty",
+    "short",
+    "no_spare",
+    "turned_over",
+    "dropped_in_reach",
+    "dropped_on_tray",
+    "dropped_out_of_reach",
+    "off_tray",
+]
+
+_TURNED_OVER = -0.5  # height of a part's own z axis below which it counts as lying upside down: tilted by over 120 deg
+
+
+@dataclass(frozen=True, slots=True)
+class Demand:
+    """One thing that a program has to cope with; `kind` for programs, `text` for people."""
+
+    kind: DemandKind
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Supply:
+    """Where the parts of a type come from: how many lie in the cell, how many the belt brings, how many are faulty."""
+
+    lying: int
+    belt: int
+    faulty: int
+
+    @property
+    def good(self) -> int:
+        """How many of them a kit can be made of."""
+        return self.lying + self.belt - self.faulty
+
+
+def demands(trial: Trial) -> tuple[Demand, ...]:
+    """What is hard about a trial, in the order in which one comes upon it."""
+    return (*_of_orders(trial), *_of_supply(trial), *_of_poses(trial), *_of_drops(trial))
+
+
+def ordered_types(trial: Trial) -> Counter[str]:
+    """How many parts of each type all the orders ask for, in the order in which they name them."""
+    return Counter(ordered.type for ordered in _objects(trial.orders))
+
+
+def supply(trial: Trial, part_type: str) -> Supply:
+    """Where the parts of a type come from; what the belt brings is counted to its end."""
+    lying = [part for part in (*trial.bin_parts, *trial.extra_parts) if part.type == part_type]
+    on_belt = sum(part.type == part_type for part in trial.belt_parts) * trial.options.belt_population_cycles
+    names = [part.name.rpartition("|")[2] for part in lying]
+    names += [f"{part_type}_clone_{number}" for number in range(on_belt)]
+    return Supply(len(lying), on_belt, sum(name in trial.faulty_parts for name in names))
+
+
+def _of_orders(trial: Trial) -> Iterator[Demand]:
+    for order in trial.orders:
+        if len(order.kits) > 1:
+            which = f" of {order.order_id}" if len(trial.orders) > 1 else ""
+            yield Demand("several_kits", f"{len(order.kits)} equal kits{which}")
+    for order in trial.orders:
+        for count, wants in ((order.wanted_parts, "wants"), (order.unwanted_parts, "does not want")):
+            if count is not None:
+                parts = "a part is" if count == 1 else f"{count} parts are"
+                yield Demand("interrupt", f"{order.order_id} comes in when {parts} on a tray that it {wants}")
+        if order.start_time is not None and order.start_time > 0:
+            yield Demand("interrupt", f"{order.order_id} comes in after {order.start_time:g} s")
+        elif order.start_time is order.wanted_parts is order.unwanted_parts is None:
+            yield Demand("never_announced", f"{order.order_id} is never announced")
+
+
+def _of_supply(trial: Trial) -> Iterator[Demand]:
+    counts = ordered_types(trial)
+    found = {part_type: supply(trial, part_type) for part_type in counts}
+    only = [part_type for part_type, each in found.items() if each.belt and not each.lying]
+    if only:
+        yield Demand("belt_only", f"{_listed(only)} only by the belt")
+    for part_type, each in found.items():
+        if each.faulty:
+            yield Demand("faulty", f"{each.faulty} of {each.lying + each.belt} {part_type} faulty")
+    for part_type, each in found.items():
+        if each.good < counts[part_type]:
+            yield Demand("short", f"{each.good} good {part_type} for the {counts[part_type]} ordered")
+    exact = [part_type for part_type, each in found.items() if each.good == counts[part_type]]
+    if exact:
+        yield Demand("no_spare", f"no {_listed(exact, 'or')} to spare")
+
+
+def _of_poses(trial: Trial) -> Iterator[Demand]:
+    turned = dict.fromkeys(each.type for each in _objects(trial.orders) if _is_turned_over(each.pose))
+    if turned:
+        yield Demand("turned_over", f"{_listed(list(turned))} to be turned over")
+    objects = _objects(trial.orders)
+    off = sum(not is_on_tray(*each.pose.position[:2]) for each in objects)
+    if off:
+        yield Demand("off_tray", f"{off} of {len(objects)} ordered places lie off the tray")
+
+
+def _of_drops(trial: Trial) -> Iterator[Demand]:
+    wanted = ordered_types(trial)
+    grouped: dict[tuple[DemandKind, str, str], list[str]] = {}
+    for region in trial.drop_regions:
+        if region.type not in wanted:
+            continue
+        kind, where = _fall(region)
+        places = grouped.setdefault((kind, region.type, where), [])
+        places.append(place_of(_middle(region)))
+    for (kind, part_type, where), places in grouped.items():
+        yield Demand(kind, f"{part_type} lost over {_listed(sorted(set(places)))}, {where}")
+
+
+def _fall(region: DropRegion) -> tuple[DemandKind, str]:
+    """Where a part falls, as a kind of demand and in words."""
+    point = region.destination.position
+    place = place_of(point)
+    if place.startswith("AGV"):
+        return "dropped_on_tray", "onto the tray"
+    if not is_within_reach(point):
+        return "dropped_out_of_reach", "out of reach"
+    return "dropped_in_reach", f"onto {place}"
+
+
+def _middle(region: DropRegion) -> tuple[float, float, float]:
+    x, y, z = ((a + b) / 2 for a, b in zip(region.lower, region.upper, strict=True))
+    return x, y, z
+
+
+def _objects(orders: tuple[Order, ...]) -> list[KitObject]:
+    return [each for order in orders for kit in order.kits for each in kit.objects]
+
+
+def _is_turned_over(pose: Pose) -> bool:
+    return pose.rotate((0.0, 0.0, 1.0))[2] < _TURNED_OVER
+
+
+def _listed(words: list[str], last: str = "and") -> str:
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} {last} {words[-1]}"

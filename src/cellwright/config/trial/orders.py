@@ -1,0 +1,114 @@
+"""The section `orders`: which kits are asked for, and when the order is announced."""
+
+from __future__ import annotations
+
+import math
+
+from cellwright.config.parsing.figures import OrderFigure, Placement, order_id
+from cellwright.config.parsing.python2 import dictionary_order
+from cellwright.config.parsing.tree import Entry, Items, Leaf, Node, described, shortened
+from cellwright.config.trial.keys import DEFAULT_KITS, ORDER
+from cellwright.config.trial.models import MAX_PARTS, PartBook, read_part
+from cellwright.config.trial.other_years import OtherYear
+from cellwright.util.errors import did_you_mean
+
+MOST_KITS = 10_000
+"""Most kits that the orders of a trial ask for together, each part in one counted as well."""
+
+CONDITIONS = ("time", "wanted_parts", "unwanted_parts")
+
+
+def read_orders(node: Node, book: PartBook, other_year: OtherYear) -> tuple[OrderFigure, ...]:
+    """The orders in the order that gives them their ids."""
+    reader = book.reader
+    if isinstance(node, Items):
+        reader.problems.error(node, f"must be a mapping; a list of orders{other_year.list_of_orders()}")
+        return ()
+    table = reader.table(node)
+    orders: dict[object, OrderFigure] = {}
+    asked = 0
+    for entry in reader.entries(table) if table else ():
+        order = _order(entry, book, other_year)
+        if order:
+            asked += order.kit_count * (1 + len(order.parts))
+            orders[entry.name] = order
+        if asked > MOST_KITS:
+            reader.problems.error(node, f"asks for more than {MOST_KITS} kits and parts in all")
+            return ()
+    # The original put what it had read into a second dictionary and walked through that.
+    walked = tuple(orders[name] for name in dictionary_order(orders))
+    ids = [order_id(index) for index in range(len(walked))]
+    for own, order in zip(ids, walked, strict=True):
+        if table and order.name != own and order.name in ids:
+            message = f"its id is {own}: ids follow the walk of the original's unordered dictionary"
+            reader.problems.warn(table.entries[order.name], message)
+    return walked
+
+
+def _order(entry: Entry, book: PartBook, other_year: OtherYear) -> OrderFigure | None:
+    reader = book.reader
+    name = reader.key(entry)
+    table = reader.table(entry.value)
+    if table is None:
+        return None
+    early = table.entries.get("announcement_time") if table.get("announcement_condition") is None else None
+    reader.ignored(table, ORDER.names if early is None else (*ORDER.names, "announcement_time"))
+    remark = other_year.order(table)
+    if early is None:
+        condition_node = reader.required(table, "announcement_condition", remark)
+        value_node = reader.required(table, "announcement_condition_value", remark)
+    else:
+        reader.problems.error(early, other_year.announcement_time(early.value))
+        condition_node = value_node = None
+    parts_node = reader.required(table, "parts", remark)
+    count_node = table.get("kit_count")
+    kit_count = reader.whole(count_node) if count_node else DEFAULT_KITS
+    parts = _parts(parts_node, book) if parts_node else ()
+    if condition_node is None or value_node is None or kit_count is None or name is None:
+        return None
+    if kit_count * max(1, len(parts)) > MAX_PARTS:
+        reader.problems.error(entry, f"asks for more than {MAX_PARTS} parts")
+        return None
+    if kit_count == 0 or not parts:
+        reader.problems.warn(entry, f"asks for no {'parts' if kit_count else 'kits'}")
+    condition = _condition(condition_node, book)
+    value = _value(condition, value_node, book)
+    return None if value is None else OrderFigure(name, condition, value, kit_count, parts)
+
+
+def _parts(node: Node, book: PartBook) -> tuple[tuple[str, Placement], ...]:
+    table = book.reader.table(node)
+    parts: list[tuple[str, Placement]] = []
+    for entry in book.reader.entries(table) if table else ():
+        part_table = book.reader.table(entry.value)
+        part = read_part(part_table, book) if part_table else None
+        if part:
+            parts.append(part)
+    return tuple(parts)
+
+
+def _condition(node: Node, book: PartBook) -> str:
+    """The word, with a warning for one that is never fulfilled."""
+    word = node.value if isinstance(node, Leaf) else None
+    if isinstance(word, str) and word in CONDITIONS:
+        return word
+    suggestion = did_you_mean(str(word).lower(), CONDITIONS) or f" (known: {', '.join(CONDITIONS)})"
+    message = f"{described(node)} is no condition, the order is never announced{suggestion}"
+    book.reader.problems.warn(node, message)
+    return shortened(str(word))
+
+
+def _value(condition: str, node: Node, book: PartBook) -> float | None:
+    """The condition's figure: seconds, or a number of parts, of which the original kept the whole part."""
+    reader = book.reader
+    if condition not in CONDITIONS:
+        value = node.value if isinstance(node, Leaf) else None
+        return value if isinstance(value, int | float) and math.isfinite(value) else 0.0
+    value = reader.number(node)
+    if value is None or condition == "time":
+        return value
+    if value != int(value):
+        reader.problems.warn(node, f"a number of parts has no fraction; {int(value)} is taken")
+    if int(value) <= 0:
+        reader.problems.warn(node, f"{condition} below 1 is no condition, the order is never announced")
+    return value

@@ -1,0 +1,271 @@
+"""A trial: everything that was written about a cell, checked and resolved, with units.
+
+These are plain values. The loader (`gear2017.py`) makes them; the world, the devices and the kitting logic read them.
+Nothing in here knows an engine, a clock or a message.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal, TypeAlias
+
+from cellwright.config.models.model import Furniture, Model
+from cellwright.util.pose import Pose, Vector3
+
+SensorType: TypeAlias = Literal["break_beam", "proximity_sensor", "logical_camera", "laser_profiler"]
+"""The sensor types of the 2017 competition; other packages may bring more."""
+CameraType: TypeAlias = Literal["rgb_camera", "depth_camera", "rgbd_camera"]
+"""The types of cameras that take pictures, which the competitions of later years had."""
+WhenLate: TypeAlias = Literal["wait", "drop", "auto"]
+"""What happens when a picture is due and not drawn yet: time waits for it; or it comes later, and others are left out
+for it. `auto` waits, but where time goes by the wall clock."""
+ServoProfile: TypeAlias = Literal["original", "precise"]
+
+NO_TIME_LIMIT = -1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Sensor:
+    """A sensor somebody put into the cell; `pose` is in the world frame, `type` a `SensorType` or that of a plugin."""
+
+    name: str
+    type: str
+    pose: Pose
+
+
+@dataclass(frozen=True, slots=True)
+class PictureNoise:
+    """Noise of a camera's pictures, as standard deviations.
+
+    Attributes:
+        colour: of each colour of each pixel, as a share of full brightness.
+        depth: of each depth [m].
+        depth_growth: what comes to that with the square of the depth [1/m].
+    """
+
+    colour: float = 0.007
+    depth: float = 0.001
+    depth_growth: float = 0.001
+
+
+@dataclass(frozen=True, slots=True)
+class Camera(Sensor):
+    """A camera that takes pictures; `type` is a `CameraType`. It looks along the +x axis of its pose, z is up.
+
+    Attributes:
+        frame: what it is fixed to, and `pose` is given in: `world`, or a link of the arm.
+        width, height: size of its pictures [pixels].
+        fov: how far it sees to the left and right together [rad].
+        rate: pictures a second of simulation time [Hz].
+        near, far: nearest and farthest depth that it measures [m].
+        shadows: whether things throw shadows in its colour pictures, which take longer to draw then.
+        noise: of its pictures.
+        latency: from the moment that a picture shows to its delivery [s]; None for the time between two pictures.
+        when_late: what happens when a picture is due and not drawn yet.
+    """
+
+    frame: str = "world"
+    width: int = 640
+    height: int = 480
+    fov: float = 1.047
+    rate: float = 10.0
+    near: float = 0.1
+    far: float = 10.0
+    shadows: bool = False
+    noise: PictureNoise = field(default_factory=PictureNoise)
+    latency: float | None = None
+    when_late: WhenLate = "auto"
+
+    @property
+    def has_colour(self) -> bool:
+        """Whether it takes colour pictures."""
+        return self.type != "depth_camera"
+
+    @property
+    def has_depth(self) -> bool:
+        """Whether it measures depth."""
+        return self.type != "rgb_camera"
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A part that stands in the cell when the trial begins.
+
+    `name` is the full model name (`bin7|piston_rod_part_3`), `pose` is in `frame` ("world", or the name of a link such
+    as `agv1::kit_tray_1::kit_tray_1::tray` as the file wrote it).
+    """
+
+    name: str
+    type: str
+    pose: Pose
+    frame: str = "world"
+
+
+@dataclass(frozen=True, slots=True)
+class BeltPart:
+    """A part that appears on the conveyor `time` [s] after the population starts; `pose` is in the spawn frame."""
+
+    time: float
+    type: str
+    pose: Pose
+
+
+@dataclass(frozen=True, slots=True)
+class KitObject:
+    """One part of a kit and where it belongs; `pose` is in the tray frame."""
+
+    type: str
+    pose: Pose
+
+
+@dataclass(frozen=True, slots=True)
+class Kit:
+    """A kit as an order asks for it; `kit_type` is its name, `order_0_kit_0`."""
+
+    kit_type: str
+    objects: tuple[KitObject, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """An order and when it is announced.
+
+    At most one of the conditions is set: `start_time` [s] after the start, or the number of parts on a tray that this
+    order wants or does not want. With none set the order is never announced.
+    """
+
+    order_id: str
+    kits: tuple[Kit, ...]
+    start_time: float | None = None
+    wanted_parts: int | None = None
+    unwanted_parts: int | None = None
+    yaml_name: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class DropRegion:
+    """A box in the world frame in which the gripper loses a part of `type` once, to `destination` (world frame).
+
+    `lower` and `upper` are sorted per axis [m].
+    """
+
+    name: str
+    type: str
+    lower: Vector3
+    upper: Vector3
+    destination: Pose
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """The `options` of the 2017 format that mean something here, with their original defaults."""
+
+    insert_agvs: bool = True
+    insert_models_over_bins: bool = False
+    fill_demo_tray: bool = False
+    belt_population_cycles: int = 1
+    spawn_extra_models: bool = False
+    gazebo_state_logging: bool = False
+    disable_shadows: bool = False
+    unthrottled_physics_update: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class JointGains:
+    """PID gains of one joint's servo: force = p (q* - q) + d (qd* - qd) + i integral, the integral clamped."""
+
+    p: float
+    d: float
+    i: float = 0.0
+    i_clamp: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class JointTolerance:
+    """Tolerances of one joint for trajectory goals, in rad or m; 0 means not checked."""
+
+    trajectory: float = 0.1
+    goal: float = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class ArmSettings:
+    """How the arm is controlled, in the shape of the original's controller file. Gains not named keep the profile's.
+
+    `dry_friction` is in N for the rail and N m for the other joints; joints not named have none.
+    """
+
+    servo: ServoProfile = "original"
+    gains: Mapping[str, JointGains] = field(default_factory=dict)
+    dry_friction: Mapping[str, float] = field(default_factory=dict)
+    tolerances: Mapping[str, JointTolerance] = field(default_factory=dict)
+    goal_time: float = 0.6
+    stopped_velocity_tolerance: float = 0.05
+    stop_trajectory_duration: float = 0.5
+    allow_partial_joints_goal: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class CellSettings:
+    """Cellwright's own additions to a file, under its top-level key `cellwright`.
+
+    `timestep` is in seconds, as a fraction "p/q" or a decimal in the file; here numerator and denominator.
+    """
+
+    seed: int = 0
+    timestep: tuple[int, int] = (1, 500)
+    arm: ArmSettings = field(default_factory=ArmSettings)
+
+
+@dataclass(frozen=True, slots=True)
+class PluginDevice:
+    """A device of another package that somebody put into the cell, and what was written for it."""
+
+    name: str
+    type: str
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Circumstances:
+    """What no file says and what differs from one real cell to the next; the defaults are the cell as it is written.
+
+    Attributes:
+        friction: coefficient of dry friction between parts and what they lie on or against.
+        belt_delay: how much later [s, at full power] the belt's first round of parts begins.
+        gripper_phase: when in each 0.1 s the gripper looks for parts [s]; None: as soon as it is switched on.
+        seed: what they were drawn with; None when they were not drawn.
+    """
+
+    friction: float = 1.0
+    belt_delay: float = 0.0
+    gripper_phase: float | None = None
+    seed: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """A whole trial: the cell, its parts, its orders and its faults.
+
+    `part_models` are the part types of somebody's own by name, `furniture` what else stands in the cell.
+    """
+
+    name: str
+    has_arm: bool = False
+    sensors: tuple[Sensor, ...] = ()
+    options: Options = field(default_factory=Options)
+    time_limit: float = 500.0
+    orders: tuple[Order, ...] = ()
+    bin_parts: tuple[Part, ...] = ()
+    extra_parts: tuple[Part, ...] = ()
+    belt_parts: tuple[BeltPart, ...] = ()
+    faulty_parts: frozenset[str] = frozenset()
+    drop_regions: tuple[DropRegion, ...] = ()
+    material_locations: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    settings: CellSettings = field(default_factory=CellSettings)
+    initial_joint_states: Mapping[str, float] = field(default_factory=dict)
+    part_models: Mapping[str, Model] = field(default_factory=dict)
+    furniture: tuple[Furniture, ...] = ()
+    devices: tuple[PluginDevice, ...] = ()
+    circumstances: Circumstances = field(default_factory=Circumstances)

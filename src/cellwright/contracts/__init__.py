@@ -1,1 +1,0 @@
-"""Tables that give devices their public names, types, rates and rules."""

@@ -1,0 +1,1 @@
+"""Shapes, meshes and colours of the engine's model."""

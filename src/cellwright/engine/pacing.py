@@ -1,0 +1,98 @@
+"""Wall-clock pace around a simulation. The only place in the core that knows of real time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from cellwright.engine.simulation import Simulation
+from cellwright.engine.tempo import Tempo
+
+_PATIENCE = 0.5
+_LONGEST_WAIT = 0.05  # [s] at a time, so that a tempo that changes is heard soon
+
+
+class Pacer:
+    """Steps a simulation no faster than a tempo says.
+
+    A host too slow to keep up is not made to catch up by a rush: when more than half a second is missing, the pace is
+    taken up anew from there. So it is when the tempo changes: a speed holds from then on, and a pause is not made good.
+
+    Args:
+        simulation: what is stepped.
+        tempo: simulated seconds a wall second, above 0; or a `Tempo`, which may change. Whether it lets a tick pass at
+            all is for the caller to ask.
+        clock, sleep: wall time [s] and how to wait for it; to be replaced in tests.
+
+    Raises:
+        UsageError: a speed that is none.
+    """
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        tempo: float | Tempo,
+        *,
+        clock: Callable[[], float] = time.perf_counter,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
+        self._simulation = simulation
+        self.tempo = tempo if isinstance(tempo, Tempo) else Tempo(tempo)
+        """How time is to pass."""
+        self._changes = self.tempo.changes
+        self._clock = clock
+        self._sleep = sleep
+        self._begun = self._wall = self._stepped = clock()
+        self._begun_at = self._simulated = self._newest = simulation.now
+        self._rested = 0.0
+        self.stood = 0.0
+        """So long [s] of wall time `stand` has added up."""
+        self.worst = 0.0
+        """How late [s] of wall time the latest tick came."""
+
+    @property
+    def factor(self) -> float:
+        """Simulated seconds a wall second, on average up to the newest tick, pauses left out; 0 before any time."""
+        passed = self._stepped - self._begun - self._rested
+        return (self._newest - self._begun_at) / 1e9 / passed if passed > 0.0 else 0.0
+
+    def step(self) -> bool:
+        """One tick, then the wait until it is time for it; False when there was no time to wait."""
+        if self.tempo.changes != self._changes:
+            self._begin_anew()
+        simulation, speed = self._simulation, self.tempo.speed
+        simulation.step()
+        now, self._newest = self._clock(), simulation.now
+        if speed is None:
+            self._stepped = now
+            return False
+        ahead = (self._newest - self._simulated) / 1e9 / speed - (now - self._wall)
+        self._stepped = now + max(0.0, ahead)
+        if ahead > 0.0:
+            self._wait(ahead)
+            return True
+        self.worst = max(self.worst, -ahead)
+        if ahead < -_PATIENCE:
+            self._wall, self._simulated = now, self._newest
+        return False
+
+    def stand(self, seconds: float) -> None:
+        """Take note that time stood for so long [s] of wall time: it is not made good, and counts for the factor."""
+        self._wall += seconds
+        self.stood += seconds
+
+    def _wait(self, seconds: float) -> None:
+        if seconds <= _LONGEST_WAIT:
+            self._sleep(seconds)
+            return
+        while (left := self._stepped - self._clock()) > 0.0 and self.tempo.changes == self._changes:
+            self._sleep(min(left, _LONGEST_WAIT))
+
+    def _begin_anew(self) -> None:
+        """Count from here: what was asked for before is settled, and the time since is a rest."""
+        self._changes = self.tempo.changes
+        now = self._clock()
+        self._rested += now - self._stepped
+        self._wall = self._stepped = now
+        self._begun_at += self._simulation.now - self._newest  # 0, unless its time was set meanwhile
+        self._simulated = self._newest = self._simulation.now

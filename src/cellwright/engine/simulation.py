@@ -1,0 +1,297 @@
+"""The simulation: it owns time.
+
+The order of a tick is fixed: inbox, `before_step` of the devices, the engine's step, `after_step` of the devices,
+events that are due (the referee's among them), watches. Devices that `drive` do so in the middle of the engine's step.
+It knows no ROS, no score and no pace.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from cellwright.engine import chance, sleep
+from cellwright.engine.clock import Clock, nanoseconds
+from cellwright.engine.device import Device
+from cellwright.engine.engine_warnings import unstable
+from cellwright.engine.events import EventQueue
+from cellwright.engine.inbox import Inbox
+from cellwright.engine.watches import Watch, Watches
+from cellwright.util.errors import SimulationError, UnknownNameError, UsageError
+
+CHANGING_FIELDS = ("eq_data", "geom_surfacevel")
+"""Fields of the model that devices write at run time: they are state, though the engine keeps them in the model."""
+
+
+class Simulation:
+    """Time, the engine's model and data, and the devices on it.
+
+    Args:
+        model: a compiled model. `opt.timestep` is set from `timestep`.
+        timestep: length of a tick [s], rational.
+        seed: the root of all chance.
+        first_pose: writes the positions and setpoints that a run begins with, where they differ from the model's own.
+    """
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        *,
+        timestep: Fraction = Fraction(1, 500),
+        seed: int = 0,
+        first_pose: Callable[[mujoco.MjData], None] = lambda _data: None,
+    ) -> None:
+        model.opt.timestep = float(timestep)
+        # left to itself the engine would begin a run anew that has become unstable, and say nothing
+        model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+        self.model = model
+        self.data = mujoco.MjData(model)
+        self.seed = seed
+        self.clock = Clock(timestep)
+        self.events = EventQueue()
+        self.watches = Watches()
+        self.inbox = Inbox()
+        self.devices: dict[str, Device] = {}
+        self.is_paced = False
+        """Whether time goes by the wall clock, and waits for nobody; who lets it pass says so."""
+        self.on_reset: list[Callable[[], None]] = []
+        """Called when time is about to begin anew, with all still as it was."""
+        self.runs = 0
+        """How many runs have begun, for those who look on: at another number time is another. It is no state."""
+        self._first_pose = first_pose
+        self._before: list[Callable[[], None]] = []
+        self._drive: list[Callable[[], None]] = []
+        self._after: list[Callable[[], None]] = []
+        self._refreshed_at = -1
+        self._pristine = {name: getattr(model, name).copy() for name in CHANGING_FIELDS}
+
+    # ---------------------------------------------------------------- building
+
+    def add(self, device: Device) -> None:
+        """Give a device its place. Devices act in the order in which they were added.
+
+        Raises:
+            UsageError: there is one of this name.
+        """
+        if device.name in self.devices:
+            raise UsageError(f"there are two devices named {device.name!r}")
+        self.devices[device.name] = device
+        device.attach(self)
+        self.rehook()
+
+    def device(self, name: str) -> Device:
+        """A device by name.
+
+        Raises:
+            UnknownNameError: there is none of this name.
+        """
+        try:
+            return self.devices[name]
+        except KeyError:
+            raise UnknownNameError("device", name, self.devices) from None
+
+    def generator(self, name: str) -> np.random.Generator:
+        """A fresh generator from the child of the root seed with this name."""
+        return chance.generator(self.seed, name)
+
+    def rehook(self) -> None:
+        """Gather anew the step hooks that are to be called."""
+        base = Device
+        stepping = [device for device in self.devices.values() if device.stepping]
+        self._before = [d.before_step for d in stepping if type(d).before_step is not base.before_step]
+        self._drive = [d.drive for d in stepping if type(d).drive is not base.drive]
+        self._after = [d.after_step for d in stepping if type(d).after_step is not base.after_step]
+
+    # ---------------------------------------------------------------- time
+
+    @property
+    def now(self) -> int:
+        """Simulation time [ns]."""
+        return self.clock.now
+
+    @property
+    def time(self) -> float:
+        """Simulation time [s]."""
+        return self.clock.now / 1e9
+
+    def reset(self) -> None:
+        """Begin a run: time 0, the model's first pose, every device reset in order.
+
+        Raises:
+            SimulationError: the engine cannot reckon with the model.
+        """
+        for tell in self.on_reset:
+            tell()
+        self.runs += 1
+        mujoco.mj_resetData(self.model, self.data)
+        for name, values in self._pristine.items():
+            getattr(self.model, name)[:] = values
+        self._first_pose(self.data)
+        self.clock.set_tick(0)
+        self.events.clear()
+        self._refreshed_at = -1
+        for device in self.devices.values():
+            device.reset()
+        try:
+            mujoco.mj_forward(self.model, self.data)
+        except mujoco.FatalError as error:
+            raise self._given_up(error) from None
+        self.rehook()
+        self.watches.retime(0)
+
+    def step(self) -> None:
+        """One tick.
+
+        Raises:
+            SimulationError: the state has become unstable, or the engine has no room for all contacts; the run is
+                worth nothing from here on.
+        """
+        inbox = self.inbox
+        if inbox:
+            inbox.empty()
+        for hook in self._before:
+            hook()
+        try:
+            if self._drive:
+                mujoco.mj_step1(self.model, self.data)
+                for hook in self._drive:
+                    hook()
+                mujoco.mj_step2(self.model, self.data)
+            else:
+                mujoco.mj_step(self.model, self.data)
+        except mujoco.FatalError as error:
+            raise self._given_up(error) from None
+        now = self.clock.advance()
+        if unstable:
+            reason = unstable[0]
+            unstable.clear()
+            raise SimulationError(f"at {now / 1e9:.3f} s: {reason}")
+        for hook in self._after:
+            hook()
+        events = self.events
+        while events.next_due <= now:
+            event = events.pop_due(now)
+            if event is not None:
+                self.devices[event.device].handle(event.kind, event.arguments)
+        if self.watches.next_due <= now:
+            self.watches.run_due(now, self.clock.tick)
+
+    def _given_up(self, error: Exception) -> SimulationError:
+        """What is to be said when the engine stops: mostly, that contacts need more room than it has."""
+        reason = str(error).partition("\n")[0]
+        return SimulationError(f"at {self.time:.3f} s: the engine gave up: {reason}")
+
+    def step_until(self, time: int) -> None:
+        """Step to the first tick at or after `time` [ns]."""
+        clock, step = self.clock, self.step
+        while clock.now < time:
+            step()
+
+    def settle_inbox(self) -> None:
+        """Carry out waiting commands now, at the border where time stands."""
+        while self.inbox:
+            self.inbox.empty()
+
+    # ---------------------------------------------------------------- what devices use
+
+    def schedule(
+        self,
+        device: Device,
+        kind: str,
+        *arguments: Any,
+        delay: float | Fraction = 0.0,
+        at: int | None = None,
+        priority: int = 0,
+    ) -> None:
+        """Have `device.handle(kind, arguments)` called after `delay` [s], or at time `at` [ns].
+
+        It happens at the first tick at or after that time, never within the tick that is under way unless that tick's
+        events are still to come.
+        """
+        time = self.now + nanoseconds(delay) if at is None else at
+        self.events.schedule(time, device.name, kind, arguments, priority)
+
+    def cancel(self, device: Device, kind: str) -> int:
+        """Take back what a device scheduled under a kind; how many events there were."""
+        return self.events.cancel(device.name, kind)
+
+    def watch(self, name: str, period: Fraction | None, action: Callable[[int], None], rank: int = 0) -> Watch:
+        """Call `action(sample number)` each `period` [s] (None: each tick). It must leave the simulation as it is."""
+        return self.watches.add(name, period, action, self.now, rank)
+
+    def refresh(self) -> None:
+        """Bring positions of bodies and geoms up to date with this tick; done at most once a tick.
+
+        After a step the engine's `xpos` and `xquat` are one step behind `qpos`. Refreshing leaves the run as it is.
+        """
+        if self._refreshed_at != self.clock.tick:
+            mujoco.mj_kinematics(self.model, self.data)
+            self._refreshed_at = self.clock.tick
+
+    def touch(self) -> None:
+        """Say that positions were written by hand in this tick, so that `refresh` computes them anew."""
+        self._refreshed_at = -1
+
+    def wake(self, body: int) -> None:
+        """Wake the tree of a body, without changing its state: what bears it or pulls at it has changed."""
+        sleep.wake(self.model, self.data, body)
+
+    def keep_awake(self, body: int) -> None:
+        """Wake a tree and start its count to sleep anew: what is let go in mid-air could else freeze there for ever."""
+        sleep.keep_awake(self.model, self.data, body)
+
+    # ---------------------------------------------------------------- state
+
+    def get_state(self) -> dict[str, Any]:
+        """All that is not the engine's: tick, events and what each device remembers, as JSON values."""
+        return {
+            "tick": self.clock.tick,
+            "events": self.events.get_state(),
+            "devices": {
+                name: {"stepping": device.stepping, **device.get_state()} for name, device in self.devices.items()
+            },
+        }
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Take over what `get_state` returned; the engine's part is set by who calls this (`snapshot.py`)."""
+        self.clock.set_tick(state["tick"])
+        self.events.set_state(state["events"])
+        for name, remembered in state["devices"].items():
+            device = self.device(name)
+            device.stepping = remembered["stepping"]
+            device.set_state({key: value for key, value in remembered.items() if key != "stepping"})
+        self.rehook()
+        self.touch()
+        self.watches.retime(self.now)
+
+    def get_record(self) -> dict[str, Any]:
+        """What the devices have observed besides their states, as JSON values; no part of the state hash."""
+        return {name: dict(record) for name, device in self.devices.items() if (record := device.get_record())}
+
+    def set_record(self, record: Mapping[str, Any]) -> None:
+        """Take over what `get_record` returned."""
+        for name, device in self.devices.items():
+            device.set_record(record.get(name, {}))
+
+    def state_hash(self, *more: Any) -> str:
+        """SHA-256 over the engine's state, the events, the devices and `more` (JSON values), in hexadecimal."""
+        digest = hashlib.sha256()
+        data = self.data
+        fields = (getattr(self.model, name) for name in CHANGING_FIELDS)
+        for array in (data.qpos, data.qvel, data.act, data.ctrl, data.eq_active, *fields):
+            # 0.0 and -0.0 are the same state: waking writes the one for the other
+            digest.update((np.ascontiguousarray(array) + 0).tobytes())
+        text = json.dumps([self.get_state(), *more], sort_keys=True, allow_nan=True)
+        digest.update(text.encode())
+        return digest.hexdigest()
+
+    def close(self) -> None:
+        """End: every device is closed, in reverse order."""
+        for device in reversed(self.devices.values()):
+            device.close()

@@ -1,0 +1,301 @@
+"""The bus: topics and services by name.
+
+The cell advertises what it says (`advertise`), names what it hears (`listen`) and what it does on request (`serve`).
+Clients of every kind `subscribe`, `publish` and `call`; each is an equal guest, and none changes what the cell does by
+listening. Delivery is a plain loop in the order of subscription, within the publishing call; nothing here is for more
+than one thread (commands of other threads go through the simulation's inbox).
+"""
+
+from __future__ import annotations
+
+from base64 import b64decode, b64encode
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from cellwright.middleware.bus.given import Given, How
+from cellwright.middleware.bus.later import Later
+from cellwright.middleware.bus.refusals import Refusals
+from cellwright.middleware.bus.topics import Callback, Direction, Handler, Publisher, Subscription, Topic
+from cellwright.middleware.messages import Message, ServiceType, checked, from_cdr, said, service_type, to_cdr, type_of
+from cellwright.util.errors import CellwrightError, MessageError, RejectedCommandError, UnknownNameError, UsageError
+
+M = TypeVar("M", bound=Message)
+E = TypeVar("E", bound=CellwrightError)
+
+
+@dataclass(frozen=True, slots=True)
+class TopicInfo:
+    """A topic as it stands: `rate` in words, publishers and subscribers by node."""
+
+    name: str
+    type: str
+    direction: Direction
+    rate: str
+    latch: bool
+    publishers: tuple[str, ...]
+    subscribers: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ServiceInfo:
+    """A service as it stands, and the node that serves it."""
+
+    name: str
+    type: str
+    node: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Service:
+    type: ServiceType
+    handler: Handler
+    node: str
+
+
+class Bus:
+    """Topics and services inside the process.
+
+    Args:
+        now: simulation time [ns].
+        report: takes a line about refused input (see `Refusals`).
+    """
+
+    def __init__(self, now: Callable[[], int], report: Callable[[str], None] = lambda _line: None) -> None:
+        self._topics: dict[str, Topic] = {}
+        self._services: dict[str, _Service] = {}
+        self._now = now
+        self.refusals = Refusals(now, report)
+        self.on_given: list[Callable[[Given], None]] = []
+        """Called with everything that comes from outside and could be handled, before it is, refused then or not."""
+
+    # ---------------------------------------------------------------- for the cell
+
+    def advertise(
+        self,
+        topic: str,
+        type_name: str,
+        *,
+        latch: bool = False,
+        rate: str = "",
+        node: str = "",
+        on_listeners: Callable[[int], None] | None = None,
+    ) -> Publisher:
+        """Make a publisher for a topic; a topic may have several. See `Publisher` for latch and on_listeners.
+
+        Raises:
+            UnknownNameError: there is no message type of this name.
+            UsageError: the name is not absolute, the topic has another type or direction already, or latch and
+                on_listeners are both given.
+        """
+        entry = self._topic(topic)
+        entry.declare(type_name, Direction.OUT, rate)
+        publisher = Publisher(entry, node, on_listeners, latch=latch)
+        entry.add_publisher(publisher)
+        return publisher
+
+    def listen(self, topic: str, type_name: str, handler: Handler, *, node: str = "") -> None:
+        """Hear what clients publish on a topic: `handler(message, node)`; it refuses with a RejectedCommandError.
+
+        Raises:
+            UnknownNameError: there is no message type of this name.
+            UsageError: the name is not absolute, or the topic is taken.
+        """
+        entry = self._topic(topic)
+        if entry.direction is not None:
+            raise UsageError(f"{topic} is taken: it carries {entry.type} {entry.direction.value}")
+        entry.declare(type_name, Direction.IN, "")
+        entry.handler, entry.handling_node = handler, node
+
+    def serve(self, service: str, type_name: str, handler: Handler, *, node: str = "") -> None:
+        """Answer calls of a service: `handler(request, node) -> response`.
+
+        It may raise a ServiceFailedError: then the call has no answer. Where some time has to pass first, the handler
+        returns a `Later` that it answers then.
+
+        Raises:
+            UnknownNameError: there is no service type of this name.
+            UsageError: the name is not absolute, or the service is served already.
+        """
+        if absolute(service) in self._services:
+            raise UsageError(f"the service {service} is served already")
+        self._services[service] = _Service(service_type(type_name), handler, node)
+
+    def forget_latched(self) -> None:
+        """Forget all latched messages, as when a run begins anew; who listens has listened all along."""
+        for topic in self._topics.values():
+            for publisher in topic.publishers:
+                publisher.newest = None
+            for subscription in topic.subscriptions:
+                subscription.since = -1
+
+    def latched(self) -> dict[str, list[str | None]]:
+        """The newest messages of all latched topics, as JSON values: CDR in base64, by topic and publisher."""
+        found = {}
+        for name, topic in sorted(self._topics.items()):
+            newest = [publisher.newest for publisher in topic.publishers if publisher.latch]
+            if any(message is not None for message in newest):
+                found[name] = [None if each is None else b64encode(to_cdr(each)).decode() for each in newest]
+        return found
+
+    def set_latched(self, state: Mapping[str, Sequence[str | None]]) -> None:
+        """Take over what `latched` returned, in place of all that was latched; listeners get nothing for it."""
+        for name, topic in self._topics.items():
+            publishers = [publisher for publisher in topic.publishers if publisher.latch]
+            for publisher, text in zip(publishers, state.get(name, [None] * len(publishers)), strict=True):
+                known = topic.message_class
+                publisher.newest = None if text is None or known is None else from_cdr(b64decode(text), known)
+
+    # ---------------------------------------------------------------- for clients
+
+    def subscribe(
+        self, topic: str, callback: Callback, *, node: str = "", origin: str | None = None, along: bool = False
+    ) -> Subscription:
+        """Have `callback(message)` called for each message of a topic, in either direction.
+
+        A topic that is not there yet is waited for. On a latched one the newest message comes at once. With an
+        `origin` only what publishers of that node say is delivered. Who listens `along` gets what is made for others:
+        what is made only while somebody listens is not made for it.
+
+        Raises:
+            UsageError: the name is not absolute.
+        """
+        entry = self._topic(topic)
+        subscription = Subscription(entry, callback, node, origin, self._now(), along=along)
+        entry.add(subscription)
+        return subscription
+
+    def publish(self, topic: str, message: Message, *, node: str = "") -> None:
+        """Give the cell a message: first it is handled, then those who listen in get it, refused or not.
+
+        Raises:
+            UnknownNameError: the cell does not listen to such a topic.
+            RejectedCommandError: the message is not what the topic carries, or was refused; nothing was done then.
+        """
+        entry = self._topics.get(topic)
+        if entry is None or entry.handler is None or entry.message_class is None:
+            listened = sorted(each.name for each in self._topics.values() if each.handler is not None)
+            raise self._refused(topic, node, UnknownNameError("topic to publish on", topic, listened))
+        try:
+            taken = _fitting(message, entry.message_class, topic)
+        except RejectedCommandError as error:
+            raise self._refused(topic, node, error) from None
+        if self.on_given:
+            self.note(Given(How.PUBLISH, topic, taken, node))
+        refusal: RejectedCommandError | None = None
+        try:
+            entry.handler(taken, node)
+        except RejectedCommandError as error:
+            refusal = error
+        for subscription in entry.subscriptions_to(node):
+            subscription.callback(taken)
+        if refusal is not None:
+            raise self._refused(topic, node, refusal)
+
+    def call(self, service: str, request: Message, *, node: str = "") -> Any:
+        """Call a service; its response, or a `Later` that will have it when some time has passed.
+
+        Raises:
+            UnknownNameError: there is no such service.
+            RejectedCommandError: the request is not what the service takes, or was refused; nothing was done then.
+            ServiceFailedError: the service gave no answer.
+        """
+        entry = self._services.get(service)
+        if entry is None:
+            raise self._refused(service, node, UnknownNameError("service", service, sorted(self._services)))
+        try:
+            taken = _fitting(request, entry.type.request, service)
+            if self.on_given:
+                self.note(Given(How.CALL, service, taken, node))
+            response = entry.handler(taken, node)
+        except RejectedCommandError as error:
+            raise self._refused(service, node, error) from None
+        if isinstance(response, Later):
+            return response
+        if type(response) is not entry.type.response:
+            raise UsageError(f"{service} must answer with {type_of(entry.type.response)}, not {said(response)}")
+        return response
+
+    def note(self, given: Given) -> None:
+        """Tell those who take notes of what comes from outside; for what comes past the bus, before it is done."""
+        for take_note in self.on_given:
+            take_note(given)
+
+    # ---------------------------------------------------------------- who is there
+
+    def topics(self) -> tuple[TopicInfo, ...]:
+        """All topics that the cell speaks or hears, by name."""
+        return tuple(self.topic(name) for name in sorted(self._declared()))
+
+    def topic(self, name: str) -> TopicInfo:
+        """One topic as it stands.
+
+        Raises:
+            UnknownNameError: there is no such topic.
+        """
+        entry = self._topics.get(name)
+        if entry is None or entry.direction is None:
+            raise UnknownNameError("topic", name, sorted(self._declared()))
+        subscribers = [each.node for each in entry.subscriptions]
+        if entry.handler is not None:
+            subscribers.insert(0, entry.handling_node)
+        return TopicInfo(
+            name,
+            entry.type,
+            entry.direction,
+            entry.rate,
+            any(publisher.latch for publisher in entry.publishers),
+            tuple(publisher.node for publisher in entry.publishers),
+            tuple(subscribers),
+        )
+
+    def services(self) -> tuple[ServiceInfo, ...]:
+        """All services, by name."""
+        return tuple(self.service(name) for name in sorted(self._services))
+
+    def service(self, name: str) -> ServiceInfo:
+        """One service as it stands.
+
+        Raises:
+            UnknownNameError: there is no such service.
+        """
+        entry = self._services.get(name)
+        if entry is None:
+            raise UnknownNameError("service", name, sorted(self._services))
+        return ServiceInfo(name, entry.type.name, entry.node)
+
+    def _declared(self) -> list[str]:
+        return [topic.name for topic in self._topics.values() if topic.direction is not None]
+
+    def _topic(self, name: str) -> Topic:
+        entry = self._topics.get(name)
+        if entry is None:
+            entry = self._topics[absolute(name)] = Topic(name)
+        return entry
+
+    def _refused(self, name: str, node: str, error: E) -> E:
+        """Count and report what was refused; the error, to be raised."""
+        self.refusals.refuse(f"{name} from {node}" if node else name, str(error))
+        return error
+
+
+def _fitting(message: M, message_class: type[Message], name: str) -> M:
+    """The message as the cell may take it.
+
+    Raises:
+        MessageError: it is of another class, or a field holds what it should not.
+    """
+    if type(message) is not message_class:
+        raise MessageError(f"{name} takes {type_of(message_class)}, not {said(message)}")
+    return checked(message)
+
+
+def absolute(name: str) -> str:
+    """The name itself, if it is absolute.
+
+    Raises:
+        UsageError: it is not.
+    """
+    if not name.startswith("/") or name.endswith("/") or "//" in name or any(letter.isspace() for letter in name):
+        raise UsageError(f"{name!r} is no absolute name: it must look like '/ariac/orders'")
+    return name

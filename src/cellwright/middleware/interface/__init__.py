@@ -1,0 +1,1 @@
+"""Tables of topics and services: names, types, rates, latches."""

@@ -1,0 +1,33 @@
+"""Message and service types, from their definitions.
+
+The types that the ROS world shares come from the library (`standard`), what it lacks is defined here (`osrf_gear`,
+`control_msgs`, `std_srvs`, and `cellwright_msgs` for what Cellwright adds). On the bus a message is a dataclass in its
+ROS 2 form, which nobody changes once it is published; the ROS 1 form exists as bytes only.
+"""
+
+from cellwright.middleware.messages.check import checked, said
+from cellwright.middleware.messages.md5 import definition, md5, type_hash
+from cellwright.middleware.messages.names import Message, full_name, short_name, type_of
+from cellwright.middleware.messages.sources import source
+from cellwright.middleware.messages.types import ServiceType, message_type, service_type
+from cellwright.middleware.messages.wire import from_cdr, from_ros1, to_cdr, to_ros1
+
+__all__ = [
+    "Message",
+    "ServiceType",
+    "checked",
+    "definition",
+    "from_cdr",
+    "from_ros1",
+    "full_name",
+    "md5",
+    "message_type",
+    "said",
+    "service_type",
+    "short_name",
+    "source",
+    "to_cdr",
+    "to_ros1",
+    "type_hash",
+    "type_of",
+]

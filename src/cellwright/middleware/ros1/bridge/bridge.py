@@ -1,0 +1,204 @@
+"""The bridge: joins a cell's link with a ROS node."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import rospy
+
+from cellwright.middleware.ros1.bridge.graph import HEARD_BY_ITSELF, HEARD_FOR_FRAMES, OwnSubscription
+from cellwright.middleware.ros1.bridge.link_client import LinkClient, LinkError
+from cellwright.middleware.ros1.bridge.longest import limit_messages
+from cellwright.middleware.ros1.bridge.loop import Loop
+from cellwright.middleware.ros1.bridge.master import Master, MasterGoneError, MasterWatch, listen_on_loopback
+from cellwright.middleware.ros1.bridge.node import (
+    StoppedError,
+    begin_node,
+    end_process,
+    stop_by,
+    stop_by_exception,
+    stop_deferred,
+)
+from cellwright.middleware.ros1.bridge.publications import Publication
+from cellwright.middleware.ros1.bridge.report import report, say_ready
+from cellwright.middleware.ros1.bridge.sent import Sent
+from cellwright.middleware.ros1.bridge.services import Service, cell_service
+from cellwright.middleware.ros1.bridge.state_publisher import HOW_TO_GET_IT, NODE, StatePublisher, find_state_publisher
+from cellwright.middleware.ros1.bridge.step_bytes import MD5, TYPE
+from cellwright.middleware.ros1.bridge.step_service import NAME, StepService
+from cellwright.middleware.ros1.bridge.subscriptions import QUEUE, CommandTopic
+from cellwright.middleware.ros1.bridge.tally import Tally
+from cellwright.middleware.ros1.bridge.tcpros import TcprosServer
+
+ENDED, FAILED, MASTER_IS_NEW = 0, 1, 75
+"""Exit statuses: the cell has ended or we were told to; something is missing; to be started again for a new master."""
+
+AUTO, NONE = "auto", "none"
+CLOCK = "/clock"
+STATIC_FRAMES = "/tf_static"
+
+_MASTER_PATIENCE = 5.0
+_PUBLISHER_PATIENCE = 10.0
+_CHILD_PATIENCE = 1.0
+_PAUSE = 0.02
+
+
+class Bridge:
+    """A cell as a node of ROS.
+
+    Args:
+        address: host and port where the cell is served.
+        node: absolute name of the node.
+        state_publisher: path of robot_state_publisher, `auto` to look for it, or `none` to do without.
+    """
+
+    def __init__(self, address: tuple[str, int], node: str, state_publisher: str) -> None:
+        self._address = address
+        self._node = node
+        self._program = state_publisher
+        self._loop = Loop()
+        self._frames: StatePublisher | None = None
+        self._is_node = False
+
+    def run(self) -> None:
+        """Carry messages until the cell ends, or a signal comes. The process ends here."""
+        status = FAILED
+        try:
+            stop_by_exception()
+            self._begin()
+            self._loop.wake_by_signals()
+            stop_by(lambda: self._loop.stop(ENDED))
+            if self._sent is None:
+                self._link.keep_up(lambda: any(publication.is_behind for publication in self._sends))
+            say_ready()
+            status = self._loop.run()
+        except (LinkError, MasterGoneError, rospy.ROSInitException) as error:
+            report(str(error))
+        except StoppedError:
+            status = ENDED
+        end_process(status, before=self._begin_to_end, after=self._end)
+
+    # ---------------------------------------------------------------- beginning
+
+    def _begin(self) -> None:
+        listen_on_loopback()
+        self._link = LinkClient(self._loop, self._address, self._node, self._cell_ended)
+        welcome = self._link.welcome
+        in_lockstep = bool(welcome["lockstep"])
+        master = Master(self._node)
+        master.wait(_MASTER_PATIENCE)
+        self._frames = self._start_state_publisher(in_lockstep=in_lockstep)
+        server = TcprosServer(self._loop)
+        begin_node(self._node)
+        rospy.on_shutdown(lambda: self._loop.stop(ENDED))  # `rosnode kill`, or another node takes the name
+        self._sent = Sent() if in_lockstep else None
+        publications = self._sends = self._publications(welcome["topics"])
+        for publication in publications:
+            server.topics[publication.name] = publication.take
+            if publication.name != CLOCK:
+                with stop_deferred():
+                    publication.register()
+        with stop_deferred():
+            self._hear(welcome["topics"])
+        for service in self._services(welcome["services"]):
+            server.services[service.resolved_name] = service.take
+            with stop_deferred():
+                service.register()
+        if self._frames is not None:
+            self._wait_for_frames(master, self._frames)
+        for publication in publications:
+            if publication.name == CLOCK:  # programs take it for the sign that all is there
+                with stop_deferred():
+                    publication.register()
+        MasterWatch(
+            self._node,
+            rospy.core.get_node_uri(),
+            on_new=lambda: self._loop.stop(MASTER_IS_NEW),
+            on_replaced=lambda: self._loop.stop(ENDED),
+        )
+
+    def _start_state_publisher(self, *, in_lockstep: bool) -> StatePublisher | None:
+        """Start it if it is wanted and there; without it the bridge publishes the arm's frames itself.
+
+        In lockstep it is left out: it acts when it gets to it, and time would not wait.
+        """
+        program = find_state_publisher() if self._program == AUTO else self._program
+        if program == NONE or in_lockstep:
+            return None
+        if program is None:
+            report(
+                f"robot_state_publisher is not installed ({HOW_TO_GET_IT}): {self._node} publishes the frames itself"
+            )
+            return None
+        return StatePublisher(self._loop, program)
+
+    def _publications(self, topics: list[dict[str, Any]]) -> list[Publication]:
+        """What the node publishes: all that leaves the cell, but for what robot_state_publisher does."""
+        found = []
+        for topic in topics:
+            if topic["direction"] != "out":
+                continue
+            nodes = topic["publishers"]
+            origin = ""
+            if self._frames is not None and NODE in nodes:
+                others = sorted({node for node in nodes if node != NODE})
+                if not others:
+                    continue
+                origin = others[0]
+            found.append(Publication(self._loop, self._link, topic, node=origin, sent=self._sent))
+        return found
+
+    def _hear(self, topics: list[dict[str, Any]]) -> None:
+        """Subscribe to what the cell hears, and to what the original's node hears of itself."""
+        limit_messages(Tally(self._loop, "{count} messages on {subject} are too long, and not taken").count)
+        in_lockstep = self._sent is not None
+        self._heard = {
+            topic["name"]: CommandTopic(
+                self._loop,
+                self._link,
+                topic,
+                queue=None if in_lockstep else QUEUE,
+                on_handed_over=self._look_at_steps if in_lockstep else None,
+            )
+            for topic in topics
+            if topic["direction"] == "in"
+        }
+        by_itself = {*HEARD_BY_ITSELF, *([] if self._frames is not None else [HEARD_FOR_FRAMES])}
+        for topic in topics:
+            if topic["name"] in by_itself and topic["direction"] == "out":
+                OwnSubscription(topic["name"], topic["type"]).register()
+
+    def _services(self, services: list[dict[str, Any]]) -> list[Service]:
+        found = [cell_service(self._loop, self._link, service) for service in services]
+        if self._sent is not None:
+            self._steps = StepService(self._loop, self._link, self._heard, self._sent)
+            found.append(Service(self._loop, NAME, TYPE, MD5, self._steps.handle))
+        return found
+
+    def _look_at_steps(self) -> None:
+        self._loop.call(self._steps.look)
+
+    def _wait_for_frames(self, master: Master, frames: StatePublisher) -> None:
+        """Wait a while until robot_state_publisher has come up, so that whoever finds the cell finds its frames."""
+        end = time.monotonic() + _PUBLISHER_PATIENCE
+        while not master.knows(NODE, publishes=STATIC_FRAMES, hears=HEARD_FOR_FRAMES):
+            if time.monotonic() > end or not frames.is_alive:
+                report("robot_state_publisher has not come up: until it does, the frames of the arm are missing")
+                return
+            time.sleep(_PAUSE)
+
+    # ---------------------------------------------------------------- ending
+
+    def _cell_ended(self, reason: str | None) -> None:
+        if reason is None:
+            report("the cell is gone")
+        self._loop.stop(ENDED)
+
+    def _begin_to_end(self) -> None:
+        if self._frames is not None:
+            self._frames.begin_to_stop()
+
+    def _end(self) -> None:
+        if self._frames is not None:
+            self._frames.stop(_CHILD_PATIENCE)

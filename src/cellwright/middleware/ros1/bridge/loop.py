@@ -1,0 +1,124 @@
+"""One thread that waits for everything: sockets, timers, and what other threads ask it to do."""
+
+from __future__ import annotations
+
+import contextlib
+import heapq
+import itertools
+import logging
+import selectors
+import signal
+import socket
+import time
+from collections import deque
+from typing import Any, Callable
+
+from cellwright.middleware.ros1.bridge.report import report
+
+Callback = Callable[[], None]
+
+
+class Loop:
+    """Calls what is due, in one thread, until it is stopped.
+
+    Everything that belongs to the loop is touched by its thread alone; other threads use `call`.
+    """
+
+    def __init__(self) -> None:
+        self._selector = selectors.DefaultSelector()
+        self._asked: deque[tuple[Callable[..., None], tuple[Any, ...]]] = deque()
+        self._timers: list[tuple[float, int, Callback]] = []
+        self._serial = itertools.count()
+        self._ear, self._bell = socket.socketpair()
+        self._ear.setblocking(False)
+        self._bell.setblocking(False)
+        self._selector.register(self._ear, selectors.EVENT_READ, (self._hear, None))
+        self._is_awake = False
+        self._status: int | None = None
+
+    def wake_by_signals(self) -> None:
+        """Let a signal end the wait at once; for a loop in the main thread."""
+        signal.set_wakeup_fd(self._bell.fileno(), warn_on_full_buffer=False)
+
+    def call(self, function: Callable[..., None], *arguments: Any) -> None:
+        """Have a function called by the loop's thread, soon; from any thread."""
+        self._asked.append((function, arguments))
+        if not self._is_awake:
+            self._is_awake = True
+            with contextlib.suppress(OSError):  # the bell rings already, or nobody waits any more
+                self._bell.send(b"\0")
+
+    def later(self, delay: float, function: Callback) -> None:
+        """Have a function called after a delay [s]; from the loop's thread."""
+        heapq.heappush(self._timers, (time.monotonic() + delay, next(self._serial), function))
+
+    def watch(self, source: Any, on_read: Callback, on_write: Callback | None = None) -> None:
+        """Call `on_read` while there is something to read from a socket or pipe, and `on_write` when it takes bytes.
+
+        Called again for the same source it replaces what was said before.
+        """
+        events = selectors.EVENT_READ | (selectors.EVENT_WRITE if on_write else 0)
+        try:
+            self._selector.modify(source, events, (on_read, on_write))
+        except KeyError:
+            self._selector.register(source, events, (on_read, on_write))
+
+    def forget(self, source: Any) -> None:
+        """Watch a source no longer; before it is closed. One that is not watched is no error."""
+        with contextlib.suppress(KeyError, ValueError):
+            self._selector.unregister(source)
+
+    def stop(self, status: int) -> None:
+        """End `run` with a status; the first one that is given counts. From any thread, and from a signal handler."""
+        if self._status is None:
+            self._status = status
+        self.call(_nothing)
+
+    def close(self) -> None:
+        """Let go of what it waits with. What it watched is not closed."""
+        self._selector.close()
+        self._ear.close()
+        self._bell.close()
+
+    def run(self) -> int:
+        """Wait and call until stopped; the status. Then it may run again."""
+        while self._status is None:
+            for key, events in self._selector.select(self._patience()):
+                on_read, on_write = key.data
+                if events & selectors.EVENT_WRITE and on_write is not None:
+                    self._do(on_write)
+                if events & selectors.EVENT_READ:
+                    self._do(on_read)
+            while self._timers and self._timers[0][0] <= time.monotonic():
+                self._do(heapq.heappop(self._timers)[2])
+        status, self._status = self._status, None
+        return status
+
+    def _patience(self) -> float | None:
+        if not self._timers:
+            return None
+        return max(0.0, self._timers[0][0] - time.monotonic())
+
+    def _hear(self) -> None:
+        with contextlib.suppress(OSError):
+            while len(self._ear.recv(4096)) == 4096:
+                pass
+        # Only now: were it said before, a bell that rings meanwhile would be listened away, and no other ever rung.
+        self._is_awake = False
+        for _ in range(len(self._asked)):
+            function, arguments = self._asked.popleft()
+            self._do(function, *arguments)
+        if self._asked:
+            self.call(_nothing)
+
+    def _do(self, function: Callable[..., None], *arguments: Any) -> None:
+        """Call a function; a defect in it costs what it was doing, and not the process."""
+        try:
+            function(*arguments)
+        except Exception as defect:
+            logging.getLogger("rospy.cellwright").exception("a defect")
+            report(f"a defect, please report it: {type(defect).__name__}: {defect}")
+
+
+def _nothing() -> None:
+    pass

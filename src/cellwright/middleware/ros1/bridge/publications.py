@@ -1,0 +1,238 @@
+"""Topics that the cell publishes: bytes come from the link, and go to every subscriber in ROS.
+
+The cell is asked for a topic only while somebody subscribes to it, since what nobody hears is not worth making. What
+is announced once, such as an order, is listened to all the time. All of this belongs to the loop's thread: that a
+subscriber is there and what is published never cross, so that it gets what is latched once, and nothing twice.
+
+A subscriber's handshake is answered when the cell has answered the bridge's own subscription, and so after what is
+latched has come. In lockstep a program connects to one topic after another, and gets what is latched in that order,
+whether others listened to a topic before or not.
+"""
+
+from __future__ import annotations
+
+import itertools
+import socket
+import struct
+from typing import Any
+
+import rospy
+from rospy.impl.registration import Registration, get_topic_manager
+
+from cellwright.middleware.ros1.bridge.handshakes import handshake
+from cellwright.middleware.ros1.bridge.headers import has_header
+from cellwright.middleware.ros1.bridge.link_client import LinkClient
+from cellwright.middleware.ros1.bridge.loop import Loop
+from cellwright.middleware.ros1.bridge.outlet import Outlet
+from cellwright.middleware.ros1.bridge.raw_types import ANY
+from cellwright.middleware.ros1.bridge.received import received
+from cellwright.middleware.ros1.bridge.sent import Sent
+from cellwright.middleware.ros1.bridge.tally import Tally
+from cellwright.middleware.ros1.bridge.tcpros import Header
+from cellwright.middleware.wire.frames import Frame
+
+QUEUE = 1000
+"""So many messages wait for a subscriber that does not read; then the oldest is dropped."""
+MOST_BYTES = 64 << 20
+"""So many bytes of them at most: pictures are large."""
+LONG_QUEUE = 1_000_000
+"""The same in lockstep, where nothing must be lost."""
+
+_PREFIX = struct.Struct("<I")
+_COUNTED = struct.Struct("<II")
+_PIECE = 1 << 12
+_identities = itertools.count(1)
+
+
+class Publication:
+    """One topic, as rospy's topic manager and the TCPROS server know it.
+
+    Args:
+        loop: what serves its connections.
+        link: the way to the cell.
+        topic: what WELCOME said of it.
+        node: the publishing node in the cell whose messages are wanted; empty for all.
+        sent: counts what each caller has been sent; None where nobody asks, out of lockstep.
+    """
+
+    def __init__(
+        self, loop: Loop, link: LinkClient, topic: dict[str, Any], *, node: str = "", sent: Sent | None = None
+    ) -> None:
+        self._loop = loop
+        self._link = link
+        self._node = node
+        self._sent = sent
+        self._has_header = has_header(topic["definition"])
+        self._always = bool(topic["on_event"] and topic["latch"])
+        self._latch = bool(topic["latch"])
+        self._newest: bytes | None = None
+        self._count = 0
+        self._peers: list[Peer] = []
+        self._waiting: list[Peer] = []  # whose handshakes are not answered yet
+        self._subscription: int | None = None
+        self._is_answered = False  # whether the cell has answered the subscription
+        self._tally = Tally(loop, "{count} messages for {subject} dropped: it does not read them")
+        self.resolved_name = self.name = topic["name"]
+        self.type = topic["type"]
+        self.md5sum = topic["md5"]
+        self.definition = topic["definition"]
+        self.ref_count = 1
+        if self._always:
+            self._listen()
+
+    def register(self) -> None:
+        """Announce the topic to the master."""
+        manager = get_topic_manager()
+        manager._add(self, manager.pubs, Registration.PUB)
+
+    # ---------------------------------------------------------------- for the TCPROS server
+
+    def take(self, connection: socket.socket, header: Header) -> str | None:
+        """Take on a subscriber, which gets what is latched at once; or say why not."""
+        for field, mine in (("type", self.type), ("md5sum", self.md5sum)):
+            theirs = header.get(field, ANY)
+            if theirs not in (ANY, mine):
+                return f"{self.name} has {field} {mine}, not {theirs}"
+        peer = Peer(self, self._loop, connection, header["callerid"], QUEUE if self._sent is None else LONG_QUEUE)
+        if self._subscription is None:
+            self._listen()
+        self._waiting.append(peer)
+        if self._is_answered:
+            self._welcome()
+        return None
+
+    @property
+    def is_behind(self) -> bool:
+        """Whether messages wait for a subscriber that reads."""
+        return any(peer.outlet.is_behind for peer in self._peers)
+
+    def lost(self, peer: Peer) -> None:
+        """Forget a subscriber that has gone."""
+        if peer in self._waiting:
+            self._waiting.remove(peer)
+        elif peer in self._peers:
+            self._peers.remove(peer)
+            if self._sent is not None and all(other.caller != peer.caller for other in self._peers):
+                self._sent.end(peer.caller, self.name)
+        if not (self._peers or self._waiting or self._always) and self._subscription is not None:
+            self._link.unsubscribe(self._subscription)
+            self._subscription = None
+            self._newest = None  # it would be old by the time that somebody comes
+
+    def dropped(self, peer: Peer) -> None:
+        """Count a message that a subscriber did not read in time."""
+        self._tally.count(f"{peer.caller} on {self.name}")
+
+    def _listen(self) -> None:
+        self._is_answered = False
+        self._subscription = self._link.subscribe(self.name, self._node, self._publish, self._answered)
+
+    def _answered(self, answer: Frame) -> None:
+        if answer.number == self._subscription:  # else it is that of one that was ended since
+            self._is_answered = True
+            self._welcome()
+
+    def _welcome(self) -> None:
+        """Answer the handshakes of those who wait; each gets what is latched at once."""
+        waiting, self._waiting = self._waiting, []
+        for peer in waiting:
+            self._peers.append(peer)
+            if self._sent is not None:
+                self._sent.begin(peer.caller, self.name)
+            peer.outlet.send(handshake(self._header()))
+            if self._newest is not None:
+                self._give(peer, self._newest)
+
+    def _header(self) -> Header:
+        return {
+            "topic": self.name,
+            "type": self.type,
+            "md5sum": self.md5sum,
+            "message_definition": self.definition,
+            "latching": "1" if self._latch else "0",
+            "callerid": rospy.get_name(),
+        }
+
+    def _publish(self, payload: bytes) -> None:
+        if self._has_header:  # it begins with the number of the message, which only its publisher knows
+            data = _COUNTED.pack(len(payload), self._count) + payload[4:]
+            self._count = (self._count + 1) & 0xFFFFFFFF
+        else:
+            data = _PREFIX.pack(len(payload)) + payload
+        if self._latch:
+            self._newest = data
+        for peer in self._peers:
+            self._give(peer, data)
+
+    def _give(self, peer: Peer, data: bytes) -> None:
+        peer.outlet.send(data)
+        peer.messages += 1
+        peer.bytes += len(data)
+        if self._sent is not None:
+            self._sent.count(peer.caller, self.name)
+
+    # ---------------------------------------------------------------- for rospy's topic manager
+
+    def get_stats_info(self) -> list[Any]:
+        """The connections, as `rosnode info` wants to know them."""
+        return [
+            (peer.identity, peer.caller, "o", "TCPROS", self.name, True, peer.description)
+            for peer in tuple(self._peers)
+        ]
+
+    def get_stats(self) -> Any:
+        """How much was sent, as the slave API's getBusStats wants to know it."""
+        peers = tuple(self._peers)
+        total = sum(peer.bytes for peer in peers)
+        return self.name, total, [(peer.identity, peer.bytes, peer.messages, True) for peer in peers]
+
+    def check(self) -> None:
+        """Called by rospy twice a second to find dead connections; the loop finds them by itself."""
+
+    def close(self) -> None:
+        """Called by rospy when the node ends; the connections end with the process."""
+
+
+class Peer:
+    """A subscriber's connection.
+
+    Args:
+        publication: what it subscribes to.
+        loop: what serves the connection.
+        connection: a socket that does not block.
+        caller: the name of the subscribing node.
+        queue: so many messages wait for it.
+    """
+
+    def __init__(
+        self, publication: Publication, loop: Loop, connection: socket.socket, caller: str, queue: int
+    ) -> None:
+        self._publication = publication
+        self._connection = connection
+        self.caller = caller
+        self.identity = next(_identities)
+        self.messages = 0
+        self.bytes = 0
+        self.description = _description(connection)
+        self.outlet = Outlet(
+            loop,
+            connection,
+            self._read,
+            limit=queue,
+            most=MOST_BYTES if queue == QUEUE else None,
+            on_drop=lambda: publication.dropped(self),
+        )
+
+    def _read(self) -> None:
+        if received(self._connection, _PIECE) == b"":  # a subscriber has nothing to say but that it leaves
+            self.outlet.close()
+            self._publication.lost(self)
+
+
+def _description(connection: socket.socket) -> str:
+    """A connection as `rosnode info` reads it."""
+    try:
+        here, there = connection.getsockname(), connection.getpeername()
+    except OSError:
+        return ""
+    return f"TCPROS connection on port {here[1]} to [{there[0]}:{there[1]} on socket {connection.fileno()}]"

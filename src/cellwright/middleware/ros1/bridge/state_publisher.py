@@ -1,0 +1,125 @@
+"""ROS's own robot_state_publisher as a child of the bridge: it makes the frames of the arm of joint states."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any, cast
+
+from cellwright.middleware import wire as link
+from cellwright.middleware.ros1.bridge.loop import Loop
+from cellwright.middleware.ros1.bridge.report import report
+
+NODE = "/robot_state_publisher"
+PLACES = ("/usr/lib/robot_state_publisher", "/opt/ros/*/lib/robot_state_publisher")
+HOW_TO_GET_IT = "ros-robot-state-publisher in Debian, ros-noetic-robot-state-publisher in Ubuntu"
+
+_LONGEST_PAUSE = 30.0
+_STAYED = 10.0
+_COLOURS = re.compile(r"\x1b\[[0-9;]*m")
+_EXPECTED = re.compile(r"root link \S+ has an inertia")
+"""It warns of that with every robot whose base is described with a mass, and there is nothing to be done about it."""
+
+
+def find_state_publisher() -> str | None:
+    """The path of the program; None if it is not installed."""
+    roots = [*PLACES, *(f"{prefix}/lib/robot_state_publisher" for prefix in _prefixes())]
+    for root in roots:
+        for folder in sorted(Path("/").glob(root.lstrip("/"))):
+            program = folder / "robot_state_publisher"
+            if os.access(program, os.X_OK):
+                return str(program)
+    return shutil.which("robot_state_publisher")
+
+
+def _prefixes() -> list[str]:
+    return [prefix for prefix in os.environ.get("CMAKE_PREFIX_PATH", "").split(":") if prefix.startswith("/")]
+
+
+class StatePublisher:
+    """The program, started again when it ends.
+
+    Args:
+        loop: passes on what it says.
+        program: its path.
+    """
+
+    def __init__(self, loop: Loop, program: str) -> None:
+        self._loop = loop
+        self._arguments = [
+            program,
+            f"__name:={NODE[1:]}",
+            "joint_states:=/ariac/joint_states",
+            "_publish_frequency:=50.0",
+        ]
+        self._pause = 1.0
+        self._text = b""
+        self._is_stopping = False
+        self._start()
+
+    @property
+    def is_alive(self) -> bool:
+        """Whether it runs at this moment."""
+        return self._process.poll() is None
+
+    def begin_to_stop(self) -> None:
+        """Tell it to end; it then signs off at the master."""
+        self._is_stopping = True
+        if self._process.poll() is None:
+            self._process.send_signal(signal.SIGINT)
+
+    def stop(self, patience: float) -> None:
+        """Wait until it has ended [s], and end it by force after that."""
+        try:
+            self._process.wait(patience)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+    def _start(self) -> None:
+        if self._is_stopping:
+            return
+        tether = [str(Path(link.__file__).with_name("tether.py")), str(os.getpid()), str(int(signal.SIGINT))]
+        command = [sys.executable, "-I", "-S", *tether, *self._arguments]
+        self._began = time.monotonic()
+        # its name is absolute: a namespace of the shell, or of a group in a launch file, is for other nodes
+        environment = {name: value for name, value in os.environ.items() if name != "ROS_NAMESPACE"}
+        self._process: subprocess.Popen[bytes] = subprocess.Popen(  # noqa: S603 - a program found on this machine
+            command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+        )
+        self._pipe = cast("Any", self._process.stdout)
+        os.set_blocking(self._pipe.fileno(), False)
+        self._loop.watch(self._pipe, self._read)
+
+    def _read(self) -> None:
+        data = self._pipe.read1(1 << 16)
+        if data is None:
+            return
+        *lines, self._text = (self._text + data).split(b"\n")
+        for line in lines:
+            text = _COLOURS.sub("", line.decode(errors="replace")).strip()
+            if text and not _EXPECTED.search(text):
+                report(f"robot_state_publisher: {text}")
+        if not data:
+            self._ended()
+
+    def _ended(self) -> None:
+        self._loop.forget(self._pipe)
+        self._pipe.close()
+        try:
+            status = self._process.wait(1.0)
+        except subprocess.TimeoutExpired:  # it has closed its output, and lives: of no use any more
+            self._process.kill()
+            status = self._process.wait()
+        if self._is_stopping:
+            return
+        stayed = time.monotonic() - self._began >= _STAYED
+        self._pause = 1.0 if stayed else min(_LONGEST_PAUSE, 2 * self._pause)
+        report(f"robot_state_publisher has ended with status {status}; it is started again in {self._pause:g} s")
+        self._loop.later(self._pause, self._start)

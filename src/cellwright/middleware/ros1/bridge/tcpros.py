@@ -1,0 +1,172 @@
+"""Where other nodes connect: ROS's own protocol over TCP, answered by the loop.
+
+It stands in for rospy's server, which reads a handshake in the thread that accepts, so that one silent connection shuts
+out all others, and which has a thread for each connection from then on.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import struct
+import threading
+from typing import Any, Callable, Dict, Optional
+
+import rosgraph.network
+import rospy
+import rospy.impl.tcpros_base
+from rosgraph.network import decode_ros_handshake_header
+
+from cellwright.middleware.ros1.bridge.handshakes import handshake
+from cellwright.middleware.ros1.bridge.loop import Loop
+from cellwright.middleware.ros1.bridge.outlet import Outlet
+from cellwright.middleware.ros1.bridge.received import received
+
+LONGEST_HANDSHAKE = 1 << 20
+PATIENCE = 10.0
+"""How long a connection may take to say what it wants [s]."""
+
+_PIECE = 1 << 16
+_LENGTH = struct.Struct("<I")
+_PAUSE = 0.5
+
+Header = Dict[str, str]
+Taker = Callable[[socket.socket, Header], Optional[str]]
+"""Takes a connection over, with what its handshake said; or says why not."""
+
+
+class TcprosServer:
+    """Accepts connections and gives them to the topic or service that they name.
+
+    Args:
+        loop: what serves the connections.
+    """
+
+    def __init__(self, loop: Loop) -> None:
+        self.topics: dict[str, Taker] = {}
+        self.services: dict[str, Taker] = {}
+        self._loop = loop
+        family = socket.AF_INET6 if rosgraph.network.use_ipv6() else socket.AF_INET
+        self._listener = socket.socket(family, socket.SOCK_STREAM)
+        self._listener.bind((rosgraph.network.get_bind_address(), 0))
+        self._listener.listen(128)
+        self._listener.setblocking(False)
+        self._rospy = rospy.impl.tcpros_base.init_tcpros_server()
+        self._rospy.tcp_ros_server = self
+        self._watch()
+
+    def get_full_addr(self) -> tuple[str, int]:
+        """Host and port, as rospy tells them to other nodes."""
+        return rosgraph.network.get_host_name(), self._listener.getsockname()[1]
+
+    def shutdown(self) -> None:
+        """Called by rospy when the node ends; the sockets end with the process."""
+
+    def _watch(self) -> None:
+        self._loop.watch(self._listener, self._accept)
+
+    def _accept(self) -> None:
+        try:
+            connection, address = self._listener.accept()
+        except (BlockingIOError, InterruptedError, ConnectionError):
+            return
+        except OSError:  # too many are open: some may be gone in a while
+            self._loop.forget(self._listener)
+            self._loop.later(_PAUSE, self._watch)
+            return
+        connection.setblocking(False)
+        with contextlib.suppress(OSError):  # it is gone again: reading will tell
+            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        Handshake(self._loop, connection, lambda header: self._route(connection, address, header))
+
+    def _route(self, connection: socket.socket, address: Any, header: Header) -> None:
+        """Give a connection to whom it is for, or tell it why not."""
+        kind = "topic" if "topic" in header else "service"
+        takers, theirs = {
+            "topic": (self.topics, self._rospy.topic_connection_handler),
+            "service": (self.services, self._rospy.service_connection_handler),
+        }[kind]
+        missing = [field for field in (kind, "md5sum", "callerid") if field not in header]
+        if missing:
+            refuse(self._loop, connection, f"the handshake lacks the field {missing[0]}")
+            return
+        taker = takers.get(header[kind])
+        if taker is None:  # one of rospy's own: the logs, and the services that set their level
+            self._loop.forget(connection)
+            threading.Thread(target=_give_away, args=(theirs, connection, address, header), daemon=True).start()
+            return
+        reason = taker(connection, header)
+        if reason is not None:
+            rospy.logwarn(f"{header['callerid']} cannot connect: {reason}")
+            refuse(self._loop, connection, reason)
+
+
+class Handshake:
+    """A connection that has not said yet what it wants; given up after a while.
+
+    Args:
+        loop: what serves the connection.
+        connection: a socket that does not block.
+        on_header: takes what it said.
+    """
+
+    def __init__(self, loop: Loop, connection: socket.socket, on_header: Callable[[Header], None]) -> None:
+        self._loop = loop
+        self._connection = connection
+        self._on_header = on_header
+        self._data = b""
+        self._is_over = False
+        loop.watch(connection, self._read)
+        loop.later(PATIENCE, self._give_up)
+
+    def _read(self) -> None:
+        data = received(self._connection, _PIECE)
+        if data is None:
+            return
+        if not data:
+            self._give_up()
+            return
+        self._data += data
+        if len(self._data) < _LENGTH.size:
+            return
+        (length,) = _LENGTH.unpack_from(self._data)
+        if length > LONGEST_HANDSHAKE:
+            self._give_up()
+        elif len(self._data) >= _LENGTH.size + length:
+            try:
+                header = decode_ros_handshake_header(self._data)
+            except (rosgraph.network.ROSHandshakeException, struct.error, UnicodeDecodeError):
+                self._give_up()
+                return
+            self._is_over = True
+            self._on_header(header)
+
+    def _give_up(self) -> None:
+        if not self._is_over:
+            self._is_over = True
+            self._loop.forget(self._connection)
+            self._connection.close()
+
+
+def refuse(loop: Loop, connection: socket.socket, reason: str) -> None:
+    """Tell the other side why its connection is not taken, and close it."""
+
+    def read() -> None:
+        if received(connection, _PIECE) == b"":
+            outlet.close()
+
+    outlet = Outlet(loop, connection, read)
+    outlet.send(handshake({"error": reason}))
+    outlet.close_when_empty()
+
+
+def _give_away(handler: Callable[..., str | None], connection: socket.socket, address: Any, header: Header) -> None:
+    """Let rospy handle a connection; it may block."""
+    try:
+        connection.settimeout(PATIENCE)
+        reason = handler(connection, address, header)
+        if reason is not None:
+            connection.sendall(handshake({"error": reason}))
+            connection.close()
+    except Exception:  # whatever rospy makes of a connection that breaks: it costs that connection
+        connection.close()

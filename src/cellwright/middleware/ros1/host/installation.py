@@ -1,0 +1,119 @@
+"""Where ROS 1 is on this machine: an interpreter that has rospy, and its programs."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from cellwright.util.errors import UsageError
+
+PYTHON_VARIABLE = "CELLWRIGHT_ROS1_PYTHON"
+"""Environment variable: the interpreter to take, whatever else there is."""
+
+SYSTEM_PYTHON = "/usr/bin/python3"
+HOW_TO_GET_IT = (
+    "on Debian 12 and Ubuntu: scripts/install-ros1, or apt install ros-core ros-robot-state-publisher; "
+    f"another Python that has rospy is named by {PYTHON_VARIABLE}"
+)
+"""The end of a sentence that begins with what is missing."""
+
+_LOOK = "import importlib.util, sys; sys.exit(importlib.util.find_spec('rospy') is None)"
+_PATIENCE = 20.0  # [s]
+
+
+@dataclass(frozen=True)
+class Installation:
+    """An installation of ROS 1.
+
+    Attributes:
+        python: an interpreter that has rospy.
+        environment: what programs of ROS 1 need to be started with, whole.
+        prefixes: folders with `lib/<package>/<program>`.
+    """
+
+    python: str
+    environment: Mapping[str, str]
+    prefixes: tuple[Path, ...]
+
+    def program(self, name: str) -> str | None:
+        """The path of a program on the search path; None if it is not there."""
+        return shutil.which(name, path=self.environment.get("PATH"))
+
+    def node(self, package: str, name: str) -> str | None:
+        """The path of a node; None if it is not there."""
+        for prefix in self.prefixes:
+            path = prefix / "lib" / package / name
+            if os.access(path, os.X_OK):
+                return str(path)
+        return None
+
+
+def find(environment: Mapping[str, str] | None = None, *, root: Path = Path("/opt/ros")) -> Installation:
+    """The ROS 1 of this machine: the one that is named, else the one of the shell, of /opt/ros, of the system.
+
+    Args:
+        environment: of this process, if it is not its own.
+        root: where installations that are not the system's are.
+
+    Raises:
+        UsageError: there is none; the text says how to get one.
+    """
+    here = dict((os.environ if environment is None else environment).items())
+    here.pop("PYTHONHOME", None)
+    here.pop("ROS_NAMESPACE", None)  # set in a group of a launch file; our nodes have absolute names
+    if named := here.get(PYTHON_VARIABLE):
+        if not _has_rospy(named, here):
+            raise UsageError(f"{PYTHON_VARIABLE} is {named}, which has no rospy; {HOW_TO_GET_IT}")
+        return _installation(named, here)
+    for each in (here, *_sourced(root, here)):
+        if _has_rospy(SYSTEM_PYTHON, each):
+            return _installation(SYSTEM_PYTHON, each)
+    raise UsageError(f"ROS 1 is needed, and {SYSTEM_PYTHON} has no rospy; {HOW_TO_GET_IT}")
+
+
+def _installation(python: str, environment: Mapping[str, str]) -> Installation:
+    chained = environment.get("CMAKE_PREFIX_PATH", "").split(os.pathsep)
+    prefixes = [Path(each) for each in chained if each]
+    return Installation(python, environment, (*prefixes, Path("/usr")))
+
+
+def _sourced(root: Path, environment: Mapping[str, str]) -> Iterator[dict[str, str]]:
+    """The environment after each installation's own setup, the newest first by name."""
+    for setup in sorted(root.glob("*/setup.bash"), reverse=True):
+        if not (setup.parent / "bin" / "rosmaster").exists():  # ROS 2 installs itself there too
+            continue
+        script = '. "$0" >/dev/null 2>&1; exec env -0'
+        try:
+            ran = subprocess.run(  # noqa: S603
+                ["/bin/bash", "-c", script, str(setup)],
+                env=dict(environment),
+                stdin=subprocess.DEVNULL,
+                capture_output=True,
+                timeout=_PATIENCE,
+                check=False,
+                start_new_session=True,
+            )
+        except (OSError, subprocess.TimeoutExpired):
+            continue
+        pairs = (each.partition("=") for each in ran.stdout.decode(errors="replace").split("\0"))
+        yield {key: value for key, _, value in pairs if key}
+
+
+def _has_rospy(python: str, environment: Mapping[str, str]) -> bool:
+    try:
+        looked = subprocess.run(  # noqa: S603
+            [python, "-c", _LOOK],
+            env=dict(environment),
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            timeout=_PATIENCE,
+            check=False,
+            start_new_session=True,  # a Ctrl-C on the terminal would make it say no
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return False
+    return looked.returncode == 0

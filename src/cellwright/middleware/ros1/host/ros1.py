@@ -1,0 +1,276 @@
+"""The ROS 1 side of a served cell: a master, the parameters, the bridge; looked after while the cell runs.
+
+The order is that of the original's launch: `/use_sim_time` first, because programs read it once at their start; then
+the cell is built; then the other parameters, then the bridge. No time passes before all of that is there, so that the
+first /clock tells that the cell is ready.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any, Self
+
+from cellwright.middleware.ros1.host import installation as installations
+from cellwright.middleware.ros1.host.bridge import MASTER_IS_BACK, Bridge
+from cellwright.middleware.ros1.host.children import Patience, how_it_ended
+from cellwright.middleware.ros1.host.identity import SIMULATOR, Identity
+from cellwright.middleware.ros1.host.master import DEFAULT_URI, URI_VARIABLE, Master, MasterError
+from cellwright.middleware.ros1.host.own_master import OwnMaster
+from cellwright.util.errors import UsageError
+
+READY_LIMIT = 20.0
+"""How long [s] the bridge may take to have everything registered."""
+
+_NAP = 0.02
+_AGAIN = 0.5  # [s] between two attempts to reach a master that is away
+
+Serve = Callable[[float], object]
+"""Serves the cell's guests for so many seconds."""
+
+
+class Ros1:
+    """Has what is served known in ROS 1. Close it, or use it in a `with`: what it started ends then.
+
+    Args:
+        report: takes a line about what goes wrong or comes back.
+        is_stopped: whether there is a wish to end; nothing is waited for then.
+        environment: of this process, if it is not its own.
+        identity: as whom it is known.
+    """
+
+    def __init__(
+        self,
+        report: Callable[[str], None],
+        is_stopped: Callable[[], bool] = lambda: False,
+        environment: Mapping[str, str] | None = None,
+        *,
+        identity: Identity = SIMULATOR,
+    ) -> None:
+        self.identity = identity
+        self.report = report
+        self._is_stopped = is_stopped
+        self._installation = installations.find(environment)
+        here = self._installation.environment
+        self.master = Master(here.get(URI_VARIABLE) or DEFAULT_URI)
+        own = {URI_VARIABLE: self.master.uri}
+        if self.master.is_local and not here.get("ROS_IP") and not here.get("ROS_HOSTNAME"):
+            own["ROS_IP"] = "127.0.0.1"  # nobody outside of this machine is let in who was not asked to
+        self.for_programs: Mapping[str, str] = own
+        """What a program of ROS 1 needs in its environment to come to the same master."""
+        self._installation = replace(self._installation, environment={**here, **own})
+        self._own_master: OwnMaster | None = None
+        self._bridge: Bridge | None = None
+        self._patience = Patience()
+        self._again = 0.0
+        self._preparation: threading.Thread | None = None
+        self._closed = threading.Event()
+        self._was_ready = False
+        self._address = ("", 0)
+        self._parameters: Mapping[str, Any] = {}
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    # ---------------------------------------------------------------- start
+
+    def prepare(self) -> None:
+        """Have a master, and say that time is simulated, if it is; before anything that takes long.
+
+        Raises:
+            UsageError: there is no master and none can be started, or another node of our name is there.
+        """
+        try:
+            if self.master.answers():
+                self._refuse_another()
+                self._look_for_rivals()
+            elif self.master.is_local:
+                self._own_master = OwnMaster(self._installation, self.master, lambda line: self.report(line))
+                self._own_master.wait(self._is_stopped)
+                if self._is_stopped():
+                    return
+                self._own_master.mark()
+            else:
+                raise UsageError(
+                    f"no ROS master answers at {self.master.uri}, which is not on this machine; see {URI_VARIABLE}"
+                )
+            self._settle_time()
+        except MasterError as error:
+            raise UsageError(f"the ROS master failed: {error}") from None
+        except OSError as error:
+            raise UsageError(f"the ROS master could not be started: {error}") from None
+
+    def join(self, address: tuple[str, int], parameters: Mapping[str, Any], serve: Serve) -> bool:
+        """Set the parameters, start the bridge, and serve guests until all is registered.
+
+        Args:
+            address: host and port at which guests are served.
+            parameters: what belongs on the parameter server, in nested dictionaries.
+            serve: serves guests, of which the bridge is one.
+
+        Returns:
+            Whether all is there; not if there was a wish to end before.
+
+        Raises:
+            UsageError: it did not work; the text says why.
+        """
+        self._address, self._parameters = address, parameters
+        if self._is_stopped():
+            return False
+        try:
+            self._set_parameters()
+            bridge = self._start_bridge()
+        except MasterError as error:
+            raise UsageError(f"the ROS master failed: {error}") from None
+        except OSError as error:
+            raise UsageError(f"the ROS 1 bridge could not be started: {error}") from None
+        end = time.monotonic() + READY_LIMIT
+        while not bridge.is_ready and not self._is_stopped():
+            serve(_NAP)
+            status = bridge.poll()
+            if status is not None or time.monotonic() > end:
+                how = f"is not ready after {READY_LIMIT:g} s" if status is None else how_it_ended(status)
+                raise UsageError(f"the ROS 1 bridge {how}" + (f": {bridge.last_line}" if bridge.last_line else ""))
+        self._was_ready = bridge.is_ready
+        return bridge.is_ready
+
+    # ---------------------------------------------------------------- while the cell runs
+
+    @property
+    def bridge_pid(self) -> int | None:
+        """Process id of the bridge; None while there is none."""
+        return None if self._bridge is None else self._bridge.pid
+
+    def poll(self) -> None:
+        """Look after master and bridge, and start anew what has ended; to be called often, and by the same thread."""
+        try:
+            self._look_after()
+        except OSError as error:  # no memory, no process, no file left on this machine
+            self._again = time.monotonic() + self._patience.after(0.0)
+            self.report(f"a program of ROS 1 could not be started: {error}; it is tried again")
+
+    def _look_after(self) -> None:
+        if self._own_master is not None:
+            self._own_master.poll()
+        if self._bridge is not None:
+            self._look_at(self._bridge)
+        elif self._preparation is not None:
+            if not self._preparation.is_alive():
+                self._preparation = None
+                self._start_bridge()
+        elif time.monotonic() >= self._again:
+            self._preparation = threading.Thread(target=self._prepare_again, name="ros-parameters", daemon=True)
+            self._preparation.start()
+
+    def _look_at(self, bridge: Bridge) -> None:
+        status = bridge.poll()
+        if bridge.is_ready and not self._was_ready:
+            self._was_ready = True
+            self.report(f"everything is registered again at {self.master.uri}")
+        if status is None:
+            return
+        self._bridge = None
+        self._was_ready = False
+        bridge.stop()
+        self._again = time.monotonic()
+        if status != MASTER_IS_BACK:
+            self._again += self._patience.after(time.monotonic() - bridge.started)
+            self.report(f"the ROS 1 bridge {how_it_ended(status)}; it is started again")
+
+    def _prepare_again(self) -> None:
+        """What a bridge needs at its start: a master with the parameters, and that nobody else is the simulator."""
+        has_said = False
+        while not self._closed.is_set():
+            try:
+                if self.master.living_node(self.identity.node) is not None:
+                    if not has_said:
+                        self.report(
+                            f"another node has taken the place of {self.identity.node}; "
+                            f"the {self.identity.what}'s comes back when it ends"
+                        )
+                    has_said = True
+                    self._closed.wait(_AGAIN)
+                    continue
+                if self._own_master is not None:
+                    self._own_master.mark()
+                self._set_parameters()
+                return
+            except MasterError:
+                self._closed.wait(_AGAIN)
+
+    # ---------------------------------------------------------------- end
+
+    def close(self) -> None:
+        """End what was started, the bridge first: it takes leave of the master."""
+        self._closed.set()
+        bridge, self._bridge = self._bridge, None
+        if bridge is not None:
+            bridge.stop()
+        own, self._own_master = self._own_master, None
+        if own is not None:
+            own.stop()
+
+    # ---------------------------------------------------------------- inside
+
+    def _start_bridge(self) -> Bridge:
+        self._bridge = Bridge(self._installation, self.identity, self._address, self._say)
+        return self._bridge
+
+    def _say(self, line: str) -> None:
+        """Pass on what the bridge says; not what it complains of when it is cut off at the end."""
+        if not self._is_stopped():
+            self.report(f"ROS 1: {line}")
+
+    def _refuse_another(self) -> None:
+        name = self.identity.node
+        node = self.master.living_node(name)
+        if node is None:
+            return
+        if self.identity is SIMULATOR:
+            raise UsageError(f"a simulator is there already at {self.master.uri}: its node {name} answers at {node}")
+        raise UsageError(
+            f"a node {name} is there already at {self.master.uri}: it answers at {node}; end it, or give another name"
+        )
+
+    def _look_for_rivals(self) -> None:
+        """Warn of others that say what this node alone should say."""
+        topic = self.identity.alone_on
+        for rival in self.master.living_publishers(topic) if topic else ():
+            self.report(
+                f"{rival} publishes {topic} at {self.master.uri} as well: programs will hear both, and command both"
+            )
+
+    def _settle_time(self) -> None:
+        """Have programs take the right time: they ask once, when they start."""
+        if self.identity.tells_time:
+            self.master.set_parameter("/use_sim_time", value=True)
+        elif self.master.parameter("/use_sim_time"):
+            self.report(
+                f"/use_sim_time is true at {self.master.uri}, and {self.identity.node} lives by the wall clock: for "
+                "programs that start there time stands still unless somebody publishes /clock; end that with "
+                "`rosparam set /use_sim_time false`"
+            )
+
+    def _set_parameters(self) -> None:
+        """Set what belongs to the node, and for everybody what nobody else has set.
+
+        What is there for everybody and says the same as the node's own is from an earlier run of ours, and gives way.
+
+        Raises:
+            MasterError: the master does not answer, or refuses one of them.
+        """
+        own, master = self.identity.node, self.master
+        free = [
+            name
+            for name in self.identity.shared
+            if (there := master.parameter(f"/{name}")) is None or there == master.parameter(f"{own}/{name}")
+        ]
+        master.set_parameters(self._parameters)
+        for name in free:
+            if (value := master.parameter(f"{own}/{name}")) is not None:
+                master.set_parameter(f"/{name}", value)

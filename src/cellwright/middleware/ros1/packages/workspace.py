@@ -1,0 +1,154 @@
+"""A catkin workspace with our packages as sources, for programs that are built with catkin.
+
+src/ariac/            the packages of the cell, where the workspaces of 2017 had them
+src/io_teleop/        the package of the robot controller node
+src/CMakeLists.txt    catkin's top level, which takes ROS's Python whatever `python3` is on the path
+install/setup.bash    as `devel/setup.bash`, until `catkin_make install` writes its own
+.cellwright/bin/      python and python3: the interpreter that has ROS
+"""
+
+from __future__ import annotations
+
+import shlex
+import shutil
+import subprocess
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from cellwright.middleware.ros1.packages.layout import write_file, write_package, write_programs
+from cellwright.middleware.ros1.packages.packages import IO_TELEOP, PackageFile
+from cellwright.middleware.ros1.packages.system import RosSystem, environment, wanted
+from cellwright.util.errors import UsageError
+
+GROUP = "ariac"
+"""The folder of our packages among the sources; that of a robot's node has another."""
+GROUP_OF_ROBOTS = "io_teleop"
+
+NEEDED = (
+    "actionlib_msgs",
+    "catkin",
+    "geometry_msgs",
+    "message_generation",
+    "message_runtime",
+    "roscpp",
+    "rospy",
+    "sensor_msgs",
+    "std_msgs",
+    "std_srvs",
+    "trajectory_msgs",
+)
+"""Packages of ROS that ours, and the lesson's, are built with."""
+
+DEBIAN_PACKAGES = (
+    "catkin",
+    "g++",
+    "libactionlib-msgs-dev",
+    "libgeometry-msgs-dev",
+    "libroscpp-dev",
+    "libsensor-msgs-dev",
+    "libstd-msgs-dev",
+    "libstd-srvs-dev",
+    "libtrajectory-msgs-dev",
+    "ros-message-generation",
+    "ros-message-runtime",
+)
+"""Packages of Debian that bring those, the compiler included."""
+
+_TOP_LEVEL = """\
+# Catkin's top level. ROS's Python is named here, for the first python3 on the path may be one without ROS.
+cmake_minimum_required(VERSION 3.0.2)
+project(Project)
+if(NOT DEFINED PYTHON_EXECUTABLE)
+  set(PYTHON_EXECUTABLE "{python}" CACHE FILEPATH "The Python that has ROS")
+endif()
+# Messages are wanted in C++ and Python; other languages are left out unless somebody says otherwise.
+if(NOT DEFINED ENV{{ROS_LANG_DISABLE}})
+  set(ENV{{ROS_LANG_DISABLE}} "geneus:genlisp:gennodejs")
+endif()
+include("{toplevel}")
+"""
+
+_SETUP = """\
+# The same as devel/setup.{shell}, until `catkin_make install` puts its own here.
+. {devel}
+"""
+
+_LAST_LINES = 30  # of the output of a build that failed
+
+
+def lay_out(ros: RosSystem, folder: Path) -> None:
+    """Lay the sources out in a folder, or bring them up to date there; other sources are not touched.
+
+    Raises:
+        UsageError: the folder cannot be written.
+    """
+    folder = folder.absolute()
+    programs = folder / ".cellwright" / "bin"
+    try:
+        for package in wanted(ros):
+            write_package(
+                package, folder / "src" / (GROUP_OF_ROBOTS if package == IO_TELEOP else GROUP) / package, programs
+            )
+        write_programs(programs, ros.python)
+        _write(folder / "src" / "CMakeLists.txt", _top_level(ros))
+        for shell in ("bash", "sh", "zsh"):
+            setup = folder / "install" / f"setup.{shell}"
+            if not setup.exists():
+                devel = shlex.quote(str(folder / "devel" / f"setup.{shell}"))
+                _write(setup, _SETUP.format(shell=shell, devel=devel))
+    except OSError as error:
+        raise UsageError(f"{folder}: a workspace cannot be laid out here: {error.strerror or error}") from None
+
+
+def missing(ros: RosSystem) -> list[str]:
+    """What catkin would not find here: packages of ROS by name, and programs."""
+    packages = [name for name in NEEDED if not any(_configurations(ros, name))]
+    return packages + [name for name in ("cmake", "make", "g++") if shutil.which(name) is None]
+
+
+def _configurations(ros: RosSystem, name: str) -> Iterator[Path]:
+    """Where CMake finds a package of ROS; Debian has those with libraries in a folder by architecture."""
+    for folder in (f"share/{name}/cmake", f"lib/*/cmake/{name}"):
+        yield from ros.prefix.glob(f"{folder}/{name}Config.cmake")
+
+
+def lack(names: Iterable[str]) -> str:
+    """A sentence that says how to get what is missing."""
+    remedy = f"apt-get install {' '.join(DEBIAN_PACKAGES)}"
+    return f"catkin cannot build here, for want of {', '.join(names)}; on Debian: {remedy}"
+
+
+def build(ros: RosSystem, folder: Path) -> None:
+    """Build all that lies in the workspace, with `catkin_make`.
+
+    Raises:
+        UsageError: something is missing, or the build failed; the error ends with the last that catkin said.
+    """
+    if names := missing(ros):
+        raise UsageError(lack(names))
+    setup = ros.prefix / "setup.sh"
+    before = f". {shlex.quote(str(setup))} && " if setup.is_file() else ""
+    command = ["sh", "-c", f"{before}exec catkin_make"]
+    ran = subprocess.run(  # noqa: S603
+        command,
+        cwd=folder,
+        env=environment(ros) | {"PWD": str(folder)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="replace",
+        check=False,
+    )
+    if ran.returncode != 0:
+        raise UsageError("\n".join(["catkin_make failed:", *ran.stdout.splitlines()[-_LAST_LINES:]]))
+
+
+def _top_level(ros: RosSystem) -> str:
+    toplevel = ros.share / "catkin" / "cmake" / "toplevel.cmake"
+    return _TOP_LEVEL.format(python=ros.python, toplevel=toplevel)
+
+
+def _write(path: Path, text: str) -> None:
+    if path.is_symlink():  # as catkin_init_workspace makes it
+        path.unlink()
+    write_file(path, PackageFile(text.encode()))

@@ -1,0 +1,253 @@
+"""What guests ask for, carried out on the cell's bus."""
+
+from __future__ import annotations
+
+import hmac
+import json
+import logging
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, TypeAlias
+
+from cellwright.middleware.bus import Direction, Given, How, Later, absolute
+from cellwright.middleware.bus.served import Served
+from cellwright.middleware.messages import Message, ServiceType, message_type, service_type, type_of
+from cellwright.middleware.server.guest import Guest
+from cellwright.middleware.server.heartbeat import Heartbeat
+from cellwright.middleware.server.translation import ENCODINGS, Translation, from_bytes
+from cellwright.middleware.server.welcome import welcome
+from cellwright.middleware.wire.frames import PROTOCOL, QUIET, Frame, FrameError, Kind, read_advance, time_frame
+from cellwright.util import errors
+from cellwright.util.errors import (
+    CellwrightError,
+    MessageError,
+    RejectedCommandError,
+    ServiceFailedError,
+    UnknownNameError,
+    UsageError,
+)
+
+MOST_SUBSCRIPTIONS = 1024
+"""Of one guest."""
+
+MOST_WISHES = 16
+"""So many wishes of one guest that time pass may wait at once; a program waits for each before it asks again."""
+
+_LONGEST_NODE = 255
+
+Extra: TypeAlias = Callable[[dict[str, Any]], dict[str, Any]]
+"""A service of the server itself: takes a JSON object, answers with one; refuses with a CellwrightError."""
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A guest's wish that time pass: to `until` [ns], or for one tick; answered with `number`."""
+
+    guest: Guest
+    number: int
+    until: int
+    each_tick: bool
+
+
+class Requests:
+    """Carries out the frames of guests, in the order in which they are handed in.
+
+    Args:
+        cell: whose bus it is.
+        lockstep: whether time passes for guests that ask for it, and for nothing else.
+    """
+
+    def __init__(self, cell: Served, *, lockstep: bool) -> None:
+        self._cell = cell
+        self._lockstep = lockstep
+        self._translation = Translation()
+        topics = cell.bus.topics()
+        self._heard = {info.name: message_type(info.type) for info in topics if info.direction is Direction.IN}
+        self._services = {info.name: service_type(info.type) for info in cell.bus.services()}
+        self.asked: deque[Asked] = deque()
+        """Wishes that time pass, in the order in which they came."""
+        self.extras: dict[str, Extra] = {}
+        """Services of the server itself, by name. They are not on the bus, and no bridge offers them."""
+        self.acting: set[str] = set()
+        """Those of them that act on what is served: they are noted as commands are."""
+        self.guarded: dict[str, str] = {}
+        """Those of them that answer only who has shown the key, and what all others are told."""
+        self.key = ""
+        """The key; empty: there is none."""
+        welcome(cell, lockstep=lockstep)  # works out all checksums now, while nobody waits
+
+    def carry_out(self, guest: Guest, frame: Frame) -> None:
+        """Do what a frame asks for, and answer.
+
+        Raises:
+            FrameError: it is nothing that a guest may say; the connection is worth nothing any more.
+        """
+        if not guest.node:
+            self._greet(guest, frame)
+            return
+        try:
+            self._act(guest, frame)
+        except CellwrightError as error:
+            guest.say(refusal(frame.number, error))
+        except FrameError:
+            raise
+        except Exception as error:  # a defect of ours that a guest came upon: it must not end the run of all others
+            log.exception("%s %s of %s", frame.kind.name, frame.name, guest.name)
+            failed = ServiceFailedError(f"the cell failed: {type(error).__name__}: {error}")
+            guest.say(refusal(frame.number, failed))
+
+    def forget(self, guest: Guest) -> None:
+        """Forget what a guest has wished for that is gone."""
+        self.asked = deque(each for each in self.asked if each.guest is not guest)
+
+    def answer(self, asked: Asked) -> None:
+        """Give time back to the guest that asked for it to pass."""
+        asked.guest.has_news = False
+        asked.guest.say(time_frame(asked.number, self._cell.simulation.now))
+
+    # ---------------------------------------------------------------- each kind of frame
+
+    def _act(self, guest: Guest, frame: Frame) -> None:
+        if frame.node and not _is_name(frame.node):
+            raise UsageError(f"a node's name is like '/robot', not {frame.node!r:.40}")
+        match frame.kind:
+            case Kind.SUBSCRIBE:
+                self._subscribe(guest, frame)
+            case Kind.UNSUBSCRIBE:
+                guest.subscriptions.pop(frame.number, _nothing)()
+            case Kind.PUBLISH:
+                self._publish(guest, frame)
+            case Kind.CALL:
+                self._call(guest, frame)
+            case Kind.ADVANCE:
+                self._advance(guest, frame)
+            case Kind.PONG:
+                now = time.monotonic()
+                guest.heartbeat = guest.heartbeat or Heartbeat(now)
+                guest.heartbeat.pong(frame.number, now)
+            case _:
+                again = " again" if frame.kind is Kind.HELLO else ""
+                raise FrameError(f"{frame.kind.name} is nothing that a guest may say{again}")
+
+    def _greet(self, guest: Guest, frame: Frame) -> None:
+        if frame.kind is not Kind.HELLO:
+            raise FrameError(f"the first word must be HELLO, not {frame.kind.name}")
+        said = frame.json()
+        protocol, node, encoding = (said.get(key) for key in ("protocol", "node", "encoding"))
+        if protocol != PROTOCOL:
+            raise FrameError(f"this cell speaks protocol {PROTOCOL}, not {protocol!r:.20}")
+        if not isinstance(node, str) or not _is_name(node):
+            raise FrameError(f"a node's name is like '/robot', not {node!r:.40}")
+        if encoding not in ENCODINGS:
+            raise FrameError(f"messages can be had as {' or '.join(ENCODINGS)}, not {encoding!r:.20}")
+        guest.greet(node, encoding)
+        guest.has_key = self._is_key(said.get("key"))
+        guest.say(welcome(self._cell, lockstep=self._lockstep))
+
+    def _subscribe(self, guest: Guest, frame: Frame) -> None:
+        if frame.number in guest.subscriptions:
+            raise UsageError(f"the number {frame.number} is in use for another subscription")
+        if len(guest.subscriptions) >= MOST_SUBSCRIPTIONS:
+            raise UsageError(f"no more than {MOST_SUBSCRIPTIONS} subscriptions are taken of one guest")
+        if frame.type not in ("", QUIET):
+            raise UsageError(f"a subscription is {QUIET} or says nothing, not {frame.type:.20}")
+        bus = self._cell.bus
+        cancel = _nothing
+        try:
+            bus.topic(frame.name)
+        except UnknownNameError:
+            absolute(frame.name)  # it is waited for, as in a process; but names from outside must not fill the bus
+        else:
+            deliver = partial(self._deliver, guest, frame.number, frame.type == QUIET)
+            cancel = bus.subscribe(frame.name, deliver, node=guest.node, origin=frame.node or None).cancel
+        guest.subscriptions[frame.number] = cancel
+        guest.say(Frame(Kind.DONE, frame.number))
+
+    def _deliver(self, guest: Guest, number: int, is_quiet: bool, message: Message) -> None:  # noqa: FBT001
+        try:
+            data = self._translation.to_bytes(message, guest.encoding)
+            guest.tell(number, data, is_quiet=is_quiet)
+        except (CellwrightError, FrameError) as error:  # it has no such form, or is too long; the step goes on
+            guest.untold.add(str(error))
+
+    def _publish(self, guest: Guest, frame: Frame) -> None:
+        node = frame.node or guest.node
+        message_class = self._heard.get(frame.name)
+        message: Any = None  # the bus refuses a topic that it does not hear before it looks at the message
+        if message_class is not None:
+            message = self._read(guest, frame, message_class, type_of(message_class))
+        self._cell.bus.publish(frame.name, message, node=node)
+        if frame.number:
+            guest.say(Frame(Kind.DONE, frame.number))
+
+    def _call(self, guest: Guest, frame: Frame) -> None:
+        extra = self.extras.get(frame.name)
+        if extra is not None:
+            if frame.name in self.guarded and not guest.has_key:
+                raise RejectedCommandError(self.guarded[frame.name])
+            asked = frame.json()
+            if frame.name in self.acting:
+                self._cell.bus.note(Given(How.EXTRA, frame.name, asked, frame.node or guest.node))
+            answer = json.dumps(extra(asked)).encode()
+        else:
+            self._cell.simulation.settle_inbox()
+            service: ServiceType | None = self._services.get(frame.name)
+            request: Any = None if service is None else self._read(guest, frame, service.request, service.name)
+            response = self._cell.bus.call(frame.name, request, node=frame.node or guest.node)
+            if isinstance(response, Later):
+                if self._lockstep and response.response is None:  # who waits without letting time pass waits for ever
+                    guest.say(Frame(Kind.DONE, frame.number))
+                response.then(partial(self._answer, guest, frame.number))
+                return
+            answer = self._translation.to_bytes(response, guest.encoding)
+        guest.say(Frame(Kind.ANSWER, frame.number, payload=answer))
+
+    def _answer(self, guest: Guest, number: int, response: Message) -> None:
+        """Pass on an answer that took its time; whoever asked may have left."""
+        if not guest.is_gone:
+            guest.say(Frame(Kind.ANSWER, number, payload=self._translation.to_bytes(response, guest.encoding)))
+
+    def _is_key(self, shown: Any) -> bool:
+        """Whether this is the key; it takes as long to see that it is not, however much of it is right."""
+        if not isinstance(shown, str) or not self.key:
+            return False
+        return hmac.compare_digest(shown.encode(errors="replace"), self.key.encode())
+
+    def _advance(self, guest: Guest, frame: Frame) -> None:
+        until, each_tick = read_advance(frame)
+        if not self._lockstep:
+            raise UsageError("time passes by itself here; only in lockstep can it be asked for")
+        if sum(each.guest is guest for each in self.asked) >= MOST_WISHES:
+            raise UsageError(f"{MOST_WISHES} wishes of this guest that time pass wait already")
+        self.asked.append(Asked(guest, frame.number, until, each_tick))
+
+    def _read(self, guest: Guest, frame: Frame, message_class: type[Message], type_name: str) -> Message:
+        """The message in a frame; what is none is counted and reported, as the bus does with what it refuses."""
+        try:
+            if frame.type not in ("", type_name):
+                raise MessageError(f"it takes {type_name}, not {frame.type:.80}")
+            return from_bytes(frame.payload, message_class, guest.encoding)
+        except MessageError as error:
+            self._cell.bus.refusals.refuse(f"{frame.name} from {frame.node or guest.node}", str(error))
+            raise
+
+
+def _is_name(node: str) -> bool:
+    """Whether a node may be called so: its name is printed where people read, and must not break their lines."""
+    return node.startswith("/") and 1 < len(node) <= _LONGEST_NODE and node.isprintable()
+
+
+def refusal(number: int, error: BaseException) -> Frame:
+    """The answer that says why not, by the nearest class of error that every guest knows."""
+    kinds = type(error).__mro__
+    known = next((kind for kind in kinds if kind.__module__ == errors.__name__), CellwrightError)
+    return Frame(Kind.REFUSED, number, name=known.__name__, payload=str(error).encode(errors="replace"))
+
+
+def _nothing() -> None:
+    pass

@@ -1,0 +1,271 @@
+"""The server: takes guests in, and serves them while the simulation waits.
+
+One thread does everything. The loop that steps the cell calls `wait` between two ticks; commands that come then are
+carried out at that border. Time is looked at after every frame, so that a flood of them eats idle time and no more.
+"""
+
+from __future__ import annotations
+
+import os
+import secrets
+import select
+import socket
+import time
+from collections.abc import Callable, Iterable
+from ipaddress import ip_address
+
+from cellwright.middleware.bus.served import Served
+from cellwright.middleware.server.guest import Guest
+from cellwright.middleware.server.guests import Guests
+from cellwright.middleware.server.listening import Listener, listen
+from cellwright.middleware.server.requests import Asked, Extra, Requests, refusal
+from cellwright.middleware.wire.frames import Frame, FrameError, Kind
+
+DEFAULT_PORT = 11399
+TRIES = 20
+"""So many ports are tried from the default one on, where it is in use."""
+LOOPBACK = "127.0.0.1"
+
+_TIME_TO_TAKE = 0.5  # [s]: those that read are told that it is over; nobody is waited for longer
+_LONG = 0.02  # [s]: what takes longer to carry out is heavy, and time does not pass meanwhile
+_REST = 3  # times as long as it took nothing else that is heavy is carried out
+_FRAMES_A_TURN = 16
+_MUCH = 1 << 16  # bytes begun
+_MOST_DESCRIPTORS = 1024  # those beyond are none that `select` could look at
+
+
+class Server:
+    """A cell's bus on a TCP socket.
+
+    Args:
+        cell: whose bus it is.
+        host: the address to listen at; anything but loopback lets others in the network drive the cell.
+        port: the port to listen at; 0 takes a free one, None the default one, or one of the next where it is in use.
+        lockstep: whether time passes for guests that ask for it, and for nothing else.
+        report: takes a line about guests that misbehave, at most one a second for each.
+
+    Attributes:
+        key: who shows it is answered by services that are guarded; empty while none is.
+
+    Raises:
+        UsageError: the address cannot be listened at.
+    """
+
+    def __init__(
+        self,
+        cell: Served,
+        *,
+        host: str = LOOPBACK,
+        port: int | None = DEFAULT_PORT,
+        lockstep: bool = False,
+        report: Callable[[str], None] = lambda _line: None,
+    ) -> None:
+        found = listen(host, port) if port is not None else listen(host, DEFAULT_PORT, tries=TRIES)
+        self._listener = Listener(found)
+        self.busy_port = DEFAULT_PORT if port is None and self.address[1] != DEFAULT_PORT else 0
+        """The default port where it was wished for and in use; else 0."""
+        self.key = ""
+        self._requests = Requests(cell, lockstep=lockstep)
+        self._guests = Guests(report, self._requests.forget)
+        self._turn = 0
+        self._rests_until = 0.0
+        self.lockstep = lockstep
+
+    @property
+    def address(self) -> tuple[str, int]:
+        """Host and port that it listens at."""
+        host, port = self._listener.socket.getsockname()[:2]
+        return str(host), int(port)
+
+    @property
+    def is_local(self) -> bool:
+        """Whether only programs on this machine can reach it."""
+        return ip_address(self.address[0]).is_loopback
+
+    @property
+    def guests(self) -> tuple[str, ...]:
+        """The nodes that are there."""
+        return tuple(guest.node for guest in self._guests if guest.node)
+
+    @property
+    def asked(self) -> Asked | None:
+        """In lockstep: the wish that time pass whose turn it is; None when nobody has one."""
+        asked = self._requests.asked
+        while asked and asked[0].guest.is_gone:
+            asked.popleft()
+        return asked[0] if asked else None
+
+    def answer(self, asked: Asked, refused: BaseException | None = None) -> None:
+        """In lockstep: answer a wish with the time as it stands, or say why it will not pass."""
+        if asked in self._requests.asked:
+            self._requests.asked.remove(asked)
+        if refused is None:
+            self._requests.answer(asked)
+        else:
+            asked.guest.say(refusal(asked.number, refused))
+
+    def offer(self, service: str, handler: Extra, *, acts: bool = False) -> None:
+        """Offer a service of the server itself: JSON in and out. It is not on the bus.
+
+        Args:
+            service: its name.
+            handler: answers.
+            acts: whether it changes what is served; then those who take notes of commands hear of it as well.
+        """
+        self._requests.extras[service] = handler
+        if acts:
+            self._requests.acting.add(service)
+
+    def guard(self, services: Iterable[str], reason: str) -> None:
+        """Let services of the server answer only those who have shown the key, which is drawn when it is first needed.
+
+        Guests that are there already have none.
+
+        Args:
+            services: their names.
+            reason: what all others are told.
+        """
+        if not self.key:
+            self.key = self._requests.key = secrets.token_urlsafe(16)
+        self._requests.guarded.update(dict.fromkeys(services, reason))
+
+    def wait(self, seconds: float, *, until_asked: bool = True) -> None:
+        """Serve guests for so long [s] of wall time. With 0 each still has its turn.
+
+        In lockstep it ends as soon as somebody wishes that time pass, unless `until_asked` says otherwise.
+        """
+        deadline = time.perf_counter() + seconds
+        self._guests.ping()
+        self._flush()
+        while True:
+            until = deadline
+            if any(guest.has_frames for guest in self._guests):
+                ready = any(map(self._is_ready, self._guests))
+                until = 0.0 if ready else min(deadline, self._rests_until)
+            left = max(0.0, until - time.perf_counter())
+            self._look_at_sockets(min(left, self._guests.next_look))
+            in_time = self._take_turns(deadline)
+            self._guests.look_after()
+            if (
+                not in_time
+                or time.perf_counter() >= deadline
+                or (until_asked and self.lockstep and self.asked is not None)
+            ):
+                break
+        self._guests.forget_those_gone()
+
+    @property
+    def is_anybody_behind(self) -> bool:
+        """Whether some guest has to read first before more can be told it, if nothing is to be lost."""
+        return any(guest.is_behind and not guest.is_gone for guest in self._guests)
+
+    def hold_time(self) -> bool:
+        """Whether simulation time stands, out of lockstep, for a guest that is behind: a bridge on a busy machine."""
+        return self._guests.hold_time()
+
+    def dismiss(self, reason: str, *, keep: Callable[[str], bool]) -> None:
+        """Tell guests that it is over and why, and hear no more of them, but for those whose names are kept."""
+        for guest in self._guests:
+            if guest.node and not keep(guest.node) and not guest.is_gone:
+                guest.say(Frame(Kind.ENDED, payload=reason.encode()))
+                guest.stop_hearing()
+        deadline = time.monotonic() + _TIME_TO_TAKE
+        while any(guest.is_leaving and not guest.is_gone for guest in self._guests) and time.monotonic() < deadline:
+            self.wait(_TIME_TO_TAKE / 10, until_asked=False)
+        self._guests.forget_those_gone()
+
+    def close(self, reason: str) -> None:
+        """Tell every guest that it is over and why, and let go of them."""
+        self._listener.close()
+        for guest in self._guests:
+            if guest.node and not guest.is_gone:
+                guest.say(Frame(Kind.ENDED, payload=reason.encode()))
+        deadline = time.monotonic() + _TIME_TO_TAKE
+        while time.monotonic() < deadline:
+            self._flush()
+            behind = [guest.connection for guest in self._guests if guest.has_waiting and not guest.is_gone]
+            if not behind:
+                break
+            select.select((), behind, (), 0.05)
+        self._guests.close()
+
+    # ---------------------------------------------------------------- one round
+
+    def _look_at_sockets(self, timeout: float) -> None:
+        """Wait until some socket is ready; take in what came, send what waits."""
+        readers: list[Guest | None] = [None, *(guest for guest in self._guests if guest.may_be_read)]
+        read = {_socket(guest, self._listener.socket): guest for guest in readers}
+        write = {guest.connection: guest for guest in self._guests if guest.has_waiting and not guest.is_gone}
+        readable, writable, _ = select.select(list(read), list(write), (), timeout)
+        for connection in writable:
+            write[connection].flush()
+        for connection in readable:
+            guest = read[connection]
+            if guest is None:
+                self._take_in()
+            else:
+                guest.read()
+                if guest.begun > _MUCH:
+                    self._guests.limit_what_is_begun()
+        if readable or writable:
+            self._guests.forget_those_gone()
+
+    def _take_in(self) -> None:
+        """Take in who has come, where there is room."""
+        come = self._listener.accept()
+        if come is None:
+            return
+        connection, host = come
+        if os.name == "posix" and connection.fileno() >= _MOST_DESCRIPTORS:
+            connection.close()
+            return
+        try:
+            self._guests.admit(Guest(connection, host))
+        except OSError:  # it is gone already
+            connection.close()
+
+    def _take_turns(self, deadline: float) -> bool:
+        """Carry out frames that came, guest by guest; False when time ran out before all had a turn."""
+        in_turn = self._guests.from_turn(self._turn)
+        for done, guest in enumerate(in_turn, 1):
+            if self._is_ready(guest):
+                self._serve(guest, deadline)
+                guest.flush()
+                if time.perf_counter() >= deadline and done < len(in_turn):
+                    self._turn = (self._turn + done) % len(in_turn)
+                    return False
+        return True
+
+    def _serve(self, guest: Guest, deadline: float) -> None:
+        try:
+            for _ in range(_FRAMES_A_TURN):
+                frame = guest.next_frame()
+                if frame is None:
+                    return
+                begun = time.perf_counter()
+                self._requests.carry_out(guest, frame)
+                now = time.perf_counter()
+                guest.is_heavy = now - begun > _LONG
+                if guest.is_heavy:
+                    self._rests_until = now + _REST * (now - begun)
+                if now >= deadline or guest.is_heavy:
+                    return
+        except FrameError as error:
+            self._guests.cut(guest, error)
+
+    def _is_ready(self, guest: Guest) -> bool:
+        """Whether frames of a guest may be carried out now.
+
+        Who asks for what is heavy waits then, so that all such guests together get a part of the time. In lockstep time
+        does not pass by itself anyway.
+        """
+        rests = guest.is_heavy and not self.lockstep and time.perf_counter() < self._rests_until
+        return guest.has_frames and not rests
+
+    def _flush(self) -> None:
+        for guest in self._guests:
+            guest.flush()
+
+
+def _socket(guest: Guest | None, listener: socket.socket) -> socket.socket:
+    return listener if guest is None else guest.connection

@@ -1,0 +1,240 @@
+"""One frame: a kind, a number, three names and bytes, with its length in front.
+
+The guest (a client or a bridge) speaks first with HELLO and is answered WELCOME. From then on:
+
+| guest says | number | name | type | node | payload | answer |
+|---|---|---|---|---|---|---|
+| HELLO | 0 | | | | JSON, see `hello` | WELCOME, or REFUSED and the end of the connection |
+| SUBSCRIBE | its own choice | topic | empty, or `quiet` | publishing node, or empty for all | | DONE |
+| UNSUBSCRIBE | of the subscription | | | | | none |
+| PUBLISH | its own choice, 0: no answer wanted | topic | message type | on whose behalf | message | DONE |
+| CALL | its own choice | service | service type | on whose behalf | request | ANSWER, or see below |
+| ADVANCE | its own choice | | | | `advance` | TIME |
+| PONG | of the PING, or 0: PING me | | | | | none |
+
+| cell says | number | name | payload |
+|---|---|---|---|
+| WELCOME | 0 | | JSON: the cell, its topics and its services |
+| MESSAGE | of the subscription | | message |
+| DONE | of what was asked | | |
+| ANSWER | of the call | | response |
+| REFUSED | of what was asked | name of the error's class in `cellwright.util.errors` | the reason, UTF-8 |
+| TIME | of what was asked | | simulation time [ns], see `read_time` |
+| PING | of the cell's choice, above 0 | | |
+| ENDED | 0 | | the reason, UTF-8; nothing follows |
+
+Messages, requests and responses are in the form that the guest named in its HELLO: CDR or that of ROS 1. Numbers of
+one connection are the guest's own; one that is in use must not be used again. An empty node stands for the guest's own.
+ADVANCE is for a cell in lockstep, whose time passes for nothing else. It ends early with a message of a subscription
+that is not `quiet`. There an answer may need time to pass: DONE says so, and ANSWER with the same number comes later.
+
+PING measures how far a guest is behind: it answers PONG when it is done with all that came before. A guest asks for
+PINGs by a PONG of its own. In real time, simulation time stands while such a guest is late with its answer, within the
+limits of `cellwright.middleware.server.heartbeat`.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any, Dict, Iterator, Tuple
+
+PROTOCOL = 1
+QUIET = "quiet"
+"""Said in place of a type by a guest that takes note of messages and does nothing about them: time may go on."""
+LONGEST_FRAME = 16 << 20
+"""Bytes of the longest frame that is taken; no message of a cell comes near."""
+LONGEST_SAID = 3 << 20
+"""Bytes of the longest frame that a guest may say: it is kept until it is whole, and time stands while it is read."""
+
+_LENGTH = struct.Struct("<I")
+_HEAD = struct.Struct("<BIHHH")
+_ADVANCE = struct.Struct("<qB")
+_TIME = struct.Struct("<q")
+
+
+class Kind(IntEnum):
+    """What a frame is for."""
+
+    HELLO = 1
+    SUBSCRIBE = 2
+    UNSUBSCRIBE = 3
+    PUBLISH = 4
+    CALL = 5
+    ADVANCE = 6
+    PONG = 7
+    WELCOME = 65
+    MESSAGE = 66
+    DONE = 67
+    ANSWER = 68
+    REFUSED = 69
+    TIME = 70
+    ENDED = 71
+    PING = 72
+
+
+class FrameError(Exception):
+    """Bytes that are no frame; the stream they came from is worth nothing any more."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One frame; the tables above say what its fields hold."""
+
+    kind: Kind
+    number: int = 0
+    name: str = ""
+    type: str = ""
+    node: str = ""
+    payload: bytes = b""
+
+    def encode(self, longest: int = LONGEST_FRAME) -> bytes:
+        """The frame as bytes, its length in front.
+
+        Args:
+            longest: bytes that it may have at most, without the length; a guest says `LONGEST_SAID` at most.
+
+        Raises:
+            FrameError: a number or a name does not fit, or it is too long.
+        """
+        name, type_name, node = self.name.encode(), self.type.encode(), self.node.encode()
+        try:
+            head = _HEAD.pack(self.kind, self.number, len(name), len(type_name), len(node))
+        except struct.error as error:
+            raise FrameError(f"this {self.kind.name} cannot be written: {error}") from None
+        rest = b"".join((head, name, type_name, node, self.payload))
+        if len(rest) > longest:
+            raise FrameError(f"a frame of {len(rest)} bytes is too long: {longest} at most")
+        return _LENGTH.pack(len(rest)) + rest
+
+    def json(self) -> Dict[str, Any]:  # noqa: UP006
+        """The payload as a JSON object.
+
+        Raises:
+            FrameError: it is none.
+        """
+        try:
+            value = json.loads(self.payload)
+        except (ValueError, RecursionError):
+            value = None
+        if not isinstance(value, dict):
+            raise FrameError(f"the payload of {self.kind.name} is no JSON object")
+        return value
+
+    def text(self) -> str:
+        """The payload as text."""
+        return self.payload.decode(errors="replace")
+
+
+class Decoder:
+    """Makes frames of bytes, however they come in pieces.
+
+    Args:
+        longest: bytes of the longest frame that is taken.
+    """
+
+    def __init__(self, longest: int = LONGEST_FRAME) -> None:
+        self.longest = longest
+        """May be changed at any time; it holds for the frames that begin from then on."""
+        self._waiting = bytearray()
+
+    @property
+    def begun(self) -> int:
+        """Bytes that are kept of a frame that is not whole yet."""
+        return len(self._waiting)
+
+    def feed(self, data: bytes) -> Iterator[Frame]:
+        """Take in bytes; the frames that are complete with them.
+
+        Raises:
+            FrameError: these bytes are no frames. Frames that came before are given out first.
+        """
+        waiting = self._waiting
+        waiting += data
+        position = 0
+        try:
+            while len(waiting) - position >= _LENGTH.size:
+                (length,) = _LENGTH.unpack_from(waiting, position)
+                if not _HEAD.size <= length <= self.longest:
+                    raise FrameError(f"a frame cannot be {length} bytes long")
+                begin = position + _LENGTH.size
+                if len(waiting) < begin + length:
+                    break
+                position = begin + length
+                yield _decoded(bytes(waiting[begin:position]))
+        finally:
+            del waiting[:position]
+
+
+def _decoded(data: bytes) -> Frame:
+    kind, number, *lengths = _HEAD.unpack_from(data)
+    position = _HEAD.size
+    names = []
+    for length in lengths:
+        names.append(data[position : position + length])
+        position += length
+    if position > len(data):
+        raise FrameError("the names of a frame are longer than itself")
+    try:
+        name, type_name, node = (each.decode() for each in names)
+        return Frame(Kind(kind), number, name, type_name, node, data[position:])
+    except ValueError as error:  # an unknown kind, or names that are no UTF-8
+        raise FrameError(f"no frame: {error}") from None
+
+
+def hello(node: str, encoding: str, key: str = "") -> Frame:
+    """The guest's first word.
+
+    Args:
+        node: its node name.
+        encoding: the form of messages that it wants, `cdr` or `ros1`.
+        key: what the cell's own page was given, to be told what others are not; left out by all others.
+    """
+    said = {"protocol": PROTOCOL, "node": node, "encoding": encoding}
+    if key:
+        said["key"] = key
+    return Frame(Kind.HELLO, payload=json.dumps(said).encode())
+
+
+def advance(number: int, until: int, *, each_tick: bool) -> Frame:
+    """Ask for time to pass to `until` [ns], or until the tick in which a message came that is not quiet.
+
+    Args:
+        number: of the question.
+        until: simulation time [ns]; the first tick at or after it.
+        each_tick: stop after the next tick in any case.
+    """
+    return Frame(Kind.ADVANCE, number, payload=_ADVANCE.pack(until, each_tick))
+
+
+def read_advance(frame: Frame) -> Tuple[int, bool]:  # noqa: UP006
+    """Until when time shall pass [ns], and whether for one tick at most.
+
+    Raises:
+        FrameError: the payload is something else.
+    """
+    try:
+        until, each_tick = _ADVANCE.unpack(frame.payload)
+    except struct.error as error:
+        raise FrameError(f"the payload of ADVANCE is wrong: {error}") from None
+    return until, bool(each_tick)
+
+
+def time_frame(number: int, now: int) -> Frame:
+    """The answer to ADVANCE: simulation time [ns]."""
+    return Frame(Kind.TIME, number, payload=_TIME.pack(now))
+
+
+def read_time(frame: Frame) -> int:
+    """Simulation time [ns].
+
+    Raises:
+        FrameError: the payload is something else.
+    """
+    try:
+        (now,) = _TIME.unpack(frame.payload)
+    except struct.error as error:
+        raise FrameError(f"the payload of TIME is wrong: {error}") from None
+    return int(now)

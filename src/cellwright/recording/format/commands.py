@@ -1,0 +1,160 @@
+"""What came from outside in the course of a run, and in which tick: played again it brings about the same run."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import json
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from cellwright.engine.clock import Clock
+from cellwright.engine.simulation import Simulation
+from cellwright.middleware.bus import Bus, Given, How
+from cellwright.middleware.messages import from_cdr, message_type, service_type, to_cdr, type_of
+from cellwright.util.errors import CellwrightError, MessageError, RecordingError
+
+Extras: TypeAlias = Mapping[str, Callable[[dict[str, Any]], object]]
+"""What is done past the bus, by name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """Something that came from outside.
+
+    Attributes:
+        tick: how many ticks had passed.
+        how: how it came.
+        name: of the topic or service.
+        type: of the message or service, the short name; empty where it came past the bus.
+        node: whom it came from.
+        data: the message or request as CDR; JSON where it came past the bus.
+        stamp: what a clock of its own told when it came, such as that of a robot's node [ns]; None without one.
+    """
+
+    tick: int
+    how: How
+    name: str
+    type: str
+    node: str
+    data: bytes
+    stamp: int | None = None
+
+    @staticmethod
+    def of(given: Given, tick: int, type_name: str, stamp: int | None = None) -> Command:
+        """What came, as a command.
+
+        Raises:
+            MessageError: a value does not fit its field.
+        """
+        is_json = given.how is How.EXTRA
+        data = json.dumps(given.message).encode() if is_json else to_cdr(given.message)
+        return Command(tick, given.how, given.name, type_name, given.node, data, stamp)
+
+    def message(self) -> Any:
+        """The message or request; a dictionary of JSON values where it came past the bus.
+
+        Raises:
+            RecordingError: there is no such type, or the bytes are none of it.
+        """
+        try:
+            if self.how is How.EXTRA:
+                asked = json.loads(self.data)
+                if not isinstance(asked, dict):
+                    raise MessageError("no JSON object")
+                return asked
+            is_call = self.how is How.CALL
+            return from_cdr(self.data, service_type(self.type).request if is_call else message_type(self.type))
+        except (CellwrightError, ValueError, RecursionError) as error:
+            raise RecordingError(f"the command on {self.name} in tick {self.tick} makes no sense: {error}") from None
+
+    def carry_out(self, bus: Bus, extras: Extras | None = None) -> None:
+        """Do it again; what was refused then is refused again.
+
+        Raises:
+            RecordingError: it makes no sense, or is something that cannot be done here.
+        """
+        message = self.message()
+        if self.how is How.EXTRA:
+            extra = (extras or {}).get(self.name)
+            if extra is None:
+                raise RecordingError(f"{self.name} was asked for in tick {self.tick}, which cannot be done here")
+            with suppress(CellwrightError):
+                extra(message)
+            return
+        with suppress(CellwrightError):
+            (bus.call if self.how is How.CALL else bus.publish)(self.name, message, node=self.node)
+
+    def encode(self) -> str:
+        """As JSON."""
+        told = {"tick": self.tick, "kind": self.how.value, "name": self.name, "type": self.type, "node": self.node}
+        return json.dumps({**told, "stamp": self.stamp, "data": base64.b64encode(self.data).decode()})
+
+    @staticmethod
+    def decode(text: str) -> Command:
+        """The command in a text, which may come from anywhere.
+
+        Raises:
+            RecordingError: it is none.
+        """
+        try:
+            told = json.loads(text)
+            how = How(told["kind"])
+            tick, stamp, name, kind, node = (told[key] for key in ("tick", "stamp", "name", "type", "node"))
+            data = base64.b64decode(told["data"], validate=True)
+        except (ValueError, TypeError, KeyError, RecursionError, binascii.Error):
+            raise RecordingError(f"{text!r:.60} is no command") from None
+        is_fitting = (
+            all(isinstance(each, str) for each in (name, kind, node))
+            and type(tick) is int
+            and 0 <= tick < 1 << 62
+            and (stamp is None or type(stamp) is int)
+        )
+        if not is_fitting:
+            raise RecordingError(f"{text!r:.60} is no command")
+        return Command(tick, how, name, kind, node, data, stamp)
+
+
+class CommandNotes:
+    """Takes a note of everything that comes to a bus, until it is closed.
+
+    Args:
+        bus: the bus.
+        clock: counts the ticks.
+        take: is given each command before it is handled.
+        stamp: what else tells when it came (see `Command.stamp`).
+    """
+
+    def __init__(
+        self, bus: Bus, clock: Clock, take: Callable[[Command], None], stamp: Callable[[], int] | None = None
+    ) -> None:
+        self._bus, self._clock, self._take, self._stamp = bus, clock, take, stamp
+        bus.on_given.append(self._note)
+
+    def close(self) -> None:
+        """Take no more."""
+        self._bus.on_given.remove(self._note)
+
+    def _note(self, given: Given) -> None:
+        match given.how:
+            case How.PUBLISH:
+                type_name = type_of(type(given.message))
+            case How.CALL:
+                type_name = self._bus.service(given.name).type
+            case How.EXTRA:
+                type_name = ""
+        stamp = None if self._stamp is None else self._stamp()
+        self._take(Command.of(given, self._clock.tick, type_name, stamp))
+
+
+def play(simulation: Simulation, bus: Bus, commands: Iterable[Command], *, extras: Extras | None = None) -> None:
+    """Let time pass, and do each command in its tick.
+
+    Raises:
+        RecordingError: a command makes no sense, or is something that cannot be done here.
+    """
+    for command in commands:
+        simulation.step_until(simulation.clock.time_of(command.tick))
+        command.carry_out(bus, extras)

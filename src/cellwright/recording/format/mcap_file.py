@@ -1,0 +1,232 @@
+"""An MCAP file that grows while a run goes on, and loses next to nothing whatever ends the program.
+
+Who records hands in bytes and goes on; a thread puts them together, compresses them (outside of the interpreter's
+lock) and gives them to the operating system, some times a second. SIGKILL takes away what came since then.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+import zlib
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from threading import Event, Thread
+from types import TracebackType
+from typing import Self, TypeAlias
+
+from mcap.records import (
+    Attachment,
+    AttachmentIndex,
+    Channel,
+    Header,
+    Metadata,
+    MetadataIndex,
+    Schema,
+)
+
+import cellwright
+from cellwright.middleware.messages.names import full_name
+from cellwright.middleware.messages.types import message_type, ros2_store
+from cellwright.recording.format.chunks import ChunkMaker
+from cellwright.recording.format.format import MAGIC, PROFILE, RecordedTopic
+from cellwright.recording.format.records import written
+from cellwright.recording.format.summary import Summary
+from cellwright.recording.format.waiting import HEAD, Messages, Waiting
+from cellwright.util.errors import UsageError
+
+INTERVAL = 0.25
+"""Wall time [s] after which what was handed in is on its way to the file."""
+
+CHUNK = 1 << 20
+"""Bytes of a chunk at most, uncompressed, but for a single message that is longer."""
+
+MOST_WAITING = 64 << 20
+"""Bytes that may wait for a disk that is slow; whoever hands in more waits for it."""
+
+_BYTES_AS_THEY_ARE: int = getattr(os, "O_BINARY", 0)
+
+_Record: TypeAlias = Attachment | Channel | Metadata | Schema
+
+
+class McapFile:
+    """Writes an MCAP file.
+
+    A disk that fails is no reason to lose the run: it is reported once, and nothing is written from then on.
+
+    Args:
+        path: the file; it is begun anew.
+        report: takes a line about a file that can be written no more.
+
+    Raises:
+        UsageError: the file cannot be opened.
+    """
+
+    def __init__(self, path: Path, *, report: Callable[[str], None] = lambda _line: None) -> None:
+        self.path = path
+        self._report = report
+        self._failure = ""
+        self._is_deaf = False
+        self._waiting: Waiting[_Record | Event] = Waiting()
+        self._hurry_at = CHUNK
+        self._summary = Summary()
+        self._schemas: dict[str, int] = {}
+        self._channels = 0
+        self._chunks = ChunkMaker()
+        self._offset = self._checksum = 0
+        try:
+            self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | _BYTES_AS_THEY_ARE, 0o666)
+        except OSError as error:
+            raise UsageError(f"{path}: cannot be written: {error.strerror or error}") from None
+        self._begin = MAGIC + written(Header(PROFILE, f"cellwright {cellwright.__version__}"))
+        self._wake, self._is_closing = Event(), False
+        self._thread = Thread(target=self._work, name=f"recording {path.name}", daemon=True)
+        self._thread.start()
+
+    # ---------------------------------------------------------------- for who records
+
+    @property
+    def is_writing(self) -> bool:
+        """Whether what is handed in still goes to the file."""
+        return not self._is_deaf
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether everything has gone to the file so far."""
+        return not self._failure
+
+    def channel(self, topic: RecordedTopic) -> int:
+        """Make a channel for a topic; its number.
+
+        Raises:
+            UnknownNameError: there is no message type of this name.
+        """
+        schema = self._schemas.get(topic.type)
+        if schema is None:
+            schema = self._schemas[topic.type] = len(self._schemas) + 1
+            name = full_name(message_type(topic.type).__msgtype__)
+            text = ros2_store().generate_msgdef(name, ros_version=2)[0]
+            self._waiting.add_record(Schema(id=schema, data=text.encode(), encoding="ros2msg", name=name))
+        self._channels += 1
+        self._waiting.add_record(Channel(self._channels, topic.name, "cdr", topic.metadata(), schema))
+        return self._channels
+
+    def attach(self, name: str, media_type: str, data: bytes) -> None:
+        """Add a file within the file."""
+        self._waiting.add_record(Attachment(0, 0, name, media_type, data))
+
+    def describe(self, name: str, values: Mapping[str, str]) -> None:
+        """Add a record of metadata."""
+        self._waiting.add_record(Metadata(name, dict(values)))
+
+    def add(self, channel: int, time: int, data: bytes) -> None:
+        """Hand in a message.
+
+        Args:
+            channel: its number.
+            time: when it was said [ns]; not before the one before it.
+            data: its bytes, CDR.
+        """
+        if self._is_deaf:
+            return
+        waiting = self._waiting  # not a call of its own: this is done thousands of times a second
+        waiting.channels.append(channel)
+        waiting.times.append(time)
+        waiting.contents.append(data)
+        waiting.given += HEAD + len(data)
+        if waiting.given >= self._hurry_at:
+            self._hurry()
+
+    def flush(self) -> None:
+        """Wait until all that was handed in has gone to the operating system."""
+        done = Event()
+        self._waiting.add_record(done)
+        self._wake.set()
+        while not done.wait(0.1) and self._thread.is_alive():
+            pass
+
+    def close(self) -> None:
+        """Write what is left and the index; write no more. Again is no error."""
+        if not self._is_closing:
+            self._is_closing = self._is_deaf = True
+            self._wake.set()
+            self._thread.join()
+            if self._failure:
+                self._report(self._failure)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _hurry(self) -> None:
+        """A chunk is full: the thread has something to do. Wait where far too much waits."""
+        waiting = self._waiting
+        self._hurry_at = waiting.given + CHUNK
+        self._wake.set()
+        while waiting.given - waiting.taken > MOST_WAITING and self._thread.is_alive():
+            time.sleep(0.001)
+
+    # ---------------------------------------------------------------- the thread
+
+    def _work(self) -> None:
+        try:
+            self._pass_on(self._begin)
+            while not self._is_closing:
+                self._wake.wait(INTERVAL)
+                self._wake.clear()
+                self._drain()
+            self._drain()
+            self._pass_on(self._summary.encode(self._offset, self._checksum))
+        except OSError as error:
+            self._failure = f"{self.path}: can be written no more: {error.strerror or error}"
+            self._is_deaf = True
+            self._waiting.clear()
+        finally:
+            try:
+                os.close(self._file)
+            except OSError as error:  # some file systems tell only now that the disk is full
+                self._failure = self._failure or f"{self.path}: may be incomplete: {error.strerror or error}"
+
+    def _drain(self) -> None:
+        """Write what was handed in when the call began."""
+        for what in self._waiting.take():
+            if isinstance(what, Messages):
+                for part in what.parts(CHUNK):
+                    self._write_chunk(part)
+            elif isinstance(what, Event):
+                what.set()
+            else:
+                self._write_record(what)
+
+    def _write_chunk(self, messages: Messages) -> None:
+        chunk = self._chunks.make(messages, self._offset)
+        self._pass_on(chunk.data)
+        self._summary.chunks.append(chunk.index)
+        self._summary.count(chunk.counts)
+        self._waiting.taken = int(messages.ends[-1])
+
+    def _write_record(self, record: _Record) -> None:
+        data, offset, summary = written(record), self._offset, self._summary
+        self._pass_on(data)
+        match record:
+            case Schema():
+                summary.schemas.append(record)
+            case Channel():
+                summary.channels.append(record)
+            case Metadata():
+                summary.metadata.append(MetadataIndex(offset, len(data), record.name))
+            case Attachment():
+                size = len(record.data)
+                index = AttachmentIndex(offset, len(data), 0, 0, size, record.name, record.media_type)
+                summary.attachments.append(index)
+
+    def _pass_on(self, data: bytes) -> None:
+        rest = memoryview(data)
+        while rest:
+            rest = rest[os.write(self._file, rest) :]
+        self._offset += len(data)
+        self._checksum = zlib.crc32(data, self._checksum)

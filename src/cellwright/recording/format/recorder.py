@@ -1,0 +1,237 @@
+"""Records a run: everything that is said on its bus, what came from outside, and what replaying needs besides."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cellwright.engine.watches import Watch
+from cellwright.middleware.bus import Subscription
+from cellwright.middleware.bus.served import Served
+from cellwright.middleware.messages import Message, to_cdr
+from cellwright.middleware.messages.standard import MultiArrayLayout, String, UInt8MultiArray
+from cellwright.recording.format import format as names
+from cellwright.recording.format.commands import Command, CommandNotes
+from cellwright.recording.format.format import RecordedTopic
+from cellwright.recording.format.header import RecordingHeader
+from cellwright.recording.format.mcap_file import McapFile
+from cellwright.rendering.scene.encoded import encode_scene
+from cellwright.rendering.scene.frame import Frame
+from cellwright.rendering.scene.taking import SceneTaker
+from cellwright.util.errors import CellwrightError
+
+NODE = "/recorder"
+FRAMES = Fraction(1, 25)
+"""Simulation time between two frames of the scene [s]."""
+
+FRAMES_TO_A_WHOLE = 25
+"""One in so many frames is whole; the others say what has changed."""
+
+HASHES = Fraction(1)
+"""Simulation time between two state hashes [s]."""
+
+PANELS = Fraction(1, 2)
+"""Simulation time between two looks at what a panel shows [s]."""
+
+PICTURES = frozenset({"sensor_msgs/Image", "sensor_msgs/PointCloud", "sensor_msgs/PointCloud2"})
+"""Types of messages that are kept when somebody else listens to them: drawing them for the file alone would slow the
+run down, and they are by far the largest."""
+
+_LAST = 1_000_000
+"""Rank among the watches of a tick: everything else has been said."""
+
+
+class Recorder:
+    """Records what is served, from when it is made until `end`, or until time begins anew: then into another file.
+
+    It listens, and leaves the run as it is.
+
+    Args:
+        served: what is recorded.
+        path: the file; of a second run in the same course, after a reset, it is NAME_2 and so on.
+        header: what the recording says of itself.
+        attachments: files that go into the file, by name (see `format`).
+        panel: tells what somebody sees of it besides, as JSON values.
+        stamp: what else tells when a command came (see `Command.stamp`).
+        report: takes a line about a file that can be written no more.
+
+    Raises:
+        UsageError: the file cannot be opened.
+    """
+
+    def __init__(
+        self,
+        served: Served,
+        path: Path,
+        header: RecordingHeader,
+        *,
+        attachments: Mapping[str, bytes] | None = None,
+        panel: Callable[[], Mapping[str, Any]] | None = None,
+        stamp: Callable[[], int] | None = None,
+        report: Callable[[str], None] = lambda _line: None,
+    ) -> None:
+        self.on_begin: Callable[[], None] = lambda: None
+        """Called when a file has been begun after a reset, for the events that are to stand first in it."""
+        self._served, self._simulation = served, served.simulation
+        self._path, self._header = path, header
+        self._attachments = dict(attachments or {})
+        self._panel, self._report = panel, report
+        self._taker = SceneTaker(self._simulation.model, name=served.name, hidden=served.out_of_sight)
+        self._runs = 0
+        self.is_over = False
+        """Whether it has come to its end."""
+        self._unwritable: set[str] = set()
+        self.paths: list[Path] = []
+        """The files, one a run."""
+        self.is_whole = True
+        """Whether everything has gone to the files that were ended."""
+        self._begin()
+        self._leave: list[Callable[[], None]] = [
+            CommandNotes(served.bus, self._simulation.clock, self._note, stamp).close
+        ]
+        self._leave += [self._listen(topic).cancel for topic in _topics(served)]
+        self._watch("frames", FRAMES, self._keep_frame)
+        self._watch("state hashes", HASHES, self._keep_hash)
+        if panel is not None:
+            self._watch("panels", PANELS, self._keep_panel)
+        self._simulation.on_reset.append(self._begin_anew)
+        self._leave.append(partial(self._simulation.on_reset.remove, self._begin_anew))
+        self._keep_frame(0)
+        self._keep_panel(0)
+        self._file.flush()
+
+    def event(self, value: Mapping[str, Any]) -> None:
+        """Keep something that happened, as JSON values."""
+        self._text(names.EVENT, value)
+
+    def end(self, result: Mapping[str, Any]) -> None:
+        """Keep what came of the run, and end the file. Again is no error."""
+        if self.is_over:
+            return
+        self.is_over = True
+        for leave in self._leave:
+            leave()
+        self._finish(result)
+
+    # ---------------------------------------------------------------- files
+
+    def _begin(self) -> None:
+        self._runs += 1
+        stem = self._path.stem if self._runs == 1 else f"{self._path.stem}_{self._runs}"
+        path = self._path.with_stem(stem)
+        self._file = file = McapFile(path, report=self._report)
+        self.paths.append(path)
+        file.describe(names.METADATA, self._header.metadata())
+        for name, data in {names.SCENE: encode_scene(self._taker.scene), **self._attachments}.items():
+            file.attach(name, "application/octet-stream", data)
+        topics = [*_topics(self._served), *(RecordedTopic(name, kind) for name, kind in names.OWN_TOPICS.items())]
+        self._channels = {topic.name: file.channel(topic) for topic in topics}
+        self._frames = 0
+        self._hashed = -1
+        self._before: Frame | None = None
+        self._last_panel = ""
+
+    def _begin_anew(self) -> None:
+        """Time is about to begin anew: what comes is another run."""
+        self._finish({"outcome": "reset"})
+        self._attachments.pop(names.START, None)
+        try:
+            self._begin()
+        except CellwrightError as error:
+            self.is_whole = False
+            self._report(str(error))
+        else:
+            self.on_begin()
+
+    def _finish(self, result: Mapping[str, Any]) -> None:
+        self._keep_frame(0)
+        self._keep_panel(0)
+        self._keep_hash(0)
+        self._text(names.END, result)
+        self._file.close()
+        self.is_whole = self.is_whole and self._file.is_whole
+
+    # ---------------------------------------------------------------- what is kept
+
+    def _listen(self, topic: RecordedTopic) -> Subscription:
+        clock = self._simulation.clock
+        newest: Message | None = None
+        data = b""
+
+        def hear(message: Message) -> None:
+            nonlocal newest, data
+            if message is not newest:
+                try:
+                    data = to_cdr(message)
+                except CellwrightError as error:
+                    self._miss(topic.name, error)
+                    return
+                newest = message
+            self._file.add(self._channels[topic.name], clock.now, data)
+
+        return self._served.bus.subscribe(topic.name, hear, node=NODE, along=topic.type in PICTURES)
+
+    def _note(self, command: Command) -> None:
+        self._write(names.COMMAND, _text_data(command.encode()))
+
+    def _keep_frame(self, _index: int) -> None:
+        self._simulation.refresh()
+        frame = self._taker.frame(self._simulation.data, self._simulation.now)
+        if not np.isfinite(frame.poses).all():  # the run has become unstable, and is about to end
+            return
+        is_whole = self._frames % FRAMES_TO_A_WHOLE == 0
+        self._frames += 1
+        self._write(names.FRAME, _bytes_data(frame.encode(None if is_whole else self._before)))
+        self._before = frame
+
+    def _keep_hash(self, _index: int) -> None:
+        tick = self._simulation.clock.tick
+        if tick != self._hashed:
+            self._hashed = tick
+            self._text(names.STATE_HASH, {"tick": tick, "hash": self._simulation.state_hash()})
+
+    def _keep_panel(self, _index: int) -> None:
+        if self._panel is None:
+            return
+        text = json.dumps(self._panel())
+        if text != self._last_panel:
+            self._last_panel = text
+            self._write(names.PANEL, _text_data(text))
+
+    def _watch(self, name: str, period: Fraction, action: Callable[[int], None]) -> None:
+        watch: Watch = self._simulation.watch(f"recording: {name}", period, action, _LAST)
+        self._leave.append(watch.cancel)
+
+    def _text(self, topic: str, value: Mapping[str, Any]) -> None:
+        self._write(topic, _text_data(json.dumps(value)))
+
+    def _write(self, topic: str, data: bytes) -> None:
+        self._file.add(self._channels[topic], self._simulation.now, data)
+
+    def _miss(self, topic: str, error: CellwrightError) -> None:
+        if topic not in self._unwritable:
+            self._unwritable.add(topic)
+            self._report(f"{self._path}: {topic} is not recorded: {error}")
+
+
+def _topics(served: Served) -> list[RecordedTopic]:
+    """What goes over the bus, as a recording has it."""
+    found = []
+    for info in served.bus.topics():
+        node = ",".join(info.publishers) or next(iter(info.subscribers), "")
+        found.append(RecordedTopic(info.name, info.type, info.direction.value, info.rate, info.latch, node))
+    return found
+
+
+def _text_data(text: str) -> bytes:
+    return to_cdr(String(text))
+
+
+def _bytes_data(data: bytes) -> bytes:
+    return to_cdr(UInt8MultiArray(MultiArrayLayout([], 0), np.frombuffer(data, np.uint8)))

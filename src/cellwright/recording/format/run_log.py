@@ -1,0 +1,161 @@
+"""The log of a run: what it is, what the referee did and when, the evidence at each submission, and what came of it.
+
+Lines of JSON (see `json_lines`), each with its `kind`, and its simulation `time` [s] where it has one:
+
+- `run`: trial, seed, versions and so on, the most that can be had, and whatever else the caller knows;
+- `state`, `conveyor`, `population`, `order`, `kit`, `order complete`, `trial over`: what the referee did;
+- `collision`: a link of the arm hit something, and it is over; `link`, `obstacle`, `begin`, `end` [s], and `deviation`
+  [m], how far the tool was from its setpoint at most;
+- `reset`: the run has begun anew under way, at the time that is told; what follows counts from 0 again;
+- `result`: how it ended, the score with all its evidence, the state hash. A log without it is of a run that was killed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from cellwright.cell.kitting.effects import (
+    ConveyorPower,
+    Effect,
+    KitSubmitted,
+    OrderAnnounced,
+    OrderCompleted,
+    PopulationRestart,
+    StateChanged,
+    TrialEnded,
+)
+from cellwright.cell.kitting.score.evidence import Evidence, kit_evidence
+from cellwright.cell.kitting.score.evidence_json import evidence_to_json, kit_to_json
+from cellwright.cell.kitting.score.reach import TrialReach, reach
+from cellwright.cell.kitting.score.trial_score import system_cost
+from cellwright.config.trial.trial import Trial
+from cellwright.engine.clock import seconds
+from cellwright.util.json_lines import JsonLines
+
+FORMAT = 1
+"""Number of the format, in the first line."""
+
+
+class RunEvents:
+    """Tells what happens in one run, as the values of the lines of its log.
+
+    Args:
+        write: takes each.
+        about: what the caller knows of the run besides, such as the agent's name, for the first one.
+    """
+
+    def __init__(self, write: Callable[[Mapping[str, Any]], None], about: Mapping[str, Any] | None = None) -> None:
+        self._write = write
+        self._about = dict(about or {})
+        self._reach = TrialReach(())
+
+    def begin(self, trial: Trial, more: Mapping[str, Any]) -> None:
+        """Tell what it is.
+
+        Args:
+            trial: what is run.
+            more: seed, versions and the like.
+        """
+        self._reach = reach(trial)
+        facts = {
+            "best": self._reach.maximum,
+            "reachable": self._reach.total,
+            "reachable_reason": self._reach.sentence(),
+            "system_cost": system_cost(trial.sensors),
+            "circumstances": asdict(trial.circumstances),
+        }
+        self._write({"kind": "run", "format": FORMAT, "trial": trial.name, **more, **self._about, **facts})
+
+    def effect(self, effect: Effect, now: int) -> None:
+        """Tell what the referee did at the time `now` [ns]."""
+        kind, values = _values(effect, self._reach)
+        self._write({"kind": kind, "time": seconds(now), **values})
+
+    def collision(self, facts: Mapping[str, Any]) -> None:
+        """Tell of a collision of the arm that is over, with the fields of `run.collisions.Collision`."""
+        self._write({"kind": "collision", "time": facts["end"], **facts})
+
+    def end(self, outcome: str, evidence: Evidence, now: int, more: Mapping[str, Any]) -> None:
+        """Tell what came of it.
+
+        Args:
+            outcome: how the run ended, in a word.
+            evidence: its score with all evidence.
+            now: the time [ns].
+            more: state hash, wall time and the like.
+        """
+        score = evidence_to_json(evidence)
+        self._write({"kind": "result", "time": seconds(now), "outcome": outcome, **more, "score": score})
+
+
+class RunLog(RunEvents):
+    """Writes the log of one run.
+
+    Args:
+        path: the file; it is begun anew.
+        about: what the caller knows of the run besides, such as the agent's name, for the first line.
+        report: takes a line when the disk fails; the run goes on without its log.
+
+    Raises:
+        UsageError: the file cannot be opened.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        about: Mapping[str, Any] | None = None,
+        report: Callable[[str], None] = lambda _line: None,
+    ) -> None:
+        self.lines = JsonLines(path, report=report)
+        super().__init__(self.lines.write, about)
+
+    def reset(self, now: int) -> None:
+        """Write that the run has begun anew, at the time `now` [ns]."""
+        self.lines.write({"kind": "reset", "time": seconds(now)})
+
+    def end(self, outcome: str, evidence: Evidence, now: int, more: Mapping[str, Any]) -> None:
+        """Write the last line, and close the file; see `RunEvents.end`."""
+        super().end(outcome, evidence, now, more)
+        self.lines.close()
+
+
+def _values(effect: Effect, could: TrialReach) -> tuple[str, dict[str, Any]]:
+    match effect:
+        case StateChanged(state):
+            return "state", {"state": str(state)}
+        case ConveyorPower(power):
+            return "conveyor", {"power": power}
+        case PopulationRestart():
+            return "population", {"action": "restart"}
+        case OrderAnnounced(order, reason, interrupts):
+            kits = {kit.kit_type: [each.type for each in kit.objects] for kit in order.kits}
+            return "order", {
+                "order_id": order.order_id,
+                "reason": str(reason),
+                "interrupts": interrupts,
+                "kits": kits,
+            }
+        case KitSubmitted():
+            return "kit", _submission(effect, could)
+        case OrderCompleted(score, resumes):
+            return "order complete", {
+                "order_id": score.order_id,
+                "total": score.total,
+                "time_taken": seconds(score.time_taken),
+                "resumes": resumes,
+            }
+        case TrialEnded(reason, game, process_time):
+            return "trial over", {"reason": str(reason), "total": game.total, "process_time": seconds(process_time)}
+
+
+def _submission(effect: KitSubmitted, could: TrialReach) -> dict[str, Any]:
+    score = effect.score
+    told = {"tray_id": effect.tray_id, "kit_type": effect.kit_type, "repeated": effect.is_repeated}
+    if score.refusal is not None:
+        return {**told, "refusal": score.refusal.sentence(), "evidence": None}
+    evidence = kit_evidence(score, could.kit(score.kit_type), fates=effect.fates)
+    return {**told, "refusal": None, "evidence": kit_to_json(evidence)}

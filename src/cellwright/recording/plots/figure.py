@@ -1,0 +1,168 @@
+"""One page: a heading, and below it what was asked for, over one axis of time."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cellwright.recording.plots import joints, score, tool, traffic, trays
+from cellwright.recording.plots.style import INK, SETTINGS
+from cellwright.recording.plots.tracks import Story
+from cellwright.recording.plots.what import WHAT
+from cellwright.util.atomic_file import write_whole
+from cellwright.util.errors import UsageError, showable
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.transforms import Bbox
+
+_WIDTH = 8.27  # of the page [in]: A4
+_LEFT, _RIGHT = 1.3, 0.9  # margins [in]: names of rows, names of curves
+_HEAD, _FOOT, _GAP = 0.86, 0.5, 0.42  # above, below and between the drawings [in]
+_DPI = 160
+_LONGEST = 200  # characters of a text; of a longer one the middle is left out
+_TITLE = 60  # characters of a title that fit across the page
+_PAD = 0.08  # beside a text for which the page has to be widened [in]
+_FROM_ABOVE = 2.7  # height of the path from above [in]
+_AXIS = 0.3  # more room, where figures and a name stand below an axis [in]
+
+
+@dataclass(frozen=True)
+class _Panel:
+    """One drawing: its height [in], what draws it, and whether it stands on the axis of time."""
+
+    height: float
+    draw: Callable[[Axes], None]
+    is_over_time: bool = True
+
+
+def draw(story: Story, what: Sequence[str] = WHAT) -> Figure:
+    """The page.
+
+    Args:
+        story: what is drawn.
+        what: parts of it, names from `WHAT`.
+
+    Raises:
+        UsageError: nothing of what was asked for is there.
+    """
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    panels = [panel for name in WHAT if name in what for panel in _panels(story, name)]
+    panels.sort(key=lambda panel: not panel.is_over_time)
+    if not panels:
+        raise UsageError(f"{story.title}: holds nothing of {', '.join(what)} that could be drawn")
+    with mpl.rc_context(SETTINGS):
+        last = sum(panel.is_over_time for panel in panels) - 1
+        gaps = [_GAP + _AXIS * (number == last) for number in range(len(panels) - 1)]
+        height = _HEAD + sum(panel.height for panel in panels) + sum(gaps) + _FOOT
+        figure = Figure(figsize=(_WIDTH, height), dpi=_DPI)
+        figure.text(
+            _LEFT / _WIDTH,
+            1.0 - 0.24 / height,
+            story.title,
+            fontsize=_title_size(story.title),
+            fontweight="bold",
+            va="center",
+        )
+        figure.text(_LEFT / _WIDTH, 1.0 - 0.46 / height, story.note, fontsize=8, color=INK, va="center")
+        top = height - _HEAD
+        for number, (panel, gap) in enumerate(zip(panels, [*gaps, 0.0], strict=True)):
+            size = (_LEFT / _WIDTH, (top - panel.height) / height, 1 - (_LEFT + _RIGHT) / _WIDTH, panel.height / height)
+            axes = figure.add_axes(size)
+            if panel.is_over_time:
+                axes.set_xlim(story.begin, max(story.end, story.begin + 1e-9))
+                axes.autoscale(enable=False, axis="x")
+                axes.tick_params(axis="x", labelbottom=number == last)
+            panel.draw(axes)
+            if number == last:
+                axes.set_xlabel("simulation time [s]")
+            top -= panel.height + gap
+    return figure
+
+
+def write(figure: Figure, path: Path) -> None:
+    """Write a page into a file, whole or not at all; its suffix says the format.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    import matplotlib as mpl
+    from matplotlib.text import Text
+
+    for words in figure.findobj(Text):  # of a recording that may come from anywhere
+        words.set_text(_shown(words.get_text()))
+    held = BytesIO()
+    kind = path.suffix.lower().removeprefix(".")
+    made: dict[str, Any] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
+    with mpl.rc_context({**SETTINGS, "svg.hashsalt": "cellwright"}), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph ")  # a sign that the font has not is a box, and no news for a terminal
+        figure.savefig(held, format=kind, facecolor="white", metadata=made[kind], bbox_inches=_page(figure))
+    write_whole(path, held.getvalue())
+
+
+def _page(figure: Figure) -> Bbox | None:
+    """The page [in], widened where a name would reach beyond it; None where all names have room."""
+    from matplotlib.transforms import Bbox
+
+    width, height = figure.get_size_inches()
+    needed = figure.get_tightbbox()
+    left, right = min(0.0, needed.x0 - _PAD), max(width, needed.x1 + _PAD)
+    return None if (left, right) == (0.0, width) else Bbox([[left, 0.0], [right, height]])
+
+
+def _shown(text: str) -> str:
+    """A text of a recording that may come from anywhere, fit to be drawn."""
+    line = showable(text, 10 * _LONGEST)
+    half = (_LONGEST - 1) // 2
+    return line if len(line) <= _LONGEST else f"{line[:half]}…{line[-half:]}"
+
+
+def _title_size(title: str) -> float:
+    """Size of a title [pt]: a long one is smaller."""
+    return 13.0 * min(1.0, _TITLE / max(len(title), 1))
+
+
+def _panels(story: Story, name: str) -> list[_Panel]:
+    """The drawings of one of the names in `WHAT`; none where there is nothing to draw."""
+    match name:
+        case "score" if story.score is not None and len(story.score.times):
+            found = story.score
+            return [_Panel(1.35, lambda axes: score.draw(axes, found, story))]
+        case "trays" if story.tray_parts:
+            return [_Panel(0.17 * trays.rows(story) + 0.1, lambda axes: trays.draw(axes, story))]
+        case "joints":
+            return [_Panel(*each) for each in _joints(story)]
+        case "tool" if any(len(each.times) for each in story.tools):
+            tools = [each for each in story.tools if len(each.times)]
+            return [
+                _Panel(1.25, lambda axes: tool.draw_height(axes, tools)),
+                _Panel(_FROM_ABOVE, lambda axes: tool.draw_from_above(axes, tools), is_over_time=False),
+            ]
+        case "commands" if traffic.rows(story):
+            return [_Panel(0.17 * traffic.rows(story) + 0.1, lambda axes: traffic.draw(axes, story))]
+        case _:
+            return []
+
+
+def _joints(story: Story) -> list[tuple[float, Callable[[Axes], None]]]:
+    """A drawing for each group of joints in which something moves, and for each unit; the first, where nothing does."""
+    groups = [
+        (group, [track for track in tracks if track.unit == unit and len(track.times)])
+        for group, tracks in story.joints.items()
+        for unit in dict.fromkeys(track.unit for track in tracks if len(track.times))
+    ]
+    moving = [each for each in groups if any(track.travel >= joints.STILL for track in each[1])] or groups[:1]
+    drawn: list[tuple[float, Callable[[Axes], None]]] = []
+    for group, tracks in moving:
+        is_one = len(tracks) == 1
+        title = f"{group}: {tracks[0].name}" if is_one and len(story.joints[group]) > 1 else group
+        drawn.append((0.9 if is_one else 1.7, partial(joints.draw, group=title, tracks=tracks)))
+    return drawn

@@ -1,0 +1,117 @@
+"""What is read of a robot beside its joints: how they are grouped, where its tips were, and what its safety said."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from cellwright.middleware.messages import from_cdr
+from cellwright.middleware.messages.cellwright_msgs import TeleopStatus
+from cellwright.middleware.messages.standard import PoseArray
+from cellwright.recording.format.format import PANEL
+from cellwright.recording.format.reader import RecordedMessage
+from cellwright.recording.plots.reading.gripper import Spans
+from cellwright.recording.plots.reading.reader import SECOND, json_of
+from cellwright.recording.plots.tracks import ToolTrack
+from cellwright.util.errors import MessageError
+
+_APART = 20_000_000  # poses of the tips are read so far apart [ns]
+_SIDES = ("right", "left")
+
+
+class Tips:
+    """Reads /io_teleop/state_ee_poses."""
+
+    topics = ("/io_teleop/state_ee_poses",)
+
+    def __init__(self) -> None:
+        self._next = 0
+        self._rows: list[tuple[float, list[tuple[float, float, float]]]] = []
+
+    def take(self, message: RecordedMessage) -> None:
+        """Take the next poses."""
+        if message.time < self._next:
+            return
+        self._next = message.time + _APART
+        poses = from_cdr(message.data, PoseArray).poses
+        at = [(pose.position.x, pose.position.y, pose.position.z) for pose in poses]
+        if not self._rows or len(at) == len(self._rows[0][1]):
+            self._rows.append((message.time / SECOND, at))
+
+    def tracks(self, arms: list[dict[str, Any]]) -> list[ToolTrack]:
+        """The paths of all tips; `arms` says how they are called and in which frame they are."""
+        if not self._rows or not self._rows[0][1]:
+            return []
+        times = np.array([time for time, _ in self._rows])
+        table = np.array([at for _, at in self._rows])
+        found = []
+        for place in range(table.shape[1]):
+            arm = arms[place] if place < len(arms) else {}
+            side = str(arm.get("name", _SIDES[place] if place < len(_SIDES) else place + 1))
+            frame = str(arm.get("reference", "the frame of the arms"))
+            found.append(ToolTrack(f"{side} tip".strip(), frame, times, table[:, place]))
+        return found
+
+
+class Status:
+    """Reads /io_teleop/status: whether commands were taken, and what stood against it."""
+
+    topics = ("/io_teleop/status",)
+
+    def __init__(self) -> None:
+        self.safety, self.commander = Spans(), Spans()
+
+    def take(self, message: RecordedMessage) -> None:
+        """Take the next status."""
+        status, now = from_cdr(message.data, TeleopStatus), message.time / SECOND
+        reasons = (
+            (status.emergency_stop, "emergency stop"),
+            (not status.enabled, "disabled"),
+            (status.resetting, "on its way home"),
+            (status.silent, "silence: holds"),
+        )
+        self.safety.add(now, next((word for is_so, word in reasons if is_so), "takes commands"))
+        self.commander.add(now, status.commander)
+
+
+class About:
+    """Reads from the first panel that says it how the robot is made up."""
+
+    topics = (PANEL,)
+
+    def __init__(self) -> None:
+        self._robot: dict[str, Any] = {}
+
+    def take(self, message: RecordedMessage) -> None:
+        """Take what the panel shows next."""
+        if not self._robot:
+            told = json_of(message.data).get("robot")
+            self._robot = told if isinstance(told, dict) else {}
+
+    def groups(self) -> dict[str, list[str]]:
+        """Names of the joints of each group; empty where it is not known."""
+        try:
+            joints = [str(joint["name"]) for joint in self._robot["joints"]]
+            return {str(each["name"]): [joints[n] for n in each["joints"]] for each in self._robot["groups"]}
+        except (KeyError, TypeError, IndexError):
+            return {}
+
+    def grippers(self) -> list[str]:
+        """The side that each gripper is on, in their order; empty for one that is alone, and where it is not known."""
+        sides = self._robot.get("grippers", [])
+        return [str(side) for side in sides] if isinstance(sides, list) else []
+
+    def units(self) -> dict[str, str]:
+        """The unit of each joint, by name."""
+        try:
+            return {str(joint["name"]): str(joint["unit"]) for joint in self._robot["joints"]}
+        except (KeyError, TypeError):
+            return {}
+
+    def arms(self) -> list[dict[str, Any]]:
+        """Name and frame of each arm."""
+        arms = self._robot.get("arms", [])
+        if not isinstance(arms, list) or not all(isinstance(arm, dict) for arm in arms):
+            raise MessageError("a panel whose arms are none")
+        return arms

@@ -1,0 +1,108 @@
+"""What those who look on are told of a recording: as of a cell or a robot, at the moment at which playing stands.
+
+| service | asked | answer |
+|---|---|---|
+| `cellwright/scene` | nothing | as of a cell |
+| `cellwright/frame` | | as of a cell; what is not recorded, such as contacts, is left out |
+| `cellwright/panel` | | `kind` is `recording`; `begin`, `end` and `time` [s]; `of`: what the panel showed then |
+| `cellwright/control` | `action` `seek`, `time` [s] | goes there; `reset`: to the start; the rest as of a cell |
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from base64 import b64encode
+from typing import Any
+
+import numpy as np
+
+from cellwright.engine.clock import nanoseconds, seconds
+from cellwright.middleware.server import Server
+from cellwright.recording.replay.playing import Playing
+from cellwright.rendering.scene.encoded import decode_scene, encode_scene
+from cellwright.rendering.scene.frame import Frame
+from cellwright.rendering.scene.scene import Scene
+from cellwright.util.errors import MessageError, RejectedCommandError
+from cellwright.viewer.services.control import Control, Reset
+from cellwright.viewer.services.names import FRAME, SCENE
+from cellwright.viewer.services.panel import offer_panel
+
+KIND = "recording"
+
+
+class RecordingServices:
+    """Tells of a recording that is played.
+
+    Args:
+        playing: what is played.
+    """
+
+    def __init__(self, playing: Playing) -> None:
+        self._playing = playing
+        self._recorded = playing.recorded
+        scene = self._recorded.source.scene
+        try:
+            self._bodies = len(decode_scene(scene or b"").bodies)
+        except MessageError:  # it was cut before that, or damaged there
+            scene, self._bodies = None, 1
+        if scene is None:
+            scene = encode_scene(Scene(self._recorded.name, ("world",), (), ()))
+        self._scene = b64encode(scene).decode()
+        self._digest = hashlib.sha256(scene).hexdigest()
+        self.control = Control(
+            playing.tempo,
+            reset=Reset(playing.begin_anew),
+            acts={"seek": self._seek, "resume": lambda _: playing.resume()},
+        )
+        """How its time passes."""
+
+    def offer(self, server: Server) -> None:
+        """Answer on a server."""
+        server.offer(SCENE, self.scene)
+        server.offer(FRAME, self.frame)
+        offer_panel(server, self.panel, self.control)
+
+    def scene(self, _asked: dict[str, Any]) -> dict[str, Any]:
+        """What there is to be seen."""
+        return {"scene": self._scene, "digest": self._digest}
+
+    def frame(self, _asked: dict[str, Any]) -> dict[str, Any]:
+        """Where it was at this moment; at the world's origin and out of sight where that is not known."""
+        simulation = self._recorded.simulation
+        frame = self._recorded.player.sight.frame()
+        if frame is None or len(frame.poses) != self._bodies:
+            frame = self._nowhere()
+        return {
+            "time": simulation.now,
+            "tick": simulation.clock.tick,
+            "run": self._recorded.cuts,
+            "digest": self._digest,
+            "frame": b64encode(frame.encode()).decode(),
+        }
+
+    def panel(self, _asked: dict[str, Any]) -> dict[str, Any]:
+        """What the panel shows."""
+        playing, recorded = self._playing, self._recorded
+        return {
+            "kind": KIND,
+            "name": recorded.name,
+            "time": seconds(recorded.simulation.now),
+            "begin": seconds(playing.first),
+            "end": seconds(playing.last),
+            "of": recorded.player.sight.panel(),
+        }
+
+    def _seek(self, asked: dict[str, Any]) -> None:
+        time = asked.get("time")
+        if isinstance(time, bool) or not isinstance(time, int | float) or not math.isfinite(time):
+            raise RejectedCommandError(f"time: a number of seconds, not {time!r:.40}")
+        first, last = seconds(self._playing.first), seconds(self._playing.last)
+        self._playing.seek(nanoseconds(min(max(time, first), last)))
+
+    def _nowhere(self) -> Frame:
+        poses = np.zeros((self._bodies, 7), np.float32)
+        poses[:, 3] = 1.0
+        shown = np.zeros(self._bodies, np.bool_)
+        shown[0] = True
+        return Frame(self._recorded.simulation.now, poses, shown)

@@ -1,0 +1,1 @@
+"""Camera sensors: pictures, depth and points, drawn in another process."""

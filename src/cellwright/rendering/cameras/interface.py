@@ -1,0 +1,110 @@
+"""Pictures as messages, in the forms of ROS.
+
+Numbers are little-endian. The optical frame has x to the right, y down and z along the line of sight; the centre of the
+first pixel is (0, 0).
+"""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cellwright.middleware.messages.build import floats, header
+from cellwright.middleware.messages.standard import (
+    CameraInfo,
+    Image,
+    Point32,
+    PointCloud,
+    PointCloud2,
+    PointField,
+    RegionOfInterest,
+)
+from cellwright.rendering.cameras.picture_camera import Picture, PictureCamera
+
+_IS_BIG = sys.byteorder == "big"
+_POINT, _COLOURED = 12, 16  # bytes of a point
+
+
+def colour_message(picture: Picture, camera: PictureCamera) -> Image | None:
+    """The colours; None where there are none."""
+    if picture.colour is None:
+        return None
+    height, width, _ = picture.colour.shape
+    stamp = header(camera.optical_frame, picture.time_ns)
+    return Image(stamp, height, width, "rgb8", 0, 3 * width, picture.colour.reshape(-1))
+
+
+def depth_message(picture: Picture, camera: PictureCamera) -> Image | None:
+    """The depths [m]; None where there are none."""
+    if picture.depth is None:
+        return None
+    height, width = picture.depth.shape
+    stamp = header(camera.optical_frame, picture.time_ns)
+    return Image(stamp, height, width, "32FC1", int(_IS_BIG), 4 * width, _bytes(picture.depth))
+
+
+def info_message(picture: Picture, camera: PictureCamera) -> CameraInfo:
+    """The matrix of the pictures; they have no distortion."""
+    pinhole = camera.pinhole
+    focal, (column, row) = pinhole.focal_length, pinhole.centre
+    return CameraInfo(
+        header=header(camera.optical_frame, picture.time_ns),
+        height=pinhole.height,
+        width=pinhole.width,
+        distortion_model="plumb_bob",
+        d=floats(np.zeros(5)),
+        k=floats([focal, 0.0, column, 0.0, focal, row, 0.0, 0.0, 1.0]),
+        r=floats(np.eye(3).reshape(-1)),
+        p=floats([focal, 0.0, column, 0.0, 0.0, focal, row, 0.0, 0.0, 0.0, 1.0, 0.0]),
+        binning_x=0,
+        binning_y=0,
+        roi=RegionOfInterest(0, 0, 0, 0, do_rectify=False),
+    )
+
+
+def points_message(picture: Picture, camera: PictureCamera) -> PointCloud2 | None:
+    """A point for each pixel in the optical frame, with its colour where there is one; None without depth."""
+    if picture.depth is None or (picture.colour is None and camera.description.has_colour):
+        return None
+    height, width = picture.depth.shape
+    points, colour = camera.pinhole.points(picture.depth), picture.colour
+    size = _POINT if colour is None else _COLOURED
+    fields = [PointField(name, 4 * index, PointField.FLOAT32, 1) for index, name in enumerate("xyz")]
+    if colour is not None:
+        fields.append(PointField("rgb", _POINT, PointField.FLOAT32, 1))
+        packed = np.empty((height, width, 4), np.float32)
+        packed[..., :3] = points
+        red, green, blue = (colour[..., index].astype(np.uint32) for index in range(3))
+        packed[..., 3] = (red << 16 | green << 8 | blue).view(np.float32)  # three bytes in the place of a number
+        points = packed
+    return PointCloud2(
+        header=header(camera.optical_frame, picture.time_ns),
+        height=height,
+        width=width,
+        fields=fields,
+        is_bigendian=_IS_BIG,
+        point_step=size,
+        row_step=size * width,
+        data=_bytes(points),
+        is_dense=False,
+    )
+
+
+def cloud_message(picture: Picture, camera: PictureCamera) -> PointCloud | None:
+    """The points that were measured, in the camera's frame: x along the line of sight, z up; None without depth."""
+    if picture.depth is None:
+        return None
+    points = camera.pinhole.points(picture.depth).reshape(-1, 3)
+    points = points[np.isfinite(points[:, 2])]
+    # the camera's axes, of those of the optical frame: no matrix is needed to turn them
+    (forward, left, up) = (points[:, 2], -points[:, 0], -points[:, 1])
+    found = [Point32(*each) for each in zip(forward.tolist(), left.tolist(), up.tolist(), strict=True)]
+    return PointCloud(header(camera.frame, picture.time_ns), found, [])
+
+
+def _bytes(array: NDArray[np.float32]) -> NDArray[np.uint8]:
+    data = np.ascontiguousarray(array).reshape(-1).view(np.uint8)
+    data.flags.writeable = False
+    return data

@@ -1,0 +1,264 @@
+"""Cameras that take pictures: colour, depth, or both."""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cellwright.config.trial.trial import Camera
+from cellwright.engine.sensor import Reading, Sensor
+from cellwright.engine.simulation import Simulation
+from cellwright.rendering.cameras.picture_noise import blur_colour, blur_depth
+from cellwright.rendering.cameras.studio import Studio
+from cellwright.rendering.painter import Drawn, View
+from cellwright.rendering.pinhole import Pinhole
+from cellwright.rendering.way import settled_way
+from cellwright.util.errors import UsageError
+from cellwright.util.pose import Pose
+
+_COLOUR, _DEPTH = "colour", "depth"
+_A_SECOND = 1_000_000_000  # [ns]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Picture(Reading):
+    """A picture, as far as somebody wanted it. Its arrays cannot be written to.
+
+    Attributes:
+        world_T_camera: where the camera stood.
+        colour: (height, width, 3) sRGB.
+        depth: (height, width) along the line of sight [m]; NaN where nothing was measured.
+    """
+
+    world_T_camera: Pose
+    colour: NDArray[np.uint8] | None
+    depth: NDArray[np.float32] | None
+
+
+@dataclass(frozen=True, slots=True)
+class _Exposure:
+    """A picture that is being drawn.
+
+    Attributes:
+        time_ns: simulation time of the tick that it shows [ns].
+        sample: its number.
+        world_T_camera: where the camera stood.
+        order: its number in the studio; None where nothing is to be drawn.
+    """
+
+    time_ns: int
+    sample: int
+    world_T_camera: Pose
+    order: int | None
+
+
+class PictureCamera(Sensor[Picture]):
+    """A camera. What nobody wants is not drawn: colour and depth are asked for by those who listen.
+
+    A picture is begun in the tick that it shows, and is there `latency` later, in simulation time; how long drawing
+    took changes nothing about it. Where it is not ready then, time waits for it. If the camera is one that drops, time
+    goes on instead: the picture comes when it is there, and those that would have been begun meanwhile are left out,
+    counted and reported.
+
+    Args:
+        description: what was written about it.
+        studio: where pictures are drawn.
+        report: takes a line about pictures left out, at most one a second of simulation time.
+
+    Raises:
+        UsageError: the environment settles a way to draw that does not exist.
+    """
+
+    default_period: ClassVar[Fraction] = Fraction(1, 10)
+
+    def __init__(
+        self, description: Camera, studio: Studio, *, report: Callable[[str], None] = lambda _line: None
+    ) -> None:
+        settled_way()  # one that does not exist is told of before time passes, and not with the first picture
+        period = 1 / Fraction(repr(description.rate))
+        latency = period if description.latency is None else Fraction(repr(description.latency))
+        super().__init__(description.name, description.pose, period=period, latency=latency)
+        self.description = description
+        self.pinhole = Pinhole(description.width, description.height, description.fov)
+        self.optical_frame = f"{description.name}_optical_frame"
+        """Name of the frame with x to the right, y down and z along the line of sight."""
+        self.dropped = 0
+        """Pictures left out since the run began."""
+        self._studio = studio
+        self._report = report
+        self._body: int | None = None
+        self._wanted: Counter[str] = Counter()
+        self._exposures: deque[_Exposure] = deque()
+        self._untold = 0
+        self._told = -_A_SECOND
+
+    # ---------------------------------------------------------------- listening
+
+    def listen(self, callback: Callable[[Picture], None]) -> Callable[[], None]:
+        """Have every picture given to `callback`, with all that the camera can take. See `Sensor.listen`."""
+        return self.look(callback, colour=self.description.has_colour, depth=self.description.has_depth)
+
+    def look(self, callback: Callable[[Picture], None], *, colour: bool, depth: bool) -> Callable[[], None]:
+        """Have every picture given to `callback`, with colour, depth or neither; what others want comes along.
+
+        Returns:
+            A function that ends it. Calling it again does nothing.
+
+        Raises:
+            UsageError: the camera takes no such pictures.
+        """
+        if (colour and not self.description.has_colour) or (depth and not self.description.has_depth):
+            raise UsageError(f"camera {self.name!r}: a {self.description.type} takes no such pictures")
+        wanted = [each for each, is_wanted in ((_COLOUR, colour), (_DEPTH, depth)) if is_wanted]
+        self._wanted.update(wanted)
+        leave = super().listen(callback)
+        is_there = True
+
+        def leave_once() -> None:
+            nonlocal is_there
+            if is_there:
+                is_there = False
+                self._wanted.subtract(wanted)
+            leave()
+
+        return leave_once
+
+    # ---------------------------------------------------------------- taking pictures
+
+    @property
+    def world_T_camera(self) -> Pose:
+        """Where the camera stands. Positions in the engine's data must be up to date."""
+        if self._body is None:
+            return self.world_T_sensor
+        data = self.simulation.data
+        x, y, z = data.xpos[self._body].tolist()
+        qw, qx, qy, qz = data.xquat[self._body].tolist()
+        return Pose((x, y, z), (qw, qx, qy, qz)) @ self.world_T_sensor
+
+    def measure(self, index: int) -> Picture:
+        """A picture now, with all that the camera can take; waits until it is drawn.
+
+        Raises:
+            UsageError: nothing can be drawn.
+        """
+        pose = self.world_T_camera
+        order = self._begin(pose, colour=self.description.has_colour, depth=self.description.has_depth)
+        drawn = None if order is None else self._studio.fetch(order)
+        if drawn is None:
+            raise UsageError(f"camera {self.name!r} can take no picture")
+        return self._developed(_Exposure(self.simulation.now, index, pose, order), drawn)
+
+    def _sample(self, index: int) -> None:
+        if not self.enabled:
+            return
+        self.simulation.refresh()
+        pose, colour, depth = self.world_T_camera, self._wanted[_COLOUR] > 0, self._wanted[_DEPTH] > 0
+        order = None
+        if colour or depth:
+            if self._drops and self._is_behind:
+                self._leave_out()
+                return
+            order = self._begin(pose, colour=colour, depth=depth)
+            if order is None:
+                return
+        self._exposures.append(_Exposure(self.simulation.now, index, pose, order))
+        if not self._latency_ns:
+            self._deliver_due(0)
+
+    def _begin(self, world_T_camera: Pose, *, colour: bool, depth: bool) -> int | None:
+        shadows = self.description.shadows
+        return self._studio.ask(View(self.pinhole, world_T_camera, colour=colour, depth=depth, shadows=shadows))
+
+    def _deliver_due(self, _tick: int) -> None:
+        latest = self.simulation.now - self._latency_ns
+        while self._exposures and self._exposures[0].time_ns <= latest:
+            order = self._exposures[0].order
+            if order is not None and self._drops and not self._studio.is_drawn(order):
+                break  # it comes when it is there
+            exposure = self._exposures.popleft()
+            drawn = Drawn(None, None) if order is None else self._studio.fetch(order)
+            if drawn is not None:
+                self._deliver(self._developed(exposure, drawn))
+
+    def _developed(self, exposure: _Exposure, drawn: Drawn) -> Picture:
+        """The picture with the camera's noise, and within its range."""
+        colour, depth, chance = drawn.colour, drawn.depth, self._chance
+        settings = self.description
+        if colour is not None:
+            if chance is not None:
+                colour = blur_colour(colour, settings.noise, chance, exposure.sample, self.noise)
+            colour.flags.writeable = False
+        if depth is not None:
+            is_measured = (depth >= settings.near) & (depth <= settings.far)
+            depth = np.where(is_measured, depth, np.float32(np.nan))
+            if chance is not None:
+                depth = blur_depth(depth, settings.noise, chance, exposure.sample, self.noise)
+            depth.flags.writeable = False
+        return Picture(
+            time_ns=exposure.time_ns,
+            sample=exposure.sample,
+            world_T_camera=exposure.world_T_camera,
+            colour=colour,
+            depth=depth,
+        )
+
+    # ---------------------------------------------------------------- being late
+
+    @property
+    def _drops(self) -> bool:
+        late = self.description.when_late
+        if not self._latency_ns:  # it is due in the tick that it shows, and no picture is drawn in no time
+            return False
+        return late == "drop" or (late == "auto" and self.simulation.is_paced)
+
+    @property
+    def _is_behind(self) -> bool:
+        """Whether so much is being drawn already that more would be late as well."""
+        most = max(1, -(-self._latency_ns // self._period_ns))
+        waiting = sum(each.order is not None and not self._studio.is_drawn(each.order) for each in self._exposures)
+        return waiting >= most
+
+    def _leave_out(self) -> None:
+        self.dropped += 1
+        self._untold += 1
+        now = self.simulation.now
+        if now - self._told >= _A_SECOND and self._studio.is_ready:
+            self._report(
+                f"camera {self.name}: {self._untold} {'picture' if self._untold == 1 else 'pictures'} left out, "
+                f"{self.dropped} in all: drawing takes longer than the time between two"
+            )
+            self._told, self._untold = now, 0
+
+    # ---------------------------------------------------------------- life
+
+    def attach(self, simulation: Simulation) -> None:
+        """Take a place in a simulation, on what the camera is fixed to."""
+        super().attach(simulation)
+        self._period_ns = int(self.period * _A_SECOND)
+        if self.description.frame != "world":
+            self._body = int(simulation.model.body(self.description.frame).id)
+
+    def reset(self) -> None:
+        """Begin a run, with nothing left out."""
+        super().reset()
+        self.dropped = self._untold = 0
+        self._told = -_A_SECOND
+        self._studio.reopen()
+
+    def close(self) -> None:
+        """Send all listeners away, and let go of what draws."""
+        super().close()
+        self._studio.close()
+
+    def _lose_under_way(self) -> None:
+        super()._lose_under_way()
+        for exposure in self._exposures:
+            if exposure.order is not None:
+                self._studio.forget(exposure.order)
+        self._exposures.clear()

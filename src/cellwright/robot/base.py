@@ -1,0 +1,145 @@
+"""The base of a robot that is not fastened to the world: it goes where it is told, at once, as in the original."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from enum import StrEnum
+
+import numpy as np
+
+from cellwright.config.robot.config import RobotConfig
+from cellwright.engine.clock import nanoseconds
+from cellwright.engine.device import Device, State
+from cellwright.engine.simulation import Simulation
+from cellwright.robot.model.robot import BASE
+from cellwright.util.errors import RejectedCommandError
+from cellwright.util.pose import Pose
+
+LARGEST_STEP = 10.0
+"""What one message may move the base by [m], or turn it by [rad]; as a speed [m/s; rad/s], too."""
+FARTHEST = 1000.0
+"""So far from the world's origin it may be [m]."""
+TIMEOUT = 0.2
+"""So long [s] a speed is kept when no other comes."""
+MODE = "base_command_mode"
+"""Key of a robot configuration that says what commands of the base mean."""
+
+
+class Mode(StrEnum):
+    """What the numbers of a command mean."""
+
+    ORIGINAL = "original"
+    """Turn [rad], and move along the base's own y axis [m], by so much."""
+    DELTA = "delta"
+    """Turn [rad], and move along its own x and y axes [m], by so much."""
+    VELOCITY = "velocity"
+    """Turn [rad/s], and move along its own x and y axes [m/s], as fast as that, until the next command or 0.2 s."""
+
+
+class Base(Device):
+    """A robot's base.
+
+    Args:
+        config: the robot; its key `base_command_mode` (`delta` or `velocity`) makes commands three numbers.
+    """
+
+    def __init__(self, config: RobotConfig) -> None:
+        super().__init__("base")
+        self._first = config.base_pose
+        given = config.others.get(MODE)
+        self.mode = Mode(given) if given in (Mode.DELTA, Mode.VELOCITY) else Mode.ORIGINAL
+        self.pose = config.base_pose
+        """World_T_base."""
+        self._velocity = (0.0, 0.0, 0.0)
+        self._until = 0
+
+    def attach(self, simulation: Simulation) -> None:
+        """Look up the body that carries the robot."""
+        super().attach(simulation)
+        self._mocap = int(simulation.model.body(BASE).mocapid[0])
+
+    def reset(self) -> None:
+        """Stand where the configuration says."""
+        self.halt()
+        self.place(self._first)
+
+    def command(self, data: Sequence[float]) -> None:
+        """Carry out a command: two or three numbers, whose meaning and units `mode` says.
+
+        Raises:
+            RejectedCommandError: the numbers are not what they should be; nothing was changed.
+        """
+        count = 2 if self.mode is Mode.ORIGINAL else 3
+        if len(data) != count:
+            raise RejectedCommandError(f"{count} numbers are needed, not {len(data)}: {_about(self.mode)}")
+        if not all(map(math.isfinite, data)):
+            raise RejectedCommandError(f"the numbers must be finite, not {list(data)}")
+        if any(abs(value) > LARGEST_STEP for value in data):
+            raise RejectedCommandError(f"no number of a base's command may be beyond {LARGEST_STEP:g}")
+        if self.mode is Mode.VELOCITY:
+            self._velocity = (data[0], data[1], data[2])
+            self._until = self.simulation.now + nanoseconds(TIMEOUT)
+            self.set_stepping(True)
+        elif self.mode is Mode.DELTA:
+            self._move(data[0], data[1], data[2])
+        else:
+            self._move(data[0], 0.0, data[1])
+
+    def halt(self) -> None:
+        """Move no further."""
+        self._velocity, self._until = (0.0, 0.0, 0.0), 0
+        self.set_stepping(False)
+
+    def before_step(self) -> None:
+        """Move on, in the mode of velocities."""
+        if self.simulation.now >= self._until:
+            self.halt()
+            return
+        seconds = float(self.simulation.clock.timestep)
+        try:
+            self._move(*(speed * seconds for speed in self._velocity))
+        except RejectedCommandError:
+            self.halt()
+
+    def get_state(self) -> State:
+        """Where it is, and how it moves."""
+        return {
+            "position": list(self.pose.position),
+            "quaternion": list(self.pose.quaternion),
+            "velocity": list(self._velocity),
+            "until": self._until,
+        }
+
+    def set_state(self, state: State) -> None:
+        """Take over what `get_state` returned."""
+        x, y, z = state["position"]
+        self.place(Pose((x, y, z), tuple(state["quaternion"])))
+        turn, forward, left = state["velocity"]
+        self._velocity, self._until = (turn, forward, left), state["until"]
+
+    def _move(self, turn: float, x: float, y: float) -> None:
+        moved = self.pose @ Pose.from_rpy((x, y, 0.0), (0.0, 0.0, turn))
+        if any(abs(value) > FARTHEST for value in moved.position):
+            raise RejectedCommandError(f"the base may be {FARTHEST:g} m from the origin, and no farther")
+        length = math.hypot(*moved.quaternion)  # else it would grow with every message
+        w, i, j, k = (value / length for value in moved.quaternion)
+        self.place(Pose(moved.position, (w, i, j, k)))
+
+    def place(self, pose: Pose) -> None:
+        """Put what carries the robot somewhere, at once: `pose` is world_T_base."""
+        self.pose = pose
+        data = self.simulation.data
+        data.mocap_pos[self._mocap] = np.array(pose.position)
+        data.mocap_quat[self._mocap] = np.array(pose.quaternion)
+        self.simulation.touch()
+
+
+def _about(mode: Mode) -> str:
+    match mode:
+        case Mode.ORIGINAL:
+            return "turn [rad], move along y [m]"
+        case Mode.DELTA:
+            return "turn [rad], move along x and y [m]"
+        case Mode.VELOCITY:
+            return "turn [rad/s], move along x and y [m/s]"

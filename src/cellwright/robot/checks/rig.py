@@ -1,0 +1,111 @@
+"""A robot's node on the bench: commands go in as messages on its topics, positions are read after each step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from cellwright.config.robot.config import RobotConfig
+from cellwright.middleware.bus import Later
+from cellwright.middleware.messages.build import joint_state
+from cellwright.middleware.messages.std_srvs import TriggerRequest
+from cellwright.robot.model.robot import TIMESTEP, body_of
+from cellwright.robot.node import RobotNode
+from cellwright.robot.servos import Array, Motion
+from cellwright.util.pose import Pose
+
+NODE = "/motion_check"
+
+
+class Rig:
+    """A node that is driven step by step.
+
+    Args:
+        config: the robot.
+        motion: how targets are reached.
+        timestep: length of a step [s].
+        self_collision: whether links may touch each other.
+    """
+
+    def __init__(
+        self,
+        config: RobotConfig,
+        motion: Motion = Motion.SERVO,
+        *,
+        timestep: Fraction = TIMESTEP,
+        self_collision: bool = False,
+    ) -> None:
+        self.node = RobotNode(
+            config,
+            motion=motion,
+            timestep=timestep,
+            self_collision=self_collision,
+        )
+        self.numbers = {name: number for number, name in enumerate(self.node.driver.joints)}
+        self.joint_states: tuple[str, ...] = ()
+        """Names of the joint states, as last heard."""
+        self.node.bus.subscribe("/io_teleop/joint_states", self._hear, node=NODE)
+        self.timestep = float(self.node.simulation.clock.timestep)
+
+    def begin(self) -> None:
+        """Put the robot up anew."""
+        self.node.simulation.reset()
+
+    def send(self, targets: Mapping[str, float]) -> None:
+        """Command joints by name [rad; m], before the next step."""
+        self._publish("/io_teleop/joint_cmd", list(targets), list(targets.values()))
+
+    def send_grippers(self, statuses: Sequence[float]) -> None:
+        """Command all grippers, 0 open to 1 closed, before the next step."""
+        self._publish("/io_teleop/target_gripper_status", [], statuses)
+
+    def reset(self) -> tuple[float, str]:
+        """Have the robot go home: how long it took [s], and why it did not; empty when it did."""
+        begun = self.node.simulation.time
+        answer: Any = self.node.bus.call("/io_teleop_reset_robot", TriggerRequest(), node=NODE)
+        if isinstance(answer, Later):
+            while answer.response is None:
+                self.step()
+            answer = answer.response
+        return self.node.simulation.time - begun, "" if answer.success else str(answer.message)
+
+    def step(self) -> Array:
+        """Let a step pass; where the joints are then [rad; m]."""
+        self.node.simulation.step()
+        return self.positions
+
+    def run(self, seconds: float) -> tuple[Array, Array]:
+        """Let time pass [s]: times since now (n) [s] and positions (n, joints) [rad; m], the first of them as it is."""
+        count = round(seconds / self.timestep)
+        found = np.array([self.positions, *(self.step() for _ in range(count))])
+        return self.times(count), found
+
+    def times(self, count: int) -> Array:
+        """The times (count + 1) [s] before and after each of `count` steps."""
+        found: Array = np.arange(count + 1, dtype=np.float64) * self.timestep
+        return found
+
+    @property
+    def positions(self) -> Array:
+        """Where the joints are [rad; m], in the order of their indices."""
+        return self.node.driver.read().positions.copy()
+
+    def link_pose(self, name: str) -> Pose:
+        """Where a link is in the world."""
+        self.node.simulation.refresh()
+        body = self.node.simulation.data.body(body_of(name))
+        (x, y, z), (w, i, j, k) = body.xpos.tolist(), body.xquat.tolist()
+        return Pose((x, y, z), (w, i, j, k))
+
+    def close(self) -> None:
+        """Let go of the node."""
+        self.node.close()
+
+    def _publish(self, topic: str, names: Sequence[str], positions: Sequence[float]) -> None:
+        self.node.bus.publish(topic, joint_state(names, positions, time=self.node.simulation.now), node=NODE)
+
+    def _hear(self, message: object) -> None:
+        self.joint_states = tuple(getattr(message, "name", ()))

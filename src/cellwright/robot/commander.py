@@ -1,0 +1,296 @@
+"""The commander: keeps what the joints were told last, and gives it to the driver before each step.
+
+What commands bring passes a gate (is anything taken now, from whom, how old is it), then becomes what is desired, and
+from there, within limits and as fast as is allowed, what is applied.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+
+import numpy as np
+
+from cellwright.config.robot.model import RobotModel
+from cellwright.engine.device import Device, State
+from cellwright.robot.drivers.driver import Driver
+from cellwright.robot.mimics import Mimics
+from cellwright.robot.safety.approach import Approach, Numbers
+from cellwright.robot.safety.counts import Counts
+from cellwright.robot.safety.gate import Gate
+from cellwright.robot.safety.notices import Notices
+from cellwright.robot.safety.settings import SafetySettings
+from cellwright.robot.safety.watchdog import Watchdog
+from cellwright.robot.servos import Array, fastest
+
+_SOURCES = (
+    "/io_teleop/joint_cmd",
+    "/io_teleop/target_joint_from_vr",
+    "/io_teleop/target_gripper_status",
+    "/io_teleop/target_finger_joints",
+    "/io_teleop/joint_cmd_finger_left",
+    "/io_teleop/joint_cmd_finger_right",
+    "/io_teleop/target_ee_poses",
+)
+
+
+class Commander(Device):
+    """Targets of all joints.
+
+    Args:
+        driver: whom they go to.
+        robot: whose joints they are.
+        safety: what is guarded against.
+        gate: whose commands are taken.
+        notices: where people are told of what was taken otherwise than it was meant.
+        max_accelerations: how fast targets may change their speed [rad/s^2; m/s^2], by joint; others are not bounded.
+
+    Attributes:
+        numbers: number of each joint with one degree of freedom, by name.
+        mimics: the joints that follow another one.
+        counts: how many commands were taken.
+        is_enabled: whether commands are taken, by the wish of whoever watches over the robot.
+        is_stopped: whether the emergency stop is on.
+        is_homing: whether the robot is on its way home.
+        why_held: why the robot was held last, in a sentence; empty when it follows commands.
+    """
+
+    def __init__(
+        self,
+        driver: Driver,
+        robot: RobotModel,
+        safety: SafetySettings,
+        gate: Gate,
+        notices: Notices,
+        max_accelerations: Mapping[str, float],
+    ) -> None:
+        super().__init__("commander")
+        self.driver, self.gate, self.notices = driver, gate, notices
+        self.numbers = {name: number for number, name in enumerate(driver.joints)}
+        self.counts = Counts()
+        self.on_hold: list[Callable[[], None]] = []
+        """Called whenever all joints are held, and before they go home: what moves by itself is to end then."""
+        self.on_clear: list[Callable[[], None]] = []
+        """Called when an emergency stop is cleared."""
+        joints = [robot.joint(name) for name in driver.joints]
+        limits = [joint.limits for joint in joints]
+        self._approach = Approach(
+            driver.joints,
+            np.array([each.lower for each in limits]),
+            np.array([each.upper for each in limits]),
+            np.array([fastest(joint) for joint in joints]),
+            safety,
+            np.array([max_accelerations.get(joint.name, np.inf) for joint in joints]),
+        )
+        self.mimics = Mimics(joints, self.numbers)
+        self._safety = safety
+        self._seconds = 0.0
+        self.watchdog = Watchdog(safety, _SOURCES, gate, self._approach, self._measured, notices)
+        self.is_enabled = not safety.start_disabled
+        self.is_stopped = self.is_homing = False
+        self.why_held = ""
+        self._ignored_for = ""  # for what reason the newest commands were ignored
+
+    def reset(self) -> None:
+        """Hold what the robot stands in."""
+        self._seconds = float(self.simulation.clock.timestep)
+        self._approach.begin(self.driver.read().positions)
+        self.gate.forget()
+        self.watchdog.forget()
+        self.is_enabled, self.is_stopped, self.is_homing = not self._safety.start_disabled, False, False
+        self.why_held = ""
+        if self._safety.start_disabled:
+            self._approach.hold(self.applied)  # once it is enabled it is approached slowly, as after any hold
+
+    # ---------------------------------------------------------------- what is asked for
+
+    @property
+    def desired(self) -> Array:
+        """Where commands want the joints [rad; m], within their limits."""
+        return self._approach.desired
+
+    @property
+    def applied(self) -> Array:
+        """What the joints are given [rad; m]."""
+        return self._approach.applied
+
+    @property
+    def lower(self) -> Array:
+        """Least positions of the joints [rad; m]; finite."""
+        return self._approach.lower
+
+    @property
+    def upper(self) -> Array:
+        """Greatest positions of the joints [rad; m]; finite."""
+        return self._approach.upper
+
+    @property
+    def takes_commands(self) -> bool:
+        """Whether commands are taken now; if not, they are ignored, and counted."""
+        return self.is_enabled and not self.is_stopped and not self.is_homing
+
+    def take(self, topic: str, node: str, stamp: int, act: Callable[[], bool]) -> None:
+        """Carry out a command that came in.
+
+        Args:
+            topic: where.
+            node: from whom.
+            stamp: of the message [ns]; 0 where it has none.
+            act: carries it out; False when there was nothing in it for this robot.
+
+        Raises:
+            RejectedCommandError: it is not to be carried out.
+        """
+        if not self.takes_commands:
+            self._ignore(topic, node)
+            return
+        self._ignored_for = ""
+        self.gate.check(topic, node, stamp)
+        if not act():
+            self.counts.ignored += 1
+            return
+        self.gate.confirm(topic, node, stamp)
+        self.counts.taken += 1
+        self.why_held = ""
+        self.watchdog.hear(topic, node)
+
+    def follow(self, topic: str, joints: Iterable[int], positions: Iterable[float], *, guarded: bool = False) -> None:
+        """Have joints, by their number, follow a topic to positions [rad; m]; cut off at their limits.
+
+        Args:
+            topic: whose command it is: one of the contract's.
+            joints: which.
+            positions: one for each.
+            guarded: whether start guard and clutch are meant for them.
+
+        Raises:
+            RejectedCommandError: the start guard refuses it; nothing was changed then.
+        """
+        chosen, targets = np.fromiter(joints, dtype=np.intp), np.fromiter(positions, dtype=np.float64)
+        beyond = self._approach.follow(_SOURCES.index(topic), chosen, targets, self._measured, guarded=guarded)
+        if len(beyond):
+            self._tell_of_limits(topic, beyond, dict(zip(chosen.tolist(), targets.tolist(), strict=True)))
+
+    def aim(self, joints: Iterable[int], positions: Iterable[float]) -> bool:
+        """Have joints, by their number, go to positions [rad; m] by the wish of the node's own program.
+
+        Returns:
+            False where commands are not taken now: nothing was changed then.
+        """
+        if not self.takes_commands:
+            self.counts.ignored += 1
+            return False
+        self._approach.lead(np.fromiter(joints, dtype=np.intp), np.fromiter(positions, dtype=np.float64))
+        self.counts.taken += 1
+        return True
+
+    def leads(self, topic: str, joints: Iterable[int]) -> bool:
+        """Whether a topic is what these joints follow: no other has commanded them since, and none was held."""
+        return bool((self._approach.source[list(joints)] == _SOURCES.index(topic)).all())
+
+    def stand(self) -> None:
+        """As long as nothing has been asked for, take where the robot stands for what it is to hold."""
+        self._approach.stand(self._measured())
+
+    # ---------------------------------------------------------------- what ends it
+
+    def hold(self, why: str) -> None:
+        """Hold all joints where they stand; what was asked for is forgotten, so that nothing jumps afterwards."""
+        self._approach.hold(self._measured())
+        self.watchdog.forget()
+        self.is_homing = False
+        self.why_held = why
+        for end in self.on_hold:
+            end()
+
+    def stop(self, why: str) -> None:
+        """Emergency stop: hold at once, and take no command until it is cleared."""
+        if not self.is_stopped:
+            self.is_stopped = True
+            self.hold(why)
+            self.notices.tell(f"{why}; /io_teleop/clear_emergency_stop ends it")
+
+    def clear_stop(self) -> None:
+        """End an emergency stop: the robot stays where it is until the next command."""
+        self.is_stopped = False
+        self.why_held = "holds where it was stopped, until the next command"
+        for begin in self.on_clear:
+            begin()
+
+    def set_enabled(self, enabled: bool) -> None:  # noqa: FBT001
+        """Take commands, or none: then the robot holds where it stands."""
+        if self.is_enabled and not enabled:
+            self.hold("commands are switched off")
+        elif enabled and not self.is_enabled:
+            self.why_held = ""
+        self.is_enabled = enabled
+
+    def begin_homing(self, joints: Numbers, positions: Array) -> None:
+        """Bring joints to positions [rad; m], and take no command meanwhile."""
+        for end in self.on_hold:
+            end()
+        self._approach.release()
+        self._approach.lead(joints, positions)
+        self.watchdog.forget()
+        self.is_homing, self.why_held = True, ""
+
+    def end_homing(self) -> None:
+        """Take commands again: the robot has come home."""
+        self._approach.release()
+        self.is_homing = False
+
+    # ---------------------------------------------------------------- time
+
+    def before_step(self) -> None:
+        """Give the driver what is to be applied in this step."""
+        self.watchdog.look()
+        approach = self._approach
+        if approach.advance(self._seconds):
+            self.mimics.carry(approach)
+            self.driver.command(approach.applied)
+
+    # ---------------------------------------------------------------- state
+
+    def get_state(self) -> State:
+        """Targets, flags, and whose commands are taken."""
+        return {
+            **self._approach.get_state(),
+            "gate": self.gate.get_state(),
+            "silent": self.watchdog.get_state(),
+            "enabled": self.is_enabled,
+            "stopped": self.is_stopped,
+            "homing": self.is_homing,
+            "why held": self.why_held,
+        }
+
+    def set_state(self, state: State) -> None:
+        """Take over what `get_state` returned."""
+        self._approach.set_state(state)
+        self.gate.set_state(state["gate"])
+        self.watchdog.set_state(state["silent"])
+        self.is_enabled, self.is_stopped, self.is_homing = state["enabled"], state["stopped"], state["homing"]
+        self.why_held = state["why held"]
+
+    # ---------------------------------------------------------------- inside
+
+    def _measured(self) -> Array:
+        """Where the joints stand [rad; m]."""
+        return self.driver.read().positions
+
+    def _ignore(self, topic: str, node: str) -> None:
+        """Count a command that is not taken now; tell once why none is."""
+        self.counts.ignored += 1
+        if self.is_stopped:
+            why = "the emergency stop is on (/io_teleop/clear_emergency_stop ends it)"
+        elif not self.is_enabled:
+            why = "commands are switched off (/io_teleop/set_enabled switches them on)"
+        else:
+            why = "the robot is on its way home"
+        if why != self._ignored_for:
+            self._ignored_for = why
+            self.notices.tell(f"ignored {topic}{f' from {node}' if node else ''}, and what follows: {why}")
+
+    def _tell_of_limits(self, topic: str, joints: Numbers, asked: dict[int, float]) -> None:
+        lower, upper = self._approach.lower, self._approach.upper
+        self.notices.tell_of_limits(
+            topic, [(self.driver.joints[each], asked[each], lower[each], upper[each]) for each in joints.tolist()]
+        )

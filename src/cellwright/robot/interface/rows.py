@@ -1,0 +1,97 @@
+"""The contract of the robot controller node: the `io_teleop` names, and what stands around them.
+
+Names, types and rates are those of the io_teleop stack, as its public ROS 1 workspace and those who speak to it have
+them. What it has no name for (what was really applied, enabling, emergency stop) is marked as Cellwright's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from cellwright.config.robot.config import RobotConfig
+from cellwright.middleware.interface.table import Kind, Pace, Row, Where, says, takes
+
+NODE = "/sim_robot_controller_node"
+"""The node's name in ROS when nothing else is said: that of the vendor's general node."""
+
+TOPIC, SERVICE = Kind.TOPIC, Kind.SERVICE
+ALWAYS, ARMS, GRIPPERS = Where.ALWAYS, Where.ARMS, Where.GRIPPERS
+JOINTS = "sensor_msgs/JointState"
+
+NODE_OF_TIME = "the node of the io_teleop workspace"
+CONTROLLER = "the universal controller's side"
+ADOPTERS = "nodes of adopters"
+OWN = "Cellwright"
+
+# fmt: off
+IO_TELEOP = (
+    says("/clock", "rosgraph_msgs/Clock", Pace.EACH_STEP, Where.SIMULATED_TIME,
+         "Simulation time.", source=OWN),
+    says("/io_teleop/joint_states", JOINTS, 100, ALWAYS,
+         "All joints that are not fixed, by URDF name in the order of their indices.", source=NODE_OF_TIME),
+    says("/io_teleop/applied_joint_cmd", JOINTS, 100, ALWAYS,
+         "The targets that the joints really follow, after limits and safety.", source=OWN),
+    says("/io_teleop/gripper_states", JOINTS, 100, GRIPPERS,
+         "How far each gripper is closed, 0 to 1: right, left.", source=ADOPTERS),
+    says("/io_teleop/state_ee_poses", "geometry_msgs/PoseArray", 100, ARMS,
+         "Where the tips of the arms are: right, left; in the frame of `controller_indices.base`.", source=CONTROLLER),
+    says("/io_teleop/camera_{sensor}/color", "sensor_msgs/Image", 30, Where.EACH_CAMERA,
+         "What a camera of the configuration sees, `rgb8`.", source=OWN),
+    says("/io_teleop/camera_{sensor}/depth", "sensor_msgs/Image", 30, Where.EACH_CAMERA,
+         "How far away that is, along the line of sight in m, `32FC1`.", source=OWN),
+    says("/io_teleop/camera_{sensor}/camera_info", "sensor_msgs/CameraInfo", 30, Where.EACH_CAMERA,
+         "The matrix of these pictures.", source=OWN),
+    says("/io_teleop/status", "cellwright_msgs/TeleopStatus", Pace.ON_EVENT, ALWAYS,
+         "Whether commands are taken, from whom, and what was refused.", latch=True, source=OWN),
+    takes(TOPIC, "/io_teleop/joint_cmd", JOINTS, ALWAYS,
+          "Target positions by name, of any joints.", source=NODE_OF_TIME),
+    takes(TOPIC, "/io_teleop/target_joint_from_vr", JOINTS, ALWAYS,
+          "Target positions by name, from the headset (the head, say).", source=NODE_OF_TIME),
+    takes(TOPIC, "/io_teleop/target_gripper_status", JOINTS, GRIPPERS,
+          "How far each gripper is to be closed, 0 to 1, in the order right, left; names count for nothing.",
+          source=NODE_OF_TIME),
+    takes(TOPIC, "/io_teleop/target_finger_joints", JOINTS, ALWAYS,
+          "Target positions of finger joints by name.", source=NODE_OF_TIME),
+    takes(TOPIC, "/io_teleop/joint_cmd_finger_left", JOINTS, ALWAYS,
+          "Target positions of finger joints of the left hand by name.", source=ADOPTERS),
+    takes(TOPIC, "/io_teleop/joint_cmd_finger_right", JOINTS, ALWAYS,
+          "Target positions of finger joints of the right hand by name.", source=ADOPTERS),
+    takes(TOPIC, "/io_teleop/target_ee_poses", "geometry_msgs/PoseArray", ARMS,
+          "Where the tips of the arms are to go: right, left; in the frame of `controller_indices.base`.",
+          source=NODE_OF_TIME),
+    takes(TOPIC, "/io_teleop/target_base_move", "std_msgs/Float64MultiArray", Where.FREE_BASE,
+          "By how much the base is to turn [rad] and to move along its own y axis [m].", source=NODE_OF_TIME),
+    takes(TOPIC, "/io_teleop/emergency_stop", "std_msgs/Bool", ALWAYS,
+          "True: hold at once, and take no command until the stop is cleared.", source=OWN),
+    takes(SERVICE, "/io_teleop_reset_robot", "std_srvs/Trigger", ALWAYS,
+          "Goes home; answers when the robot is there.", source=NODE_OF_TIME),
+    takes(SERVICE, "/io_teleop/set_enabled", "std_srvs/SetBool", ALWAYS,
+          "Takes commands, or none.", source=OWN),
+    takes(SERVICE, "/io_teleop/clear_emergency_stop", "std_srvs/Trigger", ALWAYS,
+          "Ends an emergency stop: the robot stays where it is until the next command.", source=OWN),
+)
+# fmt: on
+
+
+def rows(
+    config: RobotConfig, *, cameras: Iterable[str] = (), node: str = NODE, sim_time: bool = False
+) -> tuple[Row, ...]:
+    """The rows of a robot's node.
+
+    Args:
+        config: the robot.
+        cameras: names of its cameras that take pictures.
+        node: name of the node.
+        sim_time: whether the node tells its own time on /clock.
+    """
+    there = {
+        Where.ALWAYS: True,
+        Where.ARMS: bool(config.arms),
+        Where.GRIPPERS: bool(config.grippers),
+        Where.FREE_BASE: config.fixed_link is None,
+        Where.SIMULATED_TIME: sim_time,
+    }
+    found = [row for row in IO_TELEOP if there.get(row.where)]
+    found += [row.of(name) for name in cameras for row in IO_TELEOP if row.where is Where.EACH_CAMERA]
+    return tuple(replace(row, node=node) for row in found)

@@ -1,0 +1,143 @@
+"""The robot controller node: the one place where robot, world, simulation, servos, safety and contract are joined."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from fractions import Fraction
+
+from cellwright.config.robot.config import RobotConfig
+from cellwright.engine.simulation import Simulation
+from cellwright.middleware.bus import Bus
+from cellwright.robot.base import Base
+from cellwright.robot.cameras import CameraTopics, add_cameras
+from cellwright.robot.commander import Commander
+from cellwright.robot.commands import Commands
+from cellwright.robot.drivers.driver import Driver
+from cellwright.robot.drivers.live import LiveDriver, let_go
+from cellwright.robot.drivers.mirror import Mirror
+from cellwright.robot.hands.grippers import ranges
+from cellwright.robot.hands.inverse_kinematics import Caps
+from cellwright.robot.hands.poses import EePoses
+from cellwright.robot.hands.topics import EePoseTopics
+from cellwright.robot.home import Homing
+from cellwright.robot.interface import rows as io_teleop
+from cellwright.robot.model.robot import TIMESTEP, build_robot
+from cellwright.robot.publications import Publications
+from cellwright.robot.safety.counts import Counts
+from cellwright.robot.safety.gate import Gate
+from cellwright.robot.safety.notices import Notices
+from cellwright.robot.safety.settings import SafetySettings
+from cellwright.robot.servos import JointServos, Motion
+
+
+class RobotNode:
+    """A robot and its node, ready to run: each `simulation.step()` lets 1/240 s pass.
+
+    Args:
+        config: the robot.
+        motion: how targets are reached.
+        timestep: length of a step [s].
+        self_collision: whether links may touch each other.
+        safety: what is guarded against.
+        node: name of the node in ROS.
+        sim_time: whether messages carry simulation time, which is then told on /clock.
+        stamp: the time that messages carry [ns], where that is not simulation time.
+        report: takes a line about refused input, at most one a second from each source.
+        driver: moves the robot in place of the simulation, which then only shows it; it is closed with the node, also
+            when there comes to be none.
+
+    Raises:
+        DriverError: the driver is not this robot's, or cannot be read.
+    """
+
+    in_competition = False
+
+    def __init__(
+        self,
+        config: RobotConfig,
+        *,
+        motion: Motion = Motion.SERVO,
+        timestep: Fraction = TIMESTEP,
+        self_collision: bool = False,
+        safety: SafetySettings = SafetySettings(),  # noqa: B008
+        node: str = io_teleop.NODE,
+        sim_time: bool = False,
+        stamp: Callable[[], int] | None = None,
+        report: Callable[[str], None] = lambda _line: None,
+        driver: Driver | None = None,
+    ) -> None:
+        self._is_closed = False
+        self.config = config
+        self.name = config.name
+        with ExitStack() as on_failure:
+            if driver is not None:
+                on_failure.callback(let_go, driver)
+            self.world = build_robot(config, timestep=timestep, self_collision=self_collision)
+            self.simulation = Simulation(self.world.model, timestep=timestep, first_pose=self.world.put_in_first_pose)
+            self.servos = JointServos(config.robot, motion)
+            self.driver: Driver = self.servos
+            if driver is not None:
+                on_failure.pop_all()  # from here on it is closed by the thread that calls it
+                self.driver = live = LiveDriver(config, driver)
+                on_failure.callback(live.close)
+            self.bus = Bus(lambda: self.simulation.now, report)
+            told = stamp if stamp is not None and not sim_time else lambda: self.simulation.now
+            notices = Notices(lambda: self.simulation.now, report)
+            self.told = told
+            """The time that messages carry [ns]."""
+            self.arrived = told()
+            """When the newest command came, as the stamps of messages count [ns]."""
+            self.bus.on_given.append(lambda _given: setattr(self, "arrived", told()))
+            gate = Gate(safety, lambda: self.simulation.now, lambda: self.arrived)
+            self.commander = Commander(
+                self.driver, config.robot, safety, gate, notices, max_accelerations=config.max_accelerations
+            )
+            self.homing = Homing(config, self.commander)
+            self.base = Base(config)
+            self.ee_poses = EePoses(config, self.commander, caps=Caps.of(safety.tip_speed, safety.tip_turning))
+            self.commander.on_hold.append(self.base.halt)
+            self._add_devices()
+            grippers = ranges(config.grippers, config.robot, self.commander.numbers)
+            self.cameras = add_cameras(config, self.simulation, report)
+            """The cameras of the configuration that take pictures, by name."""
+            table = io_teleop.rows(config, cameras=self.cameras, node=node, sim_time=sim_time)
+            Commands(config, self.commander, self.homing, grippers, self.base).serve(self.bus, table)
+            EePoseTopics(config, self.commander, self.ee_poses, told).serve(self.bus, self.simulation, table)
+            Publications(config.robot, self.driver, self.commander, grippers, told).advertise(
+                self.bus, self.simulation, table
+            )
+            CameraTopics(self.cameras, told).advertise(self.bus, table)
+            self.simulation.reset()
+            on_failure.pop_all()
+
+    def _add_devices(self) -> None:
+        """Give the devices their places: what brings targets acts before the commander, which gives them on."""
+        self.simulation.add(self.servos)
+        if isinstance(self.driver, LiveDriver):
+            self.commander.on_clear.append(self.driver.clear)
+            # It may have been moved by hand meanwhile.
+            self.commander.on_clear.append(lambda: self.commander.hold(self.commander.why_held))
+            self.simulation.add(Mirror(self.driver, self.servos, self.commander.stop, self.commander.stand))
+        for device in (self.base, self.ee_poses, self.commander, self.homing):
+            self.simulation.add(device)
+
+    @property
+    def counts(self) -> Counts:
+        """How many commands were taken, and how many ignored."""
+        return self.commander.counts
+
+    @property
+    def refused(self) -> int:
+        """How many commands and calls were refused."""
+        return self.bus.refusals.total
+
+    def out_of_sight(self) -> tuple[int, ...]:
+        """Ids of bodies that are not there to be seen: none."""
+        return ()
+
+    def close(self) -> None:
+        """End: the robot is let go of. Again is no error."""
+        if not self._is_closed:
+            self._is_closed = True
+            self.simulation.close()

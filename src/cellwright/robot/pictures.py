@@ -1,0 +1,145 @@
+"""Pictures of robots: the camera stands where the whole robot is seen, and the light comes from behind it."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from cellwright.rendering.camera import Camera
+from cellwright.rendering.picture import Progress, render
+from cellwright.rendering.png import save
+from cellwright.robot.model.floor import seen_corners
+from cellwright.robot.model.robot import RobotWorld, body_of
+from cellwright.util.errors import UsageError
+from cellwright.util.pose import Vector3
+
+WIDTH, HEIGHT = 900, 1000
+"""Of a picture, in pixels, unless told otherwise."""
+TURN, TILT = math.radians(-28), math.radians(12)
+"""From where a robot is seen [rad], unless told otherwise: to the right of its front, and from above."""
+
+_FOV = math.radians(30)
+_MARGIN = 0.94  # share of the picture that the robot fills
+_NEAREST = 0.01  # [m], from a robot that has nothing to be seen
+_LAMP_TURN, _LAMP_TILT, _LAMP_DISTANCE = math.radians(28), math.radians(48), 8.0  # [m]
+
+
+def robot_camera(
+    world: RobotWorld,
+    data: mujoco.MjData,
+    width: int = WIDTH,
+    height: int = HEIGHT,
+    *,
+    turn: float = TURN,
+    tilt: float = TILT,
+) -> Camera:
+    """A camera that has the whole robot in its picture.
+
+    Args:
+        world: the robot.
+        data: its state; only read.
+        width: of the picture, in pixels.
+        height: of the picture, in pixels.
+        turn: from where it is seen [rad]: 0 from its front (the x axis of its root link), positive from its left.
+        tilt: from how far above [rad], less than a right angle.
+
+    Raises:
+        UsageError: if an argument is out of range.
+    """
+    return camera_on(world.model, data, _heading(world, data) + turn, tilt, width, height)
+
+
+def save_robot_picture(
+    path: str | Path,
+    world: RobotWorld,
+    data: mujoco.MjData,
+    width: int = WIDTH,
+    height: int = HEIGHT,
+    *,
+    turn: float = TURN,
+    tilt: float = TILT,
+    samples: int = 2,
+    progress: Progress | None = None,
+) -> None:
+    """Writes a picture of the whole robot as it stands to the file `path`, as PNG.
+
+    The arguments are those of `robot_camera`, and for `samples` and `progress` those of `picture.render`.
+
+    Raises:
+        UsageError: if an argument is out of range or the file cannot be written.
+    """
+    camera = robot_camera(world, data, width, height, turn=turn, tilt=tilt)
+    lamp = robot_lamp(camera)
+    save(path, render(world.model, data, camera, width, height, lamp=lamp, samples=samples, progress=progress))
+
+
+def robot_lamp(camera: Camera) -> Vector3:
+    """Where the light comes from that shows a robot well [m], from the point that the camera looks at: behind it."""
+    heading = math.atan2(camera.eye[1] - camera.target[1], camera.eye[0] - camera.target[0])
+    return _vector(_LAMP_DISTANCE * _direction(heading - _LAMP_TURN, _LAMP_TILT))
+
+
+def camera_on(
+    model: mujoco.MjModel, data: mujoco.MjData, heading: float, tilt: float, width: int, height: int
+) -> Camera:
+    """A camera that has all that is seen of a robot in its picture.
+
+    Args:
+        model: the robot.
+        data: its state; only read.
+        heading: from where it looks at the robot [rad], about the world's z from x.
+        tilt: from how far above [rad], less than a right angle.
+        width: of the picture, in pixels.
+        height: of the picture, in pixels.
+
+    Raises:
+        UsageError: if an argument is out of range.
+    """
+    if width < 1 or height < 1:
+        raise UsageError(f"a picture has at least one pixel, not {width} x {height}")
+    corners = seen_corners(model, data)
+    if not len(corners):
+        corners = np.zeros((1, 3))
+    back = _direction(heading, tilt)
+    optical_R_world = _camera(back, np.zeros(3)).world_R_optical.T
+    right, down, deep = optical_R_world @ corners.T
+    slope = math.tan(_FOV / 2) * _MARGIN
+    # Each corner keeps the eye behind four planes: as near as all of them allow is where the robot fills the picture.
+    x, nearest_x = _eye(right, deep, slope * width / height)
+    y, nearest_y = _eye(down, deep, slope)
+    middle = (float(deep.min()) + float(deep.max())) / 2
+    z = min(nearest_x, nearest_y, middle - _NEAREST)
+    return _camera(np.array((x, y, z)) @ optical_R_world, np.array((x, y, middle)) @ optical_R_world)
+
+
+def _eye(across: NDArray[np.float64], deep: NDArray[np.float64], slope: float) -> tuple[float, float]:
+    """Where an eye sees all points within `slope` to either side: how far across, and how deep at most [m]."""
+    low, high = float(np.max(across - slope * deep)), float(np.min(across + slope * deep))
+    return (low + high) / 2, (high - low) / (2 * slope)
+
+
+def _camera(eye: NDArray[np.float64], target: NDArray[np.float64]) -> Camera:
+    return Camera(_vector(eye), _vector(target), fov=_FOV)
+
+
+def _heading(world: RobotWorld, data: mujoco.MjData) -> float:
+    """Which way the robot faces [rad], about the world's z from x."""
+    still = mujoco.MjData(world.model)
+    still.qpos[:], still.mocap_pos[:], still.mocap_quat[:] = data.qpos, data.mocap_pos, data.mocap_quat
+    mujoco.mj_kinematics(world.model, still)
+    x, y = still.body(body_of(world.config.robot.root)).xmat[[0, 3]]
+    return math.atan2(y, x)
+
+
+def _direction(heading: float, tilt: float) -> NDArray[np.float64]:
+    level = math.cos(tilt)
+    return np.array([level * math.cos(heading), level * math.sin(heading), math.sin(tilt)])
+
+
+def _vector(values: NDArray[np.float64]) -> Vector3:
+    x, y, z = (float(value) for value in values)
+    return (x, y, z)

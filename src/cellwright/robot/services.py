@@ -1,0 +1,213 @@
+"""A robot past its topics: services of the server with JSON in and out, for windows and for assembled robots."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+from cellwright.clients.assembled import services
+from cellwright.config.robot.config import Posture
+from cellwright.config.robot.model import Joint
+from cellwright.middleware.server.requests import Extra
+from cellwright.robot.joint_targets import MOST
+from cellwright.robot.model.robot import body_of
+from cellwright.robot.node import RobotNode
+from cellwright.util.errors import RejectedCommandError
+from cellwright.util.pose import Pose
+
+
+class Offers(Protocol):
+    """Takes services: a server, or whoever wants to call them itself."""
+
+    def offer(self, service: str, handler: Extra, *, acts: bool = False) -> None:
+        """Take one; see `Server.offer`."""
+        ...
+
+
+class RobotServices:
+    """Answers for a robot. Joints and links go by index, poses are [[x, y, z], [qx, qy, qz, qw]] in the world.
+
+    Args:
+        node: the robot.
+    """
+
+    def __init__(self, node: RobotNode) -> None:
+        self._node = node
+        self._robot = node.config.robot
+        numbers = {name: number for number, name in enumerate(node.servos.joints)}
+        self._numbers = {
+            index: numbers[joint.name] for index, joint in enumerate(self._robot.joints) if joint.name in numbers
+        }
+        movable = [joint.name for joint in self._robot.movable]
+        self._places = [movable.index(name) for name in node.servos.joints]
+
+    def offer(self, server: Offers) -> None:
+        """Answer on a server, and let whoever asks there move the robot past its topics."""
+        self.offer_state(server)
+        server.offer(services.DESCRIBE, self.describe)
+        server.offer(services.MOVE, self.move, acts=True)
+        server.offer(services.PLACE, self.place, acts=True)
+        server.offer(services.MOVE_TIP, self.move_tip, acts=True)
+        server.offer(services.PLACE_BASE, self.place_base, acts=True)
+
+    def offer_state(self, server: Offers) -> None:
+        """Tell on a server how the robot is, and no more."""
+        server.offer(services.STATE, self.state)
+
+    def describe(self, _asked: dict[str, Any]) -> dict[str, Any]:
+        """The robot, as it has been put up."""
+        config, link_indices = self._node.config, self._robot.link_indices
+        return {
+            "name": config.name,
+            "joints": [self._described(index, joint) for index, joint in enumerate(self._robot.joints)],
+            "arms": [
+                {
+                    "joints": self._indices(arm.joints),
+                    "tip": link_indices[arm.tip],
+                    "home": list(arm.home),
+                    "home_pose": self._link_pose(link_indices[arm.tip]),
+                }
+                for arm in config.arms
+            ],
+            "grippers": [
+                {
+                    "joints": self._indices(gripper.joints),
+                    "follows": [self._robot.joint(name).mimic is not None for name in gripper.joints],
+                    "ways": [gripper.way(self._robot.joint(name)) for name in gripper.joints],
+                }
+                for gripper in config.grippers
+            ],
+            "head": None if config.head is None else {**self._posture(config.head), "axes": list(config.head_axes)},
+            "dorsal": None if config.dorsal is None else self._posture(config.dorsal),
+            "waist": None if config.waist is None else self._posture(config.waist),
+        }
+
+    def state(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """All movable joints, what carries the robot, where the driven joints are to go, and the links asked for.
+
+        Raises:
+            RejectedCommandError: `links` is no list of indices, or too long.
+        """
+        links = asked.get("links", [])
+        if not isinstance(links, list) or len(links) > MOST:
+            raise RejectedCommandError(f"links are given as a list of indices, of no more than {MOST}")
+        readings = self._node.driver.read()
+        found: dict[str, Any] = {
+            "driven": readings.positions.tolist(),
+            "targets": self._node.commander.applied.tolist(),
+            "carrier": [*self._node.base.pose.position, *self._node.base.pose.quaternion],
+        }
+        for name, values in zip(("positions", "velocities", "efforts"), readings, strict=True):
+            row = [0.0] * len(self._robot.movable)
+            for place, value in zip(self._places, values.tolist(), strict=True):
+                row[place] = value
+            found[name] = row
+        return {**found, "links": [self._link_pose(index) for index in links]}
+
+    def move(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Have joints go somewhere."""
+        targets = self._targets(asked)
+        self._check_freedom()
+        self._node.commander.aim(*targets)
+        return {}
+
+    def place(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Put joints somewhere."""
+        numbers, positions = self._targets(asked)
+        self._check_freedom()
+        self._node.servos.place(numbers, positions)
+        self._node.commander.aim(numbers, positions)
+        return {}
+
+    def move_tip(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Bring the tip of an arm to a pose; the other arms go on with what they are doing.
+
+        Raises:
+            RejectedCommandError: there is no such arm, it is no pose, or the robot takes no commands now.
+        """
+        arm, world_T_tip = asked.get("arm"), _asked_pose(asked)
+        references = self._node.ee_poses.references
+        if not isinstance(arm, int) or not 0 <= arm < len(references):
+            raise RejectedCommandError(f"there is no arm {arm!r}")
+        self._check_freedom()
+        world_T_reference = self._pose(self._robot.link_indices[references[arm]])
+        poses: list[Pose | None] = [None] * len(references)
+        poses[arm] = world_T_reference.inverse() @ world_T_tip
+        self._node.ee_poses.aim(poses)
+        return {}
+
+    def place_base(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Put the root link somewhere: what carries the robot is moved, which may be fastened to another link."""
+        wanted = _asked_pose(asked)
+        self._check_freedom()
+        base = self._node.base
+        base.place(wanted @ self._pose(-1).inverse() @ base.pose)
+        return {}
+
+    # ---------------------------------------------------------------- inside
+
+    def _check_freedom(self) -> None:
+        commander = self._node.commander
+        if not commander.takes_commands:
+            why = commander.why_held or "it is disabled, or on its way home"
+            raise RejectedCommandError(f"the robot takes no commands now: {why}")
+
+    def _targets(self, asked: dict[str, Any]) -> tuple[list[int], list[float]]:
+        indices, positions = asked.get("joints"), asked.get("positions")
+        if not isinstance(indices, list) or not isinstance(positions, list) or len(indices) != len(positions):
+            raise RejectedCommandError("as many positions as joints are needed")
+        if len(indices) > MOST:
+            raise RejectedCommandError(f"{len(indices)} joints are too many: {MOST} are the most")
+        for index, position in zip(indices, positions, strict=True):
+            if not isinstance(index, int) or index not in self._numbers:
+                raise RejectedCommandError(f"there is no joint with the index {index!r} that can be moved")
+            if not isinstance(position, (int, float)) or not math.isfinite(position):
+                raise RejectedCommandError(f"a position must be a finite number, not {position!r}")
+        return [self._numbers[index] for index in indices], [float(position) for position in positions]
+
+    def _described(self, index: int, joint: Joint) -> dict[str, Any]:
+        limits = joint.limits
+        named = {"lower": limits.lower, "upper": limits.upper, "effort": limits.effort, "velocity": limits.velocity}
+        return {
+            "index": index,
+            "name": joint.name,
+            "type": joint.type.value,
+            "link": joint.child,
+            "parent": joint.parent,
+            "is_driven": joint.is_driven,
+            **{key: value if math.isfinite(value) else None for key, value in named.items()},
+        }
+
+    def _indices(self, names: Sequence[str]) -> list[int]:
+        return [self._robot.joint_indices[name] for name in names]
+
+    def _posture(self, posture: Posture) -> dict[str, Any]:
+        return {"joints": self._indices(posture.joints), "home": list(posture.home)}
+
+    def _link_pose(self, index: Any) -> list[list[float]]:
+        if not isinstance(index, int) or not -1 <= index < len(self._robot.joints):
+            raise RejectedCommandError(f"there is no link with the index {index!r}")
+        pose = self._pose(index)
+        w, x, y, z = pose.quaternion
+        return [list(pose.position), [x, y, z, w]]
+
+    def _pose(self, index: int) -> Pose:
+        simulation = self._node.simulation
+        simulation.refresh()
+        body = simulation.data.body(body_of(self._robot.link_at(index)))
+        return Pose(tuple(body.xpos.tolist()), tuple(body.xquat.tolist()))
+
+
+def _asked_pose(asked: dict[str, Any]) -> Pose:
+    """The pose in a question, its quaternion made a unit one."""
+    try:
+        (x, y, z), (qx, qy, qz, qw) = asked["pose"]
+        length = math.sqrt(qx * qx + qy * qy + qz * qz + qw * qw)
+        pose = Pose((x, y, z), (qw / length, qx / length, qy / length, qz / length))
+        is_finite = math.isfinite(x + y + z + length)
+    except (KeyError, TypeError, ValueError, ArithmeticError):
+        is_finite = False
+    if not is_finite:
+        raise RejectedCommandError("a pose is [[x, y, z], [qx, qy, qz, qw]], of finite numbers")
+    return pose

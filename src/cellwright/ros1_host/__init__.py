@@ -1,8 +1,0 @@
-"""What the process of a cell, or of a robot, does for ROS 1: finds it, has a master, keeps the bridge going.
-
-Nothing of ROS is imported here: the bridge is a process of its own, under the interpreter that has rospy.
-"""
-
-from cellwright.ros1_host.ros1 import Ros1
-
-__all__ = ["Ros1"]

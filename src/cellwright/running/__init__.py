@@ -1,0 +1,1 @@
+"""Runs and evaluations: one agent, one cell, one result, here or in other processes."""

@@ -1,0 +1,222 @@
+"""Working many jobs at once: a process each, each within its limits, its result on disk as it comes."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from typing import Any
+
+from cellwright.running.evaluation.job import Job
+from cellwright.running.evaluation.limits import MEBIBYTE, MEMORY_IS_LIMITED, Limits, memory_of_sessions
+from cellwright.running.evaluation.result import Lost, Result, lost
+from cellwright.running.evaluation.results_file import ResultsFile
+from cellwright.running.evaluation.worker_process import WorkerProcess
+from cellwright.running.run import Outcome
+from cellwright.util.errors import UsageError, showable
+
+LOGS, RECORDINGS = "logs", "recordings"
+"""Folders beside the results."""
+
+_LOOK = 0.2  # [s] between two looks at the limits
+_START = 60.0  # [s] that a process may take until it begins with its job
+_GRACE = 5.0  # [s] after which a worker is ended that should have ended itself
+_HASTE = 0.5  # [s] by which a worker may begin to count before it is seen to
+_LONGEST_REASON = 1000  # characters
+_SELF_ENDED = "exit status 1"  # of a worker that has seen its time run out
+
+
+@dataclass(frozen=True, slots=True)
+class Running:
+    """A job that is being worked: since when [s of wall time], how far [s of simulation time], with what points."""
+
+    job: Job
+    wall: float
+    simulated: float
+    points: float
+
+
+class Evaluation:
+    """Works jobs in processes, as many at a time as `workers`.
+
+    Args:
+        store: takes the results, and knows those from before.
+        limits: what each run may use.
+        workers: how many processes at a time.
+        records: whether each run is recorded.
+        on_result: called for each new result.
+        on_look: called now and then with what is being worked.
+    """
+
+    def __init__(
+        self,
+        store: ResultsFile,
+        *,
+        limits: Limits | None = None,
+        workers: int = 1,
+        records: bool = False,
+        on_result: Callable[[Result], None] = lambda _result: None,
+        on_look: Callable[[Sequence[Running]], None] = lambda _running: None,
+    ) -> None:
+        if workers < 1:
+            raise UsageError(f"{workers} processes work nothing: give at least one")
+        self._store = store
+        self._limits = limits or Limits()
+        self._workers = workers
+        self._records = records
+        self._on_result = on_result
+        self._on_look = on_look
+        self._running: dict[WorkerProcess, Job] = {}
+        self._wakes: SimpleQueue[Any] = SimpleQueue()
+        self._stopped = False
+        self.failure = ""
+        """Why it could not go on, in a line; empty when it could. What was found by then is among the results."""
+
+    def is_settled(self, job: Job) -> bool:
+        """Whether there is a result that holds: one that was lost holds for the limits only under which it was."""
+        result = self._store.results.get(job.key)
+        return result is not None and (not result.is_lost or result.limits == asdict(self._limits))
+
+    def check_agent(self, agent: str) -> str:
+        """Why an agent cannot be used; empty when it can. It is made in a process of its own, within the limits.
+
+        Raises:
+            OSError: there can be no such process, or no log of it.
+        """
+        order = self._order(agent) | {"check": True}
+        worker = WorkerProcess(order, self._log("check.log"))
+        try:
+            worker.wait(_START + self._limits.wall)
+        finally:
+            ending = worker.end()
+        if worker.refused:
+            return worker.refused
+        if worker.result is None:
+            last = "".join(f"\n{line}" for line in worker.last_lines())
+            return f"{agent}: the process in which it was made did not live ({ending or 'it hung'}){last}"
+        return ""
+
+    def stop(self) -> None:
+        """Have `run` leave soon, with the results that there are; may be called by a signal's handler."""
+        self._stopped = True
+
+    def run(self, jobs: Iterable[Job]) -> bool:
+        """Work all jobs that are not settled; False when it was stopped, or failed, before all were.
+
+        However it is left, no process of it goes on.
+        """
+        waiting = deque(job for job in jobs if not self.is_settled(job))
+        looked = 0.0
+        try:
+            while (waiting or self._running) and not self._stopped:
+                while waiting and len(self._running) < self._workers:
+                    self._begin(waiting[0])
+                    waiting.popleft()
+                with suppress(Empty):
+                    self._wakes.get(timeout=_LOOK)
+                for worker in [each for each in self._running if each.is_over]:
+                    self._finish(worker)
+                if time.monotonic() - looked >= _LOOK:
+                    looked = time.monotonic()
+                    self._enforce_limits()
+                    self._on_look([self._how_far(worker, job) for worker, job in self._running.items()])
+        except OSError as error:
+            self.failure = f"{error.filename or self._store.path}: {error.strerror or error}"
+        finally:
+            unfinished = bool(waiting or self._running)
+            for worker in self._running:
+                worker.end()
+            self._running.clear()
+        return not unfinished
+
+    # ---------------------------------------------------------------- inside
+
+    def _begin(self, job: Job) -> None:
+        worker = WorkerProcess(self._order_for(job), self._log(job.log_name), self._wakes)
+        self._running[worker] = job
+
+    def _order(self, agent: str) -> dict[str, Any]:
+        memory = self._limits.memory if MEMORY_IS_LIMITED else 0
+        return {"agent": agent, "check": False, "wall": self._limits.wall, "memory": memory}
+
+    def _order_for(self, job: Job) -> dict[str, Any]:
+        files = [str(file) for file in job.trial.files]
+        run_log = str(self._log(job.log_name).with_suffix(".jsonl"))
+        record = str(self._beside(RECORDINGS, job.log_name).with_suffix(".mcap")) if self._records else None
+        about = {"files": files, "seed": job.seed, "vary": job.vary, "run_log": run_log, "record": record}
+        return self._order(job.agent) | about
+
+    def _log(self, name: str) -> Path:
+        return self._beside(LOGS, name)
+
+    def _beside(self, kind: str, name: str) -> Path:
+        folder = self._store.path.parent / kind
+        folder.mkdir(exist_ok=True)
+        return folder / name
+
+    def _how_far(self, worker: WorkerProcess, job: Job) -> Running:
+        told = worker.progress
+        return Running(job, time.monotonic() - worker.started, told.get("time", 0.0), told.get("points", 0.0))
+
+    def _finish(self, worker: WorkerProcess, broken: tuple[Lost, str] | None = None) -> None:
+        """Write down what came of a job whose worker is over, or has broken a limit."""
+        job = self._running.pop(worker)
+        far = self._how_far(worker, job)
+        ending = worker.end()
+        if worker.result is not None and broken is None:
+            result = self._told(job, worker.result)
+        else:
+            since = time.monotonic() - (worker.begun or worker.started)
+            if broken is None and ending == _SELF_ENDED and since >= self._limits.wall - _HASTE:
+                broken = Lost.WALL_LIMIT, f"still at work after {self._limits.wall:g} s"
+            kind, why = broken or (Lost.DIED, worker.refused or f"the process ended without a result: {ending}")
+            result = lost(job, kind, why, self._limits, wall=far.wall, simulated=far.simulated)
+        if not result.is_done:
+            result = replace(result, log=worker.last_lines())
+        try:
+            self._store.append(result)
+        finally:
+            self._on_result(result)
+
+    def _told(self, job: Job, told: Mapping[str, Any]) -> Result:
+        content = dict(told)
+        error = content.pop("error").strip()
+        last = showable(error.splitlines()[-1], _LONGEST_REASON) if error else ""
+        result = Result(
+            key=job.key,
+            trial=job.trial.name,
+            agent=job.agent,
+            seed=job.seed,
+            vary=job.vary,
+            reachable=job.trial.reachable,
+            best=job.trial.best,
+            limits=asdict(self._limits),
+            reason=last,
+            command=job.command,
+            **content,
+        )
+        if last.startswith(("MemoryError", "numpy._core._exceptions._ArrayMemoryError")):
+            return replace(result, outcome=Lost.MEMORY_LIMIT.value, reason=f"{self._memory_words()}: {last}")
+        if not last and not result.is_done:
+            return replace(result, reason=Outcome[result.outcome.upper()].value)
+        return result
+
+    def _enforce_limits(self) -> None:
+        memory = memory_of_sessions()
+        now = time.monotonic()
+        for worker in list(self._running):
+            begun = worker.started + _START if worker.begun is None else worker.begun + _GRACE
+            if memory[worker.number] > self._limits.memory:
+                self._finish(worker, (Lost.MEMORY_LIMIT, self._memory_words()))
+            elif worker.log_size() > self._limits.log:
+                words = f"wrote more than {self._limits.log / MEBIBYTE:g} MiB to its log"
+                self._finish(worker, (Lost.LOG_LIMIT, words))
+            elif now > begun + self._limits.wall:
+                self._finish(worker, (Lost.WALL_LIMIT, f"still at work after {self._limits.wall:g} s"))
+
+    def _memory_words(self) -> str:
+        return f"wanted more than {self._limits.memory / MEBIBYTE:g} MiB of memory"

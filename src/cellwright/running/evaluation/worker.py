@@ -1,0 +1,160 @@
+"""The process that works one job: it is told the job on stdin, and tells on stdout how it goes and what came of it.
+
+What the agent prints, logs or leaves behind when it crashes goes to stderr, which is the log of the job. The process
+ends when its stdin ends, so that it never outlives the evaluation that started it, however that ended.
+"""
+
+from __future__ import annotations
+
+import faulthandler
+import json
+import logging
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, BinaryIO, NoReturn, TextIO
+
+from cellwright.cell.cell import Cell
+from cellwright.cell.kitting.score.evidence_json import evidence_to_json
+from cellwright.cell.variation import vary
+from cellwright.clients.agents.agent import AgentError, find_agent
+from cellwright.config.parsing.sources import Sources, sources_collected
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.recording.format.run_log import RunLog
+from cellwright.running.evaluation.limits import limit_memory
+from cellwright.running.evaluation.timeline import Timeline
+from cellwright.running.run import RecordOptions, RunOptions, run_cell
+from cellwright.util.errors import UsageError
+
+_TELL = 0.5  # [s] of wall time between two lines about how it goes
+
+
+class Channel:
+    """What the worker tells, a line of JSON each."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def tell(self, kind: str, content: object) -> None:
+        """Tell something; `kind` is `begun`, `progress`, `result` or `refused`."""
+        self._stream.write(json.dumps({kind: content}, allow_nan=False) + "\n")
+        self._stream.flush()
+
+
+def work(order: Mapping[str, Any], channel: Channel) -> dict[str, Any]:
+    """Run what was ordered: a trial's files, an agent, a seed; the result is for `outcome.result_of`."""
+    agent = find_agent(order["agent"])()
+    with sources_collected() as sources:
+        cell = make_cell(order)
+    timeline = Timeline(cell)
+    shown = time.monotonic()
+
+    def progress(cell: Cell) -> None:
+        nonlocal shown
+        timeline.look()
+        now = time.monotonic()
+        if now - shown >= _TELL:
+            shown = now
+            channel.tell("progress", {"time": cell.simulation.time, "points": cell.competition.score().total})
+
+    log = make_log(order)
+    result = run_cell(cell, agent, RunOptions(on_progress=progress, log=log, record=make_record(order, sources)))
+    timeline.look()
+    sys.stderr.write(result.error)
+    return {
+        "outcome": result.outcome.name.lower(),
+        "points": result.score.total,
+        "wall": result.wall,
+        "simulated": result.simulated,
+        "state_hash": result.state_hash,
+        "score": evidence_to_json(result.evidence),
+        "timeline": timeline.as_json(),
+        "error": result.error,
+    }
+
+
+def make_cell(order: Mapping[str, Any]) -> Cell:
+    """The cell of a job, made anew from its files."""
+    trial = load_trial([Path(file) for file in order["files"]]).trial
+    if order["vary"]:
+        trial = vary(trial, order["seed"])
+    return Cell(trial, seed=order["seed"], report=_warn)
+
+
+def _warn(line: str) -> None:
+    logging.getLogger("cellwright").warning("%s", line)
+
+
+def make_log(order: Mapping[str, Any]) -> RunLog | None:
+    """The log of a job; a run that cannot have one is worth no less."""
+    try:
+        return RunLog(Path(order["run_log"]), about={"agent": order["agent"]}, report=_warn)
+    except UsageError as error:
+        _warn(str(error))
+        return None
+
+
+def make_record(order: Mapping[str, Any], sources: Sources) -> RecordOptions | None:
+    """How a job is recorded, if it is; a run that cannot be is worth no less."""
+    if not order["record"]:
+        return None
+    path = Path(order["record"])
+    try:
+        path.open("wb").close()
+    except OSError as error:
+        _warn(f"{path}: cannot be written: {error.strerror or error}")
+        return None
+    files = [Path(file) for file in order["files"]]
+    about = {"agent": order["agent"]}
+    return RecordOptions([path], about, sources, files, is_varied=order["vary"], report=_warn)
+
+
+def main() -> NoReturn:
+    """Work the job that is told on stdin, and end."""
+    lifeline, channel = _take_over_standard_streams()
+    order = json.loads(lifeline.readline())
+    threading.Thread(target=_end_with, args=(lifeline,), daemon=True).start()
+    logging.basicConfig(level=logging.INFO, format="%(message)s")
+    faulthandler.enable()
+    if order["memory"]:
+        limit_memory(order["memory"])
+    channel.tell("begun", os.getpid())
+    # a watch of C's own: it ends a program that hangs inside a library too, and the log says where
+    faulthandler.dump_traceback_later(order["wall"], exit=True)
+    try:
+        if order["check"]:
+            find_agent(order["agent"])()
+            channel.tell("result", {})
+        else:
+            channel.tell("result", work(order, channel))
+    except AgentError as error:
+        channel.tell("refused", str(error))
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(0)  # threads that the agent has left behind are not waited for
+
+
+def _take_over_standard_streams() -> tuple[BinaryIO, Channel]:
+    """Keep stdin and stdout for this module; others read nothing and write to stderr."""
+    lifeline = os.fdopen(os.dup(0), "rb", buffering=0)
+    channel = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    empty = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(empty, 0)
+    os.close(empty)
+    os.dup2(2, 1)
+    return lifeline, Channel(channel)
+
+
+def _end_with(lifeline: BinaryIO) -> None:
+    lifeline.read(1)
+    if sys.platform != "win32" and os.getpgrp() == os.getpid():
+        os.killpg(0, signal.SIGKILL)  # with the processes that the agent has started
+    os._exit(1)
+
+
+if __name__ == "__main__":
+    main()

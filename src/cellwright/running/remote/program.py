@@ -1,0 +1,80 @@
+"""The process of an agent: `python -m cellwright.running.remote.program WAY HOST PORT NODE AGENT REPORT LEVEL`.
+
+It connects, over a socket to HOST and PORT or to the cell that ROS 1 knows; lets the agent work; and writes to the file
+REPORT how that ended, as JSON. What the agent logs at LEVEL or above is printed with the simulation time.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import sys
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+from threading import get_ident
+
+from cellwright.clients.agents.agent import find_agent
+from cellwright.clients.client.transports.ros1 import Ros1Transport
+from cellwright.clients.client.transports.socket import SocketTransport
+from cellwright.middleware.ros1.host import installation
+from cellwright.running.remote.working import Parting, work
+from cellwright.util.errors import CellwrightError, RunEndedError
+from cellwright.util.loading import end_despite_threads
+
+REFUSED = "refused"
+"""Said in place of how the agent left: it could not begin."""
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Work the cell as the command line says."""
+    before = threading.enumerate()
+    way, host, port, node, name, report, level = arguments
+    try:
+        agent = find_agent(name)()
+        transport = _over_ros1(node) if way == "ros1" else SocketTransport((host, int(port)), node=node)
+    except RunEndedError:  # it was a short one
+        said = {"parting": Parting.RUN_ENDED, "error": ""}
+    except CellwrightError as error:
+        said = {"parting": REFUSED, "error": str(error)}
+    else:
+        log = logging.getLogger()
+        log.addHandler(_LogLines(transport))
+        log.setLevel(int(level))
+        worked = work(agent, transport)
+        said = {"parting": worked.parting, "error": worked.error}
+    sys.stdout.flush()
+    Path(report).write_text(json.dumps(said), encoding="utf-8")
+    end_despite_threads(before, 0)
+
+
+def _over_ros1(node: str) -> Ros1Transport:
+    found = installation.find()
+    return Ros1Transport(found.python, node=node, environment=found.environment)
+
+
+class _LogLines(logging.Handler):
+    """Prints what is logged, with the simulation time."""
+
+    def __init__(self, transport: SocketTransport) -> None:
+        super().__init__()
+        self._transport = transport
+        self._thread = get_ident()
+        self._known = 0
+
+    def emit(self, record: logging.LogRecord) -> None:
+        for line in self.format(record).splitlines():
+            sys.stdout.write(f"{self._now() / 1e9:9.3f} s  {line}\n")
+
+    def _now(self) -> int:
+        """Simulation time [ns]; the agent's other threads may not listen to its connection, and log the time before."""
+        if get_ident() == self._thread:
+            self._known = self._transport.now()
+        return self._known
+
+
+if __name__ == "__main__":
+    try:
+        main(sys.argv[1:])
+    except KeyboardInterrupt:
+        sys.exit(130)

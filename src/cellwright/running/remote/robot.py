@@ -1,0 +1,111 @@
+"""The process of an assembled robot: its controller node, for the program that started it and whoever comes by.
+
+It reads its order from stdin, a JSON object: `urdf`, a path; `configs`, the robot configuration; `window` and
+`sliders`; `parent`, the process that it belongs to. It prints one line, JSON too: `host` and `port`, or `error`.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from cellwright.clients.assembled.process import OWNER
+from cellwright.config.robot.config import RobotConfig
+from cellwright.config.robot.config_reader import read_robot_config
+from cellwright.middleware.server import Server
+from cellwright.middleware.server.timekeeper import Timekeeper
+from cellwright.robot.node import RobotNode
+from cellwright.robot.services import RobotServices
+from cellwright.util.errors import CellwrightError
+from cellwright.viewer.window import Window, WindowError
+
+_PATIENCE = 30.0  # [s] of wall time until the program has to have come
+_NEVER = float("inf")
+
+
+def main() -> int:
+    """Run a robot until its program is gone; the exit status."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a Ctrl-C on the terminal is for the program
+    order = json.load(sys.stdin)
+    try:
+        node = RobotNode(configuration(order), stamp=time.time_ns, report=_report)
+        server = Server(node, port=0, report=_report)
+    except CellwrightError as error:
+        _say({"error": str(error)})
+        return 1
+    RobotServices(node).offer(server)
+    if order["window"]:
+        _open_window(node, server, sliders=bool(order["sliders"]))
+    host, port = server.address
+    _say({"host": host, "port": port})
+    _run(node, server, int(order["parent"]))
+    return 0
+
+
+def _open_window(node: RobotNode, server: Server, *, sliders: bool) -> None:
+    """Open a window; without one the robot moves all the same."""
+    try:
+        Window(node.world.model, server.address, sliders=sliders)
+    except WindowError as error:
+        _report(str(error))
+
+
+def _run(node: RobotNode, server: Server, parent: int) -> None:
+    """Let time pass until the program is gone."""
+    begun, has_come = time.monotonic(), False
+
+    def look() -> None:
+        nonlocal has_come
+        is_here = OWNER in server.guests
+        has_come = has_come or is_here
+        is_late = not has_come and time.monotonic() - begun > _PATIENCE
+        is_orphan = os.name == "posix" and os.getppid() != parent
+        timekeeper.is_stopped = (has_come and not is_here) or is_late or is_orphan
+
+    timekeeper = Timekeeper(node, server, on_poll=look)
+    try:
+        timekeeper.run(lambda: _NEVER)
+        reason = "the program has ended"
+    except CellwrightError as error:
+        _report(str(error))
+        reason = str(error)
+    server.close(reason)
+    node.simulation.close()
+
+
+def configuration(order: dict[str, Any]) -> RobotConfig:
+    """The robot of an order. The reader knows files; what it says of one is said of the configuration.
+
+    Raises:
+        CellwrightError: it is no configuration, or not of this robot.
+    """
+    configs = order["configs"]
+    if not isinstance(configs, dict):
+        raise CellwrightError("configs: a robot configuration is a dictionary, as `yaml.safe_load` reads one")
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "configs.yml"
+        file.write_text(yaml.safe_dump({**configs, "urdf_path": order["urdf"]}, sort_keys=False), encoding="utf-8")
+        place = re.compile(re.escape(str(file)) + r"(:\d+)?")
+        try:
+            return read_robot_config(file, lambda warning: _report(place.sub("configs", warning)))
+        except CellwrightError as error:
+            raise CellwrightError(place.sub("configs", str(error))) from None
+
+
+def _say(answer: dict[str, Any]) -> None:
+    sys.stdout.write(json.dumps(answer) + "\n")
+    sys.stdout.flush()
+
+
+def _report(line: str) -> None:
+    sys.stderr.write(f"robot: {line}\n")
+    sys.stderr.flush()

@@ -1,0 +1,174 @@
+"""One run: a trial, an agent that works it, and what came of it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import asdict
+from fractions import Fraction
+from functools import partial
+
+from cellwright.cell.cell import Cell
+from cellwright.cell.competition import is_done
+from cellwright.cell.kitting.effects import Effect
+from cellwright.clients.agents.agent import Agent
+from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.engine.clock import nanoseconds
+from cellwright.engine.pacing import Pacer
+from cellwright.engine.snapshot import read_checkpoint
+from cellwright.engine.watches import Watch
+from cellwright.recording.format.run_log import RunLog
+from cellwright.running.run.collisions import Collision, CollisionWatch
+from cellwright.running.run.course import Course, Work
+from cellwright.running.run.options import RunOptions
+from cellwright.running.run.record import CellRecording, record_while
+from cellwright.running.run.result import RunResult, versions
+from cellwright.running.run.working import work_in_process
+from cellwright.util.errors import UsageError
+
+GRACE = 2.0
+"""Simulation time [s] that an agent may go on after the competition is done, to see that it is."""
+
+
+def run_cell(cell: Cell, agent: Agent | None, options: RunOptions | None = None) -> RunResult:
+    """Run a cell from the start until it is over; without an agent, until the time asked for.
+
+    Raises:
+        UsageError: neither an agent nor a time to stop at.
+        UnknownNameError: a topic to listen to that does not exist.
+        CheckpointError: the checkpoint to begin from cannot be read, or is of another cell.
+    """
+    options = options or RunOptions()
+    if agent is None and options.until is None:
+        raise UsageError("without an agent a run has no end: say until when")
+    return conduct(cell, partial(work_in_process, agent), options)
+
+
+def conduct(cell: Cell, work: Work, options: RunOptions) -> RunResult:
+    """Run a cell from the start, with `work` to let its time pass.
+
+    Raises:
+        UnknownNameError: a topic to listen to that does not exist.
+        CheckpointError: the checkpoint to begin from cannot be read, or is of another cell.
+    """
+    with ExitStack() as leaving:  # the cell is left as it was found, for other runs to come
+        return _conduct(cell, work, options, leaving)
+
+
+def _conduct(cell: Cell, work: Work, options: RunOptions, leaving: ExitStack) -> RunResult:
+    for when, path in options.checkpoints:
+        cell.checkpoints.declare(nanoseconds(when), path)
+        leaving.callback(cell.checkpoints.withdraw, nanoseconds(when))
+    cell.reset()
+    if options.start is not None:
+        read_checkpoint(cell.simulation, options.start)
+    transport = InProcess(cell, node="/agent")
+    if options.speed is not None:
+        transport.step = Pacer(cell.simulation, options.speed).step
+    if options.until is not None:
+        transport.deadline = nanoseconds(options.until)
+
+    def watch_for_the_end(effect: Effect) -> None:
+        if is_done(effect) and options.ends_when_done:
+            _end_soon(transport)
+
+    heard = _listen(cell, options.listen, leaving)
+    _plan(cell, options, leaving)
+    cell.competition.on_effect.append(watch_for_the_end)
+    leaving.callback(cell.competition.on_effect.remove, watch_for_the_end)
+    course = Course(cell, transport, heard)
+    if options.log is not None:
+        _keep_log(course, options.log, leaving)
+    if cell.competition.state == "done" and options.ends_when_done:  # it was so in the checkpoint
+        _end_soon(transport)
+    recording = None if options.record is None else record_while(cell, options.record, options, leaving)
+    collisions = _watch_collisions(course, options, recording, leaving)
+    outcome, error = work(course)
+    cell.bus.refusals.flush()
+    found = [] if collisions is None else collisions.end()
+    result = course.result(outcome, error)
+    result.collisions = found
+    if options.log is not None:
+        more = {"competition_state": result.competition_state, "state_hash": result.state_hash, "error": result.error}
+        counts = {"simulated": result.simulated, "wall": result.wall, "steps": result.steps}
+        options.log.end(outcome.name.lower(), result.evidence, cell.simulation.now, more | counts)
+    if recording is not None:
+        recording.end(result)
+        result.recordings, result.is_recorded = recording.files, recording.is_whole
+    return result
+
+
+def _keep_log(course: Course, log: RunLog, leaving: ExitStack) -> None:
+    cell = course.cell
+
+    def keep(effect: Effect) -> None:
+        log.effect(effect, cell.simulation.now)
+
+    timestep = float(cell.simulation.clock.timestep)
+    about = {"seed": cell.seed, "servo": cell.servo, "timestep": timestep, "time": cell.simulation.time}
+    log.begin(cell.trial, about | {"versions": versions()})
+    cell.competition.on_effect.append(keep)
+    leaving.callback(cell.competition.on_effect.remove, keep)
+    course.on_reset.append(log.reset)
+
+
+def _watch_collisions(
+    course: Course, options: RunOptions, recording: CellRecording | None, leaving: ExitStack
+) -> CollisionWatch | None:
+    if course.cell.arm is None:
+        return None
+
+    def keep(collision: Collision) -> None:
+        if options.log is not None:
+            options.log.collision(asdict(collision))
+        if recording is not None:
+            recording.collision(collision)
+
+    watch = CollisionWatch(course.cell, keep)
+    for panel in (options.panel, None if recording is None else recording.panel):
+        if panel is not None:
+            panel.collisions = watch.panel
+    leaving.callback(watch.end)
+    course.on_reset.append(watch.reset)
+    return watch
+
+
+def _end_soon(transport: InProcess) -> None:
+    transport.deadline = min(transport.deadline, transport.now() + nanoseconds(GRACE))
+    transport.reason = "the competition is done"
+
+
+def _listen(cell: Cell, topics: Sequence[str], leaving: ExitStack) -> Counter[str]:
+    heard: Counter[str] = Counter()
+    names = [name for topic in topics for name in (cell.topics() if topic == "all" else [topic])]
+    for name in names:
+        cell.bus.topic(name)
+        subscription = cell.bus.subscribe(name, partial(_count, heard, name), node="/listener")
+        leaving.callback(subscription.cancel)
+    return heard
+
+
+def _count(heard: Counter[str], name: str, _message: object) -> None:
+    heard[name] += 1
+
+
+def _plan(cell: Cell, options: RunOptions, leaving: ExitStack) -> None:
+    for when, action in options.at:
+        if nanoseconds(when) <= cell.simulation.now:
+            action(cell)
+        else:
+            leaving.callback(_once(cell, when, action).cancel)
+    if options.on_progress is not None:
+        report = options.on_progress
+        watch = cell.simulation.watch("progress", Fraction(1, 10), lambda _: report(cell))
+        leaving.callback(watch.cancel)
+
+
+def _once(cell: Cell, when: Fraction, action: Callable[[Cell], None]) -> Watch:
+    def look(_: int) -> None:
+        watch.cancel()
+        action(cell)
+
+    watch = cell.simulation.watch("once", when, look)
+    return watch

@@ -1,0 +1,1 @@
+"""Helpers that know nothing of cells or robots: errors, poses, files, streams, plugins."""

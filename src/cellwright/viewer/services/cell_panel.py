@@ -1,0 +1,205 @@
+"""What a panel shows of a cell: the competition, its orders and trays, the score with its evidence, what stands where.
+
+It is made when somebody asks, and leaves the cell as it is. What a competition keeps secret stays secret: orders that
+have not come up, and which parts are faulty before the referee has said so. What changes all the time is under `clock`,
+so that the rest changes only when something has happened.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+from cellwright.cell.cell import Cell
+from cellwright.cell.kitting.score.evidence import evidence, kit_evidence
+from cellwright.cell.kitting.score.evidence_json import evidence_to_json, kit_to_json
+from cellwright.cell.kitting.score.matching import score_kit
+from cellwright.cell.kitting.score.reach import TrialReach, reach
+from cellwright.cell.kitting.score.scorer import GameScore
+from cellwright.cell.kitting.tray import TrayContents
+from cellwright.config.trial.trial import Kit, Order
+from cellwright.viewer.services.known import keeps_secrets, known_orders, without_faults
+
+IN_COMPETITION = "not in a competition: development mode (-d) allows it"
+"""Why belt, reset and the like are refused."""
+
+OVER = "the run is over"
+"""Why nothing can be done any more."""
+
+_RESULT = ("outcome", "error", "simulated", "wall", "state_hash")
+
+
+class CellPanel:
+    """Tells what there is to be known of a cell.
+
+    Args:
+        cell: the cell.
+        about: what the caller knows of the run besides, such as the agent's name.
+    """
+
+    def __init__(self, cell: Cell, about: Mapping[str, Any] | None = None) -> None:
+        self._cell = cell
+        self._about = {"seed": cell.seed, "servo": cell.servo, **(about or {})}
+        self.collisions: Callable[[], dict[str, Any] | None] = lambda: None
+        """Gives the collisions of the arm, see `run.collisions.CollisionWatch.panel`; None where nobody watches."""
+        self._result: dict[str, Any] | None = None
+        # what takes long to find out, and seldom changes
+        self._could: dict[bool, TrialReach] = {}
+        self._as_kits: dict[tuple[int, str], tuple[tuple[Kit, TrayContents, TrialReach], dict[str, Any]]] = {}
+
+    def end(self, result: Mapping[str, Any]) -> None:
+        """The run is over: show from now on what came of it, and how all stood at its end.
+
+        Args:
+            result: `outcome`, `error`, `simulated` and `wall` [s], `state_hash`; more is left out.
+        """
+        self._result = {key: result[key] for key in _RESULT}
+
+    def begin_anew(self) -> None:
+        """Show the next run of the cell."""
+        self._result = None
+
+    def panel(self) -> dict[str, Any]:
+        """The panel as JSON values; times in s."""
+        cell = self._cell
+        competition, score = cell.competition, cell.competition.score()
+        could = self._reach()
+        return {
+            "kind": "cell",
+            "name": cell.name,
+            "about": self._about,
+            "development": not cell.in_competition,
+            "state": str(competition.state),
+            "end_reason": None if competition.referee.end_reason is None else str(competition.referee.end_reason),
+            "time_limit": cell.trial.time_limit if cell.trial.time_limit >= 0 else None,
+            "clock": self._clock(score),
+            "score": self._score(score, could),
+            "orders": self._orders(),
+            "trays": [self._tray(number, could) for number in cell.trays],
+            "agvs": [
+                {"number": number, "state": agv.state, "kit_type": agv.kit_type} for number, agv in cell.agvs.items()
+            ],
+            "belt": {
+                "power": cell.conveyor.power,
+                "population": None if cell.population is None else cell.population.enabled,
+            },
+            "gripper": self._gripper(),
+            "intention": self._intention(),
+            "collisions": self.collisions(),
+            "refused": self._refused(),
+            "result": self._result,
+        }
+
+    def _refused(self) -> dict[str, str]:
+        """Why something may not be done, by what it is."""
+        reason = OVER if self._result is not None else IN_COMPETITION if self._cell.in_competition else ""
+        return {"belt": reason, "clear": reason} if reason else {}
+
+    # ---------------------------------------------------------------- the competition
+
+    def _clock(self, score: GameScore) -> dict[str, Any]:
+        simulation = self._cell.simulation
+        return {
+            "time": simulation.time,
+            "tick": simulation.clock.tick,
+            "process_time": self._cell.competition.process_time / 1e9,
+            "part_travel_time": score.part_travel_time / 1e9,
+            "orders": {order.order_id: order.time_taken / 1e9 for order in score.orders},
+        }
+
+    def _score(self, score: GameScore, could: TrialReach) -> dict[str, Any]:
+        """The score with its evidence, without times, and without orders that nobody may know of yet."""
+        fates = {} if keeps_secrets(self._cell) else self._cell.competition.fates()  # they tell what is faulty
+        found = evidence_to_json(evidence(without_faults(self._cell), score, could=could, fates=fates))
+        for key in ("process_time", "part_travel_time"):
+            del found[key]
+        known = {order.order_id for order in known_orders(self._cell)}
+        found["orders"] = [order for order in found["orders"] if order["order_id"] in known]
+        for order in found["orders"]:
+            del order["time_taken"]
+        if len(found["orders"]) < len(self._cell.trial.orders):
+            found |= {"reachable": None, "best": None, "reachable_reason": ""}  # they would tell of what is to come
+        return found
+
+    def _reach(self) -> TrialReach:
+        """What can be earned in the trial as it may be known."""
+        key = keeps_secrets(self._cell)
+        if key not in self._could:
+            self._could[key] = reach(without_faults(self._cell))
+        return self._could[key]
+
+    def _orders(self) -> list[dict[str, Any]]:
+        competition = self._cell.competition
+        return [
+            {
+                "order_id": order.order_id,
+                "status": self._status(order),
+                "start_time": order.start_time,
+                "kits": [
+                    {
+                        "kit_type": kit.kit_type,
+                        "submitted": competition.referee.scorer.is_submitted(kit.kit_type),
+                        "parts": [each.type for each in kit.objects],
+                    }
+                    for kit in order.kits
+                ],
+            }
+            for order in known_orders(self._cell)
+        ]
+
+    def _status(self, order: Order) -> str:
+        """`to come`, `active`, `interrupted`, `complete`, or `open`: it was not complete when all was over."""
+        referee, name = self._cell.competition.referee, order.order_id
+        if referee.scorer.is_complete(name):
+            return "complete"
+        if order not in self._cell.competition.announced:
+            return "to come"
+        is_over = referee.end_reason is not None or self._result is not None
+        if is_over or name not in referee.active_orders:
+            return "open"
+        return "active" if referee.active_orders[-1] == name else "interrupted"
+
+    # ---------------------------------------------------------------- on the floor
+
+    def _tray(self, number: int, could: TrialReach) -> dict[str, Any]:
+        """What a tray last reported, and what it would earn as each kit that is asked for, were it sent off now."""
+        contents = self._known(self._cell.competition.tray_objects(self._cell.trays[number]))
+        return {
+            "number": number,
+            "parts": [{"name": each.name, "type": each.type, "faulty": each.is_faulty} for each in contents],
+            "as_kits": [self._as_kit(number, kit, contents, could) for kit in self._kits_asked_for()],
+        }
+
+    def _known(self, contents: TrayContents) -> TrayContents:
+        """Contents as one may know them: in a competition nobody says beforehand which parts are faulty."""
+        return tuple(replace(each, is_faulty=False) for each in contents) if keeps_secrets(self._cell) else contents
+
+    def _as_kit(self, number: int, kit: Kit, contents: TrayContents, could: TrialReach) -> dict[str, Any]:
+        known, found = self._as_kits.get((number, kit.kit_type), (None, {}))
+        if known != (kit, contents, could):
+            found = kit_to_json(kit_evidence(score_kit(kit, contents), could.kit(kit.kit_type)))
+            self._as_kits[number, kit.kit_type] = (kit, contents, could), found
+        return found
+
+    def _kits_asked_for(self) -> list[Kit]:
+        referee = self._cell.competition.referee
+        if referee.end_reason is not None:
+            return []
+        return [
+            kit
+            for order in self._cell.competition.announced
+            if order.order_id in referee.active_orders
+            for kit in order.kits
+            if not referee.scorer.is_submitted(kit.kit_type)
+        ]
+
+    def _intention(self) -> dict[str, Any] | None:
+        said = self._cell.intention
+        return {"text": said.text, "node": said.node, "time": said.time / 1e9} if said.text else None
+
+    def _gripper(self) -> dict[str, Any] | None:
+        gripper = self._cell.gripper
+        if gripper is None:
+            return None
+        return {"enabled": gripper.enabled, "attached": gripper.attached, "part": gripper.part}

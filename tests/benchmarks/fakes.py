@@ -1,0 +1,37 @@
+"""Benchmarks that find what they are told to find."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from benchmarks.benchmarks import Benchmark
+from benchmarks.figures import Figure, Measure, Tell
+
+
+@dataclass(frozen=True)
+class FakeBenchmark(Benchmark):
+    """Yields figures, then raises an error if it has one."""
+
+    figures: tuple[Figure, ...] = ()
+    error: BaseException | None = None
+
+    def about(self) -> tuple[str, ...]:
+        return ("What it is.", "How it is measured.")
+
+    def measure(self) -> Measure:
+        return self._measure
+
+    def _measure(self, tell: Tell, *, quick: bool) -> Iterable[Figure]:
+        return self._found(tell, "quickly" if quick else "well")
+
+    def _found(self, tell: Tell, how: str) -> Iterator[Figure]:
+        tell(f"measuring {how}")
+        yield from self.figures
+        if self.error is not None:
+            raise self.error
+
+
+HELD = Figure("one thing / another", 1.049, most=1.15, note="a [note] with a | in it")
+BROKEN = Figure("cold start", 1.5, "s", most=1.0)
+FREE = Figure("steps", 123456.7, "/s")

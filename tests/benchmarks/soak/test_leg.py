@@ -1,0 +1,89 @@
+"""The short version of ten hours: what is cut and restored goes on as what is not, and nothing piles up."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tracemalloc
+from collections import defaultdict
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from benchmarks.soak.leg import FACES, Leg, run_leg
+from cellwright.engine.snapshot import CheckpointError
+from tests.waiting import TIMEOUT
+
+Reports = dict[str, list[Any]]
+
+
+def run(leg: Leg) -> Reports:
+    reports: Reports = defaultdict(list)
+    run_leg(leg, lambda kind, value: reports[kind].append(value))
+    return reports
+
+
+@pytest.fixture(scope="module")
+def first(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], tuple[Reports, str]]:
+    """Legs of one round that are saved, the cell's with all topics heard: the reports of each, and its file."""
+
+    @cache
+    def begin(face: str) -> tuple[Reports, str]:
+        saved = str(tmp_path_factory.mktemp(face) / "1.npz")
+        return run(Leg(face, 0, 1, (1,), save=saved, everything=face == "cell")), saved
+
+    return begin
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("face", FACES)
+def test_what_is_restored_goes_on_as_what_was_not(face: str, first: Callable[[str], tuple[Reports, str]]) -> None:
+    whole = run(Leg(face, 0, 2, (1, 2)))
+    begun, saved = first(face)
+    second = run(Leg(face, 1, 2, (2,), start=saved))
+    assert begun["cut"] + second["cut"] == whole["cut"]
+    assert whole["cut"][0][1] != whole["cut"][1][1]
+    assert [hours for hours, _ in whole["sample"]] == [0.01, 0.02]
+
+
+@pytest.mark.slow
+def test_the_cell_works_and_is_heard(first: Callable[[str], tuple[Reports, str]]) -> None:
+    begun, _ = first("cell")
+    counts = begun["counts"][0]
+    assert counts["parts taken hold of"] == 1
+    assert counts["parts put on the belt"] == counts["AGVs sent"] == 2
+    assert counts["messages heard"] > 50_000
+
+
+@pytest.mark.slow
+def test_objects_are_counted() -> None:
+    (kib, most), = run(Leg("robot", 0, 2, traced=True))["grown"]  # fmt: skip
+    assert -100 < kib < 200
+    assert all("KiB" in line and ".py:" in line for line in most if "frozen" not in line)
+    assert not tracemalloc.is_tracing()  # it would slow down all that this process does from here on
+
+
+def test_a_leg_survives_the_command_line() -> None:
+    leg = Leg("cell", 3, 7, (5, 7), "a.npz", "b.npz", everything=True)
+    assert Leg.from_json(leg.to_json()) == leg
+
+
+def test_a_checkpoint_that_is_none(tmp_path: Path) -> None:
+    with pytest.raises(CheckpointError, match=r"none\.npz"):
+        run_leg(Leg("cell", 1, 2, start=str(tmp_path / "none.npz")), lambda _kind, _value: None)
+
+
+@pytest.mark.slow
+def test_the_process_ends_with_who_started_it() -> None:
+    leg = Leg("cell", 0, 100_000)
+    with subprocess.Popen(
+        [sys.executable, "-m", "benchmarks.soak.leg", leg.to_json()],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+    ) as process:
+        assert process.stdin is not None
+        process.stdin.close()
+        assert process.wait(TIMEOUT) == 1

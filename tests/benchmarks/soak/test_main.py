@@ -1,0 +1,64 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from benchmarks.soak import __main__ as module
+from benchmarks.soak.__main__ import main
+from benchmarks.soak.soak import EnduranceError, Soaked
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--hours", "0.001"], "--hours 0.001: give from 0.01, which is one round, to 1000"),
+        (["--hours", "nan"], "--hours nan"),
+        (["--hours", "1e9"], "--hours 1e+09"),
+        (["--pieces", "0"], "--pieces 0: give at least 1"),
+        (["--picture", "/none/such/a.svg"], "there is no folder /none/such"),
+    ],
+)
+def test_bad_input(arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(arguments) == 2
+    assert words in capsys.readouterr().err
+
+
+@pytest.fixture
+def soaks(monkeypatch: pytest.MonkeyPatch) -> dict[str, Soaked | EnduranceError]:
+    """What comes of the long runs, by face."""
+    found: dict[str, Soaked | EnduranceError] = {}
+
+    def soak(face: str, _rounds: int, _pieces: int, folder: Path, **_more: object) -> Soaked:
+        assert folder.is_dir()
+        result = found.get(face, Soaked(face, 1, whole={1: "aa"}, pieces={1: "aa"}))
+        if isinstance(result, EnduranceError):
+            raise result
+        return result
+
+    monkeypatch.setattr(module, "soak", soak)
+    return found
+
+
+def test_both_faces_are_told_of(soaks: dict[str, object], capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    from benchmarks.soak.memory import Sample
+
+    for face in ("cell", "robot"):
+        soaks[face] = Soaked(face, 1, samples=[Sample(0.01, 80.0)], whole={1: "aa"}, pieces={1: "aa"})
+    assert main(["--hours", "0.01", "--picture", str(tmp_path / "a.svg")]) == 0
+    out = capsys.readouterr().out
+    assert "cell: 0.01 simulated hours" in out
+    assert "robot: 0.01 simulated hours" in out
+    assert (tmp_path / "a.svg").read_text(encoding="utf-8").startswith("<svg")
+
+
+def test_a_difference_is_a_failure(soaks: dict[str, object]) -> None:
+    soaks["robot"] = Soaked("robot", 1, whole={1: "aa"}, pieces={1: "ab"})
+    assert main(["--hours", "0.01", "--face", "cell"]) == 0
+    assert main(["--hours", "0.01"]) == 1
+
+
+def test_a_process_that_died(soaks: dict[str, object], capsys: pytest.CaptureFixture[str]) -> None:
+    soaks["cell"] = EnduranceError("cell: rounds 0 to 1: exit status -9")
+    assert main(["--hours", "0.01"]) == 1
+    assert capsys.readouterr().err == "error: cell: rounds 0 to 1: exit status -9\n"

@@ -1,0 +1,59 @@
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from collections import Counter
+
+import pytest
+
+from benchmarks.soak.memory import Sample
+from benchmarks.soak.report import is_well, lines, picture
+from benchmarks.soak.soak import Soaked
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def soaked(*, slope: float = 0.0, pieces: dict[int, str] | None = None, memory: float = 80.0) -> Soaked:
+    samples = [Sample(number / 100, memory + slope * number / 100) for number in range(1, 101)]
+    same = {50: "aa", 100: "bb"}
+    return Soaked("cell", 100, 12.3, samples, same, same if pieces is None else pieces, Counter({"AGVs sent": 1234}))
+
+
+def test_a_run_that_is_well() -> None:
+    run = soaked()
+    run.grown, run.grown_most = -1.5, ("+1.0 KiB bus.py:3",)
+    text = "\n".join(lines(run))
+    assert is_well(run)
+    assert text.startswith("cell: 1 simulated hours in one process, 12 s")
+    for words in ("1,234", "80.0 MiB early, 80.0 MiB late: steady", "-1.5 KiB", "bus.py:3", "the same in 2 pieces"):
+        assert words in text
+
+
+@pytest.mark.parametrize(
+    ("run", "words"),
+    [
+        (soaked(slope=20.0), "GROWS by more than 4 MiB"),
+        (soaked(pieces={50: "aa", 100: "cc"}), "DIFFERS between one piece and 2, first at round 100"),
+    ],
+)
+def test_a_run_that_is_not(run: Soaked, words: str) -> None:
+    assert not is_well(run)
+    assert words in "\n".join(lines(run))
+
+
+def test_memory_that_nobody_tells() -> None:
+    run = soaked(memory=math.nan)
+    assert is_well(run)
+    assert "not told by this system" in "\n".join(lines(run))
+    ET.fromstring(picture([run]))
+
+
+def test_the_picture_has_a_frame_for_each_run() -> None:
+    root = ET.fromstring(picture([soaked(), soaked(slope=3.0)]))
+    curves = [line for line in root.findall(f"{SVG}polyline") if line.attrib["stroke"] != "none"]
+    assert len(curves) == 2
+    heights = [
+        {float(pair.split(",")[1]) for pair in curve.attrib["points"].split()} for curve in curves
+    ]  # a steady line is flat, and 3 MiB of some 10 are seen as such
+    assert max(heights[0]) - min(heights[0]) < 0.2
+    assert 40 < max(heights[1]) - min(heights[1]) < 80

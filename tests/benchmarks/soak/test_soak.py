@@ -1,0 +1,45 @@
+from __future__ import annotations
+
+import sys
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from benchmarks.soak.soak import EnduranceError, Soaked, borders, soak
+
+
+@pytest.mark.slow
+@given(st.integers(1, 3000), st.integers(1, 50))
+def test_borders(rounds: int, pieces: int) -> None:
+    found = borders(rounds, pieces)
+    sizes = {b - a for a, b in pairwise(found)}
+    assert (found[0], found[-1]) == (0, rounds)
+    assert len(found) == min(rounds, pieces) + 1
+    assert max(sizes) - min(sizes) <= 1
+
+
+@pytest.mark.slow
+def test_processes_are_run_and_compared(tmp_path: Path) -> None:
+    told: list[str] = []
+    found = soak("cell", 2, 2, tmp_path, traced=0, say=told.append)
+    assert found.first_difference is None
+    assert list(found.whole) == list(found.pieces) == [1, 2]
+    assert [each.hours for each in found.samples] == pytest.approx([0.01, 0.02])
+    assert found.counts["messages heard"] > 500
+    assert len(told) == 2
+    assert told[1].startswith("cell: 0.02 of 0.02 h")
+
+
+def test_a_process_that_ends_early(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "executable", "/bin/false")
+    with pytest.raises(EnduranceError, match=r"cell: rounds 0 to .*: exit status 1"):
+        soak("cell", 2, 2, tmp_path)
+
+
+def test_the_first_difference() -> None:
+    assert Soaked("cell", 2, whole={1: "a", 2: "b"}, pieces={1: "a", 2: "b"}).first_difference is None
+    assert Soaked("cell", 2, whole={1: "a", 2: "b"}, pieces={1: "a", 2: "c"}).first_difference == 2
+    assert Soaked("cell", 2, whole={1: "a", 2: "b"}, pieces={}).first_difference == 1

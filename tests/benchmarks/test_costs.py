@@ -1,0 +1,46 @@
+"""What one more of something costs, with few steps."""
+
+import pytest
+
+from benchmarks import costs
+from cellwright.engine.snapshot import take_snapshot
+
+
+@pytest.mark.slow
+def test_figures() -> None:
+    told: list[str] = []
+    figures = {figure.what: figure for figure in costs.measure(told.append, quick=True)}
+    assert [line.split()[0] for line in told] == ["listeners", "a", "a", "a"]
+    assert all(figure.value > 0.0 for figure in figures.values())
+    assert "20 messages in 20 steps" in figures["a listener on /clock / none"].note
+    assert "a listener on /ariac/orders / none" not in figures
+    assert figures["a run of the agent recorded / without"].value > 0
+    assert figures["a run of the agent recorded / listened to"].value > 0
+    assert "KiB written" in figures["a run of the agent with a log / without"].note
+
+
+def test_all_go_the_same_way() -> None:
+    cell = costs.lesson_cell()
+    start = take_snapshot(cell.simulation)
+    costs._run(cell, start, 30)
+    alone = cell.state_hash()
+    heard: list[str] = []
+    costs._run(cell, start, 30, cell.topics(), heard)
+    assert heard.count("/clock") == 30
+    assert cell.state_hash() == alone
+    assert not any(topic.subscribers for topic in cell.bus.topics() if topic.publishers)
+
+
+def test_only_topics_that_speak_are_timed() -> None:
+    cell = costs.lesson_cell()
+    start = take_snapshot(cell.simulation)
+    names = costs._that_speak(cell, start, 200)
+    assert {"/clock", "/ariac/joint_states", "/ariac/laser_profiler"} <= set(names)
+    assert {"/tf_static", "/ariac/orders"}.isdisjoint(names)
+
+
+def test_the_lesson_has_begun_and_nobody_listens() -> None:
+    cell = costs.lesson_cell()
+    cell.step()
+    assert cell.competition.state in ("ready", "go")
+    assert not any(topic.subscribers for topic in cell.bus.topics() if topic.publishers)

@@ -1,0 +1,47 @@
+"""Many runs by one worker and by two."""
+
+import pytest
+
+from benchmarks import evaluation
+from benchmarks.figures import BenchmarkSkippedError
+from cellwright.util.errors import UsageError
+from tests.quick_children import QUICK_WORKERS
+
+
+@QUICK_WORKERS
+@pytest.mark.slow
+def test_figures() -> None:
+    told: list[str] = []
+    one, two, ratio = evaluation.measure(told.append, quick=True)
+    assert told == ["runs 1 to 2 of 2, by one and by two"]
+    assert one.what == "2 runs of 0.2 s, 1 at a time"
+    assert ratio.value == pytest.approx(two.value / one.value)
+
+
+def test_the_work_can_be_halved() -> None:
+    jobs = evaluation.finals(evaluation.Mover, evaluation.FINALS)
+    assert len(jobs) == 30
+    assert {job.seed for job in jobs} == {1, 2}
+
+
+def test_one_processor_is_not_enough(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(evaluation, "usable_processors", lambda: 1)
+    with pytest.raises(BenchmarkSkippedError, match="two processors"):
+        next(evaluation.measure(print))
+
+
+class Fails:
+    """An agent that gives up at once."""
+
+    work = 0.0
+
+    def run(self, client: object) -> None:
+        raise ValueError("no idea")
+
+
+@QUICK_WORKERS
+@pytest.mark.slow
+def test_a_run_that_is_not_done_has_no_time() -> None:
+    jobs = evaluation.finals(Fails, ["final01"])[:1]  # type: ignore[arg-type]
+    with pytest.raises(UsageError, match="not done: final01"):
+        evaluation.times(jobs, 1)

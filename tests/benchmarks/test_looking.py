@@ -1,0 +1,86 @@
+"""What it costs to look on: how it is reckoned, and one run as they are measured."""
+
+import math
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from benchmarks import looking
+from benchmarks.figures import BenchmarkSkippedError
+
+COSTS = {"--view": 0.1, "--record": 0.4, "--video": 1.2}
+START = 0.8
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="it needs /proc")
+
+
+@pytest.fixture
+def runs(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, float, str | None]]:
+    """Runs that take what is written here: 1 s bare, less in each repetition."""
+    done: list[tuple[str, float, str | None]] = []
+
+    def run(options: Sequence[str], until: float, browser: str | None) -> looking.Ran:
+        what = options[0] if options[0] in COSTS else ""
+        done.append((what, until, browser if what else None))
+        more = COSTS.get(what, 0.0)
+        work = 0.0 if until == looking._SHORT else 1.0 + more
+        size, seen = 2_000_000 if "--record" in options else 0, 9.0 if browser and what else 0.0
+        return looking.Ran(START + work + 0.5 / len(done), work, "same", size, seen)
+
+    monkeypatch.setattr(looking, "_run", run)
+    monkeypatch.setattr(looking, "_BROWSERS", ("sh",))
+    return done
+
+
+def test_the_start_does_not_count(runs: list[tuple[str, float, str | None]]) -> None:
+    told: list[str] = []
+    figures = {figure.what: figure for figure in looking.measure(told.append, quick=False)}
+    assert figures["a page that nobody has open / bare"].value == pytest.approx(1.1, abs=0.2)
+    assert figures["a recording / bare"].value == pytest.approx(1.4, abs=0.2)
+    assert "2.0 MB for 60 s" in figures["a recording / bare"].note
+    assert figures["a video / bare"].value == pytest.approx(2.2, abs=0.2)
+    assert figures["a picture of a video, in wall time"].value == pytest.approx(1200 / 201)
+    assert figures["different end states of all these runs"].value == 1
+    assert [what for what, figure in figures.items() if figure.most == looking.VIEW_COST] == [
+        "a page that nobody has open / bare",
+        "a page in a browser / bare",
+    ]
+    assert {option for option, _until, browser in runs if browser} == {"--view"}
+
+
+def test_without_a_browser_that_figure_is_missing(
+    runs: list[tuple[str, float, str | None]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(looking, "_BROWSERS", ("no-such-browser",))
+    figures = {figure.what: figure for figure in looking.measure(lambda _: None, quick=True)}
+    assert math.isnan(figures["a page in a browser / bare"].value)
+    assert figures["a page in a browser / bare"].is_held
+    assert all(browser is None for _option, _until, browser in runs)
+
+
+def test_a_browser_that_never_came_is_no_figure(
+    runs: list[tuple[str, float, str | None]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ran = looking._run
+    monkeypatch.setattr(looking, "_run", lambda options, until, _browser: ran(options, until, None))
+    figures = {figure.what: figure for figure in looking.measure(lambda _: None, quick=True)}
+    assert math.isnan(figures["a page in a browser / bare"].value)
+    assert "did not come" in figures["a page in a browser / bare"].note
+    assert runs
+
+
+@pytest.mark.slow
+def test_a_run_tells_what_it_took(tmp_path: Path) -> None:
+    ran = looking._run(["--record", str(tmp_path / "run.mcap")], 0.1, None)
+    assert ran.processor > 0.05
+    assert 0 < ran.wall < 60
+    assert len(ran.state_hash) == 64
+    assert ran.file_size == (tmp_path / "run.mcap").stat().st_size > 1000
+
+
+def test_elsewhere_it_is_skipped(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Path, "exists", lambda _self: False)
+    with pytest.raises(BenchmarkSkippedError, match="/proc"):
+        next(looking.measure(lambda _: None, quick=True))

@@ -1,0 +1,32 @@
+"""What is said of the machine."""
+
+import os
+import platform
+from pathlib import Path
+
+import pytest
+
+from benchmarks import machine
+
+
+def test_nothing_names_the_machine_or_its_folders() -> None:
+    found = machine.machine()
+    assert {"processor", "processors", "system", "versions"} <= found.keys()
+    said = " ".join(found.values())
+    assert "mujoco 4." in found["versions"]
+    assert str(Path.home()) not in said
+    assert platform.node() not in said.split()
+
+
+def test_a_system_that_tells_little(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_arguments: object, **_more: object) -> str:
+        raise OSError
+
+    monkeypatch.setattr(machine, "CPU_INFO", Path("nowhere"))
+    monkeypatch.setattr(platform, "freedesktop_os_release", refuse)
+    for name in ("sysconf", "getloadavg"):
+        monkeypatch.delattr(os, name, raising=False)
+    found = machine.machine()
+    assert {"memory", "load before"}.isdisjoint(found)
+    assert found["processor"] == (platform.processor() or platform.machine())
+    assert found["system"] == f"{platform.system()} {platform.release()}"

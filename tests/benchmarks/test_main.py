@@ -1,0 +1,111 @@
+"""`python -m benchmarks`: table, JSON, page, and what is refused."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from benchmarks import __main__ as command
+from benchmarks import benchmarks
+from benchmarks.figures import BenchmarkSkippedError
+from cellwright.util.errors import UsageError
+from tests.benchmarks.fakes import BROKEN, FREE, HELD, FakeBenchmark
+from tests.cli.conftest import CommandLine
+
+
+@pytest.fixture(autouse=True)
+def fakes(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = (
+        FakeBenchmark("held", "What is held", 1.0, (HELD, FREE)),
+        FakeBenchmark("broken", "What is broken", 1.0, (BROKEN,)),
+        FakeBenchmark("skipped", "What is skipped", 1.0, error=BenchmarkSkippedError("there is no [engine]")),
+        FakeBenchmark("failed", "What failed", 1.0, (FREE,), UsageError("it broke")),
+    )
+    monkeypatch.setattr(benchmarks, "BENCHMARKS", found)
+
+
+def test_a_table(bench: CommandLine) -> None:
+    ran = bench("held", "skipped")
+    assert (ran.status, ran.err) == (0, "")
+    table = ran.out.partition("What is held: measuring well\n")[2]
+    assert [line.split() for line in table.splitlines() if line.strip() and "─" not in line] == [
+        ["What", "is", "held"],
+        ["figure", "value", "bound"],
+        ["one", "thing", "/", "another", "1.05", "x", "≤", "1.15", "held"],
+        ["a", "[note]", "with", "a", "|", "in", "it"],
+        ["steps", "123457", "/s"],
+        ["What", "is", "skipped:", "measuring", "well"],
+        ["What", "is", "skipped"],
+        ["skipped:", "there", "is", "no", "[engine]"],
+    ]
+    assert max(map(len, ran.out.splitlines())) <= 120
+
+
+@pytest.mark.parametrize("name", ["broken", "failed"])
+def test_the_status_tells_of_bounds_and_failures(name: str, bench: CommandLine) -> None:
+    ran = bench("held", name)
+    assert ran.status == 1
+    assert ("NOT HELD" if name == "broken" else "failed: it broke") in ran.out
+
+
+def test_quick_figures_are_not_judged(bench: CommandLine) -> None:
+    ran = bench("broken", "--quick")
+    assert ran.status == 0
+    assert "measuring quickly" in ran.out
+    assert "HELD" not in ran.out
+
+
+def test_what_fails_fails_quickly_too(bench: CommandLine) -> None:
+    ran = bench("failed", "--quick", "--json")
+    assert ran.status == json.loads(ran.out)["exit_status"] == 1
+
+
+def test_all_of_them_as_json(bench: CommandLine) -> None:
+    ran = bench("--json")
+    document = json.loads(ran.out)
+    assert ran.status == document["exit_status"] == 1
+    assert [each["name"] for each in document["benchmarks"]] == ["held", "broken", "skipped", "failed"]
+    assert document["benchmarks"][2]["skipped"] == "there is no [engine]"
+    assert "mujoco" in document["machine"]["versions"]
+    assert "measuring well" in ran.err
+
+
+def test_a_name_given_twice_is_measured_once(bench: CommandLine) -> None:
+    ran = bench("held", "held", "--json")
+    assert len(json.loads(ran.out)["benchmarks"]) == 1
+
+
+def test_the_page_is_written(bench: CommandLine, tmp_path: Path) -> None:
+    ran = bench("held", "--write", "page.md")
+    assert ran.status == 0
+    assert "page  page.md" in ran.out
+    page = (tmp_path / "page.md").read_text(encoding="utf-8")
+    assert "| one thing / another | 1.05 x | ≤ 1.15 | held |" in page
+
+
+def test_a_page_that_cannot_be_written_is_told_after_the_figures(
+    bench: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_arguments: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(command, "write_whole", refuse)
+    ran = bench("held", "--write", "page.md")
+    assert ran.status == 1
+    assert "1.05 x" in ran.out
+    assert ran.err == "error: --write page.md: cannot be written: No space left on device\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("heald",), "unknown benchmark 'heald'; did you mean held"),
+        (("held", "--write", "page.txt"), "--write page.txt: give a file whose name ends in .md"),
+        (("held", "--write", "nowhere/page.md"), "--write nowhere/page.md: there is no folder nowhere"),
+    ],
+)
+def test_bad_input(arguments: tuple[str, ...], said: str, bench: CommandLine) -> None:
+    ran = bench(*arguments)
+    assert (ran.status, ran.out) == (2, "")
+    assert ran.err.startswith(f"error: {said}")
+    assert ran.err.count("\n") == 1

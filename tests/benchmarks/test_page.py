@@ -1,0 +1,75 @@
+"""The page, whole."""
+
+import datetime
+
+from benchmarks.page import HEAD, cell, page
+from benchmarks.taking import Taken
+from tests.benchmarks.fakes import BROKEN, FREE, HELD, FakeBenchmark
+
+DAY = datetime.date(2026, 11, 21)
+TAKEN = [
+    Taken(FakeBenchmark("first", "A first thing", 1.0), (HELD, FREE, BROKEN)),
+    Taken(FakeBenchmark("second", "A second thing", 1.0), skipped="no such engine"),
+    Taken(FakeBenchmark("third", "A third thing", 1.0), (FREE,), failed="it\nbroke"),
+]
+
+EXPECTED = """
+## The machine
+
+| | |
+|---|---|
+| date | 2026-11-21 |
+| processor | Fast One |
+
+## A first thing
+
+`python -m benchmarks first`
+
+What it is.
+
+How it is measured.
+
+| figure | value | bound | | note |
+|---|---|---|---|---|
+| one thing / another | 1.05 x | ≤ 1.15 | held | a [note] with a \\| in it |
+| steps | 123457 /s | | | |
+| cold start | 1.50 s | ≤ 1 | NOT HELD | |
+
+## A second thing
+
+`python -m benchmarks second`
+
+What it is.
+
+How it is measured.
+
+Skipped: no such engine.
+
+## A third thing
+
+`python -m benchmarks third`
+
+What it is.
+
+How it is measured.
+
+| figure | value | bound | | note |
+|---|---|---|---|---|
+| steps | 123457 /s | | | |
+
+Failed: it broke.
+"""
+
+
+def test_the_page() -> None:
+    assert page(TAKEN, {"processor": "Fast One"}, DAY) == HEAD + EXPECTED
+
+
+def test_rough_figures_say_that_they_are() -> None:
+    rough = page(TAKEN, {}, DAY, quick=True)
+    assert "**These figures are rough:**" in rough
+    assert "| cold start | 1.50 s | ≤ 1 | | |" in rough  # what is rough is not judged
+
+
+def test_what_stands_in_a_cell_cannot_end_it() -> None:
+    assert cell("a | b\n\n c") == "a \\| b c"

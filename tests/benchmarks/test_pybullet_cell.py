@@ -1,0 +1,61 @@
+from contextlib import ExitStack
+
+import pytest
+
+from benchmarks import pybullet_cell
+from benchmarks.pybullet_cell import agreement, least_times, measure, pair
+
+
+def test_both_simulate_the_same() -> None:
+    pytest.importorskip("pybullet")
+    with ExitStack() as stack:
+        ours, (theirs,) = pair(6, 240, 1, stack, sleeping=(True,), riding=4)
+        for side in (ours, theirs):
+            side.run(240)
+        found = agreement(ours, theirs, 120)
+    assert found.resting < 0.5
+    assert max(found.belt) < 0.5
+    assert found.arm[0] < 2.0
+    assert found.arm[1] < 20.0
+
+
+def test_a_belt_that_stands_still_is_noticed() -> None:
+    pytest.importorskip("pybullet")
+    with ExitStack() as stack:
+        ours, (theirs,) = pair(2, 240, 1, stack, sleeping=(True,), riding=2)
+        for part in ours.cell.world.parts[2:]:
+            ours.cell.parts.put_away(part)
+        for side in (ours, theirs):
+            side.run(120)
+        ours_off, theirs_off = agreement(ours, theirs, 60).belt
+    assert ours_off == pytest.approx(100.0, abs=0.1)
+    assert theirs_off < 1.0
+
+
+def test_the_times_are_those_of_a_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    ran: list[int] = []
+    clock = iter([0.0, 4.0, 10.0, 12.0])
+    monkeypatch.setattr("time.process_time", lambda: next(clock))
+
+    class Side(pybullet_cell.Ours):
+        def run(self, steps: int) -> None:
+            ran.append(steps)
+
+    (best,) = least_times([Side.__new__(Side)], 10, 2)
+    assert best == pytest.approx(2.0 / 20 * 1e6)
+    assert ran == [30, 20, 20]
+
+
+@pytest.mark.slow
+def test_its_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("pybullet")
+    for name, value in {"WARM_UP": 1, "WINDOW": 1, "FEW": 1, "MANY": 3, "LEAST": {60: 1.0}}.items():
+        monkeypatch.setattr(pybullet_cell, name, value)
+    told: list[str] = []
+    figures = list(measure(told.append, quick=True))
+    assert told == ["1 parts, 60 Hz", "3 parts, 60 Hz"]
+    assert len({figure.what for figure in figures}) == len(figures) == 12
+    assert all(figure.value >= 0 for figure in figures)
+    assert sum(figure.least is not None for figure in figures) == 2
+    assert sum(figure.most is not None for figure in figures) == 5
+    assert all(figure.note for figure in figures if figure.least is not None)  # what is missed is to be understood

@@ -1,0 +1,43 @@
+"""What ROS 1 costs, with few messages."""
+
+import pytest
+
+from benchmarks import ros1
+from benchmarks.figures import BenchmarkSkippedError
+from cellwright.util.errors import UsageError
+from tests.quick_children import QUICK_SERVING
+
+
+@QUICK_SERVING
+@pytest.mark.ros1
+def test_figures() -> None:
+    figures = {figure.what: figure for figure in ros1.measure(lambda _: None, quick=True)}
+    assert figures["joint states at 1 kHz: lost"].value == 0
+    assert figures["joint states at 1 kHz: rate"].value == pytest.approx(1000.0, rel=0.01)
+    assert figures["a service, connected: bare rospy"].value > 0.0
+    assert figures["the bridge at 1 kHz, busy"].value >= 0.0
+
+
+def test_without_ros_it_is_skipped(monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(_environment: object) -> None:
+        raise UsageError("there is no ROS 1")
+
+    monkeypatch.setattr(ros1, "find", missing)
+    with pytest.raises(BenchmarkSkippedError, match="there is no ROS 1"):
+        list(ros1.measure(lambda _: None))
+
+
+def test_a_bridged_way_is_held_to_the_bare_one() -> None:
+    bare, bridged = ros1.round_trip("a topic", [0.001, 0.001, 0.003], [0.0016, 0.0018, 0.002])
+    assert bare.most is None
+    assert (bare.value, bridged.value, bridged.most) == pytest.approx((1.0, 1.8, 1.7))
+    assert not bridged.is_held
+
+
+def test_the_cell_echoes() -> None:
+    cell = ros1.bench_cell()
+    heard: list[object] = []
+    cell.bus.subscribe("/bench/joint_states", heard.append)
+    for _ in range(10):
+        cell.step()
+    assert len(heard) == 10

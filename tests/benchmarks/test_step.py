@@ -1,0 +1,19 @@
+"""The cost of a step."""
+
+from benchmarks.step import measure, trial_with
+from cellwright.cell.cell import Cell
+
+
+def test_the_parts_are_there_and_come_to_rest() -> None:
+    cell = Cell(trial_with(100))
+    cell.simulation.step_until(10**9)
+    assert len(cell.parts.all) == 100
+    assert sum(cell.simulation.data.tree_asleep < 0) <= 1  # the arm
+
+
+def test_figures() -> None:
+    told: list[str] = []
+    figures = list(measure(told.append, quick=True))
+    assert told == ["0 parts", "60 parts"]
+    assert all(figure.value > 0.0 for figure in figures)
+    assert [figure.what for figure in figures if figure.most is not None] == ["60 parts at rest / arm only"]

@@ -1,0 +1,75 @@
+"""Benchmarks that find something, are skipped, or fail on the way."""
+
+import json
+import subprocess
+
+import pytest
+
+from benchmarks.figures import BenchmarkSkippedError, Figure
+from benchmarks.taking import take
+from cellwright.util.errors import RunEndedError, UsageError
+from tests.benchmarks.fakes import BROKEN, FREE, HELD, FakeBenchmark
+
+
+def test_what_is_found_and_what_is_told() -> None:
+    told: list[str] = []
+    taken = take(FakeBenchmark("a", "A thing", 1.0, (HELD, FREE)), told.append)
+    assert (taken.figures, taken.skipped, taken.failed, taken.is_held) == ((HELD, FREE), "", "", True)
+    take(FakeBenchmark("a", "A thing", 1.0), told.append, quick=True)
+    assert told == ["measuring well", "measuring quickly"]
+
+
+def test_a_bound_that_is_not_held() -> None:
+    assert not take(FakeBenchmark("a", "A thing", 1.0, (HELD, BROKEN)), print).is_held
+
+
+def test_what_is_skipped_breaks_no_bound() -> None:
+    taken = take(FakeBenchmark("a", "A thing", 1.0, error=BenchmarkSkippedError("no such engine")), print)
+    assert (taken.skipped, taken.failed, taken.is_held) == ("no such engine", "", True)
+
+
+def test_one_that_fails_keeps_what_it_found() -> None:
+    taken = take(FakeBenchmark("a", "A thing", 1.0, (HELD,), UsageError("it broke")), print)
+    assert (taken.figures, taken.failed, taken.is_held) == ((HELD,), "it broke", False)
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        RunEndedError("the server is gone"),
+        subprocess.TimeoutExpired("rospy", 120.0),
+        subprocess.CalledProcessError(1, "rospy"),
+        BrokenPipeError(32, "Broken pipe"),
+    ],
+)
+def test_what_becomes_of_other_processes_fails_one_benchmark_and_not_all(error: BaseException) -> None:
+    taken = take(FakeBenchmark("a", "A thing", 1.0, (HELD,), error), print)
+    assert (taken.figures, taken.failed, taken.is_held) == ((HELD,), str(error), False)
+
+
+def test_a_defect_is_not_hidden() -> None:
+    with pytest.raises(ZeroDivisionError):
+        take(FakeBenchmark("a", "A thing", 1.0, error=ZeroDivisionError()), print)
+
+
+def test_as_json() -> None:
+    nothing = Figure("nothing", float("nan"), most=1.0)
+    taken = take(FakeBenchmark("a", "A thing", 1.0, (HELD, nothing)), print)
+    document = json.loads(json.dumps(taken.as_dict(), allow_nan=False))
+    assert {key: document[key] for key in ("name", "title", "skipped", "failed", "held")} == {
+        "name": "a",
+        "title": "A thing",
+        "skipped": None,
+        "failed": None,
+        "held": False,
+    }
+    assert document["figures"][0] == {
+        "what": "one thing / another",
+        "value": 1.049,
+        "unit": "x",
+        "most": 1.15,
+        "least": None,
+        "held": True,
+        "note": "a [note] with a | in it",
+    }
+    assert (document["figures"][1]["value"], document["figures"][1]["held"]) == (None, False)

@@ -1,0 +1,53 @@
+"""From a command to motion, with few commands."""
+
+import math
+
+import pytest
+
+from benchmarks import teleop
+from cellwright.util.errors import UsageError
+from tests.quick_children import QUICK_SERVING
+
+
+@QUICK_SERVING
+@pytest.mark.slow
+def test_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(_environment: object) -> None:
+        raise UsageError("there is no ROS 1")
+
+    monkeypatch.setattr(teleop, "find", missing)
+    monkeypatch.setattr(teleop, "REST", 0.15)
+    figures = {figure.what: figure for figure in teleop.measure(lambda _: None, quick=True)}
+    ros = figures.pop("until motion is told: over ROS 1")
+    assert math.isnan(ros.value)
+    assert ros.note == "skipped: there is no ROS 1"
+    assert all(figure.value > 0.0 for figure in figures.values())
+    assert len(figures) == 5
+
+
+def test_waiting_alone() -> None:
+    applied, moved = teleop.sampling(2000)
+    assert all(0.0 < time <= 1 / 240 + 1e-12 for time in applied)
+    assert all(0.0 < time <= 3 / 240 + 1e-12 for time in moved)
+    assert sum(moved) > sum(applied)
+
+
+def test_in_one_process_each_command_is_applied_and_motion_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(teleop, "REST", 0.15)
+    applied, moved = teleop.in_one_process(2)
+    assert len(applied) == len(moved) == 2
+    assert all(0.0 < time < 5.0 for time in (*applied, *moved))
+
+
+def test_commands_go_to_and_fro() -> None:
+    first, message = teleop._command(0)
+    second, _ = teleop._command(1)
+    assert first == -second == teleop.STEP
+    assert (list(message.name), list(message.position)) == ([teleop.JOINT], [first])
+
+
+def test_a_figure_of_times() -> None:
+    found = teleop.figure("a way", [0.001, 0.002, 0.003], "computed")
+    assert (found.what, found.unit) == ("a way", "ms")
+    assert found.value == pytest.approx(2.0)
+    assert found.note == "computed; median, 99 % below 3.0 ms"

@@ -1,0 +1,51 @@
+"""The trial of the bench, and what is measured with it."""
+
+from collections import Counter
+from importlib.resources import files
+from pathlib import Path
+
+import pytest
+
+from benchmarks import trial
+from benchmarks.trial import bench_trial, measure
+from cellwright.cell.cell import Cell
+from cellwright.config.check import check
+
+
+def test_it_is_a_sound_trial() -> None:
+    report = check([Path(str(files("benchmarks") / "trial.yaml"))])
+    assert (report.ok, report.warnings) == (True, ())
+
+
+def test_it_has_all_that_a_trial_can_have() -> None:
+    found = bench_trial()
+    assert found.time_limit == trial.SECONDS
+    assert len(found.bin_parts) >= 60
+    assert found.options.belt_population_cycles * max(part.time for part in found.belt_parts) >= 480
+    assert len(found.orders) > 1
+    assert {each.type for each in found.sensors} == {
+        "break_beam",
+        "laser_profiler",
+        "logical_camera",
+        "proximity_sensor",
+    }
+    names = {part.name.rpartition("|")[2] for part in Cell(found).parts.all}
+    assert set(found.faulty_parts) <= names
+
+
+def test_its_parts_lie_still() -> None:
+    cell = Cell(bench_trial())
+    cell.simulation.step_until(10**9)
+    data = cell.simulation.data
+    assert sum(data.tree_asleep < 0) <= 1  # the arm
+
+
+@pytest.mark.slow
+def test_the_three_runs_are_one_trajectory() -> None:
+    told: list[str] = []
+    figures = {figure.what: figure for figure in measure(told.append, quick=True)}
+    assert len(told) == 3
+    assert figures["different end states of the three"].value == 1
+    bounds = Counter(figure.most for figure in figures.values())
+    assert (bounds[1.15], bounds[1.3]) == (1, 1)
+    assert all(figure.value > 0.0 for figure in figures.values())

@@ -1,0 +1,96 @@
+from collections.abc import Callable
+from fractions import Fraction
+from math import dist, hypot
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.cell.devices.agv_path import DELIVER, RETURN, AgvPath, KeyFrames
+from cellwright.util.errors import UsageError
+
+MILLISECOND = 1_000_000
+WAYS = [(DELIVER, AgvPath.deliver(1), 0.08), (RETURN, AgvPath.return_(1), 0.2)]
+times = st.integers(-MILLISECOND, 10_100 * MILLISECOND)
+
+
+def times_of(frames: KeyFrames) -> list[int]:
+    return [round(Fraction(time) * 1_000_000_000 / Fraction("1.2")) for time, _, _ in frames]
+
+
+def original_position(frames: KeyFrames, time: int) -> tuple[float, float]:
+    """The original's spline: tangents by key frame number, interpolated within each interval by its fraction."""
+    key_times, points = times_of(frames), [(x, y) for _, x, y in frames]
+    i = max(k for k in range(len(frames) - 1) if key_times[k] <= time)
+    u = (time - key_times[i]) / (key_times[i + 1] - key_times[i])
+    last = len(points) - 1
+
+    def coordinate(axis: int) -> float:
+        def tangent(k: int) -> float:
+            return 0.5 * (points[min(k + 1, last)][axis] - points[max(k - 1, 0)][axis])
+
+        h = (2 * u**3 - 3 * u**2 + 1, u**3 - 2 * u**2 + u, -2 * u**3 + 3 * u**2, u**3 - u**2)
+        return h[0] * points[i][axis] + h[1] * tangent(i) + h[2] * points[i + 1][axis] + h[3] * tangent(i + 1)
+
+    return coordinate(0), coordinate(1)
+
+
+@pytest.mark.parametrize(("frames", "way", "tolerance"), WAYS)
+def test_every_key_frame_is_reached_on_time(frames: KeyFrames, way: AgvPath, tolerance: float) -> None:
+    for time, (_, x, y) in zip(times_of(frames), frames, strict=True):
+        assert way.position_at(time) == (x, y)
+
+
+@pytest.mark.parametrize(("frames", "way", "tolerance"), WAYS)
+def test_between_key_frames_it_stays_close_to_the_original(frames: KeyFrames, way: AgvPath, tolerance: float) -> None:
+    differences = [
+        dist(way.position_at(time), original_position(frames, time))
+        for time in range(0, way.duration, 20 * MILLISECOND)
+    ]
+    assert tolerance / 2 < max(differences) < tolerance
+
+
+def test_the_ways_take_as_long_as_in_the_original_and_join_up() -> None:
+    out, back = AgvPath.deliver(1), AgvPath.return_(1)
+    assert out.duration == 8_333_333_333
+    assert back.duration == 10_000_000_000
+    assert out.position_at(out.duration) == back.position_at(0) == (-4.2, 8.3)
+    assert back.position_at(back.duration) == out.position_at(0) == (0.3, 3.3)
+
+
+@given(times, st.sampled_from(WAYS))
+def test_velocity_is_the_slope_of_position_and_has_no_jump(time: int, case: tuple[KeyFrames, AgvPath, float]) -> None:
+    _, way, _ = case
+    step = MILLISECOND // 10
+    before, after = way.position_at(time - step), way.position_at(time + step)
+    slope = [(b - a) / (2 * step * 1e-9) for a, b in zip(before, after, strict=True)]
+    assert dist(slope, way.velocity_at(time)) < 2e-4
+    assert dist(way.velocity_at(time - step), way.velocity_at(time + step)) < 2.6 * 2e-4
+
+
+@given(times, st.sampled_from([AgvPath.deliver, AgvPath.return_]))
+def test_agv_2_mirrors_agv_1(time: int, way: Callable[[int], AgvPath]) -> None:
+    one, two = way(1), way(2)
+    x, y = one.position_at(time)
+    assert two.position_at(time) == (x, -y)
+
+
+@pytest.mark.parametrize(("way", "peak"), [(AgvPath.deliver(1), 2.541), (AgvPath.return_(2), 1.637)])
+def test_acceleration_stays_below_what_parts_on_a_tray_bear(way: AgvPath, peak: float) -> None:
+    sampled = max(hypot(*way.acceleration_at(time)) for time in range(0, way.duration, MILLISECOND))
+    assert way.peak_acceleration() == pytest.approx(peak, abs=1e-3)
+    assert sampled == pytest.approx(way.peak_acceleration(), rel=0.01)
+
+
+@pytest.mark.parametrize("time", [-5, 0])
+def test_it_stands_before_and_after(time: int) -> None:
+    way = AgvPath.deliver(2)
+    assert way.position_at(time) == (0.3, -3.3)
+    assert way.velocity_at(time) == (0.0, 0.0)
+    assert way.position_at(way.duration - time) == (-4.2, -8.3)
+    assert way.velocity_at(way.duration - time) == (0.0, 0.0)
+
+
+def test_there_are_two_agvs() -> None:
+    with pytest.raises(UsageError, match="no AGV 3"):
+        AgvPath.deliver(3)

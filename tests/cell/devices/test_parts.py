@@ -1,0 +1,114 @@
+"""The parts on the floor, in the running cell."""
+
+import pytest
+
+from cellwright.cell.devices.parts import Parts
+from cellwright.cell.model.build import WorldPart
+from cellwright.config.trial.trial import BeltPart
+from cellwright.util.errors import UnknownNameError
+from cellwright.util.pose import Pose
+from tests.cell.devices.floor import MM, Floor, named, one_of_each
+
+GEAR = named("gear_part")
+POOLED = "populate_conveyor|gear_part_clone_0"
+
+
+@pytest.fixture(scope="module")
+def shared() -> Floor:
+    return Floor(one_of_each(belt_parts=(BeltPart(1.0, "gear_part", Pose((0.0, 0.0, 0.1))),)))
+
+
+@pytest.fixture
+def floor(shared: Floor) -> Floor:
+    return shared.reset()
+
+
+@pytest.fixture
+def parts(floor: Floor) -> Parts:
+    return floor.cell.parts
+
+
+def test_a_part_is_found_by_name(parts: Parts) -> None:
+    assert parts.part(GEAR).type == "gear_part"
+    with pytest.raises(UnknownNameError, match=r"gear_part_1"):
+        parts.part("floor|gear_part_2")
+
+
+def test_what_waits_is_not_in_play(parts: Parts) -> None:
+    assert POOLED not in parts.in_play
+    assert parts.in_play == {part.name for part in parts.all} - {POOLED}
+
+
+def test_a_part_that_is_placed_stands_still_there_and_is_in_play(floor: Floor, parts: Parts) -> None:
+    floor.run(0.5)
+    part = parts.part(POOLED)
+    floor.simulation.data.qvel[part.dof : part.dof + 6] = 1.0
+    there = Pose.from_rpy((-2.5, 0.0, 0.5), (0.0, 0.0, 1.0))
+    parts.place(part, there)
+    assert parts.pose(part) == there
+    assert not floor.velocity(POOLED).any()
+    assert POOLED in parts.in_play
+    floor.run(0.2)
+    assert 0.5 - floor.pose(POOLED).position[2] == pytest.approx(0.5 * 9.81 * 0.2**2, abs=2 * MM)
+
+
+def test_a_part_that_is_put_away_waits_on_its_slot(floor: Floor, parts: Parts) -> None:
+    part = parts.part(GEAR)
+    parts.put_away(part)
+    assert parts.pose(part) == part.shelf
+    assert GEAR not in parts.in_play
+    floor.run(1.0)
+    assert floor.asleep(part.body)
+    assert floor.pose(GEAR).position == pytest.approx(part.shelf.position, abs=0.3 * MM)
+
+
+def test_positions_are_those_of_all_parts(floor: Floor, parts: Parts) -> None:
+    floor.place(GEAR, Pose((0.1, 0.2, 3.0)))
+    positions = parts.positions()
+    assert positions.shape == (len(parts.all), 3)
+    assert positions[parts.all.index(parts.part(GEAR))] == pytest.approx((0.1, 0.2, 3.0))
+
+
+def test_inside_is_a_closed_box_and_only_parts_in_play_count(floor: Floor, parts: Parts) -> None:
+    floor.place(GEAR, Pose((0.5, 0.5, 3.0)))
+    lower, upper = (0.0, 0.0, 3.0), (0.5, 1.0, 4.0)
+    assert parts.inside(lower, upper) == [parts.part(GEAR)]
+    assert parts.inside(lower, (0.499, 1.0, 4.0)) == []
+    parts.in_play.discard(GEAR)
+    assert parts.inside(lower, upper) == []
+
+
+def test_a_cell_without_parts_has_none_anywhere() -> None:
+    assert Parts(()).inside((-1.0,) * 3, (1.0,) * 3) == []
+
+
+def test_placing_lets_go_of_every_hold(floor: Floor, parts: Parts) -> None:
+    part = parts.part(GEAR)
+    taken: list[WorldPart] = []
+    parts.on_taken.append(taken.append)
+    active = floor.simulation.data.eq_active
+    try:
+        assert part.grip is not None
+        active[[part.grip, *part.locks]] = 1
+        assert parts.is_locked(part)
+        parts.place(part, part.start)
+    finally:
+        parts.on_taken.pop()
+    assert not active.any()
+    assert not parts.is_locked(part)
+    assert taken == [part]
+
+
+def test_whoever_looks_in_the_same_tick_sees_a_part_where_it_was_placed(floor: Floor) -> None:
+    floor.run(0.5)
+    assert floor.body_pose(GEAR) == floor.pose(GEAR)
+    there = Pose((-2.0, 1.0, 0.5))
+    floor.place(GEAR, there)
+    assert floor.body_pose(GEAR) == there
+
+
+def test_state_is_what_is_in_play(parts: Parts) -> None:
+    state = parts.get_state()
+    parts.in_play.clear()
+    parts.set_state(state)
+    assert GEAR in parts.in_play

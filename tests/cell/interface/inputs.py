@@ -1,0 +1,63 @@
+"""Everything that two served worlds hear, by their contracts' tables: a row that is added is tried by itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from cellwright.cell.cell import Cell
+from cellwright.cell.interface.rows import rows as gear_rows
+from cellwright.middleware.bus import Bus, Direction
+from cellwright.middleware.bus.served import Served
+from cellwright.middleware.interface.table import Kind, Row
+from cellwright.middleware.messages import message_type, service_type
+from cellwright.robot.interface.rows import rows as teleop_rows
+from cellwright.robot.node import RobotNode
+from tests.cells import WHOLE
+from tests.robot.robots import two_arms
+
+
+@dataclass(frozen=True)
+class Input:
+    """A topic that is heard, or a service."""
+
+    name: str
+    type_name: str
+    """Full name of its message or request."""
+    is_service: bool
+
+    def give(self, bus: Bus, message: Any, node: str = "/team") -> Any:
+        """Publish a message there, or call it."""
+        return (
+            bus.call(self.name, message, node=node) if self.is_service else bus.publish(self.name, message, node=node)
+        )
+
+
+def inputs(rows: tuple[Row, ...]) -> list[Input]:
+    """What a contract takes; an action is five topics, which have rows of their own."""
+    return [_input(row) for row in rows if row.direction is Direction.IN and row.kind is not Kind.ACTION]
+
+
+def _input(row: Row) -> Input:
+    is_service = row.kind is Kind.SERVICE
+    message = service_type(row.type).request if is_service else message_type(row.type)
+    return Input(row.name, message.__msgtype__, is_service)
+
+
+GEAR = inputs(gear_rows(WHOLE, competition=False))
+TELEOP = inputs(teleop_rows(two_arms()))
+
+
+def whole_cell(**more: Any) -> Cell:
+    """A cell with something of everything, cheats allowed."""
+    return Cell(WHOLE, competition=False, **more)
+
+
+def robot(**more: Any) -> RobotNode:
+    """A robot's node with every row of its contract."""
+    return RobotNode(two_arms(), **more)
+
+
+def state_hash(served: Served) -> str:
+    """All that a served world is."""
+    return served.state_hash() if isinstance(served, Cell) else served.simulation.state_hash()

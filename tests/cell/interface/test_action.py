@@ -1,0 +1,328 @@
+"""The action of the arm, as an actionlib client sees it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+
+import pytest
+
+from cellwright.cell.cell import Cell
+from cellwright.config.trial.trial import ArmSettings
+from cellwright.engine.clock import NANOSECONDS
+from cellwright.engine.snapshot import restore_snapshot, take_snapshot
+from cellwright.middleware.messages.build import duration, nanoseconds
+from cellwright.middleware.messages.control_msgs import JointTolerance
+from cellwright.util.errors import RejectedCommandError
+from tests.cell.interface.goals import ACTION, cancel, goal, send
+from tests.cells import ARM_ONLY, INITIAL, JOINTS, Ear, publish, run, run_to, way
+
+PENDING, ACTIVE, PREEMPTED, SUCCEEDED, ABORTED, REJECTED = range(6)
+NEAR = tuple(value + 0.1 for value in INITIAL)
+FAR = tuple(value + 0.4 for value in INITIAL)
+
+
+class Client:
+    """Hears what an actionlib client hears."""
+
+    def __init__(self, cell: Cell) -> None:
+        self.status = Ear(cell, f"{ACTION}/status")
+        self.feedback = Ear(cell, f"{ACTION}/feedback")
+        self.result = Ear(cell, f"{ACTION}/result")
+
+    def statuses(self) -> dict[str, int]:
+        """What was told last of each goal."""
+        return {each.goal_id.id: each.status for each in self.status.messages[-1].status_list}
+
+    def results(self) -> list[tuple[str, int, int]]:
+        """Goal, status and error code of each result."""
+        return [(each.status.goal_id.id, each.status.status, each.result.error_code) for each in self.result.messages]
+
+
+def arm_cell() -> tuple[Cell, Client]:
+    cell = Cell(ARM_ONLY)
+    return cell, Client(cell)
+
+
+def velocity(cell: Cell) -> float:
+    assert cell.arm is not None
+    return max(map(abs, cell.arm.controller.velocities(cell.simulation.now)))
+
+
+# ---------------------------------------------------------------- a goal from its start to its end
+
+
+def test_a_goal_is_taken_reported_and_succeeds() -> None:
+    cell, client = arm_cell()
+    run(cell, 0.3)
+    send(cell, way(NEAR), "first")
+    assert client.statuses() == {"first": ACTIVE}  # at once
+    assert client.status.times[-1] == pytest.approx(0.3)
+    run(cell, 1.5)
+    assert client.results() == [("first", SUCCEEDED, 0)]
+    assert client.result.times[0] == pytest.approx(1.3, abs=0.1)
+    assert client.statuses() == {"first": SUCCEEDED}
+    assert client.feedback.times == pytest.approx([0.4 + 0.1 * n for n in range(len(client.feedback))])
+    assert len(client.feedback) in (9, 10)
+    heard = client.feedback.messages[4]
+    assert (heard.status.goal_id.id, heard.status.status) == ("first", ACTIVE)
+    assert tuple(heard.feedback.joint_names) == JOINTS
+    assert heard.feedback.desired.positions == pytest.approx([value + 0.05 for value in INITIAL])
+    assert heard.feedback.error.positions == pytest.approx(
+        heard.feedback.desired.positions - heard.feedback.actual.positions
+    )
+    assert nanoseconds(heard.header.stamp) == nanoseconds(heard.feedback.header.stamp) == 800_000_000
+
+
+def test_a_status_is_told_five_times_a_second_and_a_goal_that_ended_for_five_seconds() -> None:
+    cell, client = arm_cell()
+    send(cell, way(NEAR), "first")
+    run(cell, 6.0)
+    ended = client.result.times[0]
+    told = [
+        time for time, message in zip(client.status.times, client.status.messages, strict=True) if message.status_list
+    ]
+    assert max(told) == pytest.approx(ended + 5.0, abs=0.21)
+    run(cell, 0.5)
+    assert client.statuses() == {}
+    whole = [time for time in client.status.times if round(time * 1000) % 200 == 0 and time > 0.1]
+    assert len(whole) == 32
+
+
+def test_the_status_is_latched() -> None:
+    cell, _ = arm_cell()
+    send(cell, way(FAR), "first")
+    late = Ear(cell, f"{ACTION}/status")
+    assert [each.goal_id.id for each in late.messages[0].status_list] == ["first"]
+
+
+def test_a_goal_that_strays_is_aborted() -> None:
+    cell, client = arm_cell()
+    message = goal(way(FAR, each=0.02), "wild")
+    publish(cell, f"{ACTION}/goal", message)
+    run(cell, 1.0)
+    assert client.results() == [("wild", ABORTED, -4)]
+    assert "left its path" in client.result.messages[0].result.error_string
+    assert client.statuses() == {"wild": ABORTED}
+    assert client.result.messages[0].status.text == client.result.messages[0].result.error_string
+
+
+def test_a_goal_that_does_not_arrive_in_its_time_is_aborted() -> None:
+    cell, client = arm_cell()
+    message = goal(way(NEAR), "strict")
+    message.goal.goal_tolerance = [JointTolerance(joint, 1e-9) for joint in JOINTS]
+    message.goal.goal_time_tolerance = duration(200_000_000)
+    publish(cell, f"{ACTION}/goal", message)
+    run(cell, 1.5)
+    assert client.results() == [("strict", ABORTED, -5)]
+    assert client.result.times[0] == pytest.approx(1.2, abs=0.003)
+
+
+# ---------------------------------------------------------------- goals that are refused
+
+
+def test_a_goal_that_cannot_be_followed_is_rejected_with_its_reason() -> None:
+    cell, client = arm_cell()
+    send(cell, way(FAR), "good")
+    run(cell, 0.2)
+    bad = way(NEAR)
+    bad.joint_names.append("vacuum_gripper_joint")
+    with pytest.raises(RejectedCommandError, match="unknown joint 'vacuum_gripper_joint'"):
+        send(cell, bad, "bad")
+    with pytest.raises(RejectedCommandError, match="nan"):
+        send(cell, way((math.nan, *NEAR[1:])), "worse")
+    with pytest.raises(RejectedCommandError, match="a tolerance is not a finite number"):
+        send(cell, way(NEAR), "worst", tolerance=math.nan)
+    assert client.results() == [("bad", REJECTED, -2), ("worse", REJECTED, -1), ("worst", REJECTED, -1)]
+    assert client.statuses() == {"good": ACTIVE, "bad": REJECTED, "worse": REJECTED, "worst": REJECTED}
+    assert cell.bus.refusals.total == 3
+    run(cell, 1.5)
+    assert client.results()[-1] == ("good", SUCCEEDED, 0)
+
+
+def test_the_name_of_the_goal_that_is_followed_is_taken() -> None:
+    cell, client = arm_cell()
+    send(cell, way(NEAR), "same")
+    run(cell, 0.2)
+    before = cell.state_hash()
+    with pytest.raises(RejectedCommandError, match="goal 'same' is being followed already"):
+        send(cell, way(FAR), "same")
+    assert cell.state_hash() == before
+    run(cell, 1.2)
+    assert client.results() == [("same", SUCCEEDED, 0)]
+    send(cell, way(INITIAL), "same")  # now it is free again
+    run(cell, 1.2)
+    assert client.results() == [("same", SUCCEEDED, 0)] * 2
+
+
+def test_a_flood_of_bad_goals_swells_no_message() -> None:
+    cell, client = arm_cell()
+    send(cell, way(FAR), "good")
+    for number in range(300):
+        with pytest.raises(RejectedCommandError):
+            send(cell, way(FAR[:3]), f"bad {number}")
+    statuses = client.statuses()
+    assert len(statuses) == 51
+    assert statuses["good"] == ACTIVE
+    assert "bad 299" in statuses
+    cancel(cell, "good")
+    assert client.results()[-1] == ("good", PREEMPTED, 0)
+
+
+# ---------------------------------------------------------------- cancelling
+
+
+@pytest.mark.parametrize(
+    ("name", "until"),
+    [("mine", 0), ("", 0), ("", 500_000_000), ("unheard of", 600_000_000)],
+    ids=["by name", "everything", "all up to its time", "all up to a later time"],
+)
+def test_a_goal_that_is_cancelled_stops_the_arm(name: str, until: int) -> None:
+    cell, client = arm_cell()
+    send(cell, way(FAR), "mine", given=500_000_000)
+    run(cell, 0.6)
+    assert velocity(cell) > 0.3
+    cancel(cell, name, until)
+    assert client.results() == [("mine", PREEMPTED, 0)]
+    assert client.statuses() == {"mine": PREEMPTED}
+    run(cell, 0.5)
+    assert velocity(cell) == 0.0
+    assert len(client.feedback) == 6
+
+
+@pytest.mark.parametrize(("name", "until"), [("another", 0), ("", 499_999_999), ("another", 499_999_999)])
+def test_what_is_meant_for_other_goals_stops_nothing(name: str, until: int) -> None:
+    cell, client = arm_cell()
+    send(cell, way(NEAR), "mine", given=500_000_000)
+    run(cell, 0.6)
+    cancel(cell, name, until)
+    run(cell, 1.0)
+    assert client.results() == [("mine", SUCCEEDED, 0)]
+
+
+def test_a_goal_without_a_stamp_has_that_of_its_arrival() -> None:
+    cell, client = arm_cell()
+    run(cell, 0.5)
+    send(cell, way(FAR), "mine")
+    run(cell, 0.1)
+    cancel(cell, until=499_999_999)
+    assert client.statuses() == {"mine": ACTIVE}
+    cancel(cell, until=500_000_000)
+    assert client.statuses() == {"mine": PREEMPTED}
+
+
+def test_a_goal_without_a_name_is_given_one() -> None:
+    cell, client = arm_cell()
+    run(cell, 0.5)
+    send(cell, way(FAR), "")
+    send(cell, way(NEAR), "")
+    names = list(client.statuses())
+    assert names == ["/client-1-0.500000000", "/client-2-0.500000000"]
+    cancel(cell, names[1])
+    assert client.results() == [(name, PREEMPTED, 0) for name in names]
+
+
+# ---------------------------------------------------------------- what takes its place
+
+
+def test_another_goal_takes_its_place() -> None:
+    cell, client = arm_cell()
+    send(cell, way(FAR), "first")
+    run(cell, 0.2)
+    send(cell, way(NEAR), "second")
+    assert client.results() == [("first", PREEMPTED, 0)]
+    assert client.result.messages[0].status.text == "another goal took its place"
+    assert client.statuses() == {"first": PREEMPTED, "second": ACTIVE}
+    run(cell, 1.5)
+    assert client.results()[1:] == [("second", SUCCEEDED, 0)]
+
+
+def test_a_command_on_the_topic_takes_its_place() -> None:
+    cell, client = arm_cell()
+    send(cell, way(FAR), "first")
+    run(cell, 0.2)
+    publish(cell, "arm/command", way(INITIAL))
+    assert client.results() == [("first", PREEMPTED, 0)]
+    run(cell, 1.5)
+    assert cell.arm is not None
+    assert cell.arm.read().positions == pytest.approx(INITIAL, abs=0.05)
+
+
+def test_a_goal_without_points_stops_the_arm_and_succeeds() -> None:
+    cell, client = arm_cell()
+    send(cell, way(FAR), "first")
+    run(cell, 0.5)
+    send(cell, way(), "halt")
+    run(cell, 1.0)
+    assert client.results() == [("first", PREEMPTED, 0), ("halt", SUCCEEDED, 0)]
+    assert velocity(cell) == 0.0
+
+
+def test_a_part_of_the_joints_where_the_file_allows_it() -> None:
+    settings = replace(ARM_ONLY.settings, arm=ArmSettings(allow_partial_joints_goal=True))
+    cell = Cell(replace(ARM_ONLY, settings=settings))
+    client = Client(cell)
+    send(cell, way((0.2,), names=JOINTS[:1]), "rail")
+    run(cell, 1.5)
+    assert client.results() == [("rail", SUCCEEDED, 0)]
+
+
+# ---------------------------------------------------------------- life
+
+
+def test_a_new_run_knows_no_goals() -> None:
+    cell, client = arm_cell()
+    send(cell, way(FAR), "old")
+    run(cell, 0.5)
+    cell.reset()
+    assert len(Ear(cell, f"{ACTION}/status")) == 0
+    run(cell, 1.0)
+    assert client.statuses() == {}
+    assert client.results() == []
+
+
+def hashes_of(cells: Iterable[Cell]) -> set[str]:
+    return {cell.state_hash() for cell in cells}
+
+
+def test_a_restored_run_goes_on_with_its_goal() -> None:
+    cell, client = arm_cell()
+    send(cell, way(FAR), "", given=NANOSECONDS)
+    run(cell, 0.5)
+    moment = take_snapshot(cell.simulation)
+    other = Cell(ARM_ONLY)
+    restore_snapshot(other.simulation, moment)
+    heard = Client(other)
+    cancel(other, until=NANOSECONDS - 1)
+    cancel(cell, until=NANOSECONDS - 1)
+    for each in (cell, other):
+        run_to(each, 0.7)
+        send(each, way(INITIAL), "")
+        run_to(each, 0.9)
+    assert heard.results() == client.results() == [("/client-1-0.000000000", PREEMPTED, 0)]
+    assert nanoseconds(heard.result.messages[0].status.goal_id.stamp) == NANOSECONDS
+    assert [each.status.goal_id.id for each in heard.feedback.messages[:2]] == ["/client-1-0.000000000"] * 2
+    assert hashes_of((cell, other)) == {cell.state_hash()}
+
+
+def test_made_up_names_are_the_same_in_every_run() -> None:
+    cell, _ = arm_cell()
+    hashes = []
+    for _ in range(2):
+        send(cell, way(NEAR), "")
+        run(cell, 0.3)
+        hashes.append(cell.state_hash())
+        cell.reset()
+    assert hashes[0] == hashes[1]
+
+
+def test_listening_leaves_the_run_as_it_is() -> None:
+    cells = (Cell(ARM_ONLY), Cell(ARM_ONLY))
+    Client(cells[0])
+    for cell in cells:
+        send(cell, way(NEAR), "a", given=1)
+        run(cell, 0.4)
+        cancel(cell)
+        run_to(cell, 5.6)
+    assert hashes_of(cells) == {cells[0].state_hash()}

@@ -1,0 +1,61 @@
+"""An agent's word about what it does: kept for people, bounded, and without effect."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.cell.cell import Cell
+from cellwright.cell.interface.intention import LONGEST, TOPIC, Intention
+from cellwright.clients.client import Client
+from cellwright.middleware.messages.standard import String
+from cellwright.util.errors import UnknownNameError
+from tests.cells import BARE, KITTING, publish, run
+
+
+@given(st.text(max_size=5 * LONGEST))
+def test_any_text_becomes_one_line_that_can_be_shown(text: str) -> None:
+    said = Intention()
+    said.say(text, "/agent", 7)
+    assert len(said.text) <= LONGEST
+    assert "\n" not in said.text
+    assert said.text.isprintable()
+    assert (said.node, said.time) == ("/agent", 7)
+
+
+def test_a_flood_of_text_is_cut() -> None:
+    said = Intention()
+    said.say("x" * 10_000_000, "/agent", 0)
+    assert said.text == "x" * (LONGEST - 1) + "…"
+
+
+def test_a_client_says_it_and_the_cell_remembers_the_newest_until_it_begins_anew() -> None:
+    cell = Cell(KITTING)
+    client = Client.in_process(cell, node="/me")
+    client.intend("looking around")
+    client.sleep(0.5)
+    client.intend("fetching a gear")
+    assert (cell.intention.text, cell.intention.node, cell.intention.time) == ("fetching a gear", "/me", 500_000_000)
+    client.close()
+    cell.reset()
+    assert cell.intention.text == ""
+
+
+def test_it_is_no_part_of_the_state() -> None:
+    silent, talking = Cell(KITTING), Cell(KITTING)
+    for number in range(5):
+        publish(talking, TOPIC, String(f"step {number}"))
+        run(talking, 0.05)
+        run(silent, 0.05)
+    assert talking.state_hash() == silent.state_hash()
+
+
+def test_a_cell_that_does_not_listen_is_no_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    client = Client.in_process(Cell(BARE))
+
+    def refuse(topic: str, _message: object) -> None:
+        raise UnknownNameError("topic", topic, [])
+
+    monkeypatch.setattr(client.transport, "publish", refuse)
+    client.intend("whatever")

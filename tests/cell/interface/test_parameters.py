@@ -1,0 +1,91 @@
+"""The ROS parameters of the cell."""
+
+from __future__ import annotations
+
+import xmlrpc.client
+from dataclasses import replace
+from typing import Any
+
+from cellwright.cell.interface.parameters import parameters
+from cellwright.cell.interface.urdf import robot_description
+from cellwright.config.trial.trial import ArmSettings, CellSettings, JointGains, JointTolerance
+from tests.cells import ARM_ONLY, BARE, JOINTS, WHOLE
+
+
+def of_arm(settings: ArmSettings) -> Any:
+    found: Any = parameters(replace(ARM_ONLY, settings=CellSettings(arm=settings)), competition=False)
+    return found["ariac"]["arm"]
+
+
+def test_what_every_cell_has() -> None:
+    for trial in (WHOLE, BARE):
+        found: Any = parameters(trial, competition=True)
+        assert found["use_sim_time"] is True
+        assert found["robot_description"] == found["ariac"]["robot_description"] == robot_description(trial)
+
+
+def test_the_simulator_is_on_the_network_only_outside_of_a_competition() -> None:
+    for competition in (True, False):
+        found: Any = parameters(BARE, competition=competition)
+        assert found["gazebo"] == {"enable_ros_network": not competition}
+
+
+def test_the_controller_is_the_original_one() -> None:
+    arm = of_arm(ArmSettings())
+    assert arm["type"] == "effort_controllers/JointTrajectoryController"
+    assert arm["joints"] == [*JOINTS]
+    assert arm["state_publish_rate"] == 25
+    assert arm["action_monitor_rate"] == 10
+    assert arm["stop_trajectory_duration"] == 0.5
+    constraints = arm["constraints"]
+    assert constraints.pop("goal_time") == 0.6
+    assert constraints.pop("stopped_velocity_tolerance") == 0.05
+    assert constraints == {name: {"trajectory": 0.1, "goal": 0.1} for name in JOINTS}
+    gains = {name: tuple(each[key] for key in ("p", "d", "i", "i_clamp")) for name, each in arm["gains"].items()}
+    assert gains == {
+        "linear_arm_actuator_joint": (10000, 500, 0, 1),
+        "shoulder_pan_joint": (10000, 150, 0, 1),
+        "shoulder_lift_joint": (50000, 150, 10, 50),
+        "elbow_joint": (50000, 150, 1, 25),
+        "wrist_1_joint": (100, 5, 0, 1),
+        "wrist_2_joint": (75, 2, 0, 1),
+        "wrist_3_joint": (25, 1, 0, 1),
+    }
+
+
+def test_the_joint_states() -> None:
+    found: Any = parameters(ARM_ONLY, competition=True)
+    controller = found["ariac"]["joint_state_controller"]
+    assert controller["publish_rate"] == 50
+    assert controller["extra_joints"] == [
+        {"name": "vacuum_gripper_joint", "position": 0.0, "velocity": 0.0, "effort": 0.0}
+    ]
+
+
+def test_what_the_file_says_holds() -> None:
+    arm = of_arm(
+        ArmSettings(
+            gains={"elbow_joint": JointGains(1, 2, 3, 4)},
+            tolerances={"elbow_joint": JointTolerance(0.2, 0.3)},
+            goal_time=1.5,
+            stop_trajectory_duration=0.25,
+            allow_partial_joints_goal=True,
+        )
+    )
+    assert arm["gains"]["elbow_joint"] == {"p": 1.0, "d": 2.0, "i": 3.0, "i_clamp": 4.0}
+    assert arm["constraints"]["elbow_joint"] == {"trajectory": 0.2, "goal": 0.3}
+    assert arm["constraints"]["goal_time"] == 1.5
+    assert arm["stop_trajectory_duration"] == 0.25
+    assert arm["allow_partial_joints_goal"] is True
+
+
+def test_a_cell_without_an_arm_has_no_controllers() -> None:
+    found: Any = parameters(BARE, competition=True)
+    assert found["ariac"].keys() == {"robot_description"}
+
+
+def test_a_parameter_server_takes_them() -> None:
+    """It is spoken to in XML-RPC, which knows no None and no tuple that comes back as one."""
+    found = parameters(WHOLE, competition=True)
+    ((back,), _) = xmlrpc.client.loads(xmlrpc.client.dumps((found,)))
+    assert back == found

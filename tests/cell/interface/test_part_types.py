@@ -1,0 +1,39 @@
+"""What a program may ask about the part types of a trial's own."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from cellwright.cell.cell import Cell
+from cellwright.clients.client import Client
+from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.config.trial.gear2017 import load_trial
+from tests.cells import BARE, call
+from tests.own_parts import write_trial
+
+
+def client(cell: Cell) -> Client:
+    return Client(InProcess(cell, node="/agent"))
+
+
+def test_a_trial_without_parts_of_its_own_has_none_to_tell() -> None:
+    assert client(Cell(BARE)).part_types() == {}
+
+
+def test_mass_box_and_flat_spots_are_told_and_the_state_stays_as_it_is(tmp_path: Path) -> None:
+    cell = Cell(load_trial([write_trial(tmp_path, "my_can", "my_ball")]).trial)
+    before = cell.state_hash()
+    told = client(cell).part_types()["my_can"]
+    assert told["mass"] == 0.5
+    assert len(told["tops"]) == 6
+    can = SimpleNamespace(**told["tops"][0])
+    assert can.turn == [1.0, 0.0, 0.0, 0.0]
+    assert can.lower == pytest.approx([-0.035, -0.035, -0.06])
+    assert can.upper == pytest.approx([0.035, 0.035, 0.06])
+    assert can.radius == pytest.approx(0.035, abs=0.001)
+    assert can.centre_of_mass == pytest.approx([0.0, 0.0, 0.0], abs=1e-9)
+    assert can.spots[0]["position"] == pytest.approx([0.0, 0.0, 0.06], abs=0.001)
+    assert can.spots[0]["radius"] == pytest.approx(0.035, abs=0.001)
+    assert call(cell, "/cellwright/part_types").success
+    assert cell.state_hash() == before

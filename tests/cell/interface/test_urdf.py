@@ -1,0 +1,132 @@
+"""The robot description of the cell, against figures of the UR10 and the cell's own frames."""
+
+from __future__ import annotations
+
+import json
+import math
+import shutil
+import subprocess
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import mujoco
+import numpy as np
+import pytest
+
+from cellwright.cell.cell import Cell
+from cellwright.cell.interface.urdf import robot_description
+from cellwright.config.trial.trial import Sensor
+from cellwright.util.pose import Pose
+from tests.cell.interface.test_frames import heard, in_world, matrix
+from tests.cell.interface.urdf_chain import joints_of, world_T
+from tests.cells import ARM_ONLY, BARE, JOINTS, WHOLE
+from tests.conftest import DATA
+from tests.waiting import TIMEOUT
+
+FK = json.loads((DATA / "ur10_rail_fk.json").read_text())["cases"]
+TEXT = robot_description(WHOLE)
+
+
+@pytest.mark.parametrize("case", FK, ids=lambda case: case["name"])
+def test_the_chain_is_that_of_the_ur10(case: dict[str, Any]) -> None:
+    for link in ("wrist_3_link", "vacuum_gripper_link"):
+        np.testing.assert_allclose(world_T(TEXT, link, case["joints"]), case[link], rtol=0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("case", FK, ids=lambda case: case["name"])
+def test_a_reader_that_is_not_ours_finds_the_same_chain(
+    case: dict[str, Any], capfd: pytest.CaptureFixture[str]
+) -> None:
+    model = mujoco.MjModel.from_xml_string(TEXT)
+    data = mujoco.MjData(model)
+    for name, value in case["joints"].items():
+        data.qpos[model.joint(name).qposadr[0]] = value
+    mujoco.mj_kinematics(model, data)
+    found = data.body("vacuum_gripper_link")
+    expected = np.array(case["vacuum_gripper_link"])
+    np.testing.assert_allclose(found.xpos, expected[:3, 3], rtol=0.0, atol=1e-6)
+    np.testing.assert_allclose(found.xmat.reshape(3, 3), expected[:3, :3], rtol=0.0, atol=1e-6)
+    limits = {model.joint(index).name: model.jnt_range[index].tolist() for index in range(model.njnt)}
+    assert limits["linear_arm_actuator_joint"] == [-2.1, 2.1]
+    assert model.njnt == 8
+    assert model.jnt_limited.all()  # a joint that must not move is no exception
+
+
+def test_the_frames_are_those_that_the_cell_makes_known() -> None:
+    cell = Cell(WHOLE)
+    tree = heard(cell)
+    cell.simulation.refresh()
+    model, data = cell.simulation.model, cell.simulation.data
+    at_rest = {name: float(data.qpos[model.joint(name).qposadr[0]]) for name in JOINTS}
+    moves = {joint.name for joint in joints_of(TEXT) if joint.kind != "fixed"}
+    joints = {joint.child: joint for joint in joints_of(TEXT)}
+    cameras = {child for child in tree if "logical_camera" in child or "quality_control" in child}
+    assert joints.keys() == tree.keys() - cameras
+    assert moves == {*JOINTS, "vacuum_gripper_joint"}
+    for child, joint in joints.items():
+        assert joint.parent == tree[child][0]
+        np.testing.assert_allclose(world_T(TEXT, child, at_rest), matrix(in_world(tree, child)), rtol=0.0, atol=2e-6)
+
+
+def test_joints_have_the_limits_and_the_friction_of_the_original() -> None:
+    turn = 2 * math.pi
+    expected = {  # range, effort, velocity, damping, friction
+        "linear_arm_actuator_joint": (2.1, 1000, 3, 20, 500),
+        "shoulder_pan_joint": (turn, 530, 2.16, 20, 20),
+        "shoulder_lift_joint": (turn, 330, 2.16, 20, 0),
+        "elbow_joint": (turn, 150, 3.15, 20, 0),
+        "wrist_1_joint": (turn, 54, 3.2, 1, 0),
+        "wrist_2_joint": (turn, 54, 3.2, 1, 0),
+        "wrist_3_joint": (turn, 54, 3.2, 0.5, 0),
+        "vacuum_gripper_joint": (1e-6, 0, 0, 0, 0),
+    }
+    moving = [joint for joint in joints_of(TEXT) if joint.kind != "fixed"]
+    assert [joint.name for joint in moving] == [*expected]
+    for joint in moving:
+        reach, effort, velocity, damping, friction = expected[joint.name]
+        assert joint.limit == {"lower": -reach, "upper": reach, "effort": effort, "velocity": velocity}
+        assert joint.dynamics == {"damping": damping, "friction": friction}
+    assert [joint.kind for joint in moving] == ["prismatic", *["revolute"] * 7]
+
+
+def test_the_links_weigh_what_they_weigh_in_the_simulation() -> None:
+    cell = Cell(ARM_ONLY)
+    robot = ElementTree.fromstring(robot_description(ARM_ONLY))
+    masses = {}
+    for link in robot.iter("link"):
+        if (mass := link.find("inertial/mass")) is not None:
+            masses[link.attrib["name"]] = float(mass.attrib["value"])
+    assert len(masses) == 8
+    assert masses == {name: pytest.approx(cell.simulation.model.body(name).mass[0]) for name in masses}
+
+
+def test_a_cell_without_an_arm_has_its_fixed_frames() -> None:
+    joints = joints_of(robot_description(BARE))
+    assert {joint.kind for joint in joints} == {"fixed"}
+    assert Counter(joint.parent for joint in joints) == {"world": 11}
+
+
+def test_two_frames_of_one_name_are_one_and_the_later_holds() -> None:
+    clash = Sensor("belt", "break_beam", Pose((5.0, 0.0, 0.0)))
+    joints = joints_of(robot_description(replace(BARE, sensors=(clash,))))
+    (frame,) = [joint for joint in joints if joint.child == "belt_frame"]
+    assert frame.origin[0, 3] == 5.0
+
+
+def test_a_name_cannot_break_the_text() -> None:
+    odd = Sensor('a"<b>&', "break_beam", Pose())
+    assert 'a"<b>&_frame' in {joint.child for joint in joints_of(robot_description(replace(BARE, sensors=(odd,))))}
+
+
+@pytest.mark.skipif(shutil.which("check_urdf") is None, reason="check_urdf is not installed (liburdfdom-tools)")
+@pytest.mark.parametrize("trial", [WHOLE, BARE, ARM_ONLY], ids=lambda trial: trial.name)
+def test_the_reader_of_ros_accepts_it(trial: Any, tmp_path: Path) -> None:
+    file = tmp_path / "cell.urdf"
+    file.write_text(robot_description(trial), encoding="utf-8")
+    checked = subprocess.run(["check_urdf", file], capture_output=True, text=True, timeout=TIMEOUT, check=False)
+    assert checked.returncode == 0, checked.stderr
+    assert "Successfully Parsed XML" in checked.stdout
+    assert not checked.stderr

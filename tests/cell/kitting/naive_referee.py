@@ -1,0 +1,103 @@
+"""The rules of the competition told once more, step by step at every tick, with no deadlines: to compare with."""
+
+from __future__ import annotations
+
+from cellwright.cell.kitting.tray import TrayContents
+from cellwright.config.trial.trial import Order, Trial
+
+Said = tuple[int, str, str]
+
+
+class NaiveReferee:
+    """Says at every step what happens, as (time, kind, name); accumulates times tick by tick."""
+
+    def __init__(self, trial: Trial, tick: int) -> None:
+        self.limit = trial.time_limit
+        self.tick = tick
+        timed = [
+            (each.start_time, place, each) for place, each in enumerate(trial.orders) if each.start_time is not None
+        ]
+        self.to_come = [each for *_, each in sorted(timed, key=lambda entry: entry[:2])]
+        self.to_come += [each for each in trial.orders if each.start_time is None]
+        self.stack: list[Order] = []
+        self.trays: dict[str, TrayContents] = {}
+        self.submitted: set[str] = set()
+        self.closed: set[str] = set()
+        self.state = "init"
+        self.elapsed = 0
+        self.order_times: dict[str, int] = {}
+        self.travel = 0
+        self.carrying = False
+        self.log: list[Said] = []
+
+    def command(self, word: str, now: int) -> None:
+        if word == "start" and self.state == "init":
+            self.enter("ready", now)
+        elif word == "end" and self.state != "end_game":
+            self.enter("end_game", now)
+
+    def submit(self, kit_type: str) -> bool:
+        """Whether a tray is judged as this kit, or was."""
+        if self.state != "go":
+            return False
+        if any(kit.kit_type == kit_type for order in self.stack for kit in order.kits):
+            self.submitted.add(kit_type)
+            return True
+        return False
+
+    def complete(self, order: Order) -> bool:
+        return all(kit.kit_type in self.submitted for kit in order.kits)
+
+    def pass_time(self) -> None:
+        """One tick goes by."""
+        if self.state == "go":
+            self.elapsed += self.tick
+            self.travel += self.tick if self.carrying else 0
+            for order in self.stack:
+                self.order_times[order.order_id] += 0 if self.complete(order) else self.tick
+
+    def step(self, now: int) -> None:
+        if self.state == "ready":
+            self.enter("go", now)
+        elif self.state == "end_game":
+            self.enter("done", now)
+        elif self.state == "go" and 0 <= self.limit * 10**9 < self.elapsed:
+            self.enter("end_game", now)
+        elif self.state == "go":
+            if self.to_come and self.is_due(self.to_come[0]):
+                order = self.to_come.pop(0)
+                self.stack.append(order)
+                self.order_times[order.order_id] = 0
+                self.log.append((now, "announced", order.order_id))
+            if self.stack and self.complete(self.stack[-1]):
+                self.log.append((now, "complete", self.stack.pop().order_id))
+            if not self.stack and not self.to_come:
+                self.enter("end_game", now)
+
+    def is_due(self, order: Order) -> bool:
+        if order.start_time is not None:
+            return self.elapsed >= order.start_time * 10**9
+        wanted_limit, unwanted_limit = order.wanted_parts or 0, order.unwanted_parts or 0
+        if max(wanted_limit, unwanted_limit) <= 0:
+            return False
+        if not self.stack:
+            return True
+        counts = [self.count(order, each) for each in self.trays.values()]
+        most_wanted, most_unwanted = max(wanted for wanted, _ in counts), max(unwanted for _, unwanted in counts)
+        return 0 < wanted_limit <= most_wanted or 0 < unwanted_limit <= most_unwanted
+
+    def count(self, order: Order, contents: TrayContents) -> tuple[int, int]:
+        needed = [each.type for kit in order.kits for each in kit.objects]
+        unwanted = 0
+        for each in contents:
+            if each.is_faulty:
+                continue
+            if each.type in needed:
+                needed.remove(each.type)
+            else:
+                unwanted += 1
+        return sum(len(kit.objects) for kit in order.kits) - len(needed), unwanted
+
+    def enter(self, state: str, now: int) -> None:
+        self.state = state
+        self.log.append((now, "state", state))

@@ -1,0 +1,371 @@
+import json
+from typing import Any
+
+import pytest
+
+from cellwright.cell.kitting.effects import (
+    AnnouncementReason,
+    CompetitionState,
+    ConveyorPower,
+    Effect,
+    EndReason,
+    KitSubmitted,
+    OrderAnnounced,
+    OrderCompleted,
+    PopulationRestart,
+    StateChanged,
+    TrialEnded,
+)
+from cellwright.cell.kitting.referee import Referee
+from cellwright.cell.kitting.score.kit_score import RefusalReason
+from cellwright.cell.kitting.score.scorer import GameScore
+from cellwright.config.trial.trial import NO_TIME_LIMIT, Order, Trial
+from cellwright.engine.events import NEVER
+from cellwright.util.errors import RejectedCommandError, UnknownNameError
+from tests.cell.kitting.builders import TRAY_1, TRAY_2, filling, order, thing
+
+SECOND = 1_000_000_000
+TICK = 2_000_000
+INIT, READY, GO, END_GAME, DONE = CompetitionState
+FIRST = order(0, ("gear_part", "disk_part"), start_time=0.0)
+URGENT = order(1, ("pulley_part", "gear_part"), wanted_parts=1)
+UNWANTING = order(2, ("pulley_part",), unwanted_parts=2)
+
+
+def referee(*orders: Order, limit: float = NO_TIME_LIMIT) -> Referee:
+    fresh = Referee(Trial("test", orders=orders, time_limit=limit))
+    fresh.tray_changed(TRAY_1, ())
+    fresh.tray_changed(TRAY_2, ())
+    return fresh
+
+
+def going(*orders: Order, limit: float = NO_TIME_LIMIT) -> Referee:
+    """A referee in state go since time 0."""
+    fresh = referee(*orders, limit=limit)
+    fresh.start(-TICK)
+    fresh.update(0)
+    return fresh
+
+
+def short(effects: tuple[Effect, ...]) -> list[Any]:
+    """Effects with orders and scores by their names."""
+    said: list[Any] = []
+    for effect in effects:
+        match effect:
+            case OrderAnnounced(asked, reason, interrupts):
+                said.append((asked.order_id, reason, interrupts))
+            case OrderCompleted(score, resumes):
+                said.append((score.order_id, "complete", resumes))
+            case TrialEnded(reason, _, process_time):
+                said.append((reason, process_time))
+            case StateChanged(state):
+                said.append(state)
+            case _:
+                said.append(effect)
+    return said
+
+
+# ------------------------------------------------------------------ the state machine, row by row
+
+
+def in_state(state: CompetitionState) -> Referee:
+    """A referee that has come to a state by time 0."""
+    fresh = referee(FIRST)
+    if state is INIT:
+        return fresh
+    fresh.start(-3 * TICK)
+    if state in (GO, END_GAME, DONE):
+        fresh.update(-2 * TICK)
+    if state in (END_GAME, DONE):
+        fresh.end(-TICK)
+    if state is DONE:
+        fresh.update(0)
+    return fresh
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "effects"),
+    [
+        (INIT, INIT, []),
+        (READY, GO, [GO, ConveyorPower(100.0), PopulationRestart()]),
+        (GO, GO, [("order_0", AnnouncementReason.TIME, None)]),
+        (END_GAME, DONE, [DONE, (EndReason.COMMAND, TICK)]),
+        (DONE, DONE, []),
+    ],
+)
+def test_what_a_step_does(before: CompetitionState, after: CompetitionState, effects: list[Any]) -> None:
+    judge = in_state(before)
+    assert judge.state is before
+    assert short(judge.update(TICK)) == effects
+    assert judge.state is after
+
+
+@pytest.mark.parametrize("before", [READY, GO, END_GAME, DONE])
+def test_a_competition_is_started_once(before: CompetitionState) -> None:
+    judge = in_state(before)
+    with pytest.raises(RejectedCommandError, match=before.value):
+        judge.start(TICK)
+    assert judge.state is before
+
+
+def test_starting() -> None:
+    judge = in_state(INIT)
+    assert judge.next_deadline() == NEVER
+    assert judge.start(0) == (StateChanged(READY),)
+    assert judge.next_deadline() == 1
+    assert judge.update(0) == ()
+    assert judge.process_time(TICK) == 0
+    judge.update(TICK)
+    assert judge.process_time(TICK + 5) == 5
+
+
+@pytest.mark.parametrize("before", [INIT, READY, GO, DONE])
+def test_a_competition_can_be_ended_in_any_state(before: CompetitionState) -> None:
+    judge = in_state(before)
+    assert judge.end(TICK) == (StateChanged(END_GAME),)
+    assert judge.update(TICK) == ()
+    assert judge.next_deadline() == TICK + 1
+    effects = judge.update(2 * TICK)
+    assert effects[0] == StateChanged(DONE)
+    assert [type(effect) for effect in effects[1:]] == ([] if before is DONE else [TrialEnded])
+    assert judge.end_reason is EndReason.COMMAND
+    assert judge.next_deadline() == NEVER
+
+
+def test_ending_what_is_ending_changes_nothing() -> None:
+    judge = in_state(END_GAME)
+    assert judge.end(TICK) == ()
+    assert judge.state is END_GAME
+
+
+@pytest.mark.parametrize("before", [INIT, READY, END_GAME, DONE])
+def test_kits_are_judged_only_while_the_competition_runs(before: CompetitionState) -> None:
+    judge = in_state(before)
+    with pytest.raises(RejectedCommandError, match=before.value):
+        judge.submit(TRAY_1, "order_0_kit_0", TICK)
+    assert judge.score(TICK) == GameScore()
+
+
+def test_a_trial_without_orders_is_over_at_once() -> None:
+    judge = referee()
+    judge.start(0)
+    log = [short(judge.update(now)) for now in range(TICK, 6 * TICK, TICK)]
+    assert log == [
+        [GO, ConveyorPower(100.0), PopulationRestart()],
+        [END_GAME],
+        [DONE, (EndReason.NO_ORDERS, TICK)],
+        [],
+        [],
+    ]
+
+
+# ------------------------------------------------------------------ the time limit
+
+
+def test_the_time_limit_is_passed_when_time_is_beyond_it() -> None:
+    judge = going(FIRST, limit=10.0)
+    judge.update(TICK)
+    assert judge.next_deadline() == 10 * SECOND + 1
+    assert judge.update(10 * SECOND) == ()
+    assert judge.submit(TRAY_1, "order_0_kit_9", 10 * SECOND).score.total == 0.0
+    assert short(judge.update(10 * SECOND + TICK)) == [END_GAME]
+    assert short(judge.update(10 * SECOND + 2 * TICK)) == [DONE, (EndReason.TIME_LIMIT, 10 * SECOND + TICK)]
+    score = judge.score(99 * SECOND)
+    assert score.orders[0].time_taken == 10 * SECOND
+    assert judge.process_time(99 * SECOND) == 10 * SECOND + TICK
+
+
+def test_what_is_due_exactly_at_the_time_limit_still_happens() -> None:
+    judge = going(order(0, start_time=10.0), limit=10.0)
+    assert judge.next_deadline() == 10 * SECOND
+    assert short(judge.update(10 * SECOND)) == [("order_0", AnnouncementReason.TIME, None)]
+    assert short(judge.update(10 * SECOND + 1)) == [END_GAME]
+
+
+def test_a_limit_of_zero_ends_a_trial_before_anything_is_announced() -> None:
+    judge = going(FIRST, limit=0.0)
+    assert short(judge.update(TICK)) == [END_GAME]
+    assert judge.score(TICK).orders == ()
+
+
+def test_without_a_limit_and_with_an_order_that_never_comes_a_trial_goes_on() -> None:
+    judge = going(order(0))
+    assert judge.next_deadline() == NEVER
+    assert judge.update(10**6 * SECOND) == ()
+    assert judge.state is GO
+    assert judge.waiting_orders == ("order_0",)
+
+
+# ------------------------------------------------------------------ orders
+
+
+def test_an_order_is_announced_at_the_first_step_at_its_time() -> None:
+    judge = going(order(0, start_time=3.0))
+    assert judge.next_deadline() == 3 * SECOND
+    assert judge.update(3 * SECOND - 1) == ()
+    assert short(judge.update(3 * SECOND)) == [("order_0", AnnouncementReason.TIME, None)]
+    assert judge.active_orders == ("order_0",)
+    assert judge.waiting_orders == ()
+
+
+def test_one_order_is_announced_in_a_step() -> None:
+    judge = going(*(order(number, start_time=0.0) for number in range(3)))
+    for number, interrupts in enumerate((None, "order_0", "order_1")):
+        now = (number + 1) * TICK
+        assert judge.next_deadline() <= now
+        assert short(judge.update(now)) == [(f"order_{number}", AnnouncementReason.TIME, interrupts)]
+        assert judge.update(now) == ()
+    assert judge.active_orders == ("order_0", "order_1", "order_2")
+    assert judge.next_deadline() == NEVER
+
+
+def test_a_kit_ends_the_trial() -> None:
+    judge = going(FIRST)
+    judge.update(TICK)
+    judge.tray_changed(TRAY_1, filling(FIRST))
+    assert judge.next_deadline() == NEVER
+    submitted = judge.submit(TRAY_1, "order_0_kit_0", 5 * SECOND)
+    assert (submitted.tray_id, submitted.kit_type, submitted.is_repeated) == (TRAY_1, "order_0_kit_0", False)
+    assert submitted.score.total == 6.0
+    assert judge.next_deadline() <= 5 * SECOND
+    assert short(judge.update(5 * SECOND)) == [("order_0", "complete", None), END_GAME]
+    (_, ended) = judge.update(5 * SECOND + TICK)
+    assert ended == TrialEnded(EndReason.ORDERS_COMPLETE, judge.score(0), 5 * SECOND)
+    assert judge.score(0).total == 6.0
+    assert judge.score(0).orders[0].time_taken == 5 * SECOND - TICK
+
+
+def test_wanted_parts_interrupt_and_the_first_order_is_resumed() -> None:
+    judge = going(FIRST, URGENT)
+    judge.update(TICK)
+    judge.tray_changed(TRAY_2, [thing("disk_part"), thing("pulley_part", faulty=True)])
+    assert judge.next_deadline() == NEVER
+    judge.tray_changed(TRAY_2, [thing("disk_part"), thing("pulley_part")])
+    assert short(judge.update(2 * TICK)) == [("order_1", AnnouncementReason.WANTED_PARTS, "order_0")]
+    judge.submit(TRAY_2, "order_1_kit_0", SECOND)
+    assert short(judge.update(SECOND)) == [("order_1", "complete", "order_0")]
+    assert judge.active_orders == ("order_0",)
+    assert judge.next_deadline() == NEVER
+
+
+def test_unwanted_parts_interrupt() -> None:
+    judge = going(FIRST, UNWANTING)
+    judge.update(TICK)
+    judge.tray_changed(TRAY_1, [thing("disk_part"), thing("pulley_part")])
+    assert judge.next_deadline() == NEVER
+    judge.tray_changed(TRAY_1, [thing("disk_part"), thing("pulley_part"), thing("gear_part")])
+    assert short(judge.update(2 * TICK)) == [("order_2", AnnouncementReason.UNWANTED_PARTS, "order_0")]
+
+
+def test_a_conditional_order_comes_when_no_order_is_in_progress() -> None:
+    judge = going(FIRST, URGENT)
+    judge.update(TICK)
+    judge.submit(TRAY_1, "order_0_kit_0", SECOND)
+    assert short(judge.update(SECOND)) == [("order_0", "complete", None)]
+    assert judge.next_deadline() == SECOND + 1
+    assert short(judge.update(SECOND + TICK)) == [("order_1", AnnouncementReason.IDLE, None)]
+
+
+def test_an_interrupted_order_that_is_complete_is_closed_after_the_one_above_it() -> None:
+    judge = going(FIRST, order(1, start_time=0.0))
+    judge.update(TICK)
+    judge.update(2 * TICK)
+    judge.submit(TRAY_1, "order_0_kit_0", SECOND)
+    assert judge.update(SECOND) == ()
+    assert judge.submit(TRAY_1, "order_0_kit_0", SECOND).is_repeated
+    judge.submit(TRAY_1, "order_1_kit_0", 2 * SECOND)
+    assert short(judge.update(2 * SECOND)) == [("order_1", "complete", "order_0")]
+    assert short(judge.update(2 * SECOND + TICK)) == [("order_0", "complete", None), END_GAME]
+    assert judge.score(9 * SECOND).orders[0].time_taken == SECOND - TICK
+
+
+def test_an_order_of_no_kits_is_announced_and_closed_in_one_step() -> None:
+    judge = going(order(0, kits=0, start_time=0.0))
+    assert short(judge.update(TICK)) == [
+        ("order_0", AnnouncementReason.TIME, None),
+        ("order_0", "complete", None),
+        END_GAME,
+    ]
+
+
+# ------------------------------------------------------------------ submitting
+
+
+def test_a_repeated_submission_returns_the_old_score() -> None:
+    judge = going(order(0, ("gear_part",), kits=2, start_time=0.0))
+    judge.update(TICK)
+    judge.tray_changed(TRAY_1, [thing()])
+    first = judge.submit(TRAY_1, "order_0_kit_0", SECOND)
+    again = judge.submit(TRAY_2, "order_0_kit_0", SECOND)
+    assert first.score.total == 3.0
+    assert again == KitSubmitted(TRAY_2, "order_0_kit_0", first.score, is_repeated=True)
+
+
+@pytest.mark.parametrize(
+    ("kit_type", "reason"),
+    [
+        ("order_0_kit_0", RefusalReason.ORDER_CLOSED),
+        ("order_2_kit_0", RefusalReason.NOT_ANNOUNCED),
+        ("gear_kit", RefusalReason.UNKNOWN_KIT_TYPE),
+    ],
+)
+def test_a_kit_nobody_asks_for_scores_nothing_and_says_why(kit_type: str, reason: RefusalReason) -> None:
+    judge = going(FIRST, URGENT, UNWANTING)
+    judge.update(TICK)
+    judge.submit(TRAY_1, "order_0_kit_0", SECOND)
+    judge.update(SECOND)
+    judge.update(SECOND + TICK)
+    submitted = judge.submit(TRAY_1, kit_type, 2 * SECOND)
+    assert submitted.score.total == 0.0
+    assert submitted.score.refusal is not None
+    assert submitted.score.refusal.reason is reason
+    assert submitted.score.refusal.wanted == ("order_1_kit_0",)
+    assert not submitted.is_repeated
+
+
+def test_an_unknown_tray_is_refused() -> None:
+    judge = going(FIRST)
+    judge.update(TICK)
+    with pytest.raises(UnknownNameError, match="did you mean"):
+        judge.submit("agv1::kit_tray_1::tray", "order_0_kit_0", SECOND)
+    assert not judge.scorer.is_submitted("order_0_kit_0")
+
+
+def test_parts_travel_only_while_the_game_is_on() -> None:
+    judge = referee(FIRST)
+    judge.gripper_changed(0, enabled=True, attached=True)
+    judge.start(SECOND)
+    judge.update(2 * SECOND)
+    judge.gripper_changed(5 * SECOND, enabled=True, attached=False)
+    judge.gripper_changed(6 * SECOND, enabled=True, attached=True)
+    judge.end(7 * SECOND)
+    assert judge.score(9 * SECOND).part_travel_time == 4 * SECOND
+
+
+# ------------------------------------------------------------------ state
+
+
+def test_reset_makes_it_new() -> None:
+    judge = going(FIRST)
+    judge.update(TICK)
+    judge.submit(TRAY_1, "order_0_kit_0", SECOND)
+    judge.update(SECOND)
+    judge.reset()
+    assert judge.get_state() == Referee(Trial("test", orders=(FIRST,))).get_state()
+    assert judge.next_deadline() == NEVER
+    assert judge.start(0) == (StateChanged(READY),)
+
+
+def test_state_goes_through_json() -> None:
+    judge, copy = going(FIRST, URGENT, limit=60.0), referee(FIRST, URGENT, limit=60.0)
+    judge.update(TICK)
+    judge.tray_changed(TRAY_1, [thing("pulley_part", x=0.01)])
+    judge.update(2 * TICK)
+    copy.set_state(json.loads(json.dumps(judge.get_state(), sort_keys=True)))
+    assert copy.get_state() == judge.get_state()
+    assert copy.next_deadline() == judge.next_deadline()
+    for each in (judge, copy):
+        assert each.submit(TRAY_1, "order_1_kit_0", SECOND).score.total == 2.0
+        assert short(each.update(SECOND)) == [("order_1", "complete", "order_0")]
+        each.end(2 * SECOND)
+    assert copy.update(3 * SECOND) == judge.update(3 * SECOND)

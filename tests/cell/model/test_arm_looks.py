@@ -1,0 +1,152 @@
+"""The arm's solid shapes, against the outlines of the original's meshes, and where they let the arm go."""
+
+import json
+from collections.abc import Iterator
+from itertools import chain, pairwise
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from cellwright.cell.model.arm import INITIAL_POSITIONS, JOINT_NAMES
+from cellwright.cell.model.arm_looks import SOLID, Housing
+from cellwright.cell.model.frames import BIN_CENTRES, BIN_SURFACE
+from cellwright.clients.agents.kitter.picking import bin_rail
+from cellwright.clients.agents.kitter.postures import near_posture, station_posture
+from cellwright.engine.geometry.meshes import Circle, lofted
+from cellwright.engine.geometry.shapes import Shape, Touch
+from cellwright.motion import Joints, tool_down
+from tests.cell.model.bench import Bench, cell
+from tests.conftest import DATA
+
+OUTLINES = json.loads((DATA / "ur10_link_outlines.json").read_text())["links"]
+LINKS = {
+    "shoulder": "shoulder_link",
+    "upperarm": "upper_arm_link",
+    "forearm": "forearm_link",
+    "wrist1": "wrist_1_link",
+    "wrist2": "wrist_2_link",
+    "wrist3": "wrist_3_link",
+}
+NEAR = 0.0021
+"""So far [m] a shape may lie from the original's surface."""
+
+Points = NDArray[np.float64]
+
+
+def corners_of(solid: Shape | Housing) -> Points:
+    """Corners of a convex shape in the link's frame, shape (n, 3) [m]."""
+    if isinstance(solid, Housing):
+        corners = solid.mesh[0]
+    else:
+        assert solid.kind == "cylinder"
+        radius, half, _ = solid.size
+        corners = lofted([Circle(radius, -half), Circle(radius, half)], 32)[0]
+    return np.array([solid.pose.transform(tuple(corner)) for corner in corners])
+
+
+def slab(shapes: list[Points], axis: int, low: float, high: float) -> Points:
+    """Points of the shapes between two coordinates along an axis, extreme ones among them; shape (n, 3) [m]."""
+
+    def cut(corners: Points) -> Iterator[Points]:
+        along = corners[:, axis]
+        yield corners[(along >= low) & (along <= high)]
+        for at in (low, high):
+            before, behind = corners[along < at], corners[along > at]
+            if len(before) and len(behind):
+                share = (at - before[:, None, axis]) / (behind[None, :, axis] - before[:, None, axis])
+                between = before[:, None] + share[..., None] * (behind[None] - before[:, None])
+                yield between.reshape(-1, 3)
+
+    return np.concatenate(list(chain.from_iterable(cut(corners) for corners in shapes)))
+
+
+def is_near(extents: list[Any], expected: float) -> bool:
+    """Whether the largest coordinate within a slice fits, for the slice cut back and for the slice grown by NEAR."""
+    inner, outer = extents
+    return bool(inner <= expected + NEAR and outer >= expected - NEAR)
+
+
+@pytest.mark.parametrize("link", LINKS)
+@pytest.mark.parametrize(
+    ("outline", "axis", "half", "others"), [("along_z", 2, 0.005, (0, 1)), ("along_y", 1, 0.0025, (0, 2))]
+)
+def test_shapes_of_a_link_lie_within_2_mm_of_its_mesh(
+    link: str, outline: str, axis: int, half: float, others: tuple[int, int]
+) -> None:
+    shapes = [corners_of(solid) for solid in SOLID[LINKS[link]]]
+    for middle, *expected in OUTLINES[link][outline]:
+        inner, outer = (slab(shapes, axis, middle - half - grow, middle + half + grow) for grow in (-NEAR, NEAR))
+        for column, (other, sign) in enumerate((other, sign) for other in others for sign in (-1, 1)):
+            extents = [(sign * points[:, other]).max(initial=-np.inf) for points in (inner, outer)]
+            assert is_near(extents, sign * expected[column]), (middle, column, extents, expected[column])
+
+
+@pytest.mark.parametrize(
+    ("link", "height", "side"),
+    [("forearm", "0.0", -1), ("forearm", "0.5723", 1), ("upperarm", "0.0", -1), ("upperarm", "0.612", 1)],
+)
+def test_housings_are_as_round_as_the_meshes(link: str, height: str, side: int) -> None:
+    shapes = [corners_of(solid) for solid in SOLID[LINKS[link]]]
+    for middle, radius in OUTLINES[link]["caps"][height]:
+        extents = []
+        for grow in (-NEAR, NEAR):
+            points = slab(shapes, 1, middle - 0.0025 - grow, middle + 0.0025 + grow) - (0.0, 0.0, float(height))
+            beyond = points[points[:, 2] * side >= 0.0]
+            extents.append(np.hypot(beyond[:, 0], beyond[:, 2]).max(initial=-np.inf))
+        assert is_near(extents, radius), (middle, extents, radius)
+
+
+def in_the_corners(rail_offset: float) -> Iterator[tuple[str, list[Joints]]]:
+    """Ways down to the corners of the bins, with the rail so far [m] from where the arm points straight at them."""
+    rest = Joints(*(INITIAL_POSITIONS[name] for name in JOINT_NAMES))
+    for name, (x, y) in BIN_CENTRES.items():
+        for corner in ((x + side, y + end) for side in (-0.25, 0.25) for end in (-0.25, 0.25)):
+            rail = bin_rail(corner[1]) + rail_offset
+            way = [station_posture(tool_down(*corner, 0.95), rail, rest)]
+            for height in (0.90, 0.85, 0.80, BIN_SURFACE + 0.017):  # the last lays the cup onto a gear
+                if way[-1] is not None:
+                    way.append(near_posture(tool_down(*corner, height), rail, way[-1]))
+            if None not in way:
+                yield name, [joints for joints in way if joints is not None]
+
+
+@pytest.mark.slow
+def test_the_arm_reaches_the_corners_of_bins_and_touches_nothing() -> None:
+    bench = Bench(cell(has_arm=True))
+    model, data = bench.model, bench.data
+    bodies = {model.body(link).id for link in LINKS.values()}
+    solid = [geom for geom in range(model.ngeom) if model.geom_contype[geom] == Touch.ROBOT.value[0]]
+    arm = [geom for geom in solid if model.geom_bodyid[geom] in bodies]
+    around = [geom for geom in range(model.ngeom) if model.geom_contype[geom] == Touch.FIXED.value[0]]
+    clear = dict.fromkeys(BIN_CENTRES, 0)
+
+    def put(joints: Joints) -> None:
+        for name, value in zip(JOINT_NAMES, joints, strict=True):
+            data.qpos[model.joint(name).qposadr[0]] = value
+
+    def clearance(joints: Joints) -> float:
+        put(joints)
+        mujoco.mj_kinematics(model, data)
+        return float(min(mujoco.mj_geomDistance(model, data, a, b, 0.01, None) for a in arm for b in around))
+
+    def contacts() -> set[str]:
+        pairs = data.contact.geom[: data.ncon]
+        return {model.body(model.geom_bodyid[geom]).name for geom in pairs.ravel()} & set(LINKS.values())
+
+    for rail_offset in (-0.3, 0.0, 0.3):
+        for name, way in in_the_corners(rail_offset):
+            if min(map(clearance, way)) < 0.005:  # 3 mm from the outlines, within 2 mm of which the shapes lie
+                continue
+            clear[name] += 1
+            put(way[0])
+            data.qvel[:] = 0.0
+            for last, following in pairwise(way):
+                for share in np.linspace(0.0, 1.0, 100):
+                    for joint, a, b in zip(JOINT_NAMES, last, following, strict=True):
+                        bench.command(joint, a + share * (b - a))
+                    mujoco.mj_step(model, data)
+                    assert not contacts(), (name, rail_offset, contacts())
+    assert {name for name, corners in clear.items() if corners >= 10} == {"bin5", "bin6", "bin7", "bin8"}, clear

@@ -1,0 +1,202 @@
+"""A trial as a model: who is in it, under which name, and where at the start."""
+
+import dataclasses
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from cellwright.cell.model.arm import GRIPPER
+from cellwright.cell.model.build import World, build_world
+from cellwright.cell.model.frames import BIN_CENTRES, SHELF_SURFACE, TRAY_IDS
+from cellwright.config.trial.trial import BeltPart, CellSettings, Kit, KitObject, Options, Order, Part, Sensor, Trial
+from cellwright.util.errors import UnknownNameError
+from cellwright.util.pose import Pose
+
+TRAY = TRAY_IDS["agv1"]
+BELT_TIMES = (BeltPart(3.0, "gear_part", Pose()), BeltPart(6.0, "part4", Pose()), BeltPart(9.0, "gear_part", Pose()))
+ORDERS = (
+    Order(
+        "order_0",
+        (
+            Kit("order_0_kit_0", (KitObject("gear_part", Pose()), KitObject("disk_part", Pose()))),
+            Kit("order_0_kit_1", (KitObject("gear_part", Pose()), KitObject("disk_part", Pose()))),
+        ),
+    ),
+)
+FULL = Trial(
+    "full",
+    has_arm=True,
+    sensors=(Sensor("beam", "break_beam", Pose((1.6, 2.25, 0.91))), Sensor("eye", "logical_camera", Pose((0, 0, 2)))),
+    options=Options(belt_population_cycles=2, fill_demo_tray=True),
+    orders=ORDERS,
+    bin_parts=(
+        Part("bin7|piston_rod_part_1", "piston_rod_part", Pose.from_rpy((-0.3, 0.03, 0.75), (0, 0, 0.8))),
+        Part("bin8|gear_part_1", "gear_part", Pose((-0.3, 1.0, 0.75))),
+    ),
+    extra_parts=(Part("agv1|kit_tray_1|kit_tray_1|tray|part2_1", "part2", Pose((0.1, -0.2, 0.05)), TRAY),),
+    belt_parts=BELT_TIMES,
+)
+
+
+@pytest.fixture(scope="module")
+def world() -> World:
+    return build_world(FULL)
+
+
+def position(model: Any, body: str) -> Any:
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    return data.body(body).xpos
+
+
+def test_parts_in_play_come_first_then_those_that_wait(world: World) -> None:
+    assert [(part.name, part.pooled) for part in world.parts] == [
+        ("bin7|piston_rod_part_1", False),
+        ("bin8|gear_part_1", False),
+        ("agv1|kit_tray_1|kit_tray_1|tray|part2_1", False),
+        ("populate_conveyor|gear_part_clone_0", True),
+        ("populate_conveyor|gear_part_clone_1", True),
+        ("populate_conveyor|gear_part_clone_2", True),
+        ("populate_conveyor|gear_part_clone_3", True),
+        ("populate_conveyor|part4_clone_0", True),
+        ("populate_conveyor|part4_clone_1", True),
+        ("populate_kit_tray_1|gear_part_clone_0", True),
+        ("populate_kit_tray_1|disk_part_clone_0", True),
+    ]
+    assert {part.type for part in world.parts} == {"piston_rod_part", "gear_part", "part2", "part4", "disk_part"}
+
+
+def test_addresses_lead_to_the_part(world: World) -> None:
+    model = world.model
+    for part in world.parts:
+        assert model.body(part.body).name == part.name
+        joint = model.joint(part.name)
+        assert (joint.qposadr[0], joint.dofadr[0], joint.type[0]) == (part.qpos, part.dof, mujoco.mjtJoint.mjJNT_FREE)
+        assert world.initial_qpos[part.qpos : part.qpos + 7] == pytest.approx(
+            (*part.start.position, *part.start.quaternion)
+        )
+        assert part.geoms
+        assert all(model.geom_bodyid[g] == part.body and model.geom_contype[g] == 2 for g in part.geoms)
+        assert world.part(part.name) is part
+
+
+def test_welds_are_there_and_let_go(world: World) -> None:
+    model = world.model
+    assert not model.eq_active0.any()
+    for part in world.parts:
+        assert part.grip is not None
+        for weld, name, holder in (
+            (part.grip, "grip", GRIPPER),
+            (part.locks[0], "lock1", TRAY_IDS["agv1"]),
+            (part.locks[1], "lock2", TRAY_IDS["agv2"]),
+        ):
+            assert model.equality(weld).name == f"{name}|{part.name}"
+            assert (model.eq_obj1id[weld], model.eq_obj2id[weld]) == (model.body(holder).id, part.body)
+            assert model.eq_data[weld][10] == 1.0
+
+
+def test_a_part_in_a_frame_starts_in_that_frame(world: World) -> None:
+    part = world.part("agv1|kit_tray_1|kit_tray_1|tray|part2_1")
+    assert part.start.position == pytest.approx((0.2, 3.35, 0.8), abs=1e-5)  # AGV 1 faces the other way
+
+
+def test_parts_that_wait_have_slots_of_their_own_above_the_floor(world: World) -> None:
+    slots = [part.shelf.position for part in world.parts]
+    assert len(set(slots)) == len(slots)
+    assert all(z >= SHELF_SURFACE for *_, z in slots)
+    assert all(part.start == part.shelf for part in world.parts if part.pooled)
+
+
+def test_without_arm_and_agvs() -> None:
+    small = build_world(dataclasses.replace(FULL, has_arm=False, extra_parts=(), options=Options(insert_agvs=False)))
+    assert small.model.nu == 0
+    assert small.model.nv == 6 * len(small.parts)
+    assert all(part.grip is None and part.locks == () for part in small.parts)
+    assert not any(part.name.startswith("populate_kit_tray") for part in small.parts)
+    with pytest.raises(KeyError):
+        small.model.body("agv1")
+
+
+def test_cycles_of_zero_leave_the_belt_empty() -> None:
+    empty = build_world(dataclasses.replace(FULL, options=Options(belt_population_cycles=0)))
+    assert not any(part.pooled for part in empty.parts)
+
+
+def test_an_empty_trial_makes_an_empty_cell() -> None:
+    empty = build_world(Trial("empty"))
+    assert empty.parts == ()
+    assert empty.model.nu == 8
+
+
+@pytest.mark.parametrize(
+    ("part", "message"),
+    [
+        (Part("x|gaer_part_1", "gaer_part", Pose()), "unknown part type 'gaer_part'; did you mean gear_part"),
+        (Part("x|gear_part_1", "gear_part", Pose(), "bin7:link"), "unknown frame 'bin7:link'; did you mean bin7::link"),
+    ],
+)
+def test_what_does_not_exist_is_refused(part: Part, message: str) -> None:
+    with pytest.raises(UnknownNameError, match=message):
+        build_world(Trial("bad", extra_parts=(part,)))
+
+
+def test_a_tray_frame_without_agvs_is_refused() -> None:
+    trial = Trial("bad", options=Options(insert_agvs=False), extra_parts=(Part("x|part2_1", "part2", Pose(), TRAY),))
+    with pytest.raises(UnknownNameError, match="unknown frame"):
+        build_world(trial)
+
+
+def test_an_unknown_part_is_refused_with_a_suggestion(world: World) -> None:
+    with pytest.raises(UnknownNameError, match=r"did you mean bin8\|gear_part_1"):
+        world.part("bin8|gear_part_11")
+
+
+def test_the_same_trial_makes_the_same_model() -> None:
+    first, second = (build_world(FULL).model for _ in range(2))
+    for name in ("body_pos", "geom_size", "geom_rgba", "mesh_vert", "eq_data", "dof_invweight0", "names"):
+        assert np.array_equal(np.array(getattr(first, name)), np.array(getattr(second, name))), name
+
+
+def test_first_pose_is_written_whole(world: World) -> None:
+    data = mujoco.MjData(world.model)
+    data.qpos[:] = 7.0
+    world.put_in_first_pose(data)
+    assert (data.qpos == world.initial_qpos).all()
+    pan = world.model.actuator_ctrladr[world.model.actuator("shoulder_pan_joint").id]
+    assert list(data.ctrl[pan : pan + 2]) == [3.14, 0.0]
+
+
+def test_fixed_things_are_where_the_competition_had_them(world: World) -> None:
+    model = world.model
+    for name, (x, y) in BIN_CENTRES.items():
+        assert position(model, name)[:2] == pytest.approx((x, y))
+    assert position(model, TRAY_IDS["agv1"]) == pytest.approx((0.3, 3.15, 0.75), abs=1e-6)
+    assert position(model, TRAY_IDS["agv2"]) == pytest.approx((0.3, -3.15, 0.75), abs=1e-6)
+    belt = model.geom("conveyor_belt")
+    assert 2 * belt.size == pytest.approx((14.62206, 0.65461, 0.18862))
+
+
+def test_geom_groups_follow_their_touch(world: World) -> None:
+    """Group 1 is touched and seen, 2 only seen, 3 only touched; 4 is neither."""
+    model = world.model
+    solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+    assert set(model.geom_group[solid]) == {1, 3}
+    assert set(model.geom_group[~solid]) == {2, 4}
+
+
+def test_timestep_sets_the_stiffness_of_contacts() -> None:
+    for numerator, denominator, expected in ((1, 1000, 0.004), (1, 500, 0.004), (1, 250, 0.008)):
+        model = build_world(Trial("t", settings=CellSettings(timestep=(numerator, denominator)))).model
+        assert model.opt.timestep == pytest.approx(numerator / denominator)
+        assert model.geom("conveyor_belt").solref == pytest.approx((expected, 1.0))
+
+
+def test_sensors_have_housings_that_nothing_touches(world: World) -> None:
+    model = world.model
+    for sensor in FULL.sensors:
+        body = model.body(f"{sensor.name} housing")
+        assert body.pos == pytest.approx(sensor.pose.position)
+        first = int(body.geomadr[0])
+        assert list(model.geom_group[first : first + int(body.geomnum[0])]) == [2] * int(body.geomnum[0])

@@ -1,0 +1,74 @@
+"""Where the named places are."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.cell.model.frames import (
+    AGV_HOMES,
+    AGV_T_TRAY,
+    BELT_SURFACE,
+    SHELF_PITCH,
+    SHELF_SURFACE,
+    SPAWN_FRAME,
+    TRAY_IDS,
+    bin_frame,
+    load_point,
+    part_frames,
+    shelf_slot,
+)
+from cellwright.cell.model.parts import PART_TYPES, part_type
+from cellwright.config.layout import REFERENCE_FRAMES, TRAY_FRAMES
+from cellwright.util.errors import UnknownNameError
+
+
+def test_trays_stand_where_the_description_says() -> None:
+    for agv, tray in TRAY_IDS.items():
+        world_T_tray = AGV_HOMES[agv] @ AGV_T_TRAY
+        assert world_T_tray.position == pytest.approx(TRAY_FRAMES[tray].position, abs=1e-6)
+        assert world_T_tray.yaw == pytest.approx(TRAY_FRAMES[tray].yaw)
+
+
+def test_frames_of_parts_depend_on_the_agvs() -> None:
+    assert part_frames() == dict(REFERENCE_FRAMES)
+    assert set(part_frames()) - set(part_frames(agvs=False)) == set(TRAY_FRAMES)
+
+
+def test_bins_are_turned_a_quarter() -> None:
+    assert bin_frame("bin7").position == (-0.3, 0.23, 0.0)
+    assert bin_frame("bin7").yaw == pytest.approx(math.pi / 2, abs=1e-5)
+    with pytest.raises(UnknownNameError, match="unknown bin 'bin9'"):
+        bin_frame("bin9")
+
+
+def test_load_points() -> None:
+    assert load_point("agv1").position == pytest.approx((0.3, 3.3, 0.75))
+    assert load_point("agv2").position == pytest.approx((0.3, -3.3, 0.75))
+    with pytest.raises(UnknownNameError, match="AGV"):
+        load_point("agv3")
+
+
+def test_belt_parts_appear_just_above_the_belt() -> None:
+    x, y, z = SPAWN_FRAME.transform((0.0, 0.0, 0.1))
+    assert (x, y) == pytest.approx((1.21, 5.0))
+    assert z - BELT_SURFACE == pytest.approx(0.0057, abs=1e-4)
+    assert SPAWN_FRAME.rotate((1.0, 0.0, 0.0)) == pytest.approx((0.0, -1.0, 0.0), abs=1e-5)
+
+
+@pytest.mark.slow
+@given(st.integers(1, 400), st.data())
+def test_slots_of_the_shelf_keep_apart(count: int, data: st.DataObject) -> None:
+    first = data.draw(st.integers(0, count - 1))
+    second = data.draw(st.integers(0, count - 1).filter(lambda other: other != first) if count > 1 else st.just(first))
+    here, there = shelf_slot(first, count, 0.0), shelf_slot(second, count, 0.0)
+    assert here.position[2] == SHELF_SURFACE
+    if first != second:
+        assert math.dist(here.position, there.position) >= SHELF_PITCH - 1e-9
+
+
+def test_no_part_reaches_its_neighbour_on_the_shelf() -> None:
+    for kind in PART_TYPES:
+        (x0, y0, _), (x1, y1, _) = part_type(kind).box
+        assert 2 * math.hypot(max(-x0, x1), max(-y0, y1)) < SHELF_PITCH

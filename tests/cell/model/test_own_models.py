@@ -1,0 +1,150 @@
+"""Models of somebody's own in the engine."""
+
+from pathlib import Path
+
+import pytest
+
+from cellwright.cell.cell import Cell
+from cellwright.cell.model.build import build_world
+from cellwright.cell.model.own_models import form_of, problems
+from cellwright.config.models.files import ModelFileError
+from cellwright.config.models.model import Model, ModelShape
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.config.trial.trial import Part, Trial
+from cellwright.engine.geometry.shapes import Role
+from cellwright.util.pose import Pose
+
+EXAMPLE = Path(__file__).parents[3] / "docs" / "examples" / "own_models"
+
+
+@pytest.fixture(scope="module")
+def cell() -> Cell:
+    return Cell(load_trial([EXAMPLE / "own_models.yaml"]).trial)
+
+
+def test_masses(cell: Cell) -> None:
+    masses = {part.type: float(cell.simulation.model.body_mass[part.body]) for part in cell.parts.all}
+    expected = {"bracket_part": 0.3, "wedge_part": 0.4, "valve_part": 0.6, "flange_part": 0.5, "knob_part": 0.21}
+    assert masses == pytest.approx(expected)
+
+
+def test_parts_lie_where_they_were_put(cell: Cell) -> None:
+    cell.reset()
+    for _ in range(1000):
+        cell.step()
+    surfaces = {"bin6": 0.725, "bin7": 0.725, "agv1": 0.755}
+    for part in cell.parts.all:
+        if not part.pooled:
+            pose = cell.parts.pose(part)
+            assert pose.position[:2] == pytest.approx(part.start.position[:2], abs=1e-3)
+            assert pose.position[2] == pytest.approx(surfaces[part.name.partition("|")[0]], abs=1e-3)
+
+
+def test_cameras_and_trays_tell_them(cell: Cell) -> None:
+    cell.reset()
+    for _ in range(1000):
+        cell.step()
+    cell.simulation.refresh()
+    seen = {name: sensor.read().detections for name, sensor in cell.sensors.items()}
+    assert [each.type for each in seen["logical_camera_bin6"]] == ["bracket_part"] * 4
+    assert "wedge_part" in [each.type for each in seen["logical_camera_agv1"]]
+    assert [each.name for each in cell.trays[1].contents] == ["agv1|kit_tray_1|kit_tray_1|tray|wedge_part_1"]
+
+
+def test_furniture_stands_and_is_touched(cell: Cell) -> None:
+    model = cell.simulation.model
+    body = model.body("furniture|shelf").id
+    geom = int(model.body_geomadr[body])
+    assert model.geom_contype[geom] == 1
+    assert model.geom_group[geom] == Role.BOTH
+    assert model.geom_size[geom] == pytest.approx((0.3, 0.15, 0.35))
+    assert model.body_pos[body] == pytest.approx((-0.3, -2.2, 0))
+
+
+def test_what_is_only_drawn_touches_nothing(cell: Cell) -> None:
+    model = cell.simulation.model
+    body = model.body("bin7|valve_part_1").id
+    first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
+    assert list(model.geom_group[first : first + count]) == [Role.SOLID] * 2
+    looks = model.body("bin7|valve_part_1 looks").id
+    first, count = int(model.body_geomadr[looks]), int(model.body_geomnum[looks])
+    assert list(model.geom_group[first : first + count]) == [Role.SEEN] * 2
+    assert not model.geom_contype[first : first + count].any()
+
+
+def test_a_mesh_stands_where_its_file_says() -> None:
+    form = form_of("w", load_trial([EXAMPLE / "own_models.yaml"]).trial.part_models["wedge_part"])
+    (shape,) = form.touched
+    assert shape.pose.position == pytest.approx((0, 0, 0.012))
+    assert shape.half_extents == pytest.approx((0.03, 0.02, 0.012))
+
+
+def test_mass_is_shared_by_volume() -> None:
+    shapes = (ModelShape("box", (0.1, 0.1, 0.1)), ModelShape("box", (0.1, 0.1, 0.3)))
+    assert [shape.share for shape in form_of("a", Model(shapes, 2.0)).touched] == pytest.approx([0.25, 0.75])
+
+
+def test_all_shapes_come_into_the_engine() -> None:
+    shapes = (
+        ModelShape("box", (0.1, 0.1, 0.1)),
+        ModelShape("sphere", (0.05, 0, 0)),
+        ModelShape("cylinder", (0.05, 0.1, 0)),
+        ModelShape("capsule", (0.05, 0.1, 0)),
+    )
+    part = Part("bin7|my_part_1", "my_part", Pose((0, 0, 1)))
+    world = build_world(Trial("t", bin_parts=(part,), part_models={"my_part": Model(shapes, 1.0)}))
+    assert len(world.part("bin7|my_part_1").geoms) == 4
+    assert world.part("bin7|my_part_1").shelf.position[2] == pytest.approx(0.5 + 0.1)
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("<mujoco><worldbody><geom type='bx' size='1'/></worldbody></mujoco>", "invalid keyword: 'bx'"),
+        ("<mujoco/>", "no shapes in it"),
+        (
+            "<mujoco><worldbody><body><joint/><geom size='.01'/></body></worldbody></mujoco>",
+            "has joints; a model is one rigid body",
+        ),
+        (
+            "<mujoco><worldbody><geom type='plane' size='1 1 1'/></worldbody></mujoco>",
+            "a geom of type plane is not read",
+        ),
+        (
+            "<mujoco><worldbody><body><geom size='.01' contype='0' conaffinity='0'/></body></worldbody></mujoco>",
+            "nothing in it can be touched",
+        ),
+        ("<mujoco><worldbody><geom size='.01'/></worldbody></mujoco>", "no mass in it; give one beside the file"),
+        (
+            "<mujoco><worldbody><body><geom size='.3'/></body></worldbody></mujoco>",
+            "reaches 0.52 m from its origin; a part keeps within 0.22 m",
+        ),
+    ],
+)
+def test_what_the_engine_refuses(content: str, said: str, tmp_path: Path) -> None:
+    (tmp_path / "a.xml").write_text(content)
+    (tmp_path / "t.yaml").write_text("cellwright: {parts: {my_part: {file: a.xml}}}")
+    trial = load_trial([tmp_path / "t.yaml"]).trial
+    (found,) = problems(trial)
+    assert found.startswith(f"{tmp_path / 'a.xml'}: ")
+    assert said in found
+    with pytest.raises(ModelFileError, match=r"a\.xml: "):
+        build_world(trial)
+
+
+def test_an_mjcf_mesh(tmp_path: Path) -> None:
+    (tmp_path / "wedge.stl").write_bytes((EXAMPLE / "wedge.stl").read_bytes())
+    (tmp_path / "a.xml").write_text(
+        "<mujoco><asset><mesh name='w' file='wedge.stl' scale='.001 .001 .001'/></asset><worldbody>"
+        "<body pos='1 2 3'><geom type='mesh' mesh='w' mass='0.3'/></body></worldbody></mujoco>"
+    )
+    (tmp_path / "t.yaml").write_text("cellwright: {parts: {my_part: {file: a.xml, mass: 0.4}}}")
+    form = form_of("w", load_trial([tmp_path / "t.yaml"]).trial.part_models["my_part"])
+    (shape,) = form.touched
+    assert form.mass == 0.4
+    vertices, triangles = form.meshes["w|mesh_0"]
+    placed = [(shape.pose @ Pose(tuple(vertex))).position for vertex in vertices.tolist()]
+    for axis, (lower, upper) in enumerate(((-0.03, 0.03), (-0.02, 0.02), (0, 0.024))):
+        coordinates = [each[axis] for each in placed]
+        assert (min(coordinates), max(coordinates)) == pytest.approx((lower, upper), abs=1e-6)
+    assert len(triangles) == 8

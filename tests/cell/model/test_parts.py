@@ -1,0 +1,117 @@
+"""The catalogue of parts: figures of the competition's models, and what the engine makes of them."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from cellwright.cell.model.parts import KNOWN_TYPES, PART_TYPES, add_part, add_part_meshes, part_type
+from cellwright.config import layout
+from cellwright.util.errors import UnknownNameError
+from cellwright.util.pose import Pose
+
+MASSES = {
+    "gear_part": 0.5,
+    "disk_part": 0.5,
+    "gasket_part": 0.5,
+    "piston_rod_part": 0.5,
+    "pulley_part": 0.5,
+    "part1": 1.0,
+    "part2": 1.0,
+    "part3": 1.0,
+    "part4": 1.0,
+}
+
+TOPS = {
+    "gear_part": 0.015,
+    "disk_part": 0.026,
+    "gasket_part": 0.025,
+    "piston_rod_part": 0.0075,
+    "pulley_part": 0.0724,
+    "part1": 0.0075,
+    "part2": 0.01,
+    "part3": 0.02,
+}
+
+
+@pytest.fixture(scope="module")
+def model() -> mujoco.MjModel:
+    spec = mujoco.MjSpec()
+    add_part_meshes(spec)
+    for kind in PART_TYPES:
+        add_part(spec, kind, part_type(kind), Pose())
+    return spec.compile()
+
+
+def test_the_catalogue_has_every_type_that_the_description_knows() -> None:
+    assert set(PART_TYPES) == set(layout.PART_TYPES) == set(MASSES)
+    assert set(PART_TYPES) <= set(KNOWN_TYPES)
+
+
+@pytest.mark.parametrize(("kind", "mass"), MASSES.items())
+def test_mass(model: mujoco.MjModel, kind: str, mass: float) -> None:
+    assert part_type(kind).mass == mass
+    assert model.body(kind).mass[0] == pytest.approx(mass)
+    assert model.body(kind).subtreemass[0] == pytest.approx(mass)
+
+
+@pytest.mark.parametrize(("kind", "top"), TOPS.items())
+def test_height_of_the_highest_point(kind: str, top: float) -> None:
+    assert part_type(kind).top == pytest.approx(top, abs=1e-9)
+
+
+def test_sizes_of_bounding_boxes() -> None:
+    assert part_type("gear_part").half_extents[:2] == pytest.approx((0.0392, 0.0392))
+    assert part_type("gear_part").bottom == pytest.approx(-0.0001)
+    assert 2 * np.array(part_type("gasket_part").half_extents[:2]) == pytest.approx((0.188, 0.086), abs=1.5e-3)
+    assert part_type("pulley_part").half_extents == pytest.approx((0.1125, 0.1125, 0.0362))
+    lower, upper = part_type("piston_rod_part").box
+    assert lower == pytest.approx((-0.0295, -0.026, 0.0))
+    assert upper == pytest.approx((0.0295, 0.135, 0.0075))
+    assert part_type("piston_rod_part").box_centre == pytest.approx((0.0, 0.0545, 0.00375))
+    assert part_type("part4").bottom == pytest.approx(-0.005, abs=2e-4)
+
+
+def test_piston_rod_is_balanced_where_the_original_is(model: mujoco.MjModel) -> None:
+    assert model.body("piston_rod_part").ipos == pytest.approx((0.0, 0.054, 0.00375), abs=5e-5)
+
+
+@pytest.mark.parametrize("kind", PART_TYPES)
+def test_inertia_is_that_of_a_body_of_this_size(model: mujoco.MjModel, kind: str) -> None:
+    """No moment of inertia exceeds that of the mass at the corner of the bounding box, and A + B >= C."""
+    a, b, c = sorted(float(value) for value in model.body(kind).inertia)
+    assert a > 0
+    assert a + b >= c * (1 - 1e-9)
+    assert c <= part_type(kind).mass * float(np.square(part_type(kind).half_extents).sum())
+
+
+@pytest.mark.parametrize("kind", PART_TYPES)
+def test_looks_stay_close_to_what_is_touched(model: mujoco.MjModel, kind: str) -> None:
+    """What is seen neither floats beside what is touched nor hides inside it."""
+    lower, upper = part_type(kind).box
+    looks = [g for g in range(model.ngeom) if model.geom_group[g] in (1, 2) and belongs(model, g, kind)]
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    corners = []
+    for geom in looks:
+        centre, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
+        signs = np.array(np.meshgrid(*[(-1, 1)] * 3)).reshape(3, -1).T
+        corners.append(data.geom_xpos[geom] + (centre + signs * half) @ data.geom_xmat[geom].reshape(3, 3).T)
+    seen = np.concatenate(corners)
+    assert seen.min(axis=0) == pytest.approx(lower, abs=2.5e-3)
+    assert seen.max(axis=0) == pytest.approx(upper, abs=2.5e-3)
+
+
+def belongs(model: mujoco.MjModel, geom: int, kind: str) -> bool:
+    return bool(model.body_rootid[model.geom_bodyid[geom]] == model.body(kind).id)
+
+
+def test_marks_are_touched_too() -> None:
+    for kind in ("gear_part", "disk_part", "gasket_part"):
+        solid = part_type(kind).solid
+        assert solid[-1].share == 0.0
+        assert solid[-1].pose.position[2] + solid[-1].half_extents[2] == pytest.approx(TOPS[kind])
+
+
+def test_an_unknown_type_is_refused_with_a_suggestion() -> None:
+    with pytest.raises(UnknownNameError, match="did you mean gear_part"):
+        part_type("gears_part")

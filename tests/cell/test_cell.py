@@ -1,0 +1,248 @@
+"""A cell as a whole: the same run everywhere, whoever watches, and from wherever it is taken up."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from cellwright.cell.cell import Cell
+from cellwright.cell.kitting.effects import CompetitionState
+from cellwright.config.trial.trial import Options, Sensor, Trial
+from cellwright.engine.clock import nanoseconds
+from cellwright.engine.snapshot import (
+    CheckpointError,
+    read_checkpoint,
+    restore_snapshot,
+    take_snapshot,
+    write_checkpoint,
+)
+from cellwright.util.errors import UsageError
+from cellwright.util.pose import Pose
+from tests.cells import ARM_ONLY, BARE, KITTING, SENSORS, WHOLE, Ear, run, start, with_seed
+from tests.scenario import END, MIDDLE, TRIAL, listen_to_all, play
+from tests.waiting import TIMEOUT
+from tests.warm import WarmStart
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def reference() -> str:
+    """The state hash at the end of the scenario."""
+    return play(Cell(TRIAL)).state_hash()
+
+
+def elsewhere(*arguments: str) -> str:
+    """What another process prints of the scenario."""
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT / "src"), str(ROOT)])}
+    command = [sys.executable, "-m", "tests.scenario", *arguments]
+    done = subprocess.run(
+        command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=TIMEOUT, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+# ---------------------------------------------------------------- the same run everywhere
+
+
+def test_all_that_can_happen_does() -> None:
+    """What the tests below lean on."""
+    cell = play(Cell(TRIAL), MIDDLE)
+    assert (cell.arm, cell.gripper) != (None, None)
+    assert cell.agvs[1].state == "delivering"
+    assert cell.gripper is not None
+    assert cell.gripper.part == "bin7|piston_rod_part_5"
+    assert cell.arm is not None
+    assert cell.arm.controller.goal is not None
+    assert cell.arm.controller.goal.active
+    assert cell.competition.referee.active_orders == ("order_0",)
+    assert [each.order_id for each in cell.competition.announced] == ["order_0", "order_1"]
+    assert cell.competition.score().total == 2.0  # two gears, of which one is faulty, so one for presence and pose
+    assert any(part.startswith("populate_conveyor") for part in cell.parts.in_play)
+    play(cell)
+    assert cell.competition.state is CompetitionState.GO
+    assert cell.gripper.lost_reason == "released"
+
+
+@pytest.mark.slow
+def test_the_same_run_in_two_processes_one_of_them_watched(reference: str) -> None:
+    assert elsewhere() == elsewhere("--listen") == reference
+
+
+@pytest.mark.slow
+def test_whoever_listens_the_run_is_the_same(reference: str) -> None:
+    cell = Cell(TRIAL, competition=False)
+    heard = listen_to_all(cell)
+    assert play(cell).state_hash() == reference
+    assert len(heard) > 10_000
+
+
+def test_coming_and_going_listeners_change_nothing(reference: str) -> None:
+    cell = Cell(TRIAL)
+    names = [topic.name for topic in cell.bus.topics()]
+    for number in range(40):
+        ears = [Ear(cell, name) for name in names[number % 3 :: 3]]
+        play(cell, (number + 1) * END / 40)
+        for ear in ears:
+            ear.cancel()
+    assert cell.state_hash() == reference
+
+
+@pytest.mark.slow
+def test_the_seed_is_heard_in_the_sensors_and_leaves_the_run_as_it_is() -> None:
+    """There is no device whose draws decide what happens: all chance is noise of sensors."""
+    found = []
+    states = []
+    for seed in (0, 1):
+        cell = Cell(with_seed(TRIAL, seed))
+        camera = Ear(cell, "logical_camera_1")
+        simulation = play(cell).simulation
+        state = simulation.get_state()
+        del state["devices"]["/ariac"]  # the newest message of each latched topic
+        states.append((simulation.data.qpos.tobytes(), simulation.data.qvel.tobytes(), state))
+        found.append([(each.pose.position.x, each.pose.position.y) for each in camera.messages[3].models])
+    assert states[0] == states[1]
+    assert found[0] != found[1]
+    cell = Cell(TRIAL, seed=1)
+    assert cell.seed == 1
+    camera = Ear(cell, "logical_camera_1")
+    play(cell, 1.0)
+    assert [(each.pose.position.x, each.pose.position.y) for each in camera.messages[3].models] == found[1]
+
+
+def test_the_hash_knows_another_run() -> None:
+    cell = Cell(KITTING)
+    run(cell, 0.1)
+    before = cell.state_hash()
+    assert cell.state_hash() == before
+    cell.step()
+    assert cell.state_hash() != before
+    assert Cell(KITTING).state_hash() == Cell(KITTING, competition=False).state_hash()
+    assert Cell(KITTING).state_hash() != Cell(replace(KITTING, extra_parts=())).state_hash()
+
+
+# ---------------------------------------------------------------- again and from the middle
+
+
+@pytest.mark.slow
+def test_a_cell_that_is_reset_is_as_new(reference: str) -> None:
+    cell = Cell(TRIAL)
+    listen_to_all(cell)
+    new = cell.state_hash()
+    play(cell, 3.3)
+    cell.reset()
+    assert cell.simulation.now == 0
+    assert cell.state_hash() == new
+    assert play(cell).state_hash() == reference
+
+
+@pytest.mark.slow
+def test_a_snapshot_disturbs_nothing_and_is_gone_back_to(reference: str) -> None:
+    cell = play(Cell(TRIAL), MIDDLE)
+    moment = take_snapshot(cell.simulation)
+    then = cell.state_hash()
+    assert play(cell).state_hash() == reference
+    restore_snapshot(cell.simulation, moment)
+    assert cell.state_hash() == then
+    assert play(cell).state_hash() == reference
+
+
+@pytest.mark.slow
+def test_a_snapshot_goes_on_in_another_cell(reference: str) -> None:
+    moment = take_snapshot(play(Cell(TRIAL), MIDDLE).simulation)
+    other = Cell(TRIAL)
+    play(other, 1.5)  # has a past of its own
+    restore_snapshot(other.simulation, moment)
+    heard = listen_to_all(other)
+    assert play(other).state_hash() == reference
+    assert heard
+
+
+def test_going_back_again_and_again() -> None:
+    cell = Cell(TRIAL)
+    moments = []
+    for number in range(1, 8):
+        play(cell, number * 0.5)
+        moments.append((take_snapshot(cell.simulation), cell.state_hash(), cell.competition.score()))
+    for moment, state, score in reversed(moments):
+        restore_snapshot(cell.simulation, moment)
+        assert (cell.state_hash(), cell.competition.score()) == (state, score)
+
+
+@pytest.mark.slow
+def test_a_checkpoint_goes_on_in_this_process_and_in_another(tmp_path: Path, warm: WarmStart) -> None:
+    file = tmp_path / "middle.npz"
+    cell = play(Cell(TRIAL), MIDDLE)
+    write_checkpoint(cell.simulation, file)
+    here = play(cell).state_hash()
+    other = Cell(TRIAL)
+    read_checkpoint(other.simulation, file)
+    assert other.simulation.now == nanoseconds(MIDDLE)
+    assert play(other).state_hash() == here
+    command = [sys.executable, "-m", "tests.scenario", "--continue", str(file), "--listen"]
+    there = warm.popen(command, folder=ROOT, environment={**os.environ, "PYTHONPATH": str(ROOT)})
+    assert there.communicate() == (f"{here}\n", "")
+
+
+@pytest.mark.slow
+def test_declared_checkpoints_belong_to_the_run(tmp_path: Path, reference: str) -> None:
+    file = tmp_path / "middle.npz"
+    cell = Cell(TRIAL)
+    cell.checkpoints.declare(nanoseconds(MIDDLE), file)
+    cell.reset()
+    here = play(cell).state_hash()
+    assert here != reference  # when it was saved is part of what a run is
+    other = Cell(TRIAL)
+    read_checkpoint(other.simulation, file)
+    assert play(other).state_hash() == here
+
+
+def test_a_checkpoint_of_another_cell_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "arm.npz"
+    write_checkpoint(Cell(ARM_ONLY).simulation, file)
+    with pytest.raises(CheckpointError, match="made with another cell"):
+        read_checkpoint(Cell(BARE).simulation, file)
+
+
+# ---------------------------------------------------------------- joining
+
+
+def test_a_cell_has_what_its_trial_says() -> None:
+    bare = Cell(BARE)
+    assert (bare.arm, bare.gripper, bare.population, bare.demo_tray) == (None, None, None, None)
+    assert (bare.trays, bare.agvs, bare.sensors, bare.quality) == ({}, {}, {}, {})
+    whole = Cell(WHOLE)
+    assert whole.sensors.keys() == {sensor.name for sensor in SENSORS}
+    assert (set(whole.trays), set(whole.agvs), set(whole.quality)) == ({1, 2}, {1, 2}, {1, 2})
+    model, data = whole.seen
+    assert model is whole.simulation.model
+    assert data is whole.simulation.data
+
+
+@pytest.mark.slow
+def test_the_servo_profile_can_be_chosen() -> None:
+    assert Cell(ARM_ONLY).servo == "original"
+    precise = Cell(ARM_ONLY, servo="precise")
+    assert precise.servo == precise.trial.settings.arm.servo == "precise"
+    soft = Cell(ARM_ONLY)
+    for cell in (soft, precise):
+        run(cell, 1.0)
+    assert soft.state_hash() != precise.state_hash()
+
+
+def test_a_cell_without_agvs_can_still_be_competed_in() -> None:
+    cell = Cell(Trial("empty", options=Options(insert_agvs=False), orders=KITTING.orders))
+    start(cell)
+    run(cell, 1.0)
+    assert cell.competition.state is CompetitionState.GO
+
+
+def test_a_sensor_that_would_speak_over_the_cell_is_refused() -> None:
+    with pytest.raises(UsageError, match="sensor 'orders': it would publish sensor_msgs/Range on /ariac/orders"):
+        Cell(replace(BARE, sensors=(Sensor("orders", "proximity_sensor", Pose()),)))

@@ -1,0 +1,479 @@
+"""A trial on the floor: what the referee says is done, and what is done is judged."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from cellwright.cell.cell import Cell
+from cellwright.cell.kitting.effects import (
+    CompetitionState,
+    Effect,
+    EndReason,
+    KitSubmitted,
+    OrderAnnounced,
+    OrderCompleted,
+    StateChanged,
+    TrialEnded,
+)
+from cellwright.cell.kitting.score.evidence import PartEvidence
+from cellwright.cell.kitting.score.scorer import Scorer
+from cellwright.config.trial.trial import KitObject, Options, Part
+from cellwright.engine.snapshot import read_checkpoint, restore_snapshot, take_snapshot, write_checkpoint
+from cellwright.middleware.messages.osrf_gear import AGVControlRequest
+from cellwright.util.errors import RejectedCommandError, UnknownNameError, UsageError
+from cellwright.util.pose import Pose
+from tests.cells import (
+    ABOVE_THE_ROD,
+    BARE,
+    GEARS,
+    KITTING,
+    ROD_IN_REACH,
+    TRAY_1,
+    TRAY_2,
+    WHOLE,
+    Ear,
+    call,
+    on_tray,
+    order,
+    publish,
+    region,
+    run,
+    run_to,
+    start,
+    wait_until,
+    way,
+)
+
+
+def effects_of(cell: Cell) -> list[Effect]:
+    """What the referee does from now on."""
+    heard: list[Effect] = []
+    cell.competition.on_effect.append(heard.append)
+    return heard
+
+
+def kinds(effects: list[Effect], *wanted: type) -> list[Effect]:
+    return [effect for effect in effects if isinstance(effect, wanted)]
+
+
+# ---------------------------------------------------------------- from the start to the end
+
+
+def test_a_trial_from_its_start_to_its_end() -> None:
+    cell = Cell(KITTING)
+    orders = Ear(cell, "orders")
+    run(cell, 1.0)
+    assert (cell.competition.state, len(orders)) == ("init", 0)
+    assert call(cell, "start_competition").message == "competition started successfully!"
+    assert cell.competition.state == "ready"
+    assert wait_until(cell, lambda: cell.competition.state == "go", 0.5) == pytest.approx(0.002)
+    assert wait_until(cell, lambda: len(orders) > 0, 0.5) < 0.01
+    run(cell, 1.0)
+    assert call(cell, "agv1", AGVControlRequest("order_0_kit_0")).success
+    taken = wait_until(cell, lambda: cell.competition.state == "done", 5.0)
+    assert 0.75 <= taken < 0.76  # the AGV's preparation, and two steps of the referee
+    assert cell.competition.score().total == 6.0  # two parts, two for all of them, two poses
+    assert len(orders) == 1
+
+
+def test_it_can_be_started_once() -> None:
+    cell = Cell(KITTING)
+    assert call(cell, "start_competition").success
+    for _ in range(3):
+        again = call(cell, "start_competition")
+        assert (again.success, again.message) == (False, "cannot start if not in 'init' state")
+        cell.step()
+    with pytest.raises(RejectedCommandError, match="this one is go"):
+        cell.competition.start()
+    assert cell.bus.refusals.total == 0  # an answer, not a refusal
+
+
+@pytest.mark.parametrize("state", ["init", "ready", "go", "done"])
+def test_it_can_be_ended_from_any_state(state: str) -> None:
+    cell = Cell(KITTING)
+    if state != "init":
+        call(cell, "start_competition")
+    if state in ("go", "done"):
+        cell.step()
+    if state == "done":
+        call(cell, "end_competition")
+        run(cell, 0.1)
+    assert cell.competition.state == state
+    answer = call(cell, "end_competition")
+    assert (answer.success, answer.message) == (True, "competition ended successfully!")
+    assert cell.competition.state == "end_game"
+    cell.step()
+    assert cell.competition.state == "done"
+    assert not call(cell, "start_competition").success
+
+
+def test_a_trial_without_orders_ends_at_once() -> None:
+    cell = Cell(BARE)
+    effects = effects_of(cell)
+    call(cell, "start_competition")
+    run(cell, 0.1)
+    assert [each.state for each in effects if isinstance(each, StateChanged)] == ["ready", "go", "end_game", "done"]
+    ends = [each for each in effects if isinstance(each, TrialEnded)]
+    assert [each.reason for each in ends] == [EndReason.NO_ORDERS]
+
+
+def test_the_time_limit_ends_it() -> None:
+    cell = Cell(replace(KITTING, time_limit=2.0))
+    run(cell, 0.5)
+    start(cell)
+    run_to(cell, 2.502)
+    assert cell.competition.state == "go"
+    assert not cell.competition.is_timed_out
+    run(cell, 0.01)
+    assert cell.competition.state == "done"
+    assert cell.competition.is_timed_out
+
+
+def test_belt_and_population_run_from_the_start_on() -> None:
+    cell = Cell(WHOLE)
+    clones = {part.name for part in cell.world.parts if part.pooled}
+    run(cell, 0.5)
+    assert cell.conveyor.power == 0.0
+    start(cell)
+    assert cell.conveyor.power == 100.0
+    run_to(cell, 0.5 + 0.2 + 0.01)
+    assert clones & cell.parts.in_play == {"populate_conveyor|gear_part_clone_0"}
+    run(cell, 1.0)
+    place = cell.parts.pose(cell.parts.part("populate_conveyor|gear_part_clone_0")).position
+    assert place[1] == pytest.approx(5.0 - 0.2, abs=0.03)
+
+
+# ---------------------------------------------------------------- AGVs
+
+
+def test_an_agv_drives_whether_it_is_a_competition_or_not() -> None:
+    cell = Cell(KITTING)
+    run(cell, 1.1)
+    effects = effects_of(cell)
+    assert call(cell, "agv1", AGVControlRequest("order_0_kit_0")).success
+    run(cell, 2.0)
+    assert cell.agvs[1].state == "delivering"
+    assert cell.trays[1].world_T_tray.position[0] < 0.2
+    assert kinds(effects, KitSubmitted) == []
+    assert cell.competition.score().total == 0.0
+
+
+def test_a_kit_that_nobody_ordered_drives_off_for_nothing() -> None:
+    cell = Cell(KITTING)
+    start(cell)
+    run(cell, 1.1)
+    effects = effects_of(cell)
+    assert call(cell, "agv1", AGVControlRequest("order_7_kit_0")).success
+    run(cell, 1.0)
+    submitted = kinds(effects, KitSubmitted)
+    assert [(each.kit_type, each.score.total) for each in submitted if isinstance(each, KitSubmitted)] == [
+        ("order_7_kit_0", 0.0)
+    ]
+    assert (cell.competition.state, cell.agvs[1].state) == ("go", "delivering")
+
+
+@pytest.mark.slow
+def test_an_agv_that_has_delivered_comes_back_with_an_empty_tray() -> None:
+    cell = Cell(replace(KITTING, extra_parts=on_tray(*GEARS), time_limit=-1.0))
+    start(cell)
+    run(cell, 1.1)
+    call(cell, "agv1", AGVControlRequest("order_0_kit_0"))
+    run(cell, 0.75 + 25 / 3 + 10.0 + 0.02)
+    assert cell.trays[1].look() == ()
+    assert cell.parts.in_play == set()
+    assert cell.trays[1].world_T_tray.position == pytest.approx((0.3, 3.15, 0.75), abs=2e-3)
+    # after `done` it is ready, still answers, and still drives
+    assert cell.competition.state == "done"
+    assert call(cell, "agv1", AGVControlRequest("order_0_kit_0")).success
+    run(cell, 1.0)
+    states = [agv.state for agv in cell.agvs.values()]
+    assert states[0] == "delivering"
+    assert cell.competition.score().total == 6.0
+
+
+def test_trays_are_counted_once_a_second() -> None:
+    cell = Cell(replace(KITTING, extra_parts=()))
+    assert cell.competition.referee.trays.contents(TRAY_1) == ()
+    cell = Cell(KITTING)
+    run(cell, 0.9)
+    assert cell.competition.tray_objects(cell.trays[1]) == ()
+    run(cell, 0.11)
+    assert [each.name for each in cell.competition.tray_objects(cell.trays[1])] == [
+        "tray1|gear_part_1",
+        "tray1|gear_part_2",
+    ]
+
+
+# ---------------------------------------------------------------- judging
+
+
+@pytest.mark.parametrize(
+    ("parts", "faulty", "expected"),
+    [
+        (GEARS, (), 6.0),
+        (GEARS, ("gear_part_1",), 2.0),  # a faulty part earns nothing, and the kit is not whole
+        (GEARS[:1], (), 2.0),
+        ((GEARS[0], KitObject("gear_part", Pose((-0.1, 0.16, 0.0)))), (), 5.0),
+        ((*GEARS, KitObject("disk_part", Pose((0.0, -0.2, 0.0)))), (), 4.0),  # one too many: no bonus
+        ((), (), 0.0),
+    ],
+    ids=["perfect", "a faulty part", "a part short", "a part out of place", "a part too many", "empty"],
+)
+def test_the_score_is_the_scorers(parts: tuple[KitObject, ...], faulty: tuple[str, ...], expected: float) -> None:
+    trial = replace(KITTING, extra_parts=on_tray(*parts), faulty_parts=frozenset(faulty))
+    cell = Cell(trial)
+    start(cell)
+    run(cell, 1.1)
+    reported = cell.competition.referee.trays.contents(TRAY_1)
+    cell.agvs[1].send("order_0_kit_0")
+    run(cell, 1.0)
+    score = cell.competition.score()
+    assert score.total == expected
+    scorer = Scorer(trial.orders)
+    scorer.begin(0)
+    scorer.announce("order_0", 0)
+    alone = scorer.submit("order_0_kit_0", reported, 1)
+    assert alone == score.orders[0].kits[0]
+
+
+def test_parts_of_an_announced_order_bring_on_the_next() -> None:
+    """Wanted: parts of the order to come. One tray must hold them; faulty ones do not count."""
+    disks = (KitObject("disk_part", Pose((0.1, -0.1, 0.0))), KitObject("disk_part", Pose((-0.1, -0.1, 0.0))))
+    orders = (order(0, GEARS), order(1, disks, wanted_parts=2))
+    parts = (*on_tray(disks[0]), *on_tray(disks[1], number=2, first=2))
+    cell = Cell(replace(KITTING, orders=orders, extra_parts=parts, faulty_parts=frozenset()))
+    start(cell)
+    run(cell, 2.0)
+    assert [each.order_id for each in cell.competition.announced] == ["order_0"]  # one on either tray
+    effects = effects_of(cell)
+    cell.parts.place(cell.parts.part("tray2|disk_part_2"), cell.trays[1].world_T_tray @ Pose((-0.1, -0.1, 0.006)))
+    run(cell, 1.1)
+    announced = [each for each in effects if isinstance(each, OrderAnnounced)]
+    assert [(each.order.order_id, each.interrupts) for each in announced] == [("order_1", "order_0")]
+    cell.agvs[1].send("order_1_kit_0")
+    run(cell, 1.0)
+    completed = [each for each in effects if isinstance(each, OrderCompleted)]
+    assert [each.resumes for each in completed] == ["order_0"]
+    assert cell.competition.state is CompetitionState.GO
+
+
+@pytest.mark.parametrize(("faulty", "announced"), [((), 2), (("gasket_part_1",), 1)])
+def test_parts_that_nobody_wants_bring_on_the_next(faulty: tuple[str, ...], announced: int) -> None:
+    orders = (order(0, GEARS), order(1, GEARS, unwanted_parts=1))
+    parts = on_tray(KitObject("gasket_part", Pose((0.0, -0.2, 0.0))))
+    cell = Cell(replace(KITTING, orders=orders, extra_parts=parts, faulty_parts=frozenset(faulty)))
+    start(cell)
+    run(cell, 1.1)
+    assert len(cell.competition.announced) == announced
+
+
+def test_a_kit_is_judged_on_either_tray_and_only_on_those_there_are() -> None:
+    cell = Cell(replace(KITTING, extra_parts=on_tray(*GEARS, number=2)))
+    with pytest.raises(RejectedCommandError):
+        cell.competition.submit(TRAY_2, "order_0_kit_0")
+    start(cell)
+    run(cell, 1.1)
+    with pytest.raises(UnknownNameError, match="unknown tray 'tray_3'"):
+        cell.competition.submit("tray_3", "order_0_kit_0")
+    assert cell.competition.submit(TRAY_2, "order_0_kit_0").score.total == 6.0
+
+
+def test_the_demo_tray_is_filled_at_the_start_and_earns_the_kit() -> None:
+    trial = replace(KITTING, extra_parts=(), options=Options(fill_demo_tray=True))
+    cell = Cell(trial)
+    run(cell, 1.1)
+    assert cell.parts.in_play == set()
+    start(cell)
+    run(cell, 0.1)
+    assert cell.parts.in_play == {"populate_kit_tray_1|gear_part_clone_0", "populate_kit_tray_1|gear_part_clone_1"}
+    run(cell, 2.0)
+    cell.agvs[1].send("order_0_kit_0")
+    run(cell, 1.0)
+    assert cell.competition.score().total == 6.0
+
+
+# ---------------------------------------------------------------- the gripper
+
+
+def grip(cell: Cell) -> None:
+    assert cell.gripper is not None
+    cell.gripper.set_enabled(True)
+    wait_until(cell, lambda: cell.gripper is not None and cell.gripper.attached, 0.5)
+
+
+def test_time_with_a_part_in_the_gripper_is_travel_time() -> None:
+    cell = Cell(WHOLE)
+    start(cell)
+    grip(cell)
+    begin = cell.simulation.now
+    run(cell, 0.5)
+    assert cell.competition.score().part_travel_time == cell.simulation.now - begin
+    assert cell.gripper is not None
+    cell.gripper.set_enabled(False)
+    held = cell.simulation.now - begin
+    run(cell, 0.5)
+    assert cell.competition.score().part_travel_time == held
+
+
+def test_a_part_is_dropped_where_the_trial_says_and_once_only() -> None:
+    above = (-1.0, -1.0, 0.8), (1.0, 1.0, 2.0)
+    destination = Pose.from_rpy((-0.3, 0.23, 0.75), (0.0, 0.0, 0.5))
+    other = Part("bin7|piston_rod_part_6", "piston_rod_part", Pose((-0.5, 0.4, 0.725)))
+    trial = replace(WHOLE, drop_regions=(region(*above, destination),), bin_parts=(ROD_IN_REACH, other))
+    cell = Cell(trial)
+    run(cell, 0.2)
+    grip(cell)
+    publish(cell, "arm/command", way(ABOVE_THE_ROD))
+    assert cell.gripper is not None
+    taken = wait_until(cell, lambda: cell.gripper is not None and not cell.gripper.attached, 1.5)
+    assert taken > 0.2
+    assert cell.gripper.enabled
+    assert cell.gripper.lost_reason == "forced drop"
+    rod = cell.parts.pose(cell.parts.part(ROD_IN_REACH.name))
+    assert rod.position == pytest.approx(destination.position)
+    run(cell, 0.5)
+    rod = cell.parts.pose(cell.parts.part(ROD_IN_REACH.name))
+    assert rod.position == pytest.approx((-0.3, 0.23, 0.725), abs=0.01)
+    assert cell.competition.drops.get_state() == {"spent": ["piston_rod_part"]}
+    assert not cell.competition.drops.is_armed("piston_rod_part")
+
+
+def test_a_part_outside_the_region_is_kept() -> None:
+    far = (5.0, 5.0, 0.8), (6.0, 6.0, 2.0)
+    cell = Cell(replace(WHOLE, drop_regions=(region(*far, Pose()),)))
+    run(cell, 0.2)
+    grip(cell)
+    publish(cell, "arm/command", way(ABOVE_THE_ROD))
+    run(cell, 1.5)
+    assert cell.gripper is not None
+    assert cell.gripper.part == ROD_IN_REACH.name
+    assert cell.parts.pose(cell.parts.part(ROD_IN_REACH.name)).position[2] > 0.9
+
+
+def test_events_that_it_does_not_know_are_refused() -> None:
+    cell = Cell(BARE)
+    with pytest.raises(UsageError, match="device 'competition' does not know the event 'dance'"):
+        cell.competition.handle("dance", ())
+
+
+# ---------------------------------------------------------------- what became of missing parts
+
+ROD_ORDER = order(0, (KitObject("piston_rod_part", Pose()),))
+RODS = replace(WHOLE, orders=(ROD_ORDER,), extra_parts=())
+
+
+def carry(cell: Cell, seconds: float = 1.5) -> None:
+    """Take hold of the rod that the cup stands on, and lift it."""
+    run(cell, 0.2)
+    start(cell)
+    grip(cell)
+    publish(cell, "arm/command", way(ABOVE_THE_ROD))
+    run(cell, seconds)
+
+
+def let_go(cell: Cell) -> None:
+    assert cell.gripper is not None
+    cell.gripper.set_enabled(False)
+
+
+def told(cell: Cell, number: int = 1) -> PartEvidence:
+    """What the score says of the only ordered part, once the tray is submitted."""
+    cell.agvs[number].send("order_0_kit_0")
+    run(cell, 0.8)
+    ((part,),) = [kit.parts for kit in cell.competition.evidence().kits()]
+    return part
+
+
+def test_a_part_that_was_dropped_over_its_bin_is_told() -> None:
+    cell = Cell(RODS)
+    effects = effects_of(cell)
+    carry(cell)
+    let_go(cell)
+    run(cell, 1.0)
+    part = told(cell)
+    assert part.fate is not None
+    assert (part.fate.kind, part.fate.part) == ("dropped", ROD_IN_REACH.name)
+    x, y, _ = part.fate.position or (0.0, 0.0, 0.0)
+    held = part.fate.held / 1e9
+    assert held == pytest.approx(1.5, abs=0.01)
+    assert part.sentence() == (
+        f"none on the tray when it was submitted: {ROD_IN_REACH.name} was dropped at ({x:.2f}, {y:.2f}) m "
+        f"after {held:.1f} s in the gripper"
+    )
+    (submitted,) = [effect for effect in effects if isinstance(effect, KitSubmitted)]
+    assert submitted.fates == (part.fate,)
+    assert cell.competition.score().total == 0.0
+
+
+def test_a_forced_drop_is_told_with_where_the_part_came_to_lie() -> None:
+    destination = Pose((-1.0, 0.23, 0.75))
+    cell = Cell(replace(RODS, drop_regions=(region((-1.0, -1.0, 0.8), (1.0, 1.0, 2.0), destination),)))
+    carry(cell)
+    part = told(cell)
+    assert part.fate is not None
+    assert part.fate.kind == "forced drop"
+    assert part.fate.position is not None
+    assert 0.8 <= part.fate.position[2] < 1.0
+    assert part.sentence().endswith("s in the gripper; it lay at (-1.00, 0.23) m")
+
+
+def test_a_part_that_was_left_on_the_other_tray_is_told() -> None:
+    cell = Cell(RODS)
+    carry(cell)
+    let_go(cell)
+    rod = cell.parts.part(ROD_IN_REACH.name)
+    cell.parts.place(rod, cell.trays[2].world_T_tray @ Pose((0.0, 0.0, 0.006)))
+    run(cell, 1.2)
+    assert told(cell).sentence().endswith(f"{ROD_IN_REACH.name} was on agv2's tray")
+
+
+def test_a_part_that_lies_on_another_one_is_told() -> None:
+    disk = Part("tray1|disk_part_1", "disk_part", Pose((0.0, 0.0, 0.006)), TRAY_1)
+    cell = Cell(replace(RODS, extra_parts=(disk,)))
+    carry(cell)
+    let_go(cell)
+    rod = cell.parts.part(ROD_IN_REACH.name)
+    cell.parts.place(rod, cell.trays[1].world_T_tray @ Pose((0.0, -0.05, 0.03)))
+    run(cell, 1.2)
+    assert told(cell).sentence().endswith("lay above agv1's tray without touching its plate, at (0.30, 3.20) m")
+
+
+def test_a_part_that_was_never_gripped_is_told_and_so_are_those_that_the_wall_took() -> None:
+    gears = replace(RODS, orders=(order(0, GEARS[:1]),))
+    cell = Cell(gears)
+    start(cell)
+    for name in [part.name for part in cell.parts.all if part.name.startswith("populate_conveyor|")][:2]:
+        cell.parts.put_away(cell.parts.part(name), "deletion wall")
+    assert told(cell).sentence() == (
+        "none on the tray when it was submitted: never taken hold of; the deletion wall of the belt took 2 of its type"
+    )
+
+
+def test_fates_are_no_part_of_the_state_and_snapshots_carry_them(tmp_path: Path) -> None:
+    cell = Cell(RODS)
+    carry(cell)
+    before, state = take_snapshot(cell.simulation), cell.state_hash()
+    record = cell.competition.get_record()
+    assert record["parts"][ROD_IN_REACH.name]["taken"] is not None
+    cell.competition.set_record({})
+    assert cell.state_hash() == state
+    restore_snapshot(cell.simulation, before)
+    assert cell.competition.get_record() == record
+    let_go(cell)
+    run(cell, 1.0)
+    first = told(cell)
+    path = tmp_path / "judged.npz"
+    write_checkpoint(cell.simulation, path)
+    restore_snapshot(cell.simulation, before)
+    let_go(cell)
+    run(cell, 1.0)
+    assert told(cell) == first
+    other = Cell(RODS)
+    read_checkpoint(other.simulation, path)
+    ((part,),) = [kit.parts for kit in other.competition.evidence().kits()]
+    assert part == first
+    other.reset()
+    assert other.competition.get_record() == {}

@@ -1,0 +1,55 @@
+"""The command line of 2017's launcher."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.cli.launchers.gear.arguments import OUTPUT, Arguments, parse, without_remappings
+
+
+def test_nothing_is_a_competition_without_a_configuration() -> None:
+    assert parse([], {}) == Arguments("", (), False, False, Path("/tmp/ariac"), True)
+    assert Path("/tmp/ariac") == OUTPUT
+
+
+@pytest.mark.parametrize("development", ["-d", "--development-mode"])
+@pytest.mark.parametrize("file", ["-f", "--file"])
+def test_the_options(development: str, file: str) -> None:
+    given = [development, file, "a.yaml", "b.yaml", "-n", "--verbose", "-o", "/there", "--no-gui"]
+    assert parse(given, {}) == Arguments("", ("a.yaml", "b.yaml"), True, True, Path("/there"), False)
+
+
+def test_files_given_one_by_one() -> None:
+    assert parse(["-f", "a.yaml", "-f", "b.yaml"], {}).files == ("a.yaml", "b.yaml")
+
+
+def test_a_configuration_in_words() -> None:
+    assert parse(["arm: {type: ur10}", "-d"], {}).config == "arm: {type: ur10}"
+
+
+def test_the_environment_may_ask_for_a_competition() -> None:
+    assert parse(["-d"], {"ARIAC_COMPETITION": ""}).competition
+    assert not parse(["-d"], {"ARIAC": "1"}).competition
+
+
+def test_what_a_launch_file_adds_is_dropped() -> None:
+    given = ["-f", "a.yaml", "__name:=ariac_node", "__log:=/tmp/a.log", "/a:=/b", "_rate:=3"]
+    assert parse(given, {}).files == ("a.yaml",)
+
+
+@pytest.mark.slow
+@given(st.lists(st.text(max_size=8)))
+def test_only_remappings_are_dropped(arguments: list[str]) -> None:
+    kept = without_remappings(arguments)
+    assert kept == [each for each in arguments if ":=" not in each]
+    assert without_remappings([*arguments, "a:=b"]) == kept
+
+
+@pytest.mark.parametrize("wrong", [["a: 1", "-f", "a.yaml"], ["--competition"], ["a", "b"], ["-f"]])
+def test_what_cannot_be_read(wrong: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        parse(wrong, {})
+    assert ended.value.code == 2
+    assert "gear.py: error: " in capsys.readouterr().err

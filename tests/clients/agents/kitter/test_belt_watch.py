@@ -1,0 +1,143 @@
+"""Following parts on the belt."""
+
+import math
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+
+from cellwright.clients.agents.kitter.areas import BELT_MIDDLE, BELT_SURFACE
+from cellwright.clients.agents.kitter.belt_watch import SPEED, BeltWatch, crosses_belt
+from cellwright.clients.agents.kitter.eyes import Image, Seen
+from cellwright.clients.agents.kitter.part_figures import Catalogue
+from cellwright.clients.client import Client
+from cellwright.util.pose import Pose
+
+BEAM = Pose.from_rpy((1.6, 2.25, 0.91), (0.0, 0.0, math.pi))
+
+
+class FakeClient:
+    """Time that is set, and topics that are spoken on, by a test."""
+
+    def __init__(self) -> None:
+        self.time = 0.0
+        self.listeners: dict[str, Callable[[Any], None]] = {}
+
+    def subscribe(self, topic: str, callback: Callable[[Any], None]) -> Callable[[], None]:
+        self.listeners[topic] = callback
+
+        def leave() -> None:
+            self.listeners.pop(topic, None)
+
+        return leave
+
+    def say(self, topic: str, time: float, **fields: object) -> None:
+        self.time = time
+        if topic in self.listeners:
+            self.listeners[topic](SimpleNamespace(**fields))
+
+
+def watch(client: FakeClient, beams: dict[str, Pose] | None = None, types: tuple[str, ...] = ()) -> BeltWatch:
+    return BeltWatch(cast("Client", client), beams or {}, types, Catalogue())
+
+
+def on_belt(part_type: str, y: float, x: float = BELT_MIDDLE, z: float = BELT_SURFACE) -> Seen:
+    return Seen(part_type, Pose.from_rpy((x, y, z), (0.0, 0.0, 0.5)))
+
+
+def test_a_part_seen_by_a_camera_is_followed_where_no_camera_looks() -> None:
+    belt = watch(FakeClient())
+    for index in range(10):
+        time = 0.1 * index
+        belt.take_image(Image(time, (on_belt("disk_part", 3.0 - SPEED * time, x=1.2),)))
+    (part,) = belt.coming("disk_part", 1.0, -1.0)
+    assert part.has_yaw
+    assert part.pose(10.0).position == pytest.approx((1.2, 1.0, BELT_SURFACE))
+    assert part.pose(10.0).yaw == pytest.approx(0.5)
+    assert part.time_at(2.0) == pytest.approx(5.0)
+
+
+def test_parts_are_told_apart_by_type_and_place() -> None:
+    belt = watch(FakeClient())
+    for time in (0.0, 0.1):
+        belt.take_image(
+            Image(
+                time,
+                (
+                    on_belt("disk_part", 3.0 - SPEED * time),
+                    on_belt("gear_part", 2.9 - SPEED * time),
+                    on_belt("gear_part", 2.5 - SPEED * time),
+                ),
+            )
+        )
+    assert len(belt.parts) == 3
+    first, second = belt.coming("gear_part", 0.1, 0.0)
+    assert first.time_at(0.0) < second.time_at(0.0)
+
+
+def test_what_is_held_over_the_belt_or_lies_beside_it_is_not_on_it() -> None:
+    belt = watch(FakeClient())
+    belt.take_image(Image(0.0, (on_belt("disk_part", 3.0, z=1.05), on_belt("disk_part", 3.0, x=0.7))))
+    assert belt.parts == []
+
+
+def test_what_has_passed_and_what_was_taken_is_not_coming() -> None:
+    belt = watch(FakeClient())
+    belt.take_image(Image(0.0, (on_belt("disk_part", 3.0), on_belt("disk_part", 2.5))))
+    assert len(belt.coming("disk_part", 4.0, 2.0)) == 1
+    belt.forget(belt.parts[0])
+    assert belt.coming("disk_part", 4.0, 2.0) == []
+
+
+def test_a_beam_tells_when_the_middle_of_a_part_passes() -> None:
+    client = FakeClient()
+    belt = watch(client, {"beam": BEAM}, ("gear_part",))
+    # read at 20 Hz: what is told happened 25 ms ago, on average
+    client.say("/ariac/beam_change", 10.025, object_detected=True)
+    client.say("/ariac/beam_change", 10.425, object_detected=False)
+    (part,) = belt.coming("gear_part", 10.5, 1.0)
+    assert not part.has_yaw
+    assert part.time_at(2.25) == pytest.approx(10.2)
+    assert part.pose(12.2).position == pytest.approx((BELT_MIDDLE, 1.85, BELT_SURFACE))
+
+
+def test_a_beam_does_not_tell_types() -> None:
+    client = FakeClient()
+    belt = watch(client, {"beam": BEAM}, ("gear_part", "disk_part"))
+    client.say("/ariac/beam_change", 10.0, object_detected=True)
+    client.say("/ariac/beam_change", 10.4, object_detected=False)
+    assert belt.parts == []
+    assert client.listeners == {}
+
+
+def test_what_a_camera_sees_the_beam_does_not_add() -> None:
+    client = FakeClient()
+    belt = watch(client, {"beam": BEAM}, ("gear_part",))
+    belt.take_image(Image(0.0, (on_belt("gear_part", 3.0),)))
+    client.say("/ariac/beam_change", 3.5, object_detected=True)
+    client.say("/ariac/beam_change", 3.9, object_detected=False)
+    assert len(belt.parts) == 1
+    assert client.listeners == {}
+
+
+def test_an_end_without_a_beginning_is_nothing() -> None:
+    client = FakeClient()
+    belt = watch(client, {"beam": BEAM}, ("gear_part",))
+    client.say("/ariac/beam_change", 0.1, object_detected=False)
+    assert belt.parts == []
+
+
+@pytest.mark.parametrize(
+    ("xyz", "yaw", "crosses"),
+    [
+        ((1.6, 2.25, 0.91), math.pi, True),
+        ((0.8, 2.25, 0.91), 0.0, True),
+        ((1.6, 2.25, 0.91), 0.0, False),  # away from the belt
+        ((1.6, 2.25, 0.91), math.pi / 2, False),  # along it
+        ((1.6, 2.25, 1.2), math.pi, False),  # over the parts
+        ((-0.3, 2.25, 0.91), math.pi, False),
+    ],
+)
+def test_beams_that_cross_the_belt(xyz: tuple[float, float, float], yaw: float, crosses: bool) -> None:
+    assert crosses_belt(Pose.from_rpy(xyz, (0.0, 0.0, yaw))) is crosses

@@ -1,0 +1,102 @@
+"""Looking through cameras only while there is something to be seen."""
+
+from collections.abc import Callable
+
+from cellwright.cell.cell import Cell
+from cellwright.clients.agents.kitter.areas import BINS
+from cellwright.clients.agents.kitter.camera import IMAGES, Camera, Images, take_fresh
+from cellwright.clients.agents.kitter.cellview import CellView
+from cellwright.clients.agents.kitter.eyes import Sighting
+from cellwright.clients.agents.kitter.part_figures import Catalogue
+from cellwright.clients.client.client import Client
+from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.config.trial.catalogue import find_trial
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.util.pose import Pose
+
+BIN_7 = Pose.from_rpy((-0.3, 0.23, 1.465), (0.0, 1.5708, 1.5708))
+
+
+def cell(*names: str) -> Cell:
+    return Cell(load_trial([find_trial(name) for name in names]).trial)
+
+
+def listeners(of: Cell, name: str) -> tuple[str, ...]:
+    return of.bus.topic(f"/ariac/{name}").subscribers
+
+
+def test_images_come_while_one_listens_and_are_kept_after() -> None:
+    final01 = cell("final01", "kitter_sensors")
+    client = Client(InProcess(final01, node="/agent"))
+    images = Images(client, "logical_camera_bin7", Catalogue())
+    client.sleep(0.5)
+    assert not images.newest
+    take_fresh(client, [images], 3)
+    assert [round(each.time, 3) for each in images.newest] == [0.6, 0.7, 0.8]
+    assert listeners(final01, images.name) == ("/agent",)
+    images.rest()
+    images.rest()
+    client.sleep(0.5)
+    assert listeners(final01, images.name) == ()
+    assert len(images.newest) == 3
+    images.listen()
+    images.listen()
+    assert not images.newest
+    client.sleep(2.0)
+    assert len(images.newest) == IMAGES
+
+
+def test_an_image_that_others_have_had_before_is_not_fresh() -> None:
+    """The newest image is latched as long as somebody listens: what one sees must not hang on that."""
+    times = []
+    for is_watched in (False, True):
+        final01 = cell("final01", "kitter_sensors")
+        client = Client(InProcess(final01))
+        if is_watched:
+            client.on_sensor("logical_camera_bin7", lambda _image: None)
+        client.sleep(0.55)
+        camera = Camera(client, "logical_camera_bin7", BIN_7, Catalogue())
+        take_fresh(client, [camera], 2)
+        times.append([each.time for each in camera.newest])
+    assert times[0] == times[1] == [0.6, 0.7]
+
+
+def test_a_camera_that_is_switched_off_is_not_waited_for_for_ever() -> None:
+    final01 = cell("final01", "kitter_sensors")
+    final01.sensors["logical_camera_bin7"].enabled = False
+    client = Client(InProcess(final01))
+    camera = Camera(client, "logical_camera_bin7", BIN_7, Catalogue())
+    take_fresh(client, [camera])
+    assert client.time < 1.5
+    assert camera.parts() == []
+    take_fresh(client, [])
+    assert client.time < 1.5
+
+
+def test_only_the_cameras_that_are_needed_are_looked_through() -> None:
+    qual2b = cell("qual2b", "kitter_sensors")
+    client = Client(InProcess(qual2b, node="/agent"))
+    view = CellView(client, Catalogue(), ("gasket_part",))
+    heard: dict[str, tuple[str, ...]] = {}
+    cameras = [name for name in qual2b.sensors if "camera" in name]
+
+    def note() -> None:
+        heard.update({name: listeners(qual2b, name) for name in cameras if listeners(qual2b, name)})
+
+    note()
+    assert list(heard) == ["logical_camera_belt"]
+    seen = look_and(note, view, client)
+    assert sorted(heard) == ["logical_camera_belt", *(f"logical_camera_bin{number}" for number in (5, 6, 7, 8))]
+    assert {part.type for part in seen} == {"disk_part"}
+    assert listeners(qual2b, "logical_camera_bin7") == ()
+    assert listeners(qual2b, "logical_camera_belt") == ("/agent",)
+    view.look()
+    assert view.parts_in_bins() == [], "what was seen before has been forgotten"
+
+
+def look_and(note: Callable[[], None], view: CellView, client: Client) -> list[Sighting]:
+    """Look at the bins, and take note of something while it lasts."""
+    leave = client.subscribe("/ariac/current_score", lambda _score: note())
+    view.look(BINS)
+    leave()
+    return view.parts_in_bins()

@@ -1,0 +1,53 @@
+"""Which sensors the agent finds, by frames and messages alone."""
+
+import pytest
+
+from cellwright.cell.cell import Cell
+from cellwright.clients.agents.kitter.areas import BINS
+from cellwright.clients.agents.kitter.cellview import CellView
+from cellwright.clients.agents.kitter.discovery import Sensors, find_sensors
+from cellwright.clients.agents.kitter.part_figures import Catalogue
+from cellwright.clients.agents.kitter.placing import STATIONS
+from cellwright.clients.client.client import Client
+from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.config.trial.catalogue import find_trial
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.util.pose import Pose
+
+
+def client(*names: str) -> Client:
+    cell = Cell(load_trial([find_trial(name) for name in names]).trial)
+    return Client(InProcess(cell, node="/agent"))
+
+
+def test_the_lessons_sensors() -> None:
+    found = find_sensors(client("lesson"))
+    assert sorted(found.cameras) == ["logical_camera", "logical_camera_over_agv1"]
+    assert list(found.beams) == ["break_beam"]
+    assert found.beams["break_beam"].position == pytest.approx((1.6, 2.25, 0.91))
+    assert found.cameras["logical_camera_over_agv1"].position == pytest.approx((0.3, 3.15, 1.5))
+
+
+def test_a_cell_without_sensors() -> None:
+    assert find_sensors(client("qual1a")) == Sensors()
+
+
+def test_every_part_of_the_bins_is_seen_once_and_where_it_is() -> None:
+    lesson = client("lesson")
+    qual3a = client("qual3a", "kitter_sensors")
+    view = CellView(qual3a, Catalogue(), ())
+    view.look(BINS)
+    parts = view.parts_in_bins()
+    counts = {kind: sum(part.type == kind for part in parts) for kind in ("gear_part", "disk_part", "gasket_part")}
+    assert counts == {"gear_part": 16, "disk_part": 4, "gasket_part": 4}
+    disk = min((part for part in parts if part.type == "disk_part"), key=lambda part: sum(part.world_T_part.position))
+    assert disk.world_T_part.position == pytest.approx((-0.4, 0.895, 0.725), abs=0.002)
+    assert not CellView(lesson, Catalogue(), ()).sees(Pose((-0.3, 0.995, 0.725)))  # no camera over bin 8
+
+
+def test_a_tray_in_view_is_empty_at_first() -> None:
+    view = CellView(client("qual1a", "kitter_sensors"), Catalogue(), ())
+    view.look(STATIONS[1].area)
+    assert view.sees(Pose((0.2, 3.35, 0.755)))
+    assert view.parts_on_tray(Pose((0.3, 3.15, 0.75))) == []
+    assert view.faulty_on_tray(1) == ()

@@ -1,0 +1,85 @@
+"""Images of logical cameras: what lies still, and where, once noise is averaged away."""
+
+import math
+import random
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from cellwright.cell.devices.sensors.logical_camera import blurred
+from cellwright.clients.agents.kitter.eyes import Image, Seen, Sighting, mean_pose, resting
+from cellwright.util.pose import Pose
+
+
+def images(*parts: Seen, count: int = 8, drift: float = 0.0) -> list[Image]:
+    """Noisy images of parts, all of which move along -y by `drift` [m] from image to image."""
+    rng = random.Random(7)
+    noise = [[random_six(rng) for _ in parts] for _ in range(count)]
+    return [
+        Image(
+            0.1 * index,
+            tuple(
+                Seen(part.type, blurred(moved(part.world_T_part, -drift * index), six))
+                for part, six in zip(parts, noise[index], strict=True)
+            ),
+        )
+        for index in range(count)
+    ]
+
+
+def random_six(rng: random.Random) -> NDArray[np.float64]:
+    return np.array([rng.gauss(0.0, 1.0) for _ in range(6)])
+
+
+def moved(pose: Pose, dy: float) -> Pose:
+    x, y, z = pose.position
+    return Pose((x, y + dy, z), pose.quaternion)
+
+
+GEAR = Seen("gear_part", Pose.from_rpy((-0.3, 0.2, 0.725), (0.0, 0.0, 3.1)))
+ROD = Seen("piston_rod_part", Pose.from_rpy((-0.1, 0.2, 0.725), (0.0, 0.0, 0.785)))
+
+
+def test_noise_is_averaged_away() -> None:
+    gear, rod = resting(images(GEAR, ROD))
+    for found, true in ((gear, GEAR), (rod, ROD)):
+        assert found.type == true.type
+        assert found.count == 8
+        assert found.world_T_part.position == pytest.approx(true.world_T_part.position, abs=0.0012)
+        turn = math.remainder(found.world_T_part.yaw - true.world_T_part.yaw, 2 * math.pi)
+        assert abs(turn) < 0.012
+        assert found.is_upright
+
+
+def test_what_moves_is_not_at_rest() -> None:
+    assert resting(images(GEAR, drift=0.02)) == []
+
+
+def test_what_is_missing_in_an_image_is_not_at_rest() -> None:
+    seen = images(GEAR, ROD)
+    seen[3] = Image(0.3, seen[3].parts[:1])
+    assert [each.type for each in resting(seen)] == ["gear_part"]
+
+
+def test_no_image_shows_nothing() -> None:
+    assert resting([]) == []
+
+
+def test_neighbours_of_one_type_are_told_apart() -> None:
+    other = Seen("gear_part", moved(GEAR.world_T_part, 0.1))
+    first, second = resting(images(GEAR, other))
+    assert first.world_T_part.position[1] == pytest.approx(0.2, abs=0.0012)
+    assert second.world_T_part.position[1] == pytest.approx(0.3, abs=0.0012)
+
+
+def test_a_part_on_its_back_is_not_upright() -> None:
+    assert not Sighting("pulley_part", Pose.from_rpy((0.0, 0.0, 0.0), (math.pi, 0.0, 0.0)), 8).is_upright
+
+
+def test_the_mean_of_a_quaternion_and_its_opposite_is_the_same_turn() -> None:
+    pose = Pose.from_rpy((1.0, 2.0, 3.0), (0.1, 0.2, 3.0))
+    w, x, y, z = pose.quaternion
+    mean = mean_pose([pose, Pose(pose.position, (-w, -x, -y, -z))])
+    assert mean.quaternion == pytest.approx(pose.quaternion)
+    assert mean.position == pytest.approx(pose.position)

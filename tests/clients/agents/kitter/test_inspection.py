@@ -1,0 +1,74 @@
+"""What is found of a part that was put down."""
+
+from types import SimpleNamespace
+from typing import cast
+
+import pytest
+
+from cellwright.clients.agents.kitter.cellview import CellView
+from cellwright.clients.agents.kitter.eyes import Sighting
+from cellwright.clients.agents.kitter.inspection import Verdict, inspect, is_known_faulty, strays
+from cellwright.clients.agents.kitter.kits import Kit, Task
+from cellwright.clients.agents.kitter.part_figures import Catalogue
+from cellwright.clients.agents.kitter.placing import STATIONS, pose_on_tray
+from cellwright.util.pose import Pose
+
+PLACE = Pose((0.1, 0.1, 0.0))
+KINDS = Catalogue()
+TASK = Task("gear_part", PLACE, PLACE)
+KIT = Kit("kit", [TASK], KINDS, STATIONS[2])
+
+
+def beside(dx: float = 0.0, yaw: float = 0.0, part_type: str = "gear_part") -> Sighting:
+    """A part on tray 2, beside the place of the only part of the kit."""
+    shift = Pose.from_rpy((0.1 + dx, 0.1, 0.0), (0.0, 0.0, yaw))
+    return Sighting(part_type, pose_on_tray(STATIONS[2], KINDS.figures(part_type), shift), 8)
+
+
+def view(*seen: Sighting, faulty: tuple[Pose, ...] = (), has_camera: bool = True) -> CellView:
+    return cast(
+        "CellView",
+        SimpleNamespace(
+            look=lambda *_: None,
+            sees=lambda _pose: has_camera,
+            parts_on_tray=lambda _pose: list(seen),
+            faulty_on_tray=lambda _number: faulty,
+        ),
+    )
+
+
+@pytest.mark.parametrize(
+    ("seen", "verdict"),
+    [
+        ([beside(0.002)], Verdict.GOOD),
+        ([beside(0.02)], Verdict.OUT_OF_PLACE),
+        ([beside(yaw=0.1)], Verdict.OUT_OF_PLACE),
+        ([beside(0.11)], Verdict.LOST),
+        ([beside(part_type="disk_part")], Verdict.LOST),
+        ([], Verdict.LOST),
+    ],
+)
+def test_verdicts(seen: list[Sighting], verdict: Verdict) -> None:
+    assert inspect(view(*seen), KIT, TASK, PLACE).verdict is verdict
+
+
+def test_how_far_off_a_part_is() -> None:
+    finding = inspect(view(beside(0.02, 0.1), beside(0.3)), KIT, TASK, PLACE)
+    assert finding.offset == pytest.approx(0.02)
+    assert finding.turn == pytest.approx(0.1)
+    assert finding.world_T_part == beside(0.02, 0.1).world_T_part
+
+
+def test_a_fault_is_found_without_a_camera_too() -> None:
+    fault = beside(0.01).world_T_part
+    assert inspect(view(faulty=(fault,), has_camera=False), KIT, TASK, PLACE).verdict is Verdict.FAULTY
+    elsewhere = beside(0.1).world_T_part
+    assert inspect(view(faulty=(elsewhere,), has_camera=False), KIT, TASK, PLACE).verdict is Verdict.UNSEEN
+
+
+def test_what_was_not_put_where_it_lies_is_a_stray() -> None:
+    stray, other = beside(0.06), beside(-0.3, part_type="disk_part")
+    assert strays(view(beside(0.03), stray, other), KIT) == [stray, other]
+    assert not is_known_faulty(KIT, stray)
+    kit = Kit("kit", [TASK], KINDS, STATIONS[2], faulty=[("gear_part", Pose((0.17, 0.1, 0.0)))])
+    assert is_known_faulty(kit, stray)

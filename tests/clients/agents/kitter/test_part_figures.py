@@ -1,0 +1,125 @@
+"""What the agent knows of the parts, against the parts themselves."""
+
+import math
+from typing import Any
+
+import pytest
+
+from cellwright.cell.model.parts import PART_TYPES as BUILT
+from cellwright.cell.model.parts import part_type
+from cellwright.clients.agents.kitter.part_figures import PART_TYPES, Catalogue, Disc, box_outline
+from cellwright.engine.geometry.shapes import bounds
+from cellwright.util.errors import UnknownNameError
+from cellwright.util.pose import Pose
+
+figures = Catalogue().figures
+
+
+def test_it_knows_every_type_that_can_be_built() -> None:
+    assert frozenset(BUILT) == PART_TYPES
+
+
+@pytest.mark.parametrize("name", sorted(PART_TYPES))
+def test_the_outline_covers_the_part(name: str) -> None:
+    lower, upper = part_type(name).box
+    discs = figures(name).outline
+    assert min(disc.x - disc.radius for disc in discs) <= lower[0] + 1e-4
+    assert max(disc.x + disc.radius for disc in discs) >= upper[0] - 1e-4
+    assert min(disc.y - disc.radius for disc in discs) <= lower[1] + 1e-4
+    assert max(disc.y + disc.radius for disc in discs) >= upper[1] - 1e-4
+
+
+@pytest.mark.parametrize("name", sorted(PART_TYPES))
+def test_the_cup_meets_something_solid_there(name: str) -> None:
+    figure = figures(name)
+    tops = []
+    for shape in part_type(name).solid:
+        lower, upper = bounds((shape,))
+        nearest = [min(max(at, low), high) for at, low, high in zip(figure.grip, lower[:2], upper[:2], strict=True)]
+        if math.dist(nearest, figure.grip) < 0.038:  # radius of the cup's face
+            tops.append(upper[2])
+    assert max(tops) == pytest.approx(figure.top, abs=0.0006)
+
+
+def test_an_outline_moves_with_the_part() -> None:
+    (far,) = [
+        disc
+        for disc in figures("gasket_part").covers(Pose.from_rpy((1.0, 2.0, 0.0), (0.0, 0.0, math.pi / 2)))
+        if disc.y > 2.05
+    ]
+    assert (far.x, far.y) == pytest.approx((1.0, 2.067))
+
+
+def test_discs_cover_the_corners_of_a_box() -> None:
+    discs = box_outline(0.06, 0.13, 0.03, 0.03, 0.9)
+    for u in (-0.03, 0.03):
+        for v in (-0.065, 0.065):
+            x = 0.03 + math.cos(0.9) * u - math.sin(0.9) * v
+            y = 0.03 + math.sin(0.9) * u + math.cos(0.9) * v
+            assert any(math.dist((x, y), (disc.x, disc.y)) <= disc.radius + 1e-9 for disc in discs)
+
+
+def test_an_unknown_type() -> None:
+    with pytest.raises(UnknownNameError, match="gear_prat"):
+        figures("gear_prat")
+
+
+def own(mass: float = 0.4, **changed: Any) -> dict[str, Any]:
+    """A box of 90 x 60 x 40 mm, as the cell tells of it."""
+    spot = {"position": [0.0, 0.0, 0.02], "radius": 0.03}
+    values = {"centre_of_mass": [0.0, 0.0, 0.0], "lower": [-0.045, -0.03, -0.02], "upper": [0.045, 0.03, 0.02]}
+    top = {"turn": [1.0, 0.0, 0.0, 0.0], **values, "radius": 0.0541, "spots": [spot], **changed}
+    return {"mass": mass, "tops": [top]}
+
+
+def spot(x: float = 0.0, z: float = 0.02, radius: float = 0.03) -> dict[str, Any]:
+    return {"position": [x, 0.0, z], "radius": radius}
+
+
+def test_a_part_of_a_trial_s_own_is_handled_by_its_model() -> None:
+    catalogue = Catalogue({"my_box": own(spots=[spot(radius=0.002, z=0.05), spot(x=0.01)])})
+    assert "my_box" in catalogue
+    assert "my_box" in catalogue.types
+    kind = catalogue.figures("my_box")
+    assert (kind.grip, kind.top, kind.below, kind.height) == ((0.01, 0.0), 0.02, 0.02, 0.04)
+    for x in (-0.045, 0.045):
+        for y in (-0.03, 0.03):
+            assert any(math.dist((x, y), (disc.x, disc.y)) <= disc.radius + 1e-9 for disc in kind.outline)
+    assert Catalogue().types == sorted(PART_TYPES)
+    wide = Catalogue({"my_wheel": own(lower=[-0.2, -0.2, 0.0], upper=[0.2, 0.2, 0.02], radius=0.2)})
+    assert wide.figures("my_wheel").outline == (Disc(0.0, 0.0, 0.2),)
+    assert wide.reach == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize(
+    ("values", "reason"),
+    [
+        (own(spots=[]), "it has no flat top that the cup could stand on"),
+        (own(spots=[spot(radius=0.004)]), "its flat top is too small: a disc of 4 mm radius, 6 mm are needed"),
+        (own(25.0), "it is too heavy: 25 kg, the arm carries 10 kg"),
+        (own(5.0, spots=[spot(0.07)]), "it would turn the wrist: its flat top is 70 mm beside its centre of mass"),
+        (own(spots=[spot(z=0.2)]), "it is too tall: 220 mm below the cup, 200 mm can be carried"),
+    ],
+)
+def test_what_it_cannot_handle_has_a_reason(values: dict[str, Any], reason: str) -> None:
+    catalogue = Catalogue({"my_part": values})
+    assert "my_part" not in catalogue
+    assert catalogue.why_not("my_part") == reason
+    assert catalogue.why_not("u_joint_part") == "its model is not known"
+    with pytest.raises(UnknownNameError):
+        catalogue.figures("my_part")
+
+
+def test_the_first_order_of_a_type_says_which_side_is_up() -> None:
+    upright, lying = own(spots=[spot(z=0.1)]), own(spots=[])
+    on_its_side = {**lying["tops"][0], "turn": list(Pose.from_rpy((0.0, 0.0, 0.0), (0.0, math.pi / 2, 0.0)).quaternion)}
+    catalogue = Catalogue({"my_part": {"mass": 0.4, "tops": [upright["tops"][0], on_its_side]}})
+    assert "my_part" in catalogue
+    goal = Pose.from_rpy((0.1, 0.0, 0.0), (0.0, -math.pi / 2, 0.0))  # its x axis up
+    catalogue.note_order("my_part", goal)
+    assert "my_part" not in catalogue
+    assert catalogue.why_not("my_part") == "it has no flat top that the cup could stand on"
+    assert catalogue.turned("my_part", goal).rotate((0.0, 0.0, 1.0)) == pytest.approx((0.0, 0.0, 1.0), abs=1e-9)
+    catalogue.note_order("my_part", Pose())
+    assert "my_part" not in catalogue
+    assert catalogue.turned("gear_part", goal) is goal

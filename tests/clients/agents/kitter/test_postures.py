@@ -1,0 +1,77 @@
+"""Which posture the arm takes."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.clients.agents.kitter.placing import STATIONS
+from cellwright.clients.agents.kitter.postures import (
+    FOLDED_HEIGHT,
+    RAIL_END,
+    closest,
+    faces,
+    folded,
+    near_posture,
+    on_rail,
+    station_pan,
+    station_posture,
+)
+from cellwright.motion import Joints, forward, tool_down
+from cellwright.util.pose import Pose
+
+PRESENT = Joints(0.0, 3.14, -1.13, 1.51, 3.77, -1.51, 0.0)
+BIN = tool_down(-0.3, 0.23, 0.95)
+TRAY = tool_down(0.3, 3.15, 0.95)
+BELT = tool_down(1.21, 0.5, 1.0)
+
+
+def off_by(joints: Joints, goal: Pose) -> float:
+    return math.dist(forward(joints).position, goal.position)
+
+
+@pytest.mark.parametrize(("goal", "rail"), [(BIN, 0.4), (TRAY, RAIL_END), (BELT, 0.2)])
+def test_stations_are_worked_with_the_hand_outwards(goal: Pose, rail: float) -> None:
+    joints = station_posture(goal, rail, PRESENT)
+    assert joints is not None
+    assert off_by(joints, goal) < 1e-6
+    assert faces(joints, station_pan(goal.position[0], goal.position[1], rail))
+
+
+def test_what_is_out_of_reach_has_no_posture() -> None:
+    assert station_posture(tool_down(-0.3, 0.23, 0.95), -2.0, PRESENT) is None
+    assert near_posture(tool_down(-0.3, 3.23, 0.95), 0.0, PRESENT) is None
+
+
+def test_beyond_its_end_the_rail_stays_at_it() -> None:
+    joints = station_posture(STATIONS[1].world_T_tray @ Pose((0.0, 0.0, 0.2)), 2.3, PRESENT)
+    assert joints is not None
+    assert joints.rail == on_rail(2.3) == RAIL_END
+    assert on_rail(-7.0) == -RAIL_END
+    assert on_rail(1.5) == 1.5
+
+
+@given(st.floats(-0.02, 0.02), st.floats(-0.02, 0.02), st.floats(-0.02, 0.02))
+def test_a_place_nearby_is_reached_with_little_motion(dx: float, dy: float, dz: float) -> None:
+    here = station_posture(BIN, 0.4, PRESENT)
+    assert here is not None
+    x, y, z = BIN.position
+    there = near_posture(Pose((x + dx, y + dy, z + dz), BIN.quaternion), 0.4, here)
+    assert there is not None
+    assert max(abs(a - b) for a, b in zip(here, there, strict=True)) < 0.25
+
+
+def test_of_several_postures_the_nearest_is_taken_whatever_wrist_3_does() -> None:
+    far, near = PRESENT._replace(elbow=0.0), PRESENT._replace(wrist_3=3.0)
+    assert closest([far, near], PRESENT) is near
+
+
+def test_folded_the_arm_keeps_its_direction_and_holds_things_high() -> None:
+    here = station_posture(BIN, 0.4, PRESENT)
+    assert here is not None
+    joints = Joints(*folded(here, here))
+    assert (joints.rail, joints.shoulder_pan, joints.wrist_3) == (here.rail, here.shoulder_pan, here.wrist_3)
+    tool = forward(joints)
+    assert tool.position[2] == pytest.approx(FOLDED_HEIGHT)
+    assert math.dist(tool.position[:2], (0.3, 0.4)) < 0.45

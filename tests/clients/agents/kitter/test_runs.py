@@ -1,0 +1,137 @@
+"""The agent at work in the cell: every point that there is to get."""
+
+import logging
+import re
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from cellwright.cell.cell import Cell
+from cellwright.clients.agents.agent import find_agent
+from cellwright.config.trial.catalogue import find_trial
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.running.run import Outcome, RunOptions, RunResult, run_cell
+from tests.own_parts import write_trial
+
+
+class Lines(logging.Handler):
+    """A handler that keeps the texts of a log."""
+
+    def __init__(self, level: int = logging.INFO) -> None:
+        super().__init__(level)
+        self.said: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.said.append(record.getMessage())
+
+
+@cache
+def run(*names: str) -> RunResult:
+    trial = load_trial([find_trial(name) for name in names]).trial
+    return run_cell(Cell(trial), find_agent("kitter")(), RunOptions(until=300.0))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("names", "points"),
+    [
+        (("lesson",), 8.0),  # of 12: every ordered pose is off the tray
+        (("qual1a", "kitter_sensors"), 15.0),
+        (("final01", "kitter_sensors"), 6.0),
+        (("qual2b", "kitter_sensors"), 12.0),  # gaskets come on the belt
+    ],
+)
+def test_full_marks(names: tuple[str, ...], points: float) -> None:
+    result = run(*names)
+    assert result.error == ""
+    assert result.outcome is Outcome.DONE
+    assert result.score.total == points
+
+
+def test_parts_lie_where_they_were_ordered() -> None:
+    (kit,) = run("qual1a", "kitter_sensors").score.orders[0].kits
+    for part in kit.parts:
+        assert part.fit is not None
+        assert part.fit.distance < 0.005
+        assert part.fit.yaw_difference < 0.03
+
+
+@pytest.mark.slow
+def test_faulty_parts_are_thrown_out_and_replaced() -> None:
+    """Two of the four rods and two of the four gaskets are faulty."""
+    result = run("qual3a", "kitter_sensors")
+    assert result.score.total == 27.0
+
+
+@pytest.mark.slow
+def test_a_part_lost_over_the_tray_costs_nothing() -> None:
+    """One of the rods is dropped on the tray, by force."""
+    result = run("final10", "kitter_sensors")
+    assert result.score.total == 15.0
+
+
+def run_own(folder: Path, *types: str, roll: str = "0") -> tuple[RunResult, list[str]]:
+    """A run of a trial with parts of its own, and what the agent says in the end of those that it did not bring."""
+    trial = load_trial([write_trial(folder, *types, roll=roll), find_trial("kitter_sensors")]).trial
+    logger, lines = logging.getLogger("cellwright.clients.agents.kitter"), Lines(logging.WARNING)
+    logger.addHandler(lines)
+    try:
+        return run_cell(Cell(trial), find_agent("kitter")(), RunOptions(until=300.0)), lines.said
+    finally:
+        logger.removeHandler(lines)
+
+
+@pytest.mark.slow
+def test_parts_of_a_trial_s_own_are_brought(tmp_path: Path) -> None:
+    result, said = run_own(tmp_path, "my_box", "my_can", "my_step")
+    assert (result.error, result.outcome) == ("", Outcome.DONE)
+    assert result.score.total == result.evidence.reach.maximum == 9.0
+    assert said == []
+
+
+@pytest.mark.slow
+def test_parts_that_are_ordered_on_their_side_are_brought_so(tmp_path: Path) -> None:
+    result, said = run_own(tmp_path, "my_box", "my_step", roll="pi/2")
+    assert (result.outcome, result.score.total, said) == (Outcome.DONE, 6.0, [])
+
+
+@pytest.mark.slow
+def test_parts_that_it_cannot_take_are_told_in_the_end_with_the_reason(tmp_path: Path) -> None:
+    result, said = run_own(tmp_path, "my_ball", "my_anvil")
+    assert (result.outcome, result.score.total) == (Outcome.DONE, 0.0)
+    assert [line.partition(" s: ")[2] for line in said] == [
+        "not brought for order_0_kit_0: 1 my_ball: its flat top is too small: a disc of 2 mm radius, 6 mm are needed",
+        "not brought for order_0_kit_0: 1 my_anvil: it is too heavy: 25 kg, the arm carries 10 kg",
+    ]
+    sentences = [part.sentence() for kit in result.evidence.kits() for part in kit.parts]
+    assert sentences == ["none on the tray when it was submitted: never taken hold of"] * 2
+
+
+@pytest.fixture(scope="module")
+def again() -> Iterator[tuple[RunResult, list[str]]]:
+    """A second run of one of the trials, and the lines of its log."""
+    logger, lines = logging.getLogger("cellwright.clients.agents.kitter"), Lines()
+    level = logger.level
+    logger.addHandler(lines)
+    logger.setLevel(logging.INFO)
+    try:
+        trial = load_trial([find_trial("final01"), find_trial("kitter_sensors")]).trial
+        yield run_cell(Cell(trial), find_agent("kitter")(), RunOptions(until=300.0)), lines.said
+    finally:
+        logger.setLevel(level)
+        logger.removeHandler(lines)
+
+
+@pytest.mark.slow
+def test_a_second_run_is_the_same(again: tuple[RunResult, list[str]]) -> None:
+    assert again[0].state_hash == run("final01", "kitter_sensors").state_hash
+
+
+@pytest.mark.slow
+def test_the_log_tells_what_it_does(again: tuple[RunResult, list[str]]) -> None:
+    _, lines = again
+    assert all(re.match(r"\d+\.\d s: ", line) for line in lines)
+    assert any("fetching a piston_rod_part" in line for line in lines)
+    assert any("of the tray, as ordered" in line for line in lines)

@@ -1,0 +1,378 @@
+"""What the agent decides, with a client, eyes and hands that only remember."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+
+from cellwright.clients.agents.kitter.areas import Area
+from cellwright.clients.agents.kitter.arm import Arm
+from cellwright.clients.agents.kitter.belt_watch import BeltPart
+from cellwright.clients.agents.kitter.cellview import CellView
+from cellwright.clients.agents.kitter.eyes import Sighting
+from cellwright.clients.agents.kitter.inspection import gap
+from cellwright.clients.agents.kitter.part_figures import Catalogue
+from cellwright.clients.agents.kitter.picking import Held, Picker
+from cellwright.clients.agents.kitter.placing import STATIONS, Placer
+from cellwright.clients.agents.kitter.strategy import SENDINGS, Strategy
+from cellwright.clients.agents.kitter.supply import ATTEMPTS
+from cellwright.clients.client import Client
+from cellwright.middleware.messages.build import pose_message
+from cellwright.middleware.messages.osrf_gear import Kit, KitObject, Order
+from cellwright.util.pose import Pose
+
+TRAY = STATIONS[1].world_T_tray
+
+
+def flat(x: float, y: float, z: float = 0.725, yaw: float = 0.0) -> Pose:
+    return Pose.from_rpy((x, y, z), (0.0, 0.0, yaw))
+
+
+@dataclass
+class Floor:
+    """A cell of a few numbers: parts lie somewhere, hands move them at once."""
+
+    bins: list[Sighting] = field(default_factory=list)
+    tray: list[Sighting] = field(default_factory=list)
+    coming: list[BeltPart] = field(default_factory=list)
+    faulty: list[Pose] = field(default_factory=list)
+    slips: int = 0
+    """How many grasps fail, from the next on."""
+    losses: int = 0
+    """How many parts are lost on the way, from the next on: they fall on the tray's middle."""
+    shift: float = 0.0
+    """How far the next part is put down beside its place [m]."""
+    thrown: list[str] = field(default_factory=list)
+    sent: list[tuple[int, str]] = field(default_factory=list)
+    attempts: list[int] = field(default_factory=list)
+    stuck: int = 0
+    """How often nothing can be taken off a tray, from the next time on."""
+    stubborn: int = 0
+    """How often an AGV does not go, from the next time on."""
+    away: float = 0.0
+    """Until when [s] no AGV is there."""
+    time: float = 0.0
+
+
+class FakeClient:
+    """Time passes at once; the competition is over when every kit was sent."""
+
+    def __init__(
+        self, floor: Floor, orders: list[Order], belt_types: tuple[str, ...] = (), kits_sent: int | None = None
+    ) -> None:
+        self.floor = floor
+        self.all_kits = sum(len(order.kits) for order in orders) if kits_sent is None else kits_sent
+        self.orders = orders
+        self.belt_types = belt_types
+        self.intentions: list[str] = []
+
+    def intend(self, text: str) -> None:
+        self.intentions.append(text)
+
+    @property
+    def time(self) -> float:
+        return self.floor.time
+
+    @property
+    def competition_state(self) -> str:
+        return "done" if len(self.floor.sent) == self.all_kits else "go"
+
+    def sleep(self, duration: float) -> None:
+        self.floor.time += duration
+
+    def wait_until(self, condition: Any, timeout: float | None = None) -> bool:
+        if not condition():
+            self.floor.time += 1.0 if timeout is None else timeout
+        return bool(condition())
+
+    def material_locations(self, material: str) -> tuple[str, ...]:
+        return ("belt",) if material in self.belt_types else ("bin7",)
+
+    def control_agv(self, number: int, kit_type: str) -> bool:
+        if self.floor.stubborn > 0:
+            self.floor.stubborn -= 1
+            return False
+        self.floor.sent.append((number, kit_type))
+        return True
+
+    def control_gripper(self, _enable: bool) -> bool:
+        return True
+
+
+class FakeView:
+    def __init__(self, floor: Floor) -> None:
+        self.floor = floor
+        self.belt = SimpleNamespace(coming=self._coming, forget=floor.coming.remove)
+        self.not_upright: set[str] = set()
+        self.agvs = SimpleNamespace(listen=lambda: None, rest=lambda: None, is_ready=self._is_ready)
+
+    def _coming(self, part_type: str, _time: float, _y: float) -> list[BeltPart]:
+        return [part for part in self.floor.coming if part.type == part_type]
+
+    def look(self, *_areas: Area) -> None:
+        self.floor.time += 0.8
+
+    def _is_ready(self, number: int) -> bool:
+        return self.floor.time >= self.floor.away and all(sent != number for sent, _ in self.floor.sent)
+
+    def parts_in_bins(self) -> list[Sighting]:
+        return list(self.floor.bins)
+
+    def parts_on_tray(self, world_T_tray: Pose) -> list[Sighting]:
+        return [part for part in self.floor.tray if gap(part.world_T_part, world_T_tray) < 0.5]
+
+    def faulty_on_tray(self, _number: int) -> tuple[Pose, ...]:
+        return tuple(self.floor.faulty)
+
+    def sees(self, _pose: Pose) -> bool:
+        return True
+
+
+CONE = {
+    "mass": 0.2,
+    "tops": [
+        {
+            "turn": [1.0, 0.0, 0.0, 0.0],
+            "centre_of_mass": [0.0, 0.0, 0.01],
+            "lower": [-0.03, -0.03, 0.0],
+            "upper": [0.03, 0.03, 0.04],
+            "radius": 0.03,
+            "spots": [],
+        }
+    ],
+}
+
+
+class FakePicker:
+    def __init__(self, floor: Floor) -> None:
+        self.floor = floor
+
+    def from_rest(self, part_type: str, world_T_part: Pose, _rail: float, *, attempt: int = 0) -> Held | None:
+        floor = self.floor
+        floor.time += 5.0
+        floor.attempts.append(attempt)
+        if floor.slips > 0:
+            floor.slips -= 1
+            return None
+        if floor.stuck > 0 and abs(world_T_part.position[1]) > 2.0:
+            floor.stuck -= 1
+            return None
+        for lying in (floor.bins, floor.tray):
+            lying[:] = [part for part in lying if gap(part.world_T_part, world_T_part) > 0.01]
+        floor.faulty = [pose for pose in floor.faulty if gap(pose, world_T_part) > 0.01]
+        return Held(part_type, flat(0.0, 0.0, -0.02))
+
+    def is_in_reach(self, _part_type: str, _world_T_part: Pose, _rail: float) -> bool:
+        return True
+
+    def meeting_place(self, _part: BeltPart, first: float, _last: float) -> float | None:
+        return first
+
+    def from_belt(self, part: BeltPart, _y: float) -> Held | None:
+        self.floor.time += 5.0
+        return Held(part.type, flat(0.0, 0.0, -0.02), part.has_yaw)
+
+
+class FakePlacer:
+    def __init__(self, floor: Floor) -> None:
+        self.floor = floor
+        self.bad: list[str] = []
+
+    def put_down(self, held: Held, world_T_part: Pose, _rail: float) -> bool:
+        floor = self.floor
+        floor.time += 5.0
+        if floor.losses > 0:
+            floor.losses -= 1
+            floor.tray.append(Sighting(held.type, flat(0.3, 3.15, 0.755), 8))
+            return False
+        x, y, _ = world_T_part.position
+        pose = flat(x + floor.shift, y, 0.755, world_T_part.yaw)
+        floor.shift = 0.0
+        floor.tray.append(Sighting(held.type, pose, 8))
+        if self.bad:
+            self.bad.pop()
+            floor.faulty.append(pose)
+        return True
+
+    def throw_away(self, held: Held) -> None:
+        self.floor.thrown.append(held.type)
+
+
+class FakeArm:
+    rail = 0.0
+
+    def reaches(self, _goal: Pose, _rail: float) -> bool:
+        return True
+
+    def travel(self, _goal: Pose, _rail: float) -> bool:
+        return True
+
+    def unload(self) -> None:
+        pass
+
+
+def order(*parts: tuple[str, float, float], kits: int = 1) -> Order:
+    objects = [KitObject(kind, pose_message(flat(x, y, 0.0))) for kind, x, y in parts]
+    return Order("order_0", [Kit(f"order_0_kit_{number}", list(objects)) for number in range(kits)])
+
+
+def work(
+    floor: Floor,
+    orders: list[Order],
+    belt_types: tuple[str, ...] = (),
+    bad: int = 0,
+    kits_sent: int | None = None,
+) -> Floor:
+    """Let the strategy work until so many kits were sent, all of them if not said otherwise."""
+    client, view = FakeClient(floor, orders, belt_types, kits_sent), FakeView(floor)
+    placer = FakePlacer(floor)
+    placer.bad = ["bad"] * bad
+    Strategy(
+        cast("Client", client),
+        cast("CellView", view),
+        cast("Arm", FakeArm()),
+        cast("Picker", FakePicker(floor)),
+        cast("Placer", placer),
+        Catalogue({"cone_part": CONE}),
+    ).run()
+    return floor
+
+
+def gears(count: int) -> list[Sighting]:
+    return [Sighting("gear_part", flat(-0.5 + 0.1 * index, 0.2), 8) for index in range(count)]
+
+
+def places(floor: Floor) -> list[tuple[float, float]]:
+    """Where parts lie on tray 1, in its frame."""
+    found = [(TRAY.inverse() @ part.world_T_part).position for part in floor.tray]
+    return sorted((round(x, 3) + 0.0, round(y, 3) + 0.0) for x, y, _ in found)
+
+
+def test_a_kit_is_built_as_ordered_and_sent() -> None:
+    floor = work(Floor(bins=gears(3)), [order(("gear_part", 0.1, 0.1), ("gear_part", -0.1, 0.1))])
+    assert places(floor) == [(-0.1, 0.1), (0.1, 0.1)]
+    assert floor.sent == [(1, "order_0_kit_0")]
+    assert len(floor.bins) == 1
+
+
+def test_the_second_kit_goes_to_the_other_agv() -> None:
+    floor = work(Floor(bins=gears(2)), [order(("gear_part", 0.1, 0.1), kits=2)])
+    assert floor.sent == [(1, "order_0_kit_0"), (2, "order_0_kit_1")]
+
+
+def test_a_grasp_that_failed_is_tried_elsewhere_and_then_again() -> None:
+    floor = work(Floor(bins=gears(1), slips=2), [order(("gear_part", 0.1, 0.1))])
+    assert floor.attempts == [0, 1, 2]
+    assert places(floor) == [(0.1, 0.1)]
+
+
+def test_a_part_that_cannot_be_had_is_given_up_and_the_rest_is_sent() -> None:
+    floor = work(Floor(bins=gears(1)), [order(("disk_part", -0.1, 0.1), ("gear_part", 0.1, 0.1))])
+    assert places(floor) == [(0.1, 0.1)]
+    assert floor.sent == [(1, "order_0_kit_0")]
+    assert 60.0 < floor.time < 120.0
+
+
+def test_what_was_not_brought_is_told_in_the_end_with_the_reason(caplog: pytest.LogCaptureFixture) -> None:
+    wanted = order(("cone_part", 0.1, 0.1), ("cone_part", -0.1, 0.1), ("gear_part", 0.1, -0.1), ("disk_part", 0.0, 0.0))
+    floor = work(Floor(bins=gears(1)), [wanted])
+    assert places(floor) == [(0.1, -0.1)]
+    told = [record.getMessage().partition(" s: ")[2] for record in caplog.records if record.levelname == "WARNING"]
+    assert told == [
+        "not brought for order_0_kit_0: 2 cone_part: it has no flat top that the cup could stand on",
+        "not brought for order_0_kit_0: 1 disk_part: none was seen",
+    ]
+
+
+def test_a_place_where_nothing_can_be_got_hold_of_is_left_alone() -> None:
+    floor = work(Floor(bins=gears(1), slips=100), [order(("gear_part", 0.1, 0.1))])
+    assert len(floor.attempts) == ATTEMPTS
+    assert floor.sent == [(1, "order_0_kit_0")]
+
+
+def test_an_unknown_type_does_not_hold_up_the_kit() -> None:
+    floor = work(Floor(bins=gears(1)), [order(("u_joint_part", -0.1, 0.1), ("gear_part", 0.1, 0.1))])
+    assert places(floor) == [(0.1, 0.1)]
+
+
+def test_a_part_on_the_belt_is_taken_first() -> None:
+    disk = BeltPart("disk_part", [flat(1.21, 2.0, 0.907)])
+    floor = Floor(bins=gears(1), coming=[disk])
+    work(floor, [order(("gear_part", 0.1, 0.1), ("disk_part", -0.1, 0.1))], ("disk_part",))
+    assert [part.type for part in floor.tray] == ["disk_part", "gear_part"]
+    assert floor.coming == []
+
+
+def test_a_faulty_part_is_thrown_away_and_another_fetched() -> None:
+    floor = work(Floor(bins=gears(2)), [order(("gear_part", 0.1, 0.1))], bad=1)
+    assert floor.thrown == ["gear_part"]
+    assert floor.bins == []
+    assert places(floor) == [(0.1, 0.1)]
+
+
+def test_a_faulty_part_that_cannot_be_taken_away_is_not_fetched_again() -> None:
+    floor = work(Floor(bins=gears(2), stuck=ATTEMPTS), [order(("gear_part", 0.1, 0.1))], bad=1)
+    assert floor.bins == [], "another one was fetched from a bin"
+    assert floor.thrown == ["gear_part"], "in the end there was a hold of the faulty one"
+    ((x, y),) = places(floor)
+    assert (x - 0.1) ** 2 + (y - 0.1) ** 2 > 0.0784**2, "the other one was put beside it"
+    assert floor.sent == [(1, "order_0_kit_0")]
+
+
+def test_an_agv_that_does_not_go_is_asked_again() -> None:
+    floor = work(Floor(bins=gears(1), stubborn=2), [order(("gear_part", 0.1, 0.1))])
+    assert floor.sent == [(1, "order_0_kit_0")]
+
+
+def test_a_kit_that_no_agv_takes_does_not_hold_up_the_next() -> None:
+    floor = work(Floor(bins=gears(2), stubborn=SENDINGS), [order(("gear_part", 0.1, 0.1), kits=2)], kits_sent=1)
+    assert floor.sent == [(1, "order_0_kit_1")]
+
+
+def test_a_kit_waits_for_an_agv_that_is_on_its_way() -> None:
+    floor = work(Floor(bins=gears(1), away=200.0), [order(("gear_part", 0.1, 0.1))])
+    assert floor.sent == [(1, "order_0_kit_0")]
+    assert floor.time > 200.0
+
+
+def test_a_part_out_of_place_is_put_right_once() -> None:
+    floor = work(Floor(bins=gears(1), shift=0.025), [order(("gear_part", 0.1, 0.1))])
+    assert places(floor) == [(0.1, 0.1)]
+    assert len(floor.attempts) == 2
+
+
+def test_a_part_lost_over_the_tray_is_taken_up_again() -> None:
+    floor = work(Floor(bins=gears(2), losses=1), [order(("gear_part", 0.1, 0.1))])
+    assert places(floor) == [(0.1, 0.1)]
+    assert len(floor.bins) == 1
+    assert floor.thrown == []
+
+
+def test_a_part_too_many_is_taken_off_the_tray() -> None:
+    stray = Sighting("disk_part", flat(0.3, 3.15, 0.755), 8)
+    floor = work(Floor(bins=gears(1), tray=[stray]), [order(("gear_part", 0.1, 0.1))])
+    assert floor.thrown == ["disk_part"]
+    assert [part.type for part in floor.tray] == ["gear_part"]
+
+
+def test_places_off_the_tray_come_to_lie_apart() -> None:
+    floor = work(Floor(bins=gears(2)), [order(("gear_part", 0.74, -0.14), ("gear_part", 0.73, -0.17))])
+    (x0, y0), (x1, y1) = places(floor)
+    assert (x0 - x1) ** 2 + (y0 - y1) ** 2 > 0.0784**2
+    assert max(x0, x1) < 0.25
+
+
+def test_a_kit_is_sent_in_time_even_if_it_is_not_complete() -> None:
+    floor = Floor(bins=gears(9), slips=1000)
+    floor.bins = [Sighting("gear_part", flat(-0.5 + 0.06 * i, 0.0 + 0.06 * j), 8) for i in range(8) for j in range(8)]
+    work(floor, [order(("gear_part", 0.1, 0.1))])
+    assert floor.sent == [(1, "order_0_kit_0")]
+    assert 455.0 < floor.time < 500.0
+
+
+@pytest.mark.parametrize("orders", [[], [Order("order_0", [])]])
+def test_without_an_order_there_is_nothing_to_do(orders: list[Order]) -> None:
+    assert work(Floor(bins=gears(1)), orders).sent == []

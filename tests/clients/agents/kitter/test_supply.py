@@ -1,0 +1,77 @@
+"""Which part is taken, and which is left."""
+
+from types import SimpleNamespace
+from typing import cast
+
+from cellwright.clients.agents.kitter.arm import Arm
+from cellwright.clients.agents.kitter.belt_watch import SPEED, BeltPart
+from cellwright.clients.agents.kitter.cellview import CellView
+from cellwright.clients.agents.kitter.eyes import Sighting
+from cellwright.clients.agents.kitter.picking import Picker
+from cellwright.clients.agents.kitter.supply import ATTEMPTS, SOON, Supply, spot
+from cellwright.clients.client import Client
+from cellwright.util.pose import Pose
+
+
+def lying(x: float, y: float, part_type: str = "gear_part") -> Sighting:
+    return Sighting(part_type, Pose((x, y, 0.725)), 8)
+
+
+def supply(*coming: BeltPart, reachable: float | None = 0.5) -> Supply:
+    """A supply at time 0, with the rail at y = 0 and parts on the belt that can be met at one place, or nowhere."""
+    belt = SimpleNamespace(coming=lambda *_: list(coming))
+    view = SimpleNamespace(belt=belt, not_upright={"disk_part"})
+    return Supply(
+        cast("Client", SimpleNamespace(time=0.0)),
+        cast("CellView", view),
+        cast("Arm", SimpleNamespace(rail=0.0)),
+        cast("Picker", SimpleNamespace(meeting_place=lambda *_: reachable)),
+    )
+
+
+def test_the_nearest_part_of_the_type_is_taken() -> None:
+    near = lying(-0.4, 0.1)
+    parts = [lying(-0.4, 0.9), near, lying(-0.1, 0.0, "disk_part"), lying(-0.5, 0.1)]
+    assert supply().best("gear_part", parts) is near
+    assert supply().best("pulley_part", parts) is None
+
+
+def test_what_failed_is_tried_last_and_not_for_ever() -> None:
+    found = supply()
+    near, far = lying(-0.4, 0.1), lying(-0.4, 0.9)
+    found.note_failure("gear_part", near.world_T_part)
+    assert found.best("gear_part", [near, far]) is far
+    assert found.best("gear_part", [near]) is near
+    for _ in range(ATTEMPTS - 1):
+        found.note_failure("gear_part", near.world_T_part)
+    assert found.failures(near.world_T_part) == ATTEMPTS
+    assert found.best("gear_part", [near]) is None
+
+
+def test_it_says_why_there_is_none() -> None:
+    found = supply()
+    place = lying(-0.4, 0.1).world_T_part
+    found.note_failure("gear_part", place, is_in_reach=False)
+    assert found.why_none("gear_part") == "those that were seen lie out of the arm's reach"
+    found.note_failure("gear_part", place)
+    assert found.why_none("gear_part") == "the cup got no hold of any, in 1 attempt"
+    assert (
+        found.why_none("disk_part")
+        == "those that were seen lie with another side up than ordered, or on something else"
+    )
+    assert found.why_none("pulley_part") == "none was seen"
+
+
+def test_a_part_that_lies_a_little_beside_is_in_the_same_spot() -> None:
+    assert spot(Pose((0.1, 0.2, 0.7))) == spot(Pose((0.11, 0.19, 0.8)))
+    assert spot(Pose((0.1, 0.2, 0.7))) != spot(Pose((0.16, 0.2, 0.7)))
+
+
+def test_the_belt_goes_first_only_for_what_comes_soon() -> None:
+    soon = BeltPart("gear_part", [Pose((1.21, 1.0, 0.907))])
+    late = BeltPart("gear_part", [Pose((1.21, 0.5 + SPEED * (SOON + 1.0), 0.907))])
+    meeting = supply(soon, late).on_belt("gear_part")
+    assert meeting is not None
+    assert (meeting.part, meeting.y) == (soon, 0.5)
+    assert supply(late).on_belt("gear_part") is None
+    assert supply(soon, reachable=None).on_belt("gear_part") is None

@@ -1,0 +1,67 @@
+"""Ways of the tool: straight ones, and such that follow a part."""
+
+import math
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.clients.agents.kitter.tool_ways import (
+    FOLLOW_LEAD,
+    FOLLOW_TIME,
+    at_height,
+    between,
+    facing_down,
+    following_way,
+    straight_way,
+)
+from cellwright.util.pose import Pose
+
+coordinates = st.floats(-1.0, 1.0)
+places = st.builds(
+    lambda x, y, z, yaw: Pose.from_rpy((x, y, z), (0.0, 0.0, yaw)), coordinates, coordinates, coordinates, coordinates
+)
+
+
+@given(places, places, st.floats(0.01, 0.5))
+def test_a_straight_way_is_straight_and_no_faster_than_wanted_on_average(start: Pose, goal: Pose, speed: float) -> None:
+    way = list(straight_way(start, goal, speed))
+    times = [0.0, *(time for time, _ in way)]
+    assert all(before < after for before, after in pairwise(times))
+    length = math.dist(start.position, goal.position)
+    assert times[-1] >= length / speed
+    end = way[-1][1]
+    assert end.position == pytest.approx(goal.position)
+    assert end.yaw == pytest.approx(goal.yaw)
+    for _, pose in way:
+        detour = math.dist(start.position, pose.position) + math.dist(pose.position, goal.position) - length
+        assert detour == pytest.approx(0.0, abs=1e-7)
+        assert pose.rpy[:2] == pytest.approx((0.0, 0.0), abs=1e-9)
+
+
+def test_the_tool_turns_the_short_way() -> None:
+    start, goal = (Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, yaw)) for yaw in (3.0, -3.0))
+    assert abs(between(start, goal, 0.5).yaw) == pytest.approx(math.pi)
+
+
+def test_what_is_followed_is_over_taken_and_gone_along_with() -> None:
+    start = Pose.from_rpy((1.21, 0.5, 1.0), (0.0, 0.0, 0.3))
+    way = list(following_way(start, 0.93, 0.92, 0.2))
+    assert way[-1][0] == pytest.approx(FOLLOW_TIME)
+    for time, pose in way:
+        x, y, z = pose.position
+        assert x == 1.21
+        assert 0.92 - 1e-12 <= z <= 1.0
+        if time >= 2 * FOLLOW_LEAD:  # up to speed: right above what passed the start at `FOLLOW_LEAD`
+            assert y == pytest.approx(0.5 - 0.2 * (time - FOLLOW_LEAD))
+    assert way[-1][1].position[2] == pytest.approx(0.92)
+    near = [pose.position[2] for time, pose in way if 0.5 < time < 0.6]
+    assert near == [pytest.approx(0.93, abs=1e-3)]
+
+
+def test_a_pose_at_another_height_and_upright() -> None:
+    tilted = Pose.from_rpy((1.0, 2.0, 3.0), (0.1, 0.2, 0.3))
+    assert at_height(tilted, 5.0) == Pose((1.0, 2.0, 5.0), tilted.quaternion)
+    assert facing_down(tilted).position == tilted.position
+    assert facing_down(tilted).rpy == pytest.approx((0.0, 0.0, 0.3))

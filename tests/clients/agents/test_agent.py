@@ -1,0 +1,121 @@
+from pathlib import Path
+
+import pytest
+
+from cellwright.cell.cell import Cell
+from cellwright.clients.agents.agent import Agent, AgentError, find_agent
+from cellwright.clients.agents.lesson import LessonAgent
+from cellwright.running.run import Outcome, run_cell
+from tests.cells import KITTING
+
+ROBOT = """
+from dataclasses import dataclass
+from neighbour import KIT
+
+@dataclass
+class Robot:
+    sent: str = KIT
+
+    def run(self, client):
+        client.start_competition()
+        client.sleep(1.1)
+        client.control_agv(1, self.sent)
+
+class Picky:
+    def __init__(self, tool):
+        self.tool = tool
+
+    def run(self, client):
+        pass
+
+class Unsaid(Exception):
+    def __str__(self):
+        raise RuntimeError
+
+class Sulky(Robot):
+    def __init__(self):
+        raise Unsaid
+
+class Async:
+    async def run(self, client):
+        pass
+
+class Stepwise:
+    def run(self, client):
+        yield
+
+class NoAgent:
+    pass
+
+def run_fast(client):
+    pass
+
+NUMBER = 7
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    (tmp_path / "my_robot.py").write_text(ROBOT)
+    (tmp_path / "neighbour.py").write_text('KIT = "order_0_kit_0"\n')
+    (tmp_path / "broken.py").write_text("import no_such_module_of_mine\n")
+    (tmp_path / "quits.py").write_text("import sys\nsys.exit('no ROS here')\n")
+    (tmp_path / "wrong.py").write_text("def (:\n")
+    monkeypatch.setattr("sys.path", [entry for entry in __import__("sys").path if entry not in ("", str(tmp_path))])
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_bundled() -> None:
+    agent = find_agent("lesson")()
+    assert isinstance(agent, LessonAgent)
+    assert isinstance(agent, Agent)
+
+
+@pytest.mark.parametrize(
+    "name", ["my_robot.py:Robot", "./my_robot.py:Robot", "my_robot:Robot", "{folder}/my_robot.py:Robot"]
+)
+def test_a_class_in_a_file_or_module_of_ones_own(folder: Path, name: str) -> None:
+    make = find_agent(name.format(folder=folder))
+    assert make() is not make()
+    result = run_cell(Cell(KITTING), make())
+    assert (result.outcome, result.score.total) == (Outcome.DONE, 6.0)
+
+
+def test_a_class_of_an_installed_package() -> None:
+    assert isinstance(find_agent("cellwright.clients.agents.lesson:LessonAgent")(), LessonAgent)
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("leson", "unknown agent 'leson'; did you mean lesson .*your own is given as path.py:Class or module:Class"),
+        ("", "unknown agent ''"),
+        ("my_robot.py", "your own is given as path.py:Class"),
+        ("my_robot.py:", "unknown agent 'my_robot.py:'"),
+        (":Robot", "unknown agent ':Robot'"),
+        ("nowhere.py:Robot", "nowhere.py: there is no such file"),
+        ("nowhere:Robot", "nowhere: cannot be imported: ModuleNotFoundError: No module named 'nowhere'"),
+        ("my_robot.py:Robto", "unknown class 'Robto'; did you mean Robot"),
+        ("my_robot.py:NoAgent", "an agent is a class with a method run"),
+        ("my_robot.py:run_fast", "an agent is a class with a method run"),
+        ("my_robot.py:NUMBER", "an agent is a class with a method run"),
+        ("my_robot.py:Async", "run.client. must be a plain method, without async or yield"),
+        ("my_robot.py:Stepwise", "run.client. must be a plain method, without async or yield"),
+        ("broken.py:Robot", "broken.py:1: cannot be imported: ModuleNotFoundError: .*no_such_module_of_mine"),
+        ("quits.py:Robot", "quits.py:2: cannot be imported: SystemExit: no ROS here"),
+        ("quits:Robot", "quits: cannot be imported: SystemExit: no ROS here"),
+        ("wrong.py:Robot", "wrong.py:1: cannot be imported: SyntaxError"),
+    ],
+)
+def test_what_is_wrong_is_said(folder: Path, name: str, reason: str) -> None:
+    with pytest.raises(AgentError, match=reason):
+        find_agent(name)
+
+
+def test_an_agent_that_cannot_be_made(folder: Path) -> None:
+    make = find_agent("my_robot.py:Picky")
+    with pytest.raises(AgentError, match=r"my_robot.py:Picky: cannot be made: TypeError: .*tool"):
+        make()
+    with pytest.raises(AgentError, match=r"my_robot.py:Sulky: cannot be made: Unsaid: it does not say why"):
+        find_agent("my_robot.py:Sulky")()

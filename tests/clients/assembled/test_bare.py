@@ -1,0 +1,38 @@
+"""The class is there for an interpreter that has nothing installed, as ROS's Python has nothing of Cellwright's."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import cellwright
+from cellwright.middleware.ros1.packages.packages import IO_TELEOP, package_files
+from tests.waiting import TIMEOUT
+
+BARE = """
+import sys, types
+cellwright = types.ModuleType("cellwright")
+cellwright.__path__ = [sys.argv[1]]
+sys.modules["cellwright"] = cellwright
+from cellwright.robot import AssembledRobot, JointStates
+print(AssembledRobot.__name__, *sorted(name for name in ("numpy", "yaml", "mujoco", "rosbags") if name in sys.modules))
+"""
+
+
+def run(program: str, *arguments: str) -> str:
+    command = [sys.executable, "-S", "-E", "-c", program, *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=True, timeout=TIMEOUT).stdout
+
+
+def test_it_loads_with_the_standard_library_alone() -> None:
+    assert run(BARE, str(Path(cellwright.__file__).parent)) == "AssembledRobot\n"
+
+
+def test_the_module_of_the_ros_package_knows_the_interpreter(tmp_path: Path) -> None:
+    files = package_files(IO_TELEOP, tmp_path)
+    for name in ("__init__", "robot_module"):
+        path = tmp_path / "io_teleop_robot_utils" / f"{name}.py"
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(files[f"io_teleop_robot_utils/{name}.py"].content)
+    program = "import sys; sys.path.insert(0, sys.argv[1])\n"
+    program += "from io_teleop_robot_utils.robot_module import AssembledRobot\nprint(AssembledRobot.python)"
+    assert run(program, str(tmp_path)) == f"{sys.executable}\n"

@@ -1,0 +1,376 @@
+"""A client over ROS 1, by way of the relay: what it says and hears, and how it ends."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from cellwright.cell.cell import Cell
+from cellwright.clients.client.client import Client
+from cellwright.clients.client.transports import ros1
+from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.clients.client.transports.ros1 import Ros1Transport
+from cellwright.clients.client.transports.transport import Transport
+from cellwright.config.trial.catalogue import find_trial
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.middleware.messages import from_ros1, to_ros1
+from cellwright.middleware.messages.standard import String
+from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
+from cellwright.middleware.wire.frames import Frame, Kind
+from cellwright.running.run import RunOptions, run_cell
+from cellwright.util.errors import (
+    MessageError,
+    RejectedCommandError,
+    RunEndedError,
+    ServiceFailedError,
+    UnknownNameError,
+    UsageError,
+)
+from tests import watching
+from tests.middleware.ros1.bridge.conftest import start_bridge
+from tests.middleware.ros1.bridge.fake_cell import FakeCell, heard, out, service
+from tests.ros1.client import warm_ros
+from tests.ros1.ground import Ground
+from tests.ros1.requirement import ros_python
+from tests.waiting import TIMEOUT, wait_until
+from tests.warm import WarmProcess
+from tests.watching import Action
+
+pytest_plugins = ["tests.ros1.fixtures", "tests.middleware.ros1.bridge.fixtures"]
+
+pytestmark = pytest.mark.ros1
+
+MakeCell = Callable[..., FakeCell]
+START = "/ariac/start_competition"
+TICK = 2_000_000
+TOPICS = [
+    out("/clock", "rosgraph_msgs/Clock"),
+    out("/words"),
+    out("/more"),
+    out("/once", latch=True, on_event=True),
+    heard("/commands"),
+    heard("/arm", "trajectory_msgs/JointTrajectory"),
+]
+
+
+def forked_relay(command: list[str], *, env: dict[str, str], **_: object) -> WarmProcess:
+    """A relay without the start of an interpreter, in place of `subprocess.Popen`."""
+    return warm_ros().popen(command, folder=Path.cwd(), environment=env, stdin=True)
+
+
+@contextmanager
+def over_ros(master: Ground, *, cold: bool = False, **more: Any) -> Iterator[Ros1Transport]:
+    """A client of what is served at a master.
+
+    Args:
+        master: where it looks.
+        cold: start an interpreter for its relay; otherwise the relay is forked from one that has loaded rospy.
+        more: arguments of the transport.
+    """
+    with pytest.MonkeyPatch.context() as patched:
+        if not cold:
+            patched.setattr(ros1, "subprocess", SimpleNamespace(**{**vars(subprocess), "Popen": forked_relay}))
+        transport = Ros1Transport(str(ros_python()), environment=master.environment, patience=TIMEOUT, **more)
+    try:
+        yield transport
+    finally:
+        transport.close()
+
+
+@contextmanager
+def ticking(cell: FakeCell) -> Iterator[None]:
+    """Let time pass in the cell, by the wall's clock, a tick every few milliseconds."""
+    is_over = threading.Event()
+
+    def tick() -> None:
+        while not is_over.wait(0.002):
+            cell.now += TICK
+            seconds, rest = divmod(cell.now, 1_000_000_000)
+            cell.say("/clock", seconds.to_bytes(4, "little") + rest.to_bytes(4, "little"))
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    try:
+        yield
+    finally:
+        is_over.set()
+        thread.join()
+
+
+@pytest.fixture
+def live(master: Ground, make_cell: MakeCell) -> Iterator[tuple[FakeCell, Ros1Transport]]:
+    """A cell whose time passes by itself, and a client."""
+    cell = make_cell(TOPICS, [service(START)])
+    start_bridge(master, cell)
+    with ticking(cell), over_ros(master, node="/team") as transport:
+        yield cell, transport
+
+
+@pytest.fixture
+def locked(master: Ground, make_cell: MakeCell) -> Iterator[tuple[FakeCell, Ros1Transport]]:
+    """A cell in lockstep, and a client."""
+    cell = make_cell(TOPICS, [service(START)], lockstep=True)
+    start_bridge(master, cell)
+    with over_ros(master, node="/team") as transport:
+        yield cell, transport
+
+
+def test_it_hears_and_time_passes(live: tuple[FakeCell, Ros1Transport]) -> None:
+    cell, transport = live
+    heard_words: list[str] = []
+    begin = transport.now()
+    assert begin > 0
+    leave = transport.subscribe("/words", lambda message: heard_words.append(message.data))
+    wait_until(lambda: cell.listeners("/words") == 1, "subscription")  # it is on its way when subscribing is over
+    for word in ("one", "two"):
+        cell.say("/words", to_ros1(String(word)))
+    transport.advance(None, lambda: len(heard_words) == 2)
+    assert heard_words == ["one", "two"]
+    assert transport.now() > begin
+    leave()
+    wait_until(lambda: cell.listeners("/words") == 0, "end of the subscription")
+    assert cell.listeners("/clock") > 0
+
+
+def test_what_is_latched_comes_to_each_of_its_callbacks(live: tuple[FakeCell, Ros1Transport]) -> None:
+    cell, transport = live
+    cell.say("/once", to_ros1(String("order")))
+    got: list[tuple[int, str]] = []
+    for number in range(2):
+        transport.subscribe("/once", lambda message, number=number: got.append((number, message.data)))  # type: ignore[misc]
+        transport.advance(None, lambda number=number: len(got) > number)  # type: ignore[misc]
+    assert got == [(0, "order"), (1, "order")]
+
+
+def test_it_speaks_under_its_name_and_typed(live: tuple[FakeCell, Ros1Transport]) -> None:
+    cell, transport = live
+    for number in range(20):
+        transport.publish("/commands", String(str(number)))
+    wait_until(lambda: len(cell.of(Kind.PUBLISH)) == 20, "messages")
+    frames = cell.of(Kind.PUBLISH)
+    assert [from_ros1(frame.payload, String).data for frame in frames] == [str(number) for number in range(20)]
+    assert {(frame.node, frame.type) for frame in frames} == {("/team", "std_msgs/String")}
+
+
+def test_calls_and_what_becomes_of_them(live: tuple[FakeCell, Ros1Transport]) -> None:
+    cell, transport = live
+    answer: list[tuple[Kind, str, bytes]] = [(Kind.ANSWER, "", to_ros1(TriggerResponse(success=True, message="go")))]
+
+    def answered(frame: Frame) -> Frame | None:
+        kind, name, payload = answer[0]
+        return Frame(kind, frame.number, name, payload=payload) if frame.kind is Kind.CALL else cell.usual(frame)
+
+    cell.answer = answered
+    assert transport.call(START, TriggerRequest()) == TriggerResponse(success=True, message="go")
+    answer[0] = (Kind.REFUSED, "RejectedCommandError", b"not now")
+    with pytest.raises(RejectedCommandError, match="not now"):
+        transport.call(START, TriggerRequest())
+    answer[0] = (Kind.REFUSED, "ServiceFailedError", b"")
+    with pytest.raises(ServiceFailedError, match="no answer"):
+        transport.call(START, TriggerRequest())
+    assert {frame.node for frame in cell.of(Kind.CALL)} == {"/team"}
+
+
+def test_names_and_types_that_do_not_fit(live: tuple[FakeCell, Ros1Transport]) -> None:
+    _, transport = live
+    with pytest.raises(UnknownNameError, match=START):
+        transport.call("/ariac/start", TriggerRequest())
+    with pytest.raises(UnknownNameError, match="/commands"):
+        transport.publish("/command", String(""))
+    with pytest.raises(MessageError, match="/arm takes trajectory_msgs/JointTrajectory"):
+        transport.publish("/arm", String(""))
+
+
+def test_in_lockstep_the_order_of_messages_is_that_of_their_making(locked: tuple[FakeCell, Ros1Transport]) -> None:
+    cell, transport = locked
+    rounds = 30
+
+    def answered(frame: Frame) -> Frame | None:
+        if frame.kind is not Kind.ADVANCE:
+            return cell.usual(frame)
+        aim = int.from_bytes(frame.payload[:8], "little", signed=True)
+        if cell.now < aim:
+            cell.now += TICK
+            number = cell.now // TICK
+            for topic in ("/words", "/more")[:: 1 if number % 2 else -1]:
+                cell.say(topic, to_ros1(String(f"{topic} {number}")))
+        return Frame(Kind.TIME, frame.number, payload=cell.now.to_bytes(8, "little"))
+
+    cell.answer = answered
+    got: list[tuple[int, str]] = []
+    for topic in ("/words", "/more"):
+        transport.subscribe(topic, lambda message: got.append((transport.now() // TICK, message.data)))
+    transport.advance(rounds * TICK)
+    assert got == [
+        (number, f"{topic} {number}")
+        for number in range(1, rounds + 1)
+        for topic in ("/words", "/more")[:: 1 if number % 2 else -1]
+    ]
+    assert transport.now() == rounds * TICK
+
+
+def test_in_lockstep_nothing_overtakes_a_command(locked: tuple[FakeCell, Ros1Transport]) -> None:
+    cell, transport = locked
+    empty = to_ros1(TriggerResponse())
+    cell.answer = lambda frame: (
+        Frame(Kind.ANSWER, frame.number, payload=empty) if frame.kind is Kind.CALL else cell.usual(frame)
+    )
+    for number in range(10):
+        transport.publish("/commands", String(str(number)))
+        if number % 2:
+            transport.call(START, TriggerRequest())
+        else:
+            transport.advance(transport.now() + TICK)
+    kinds = [frame.kind for frame in cell.frames if frame.kind in (Kind.PUBLISH, Kind.CALL)]
+    assert kinds == [Kind.PUBLISH, Kind.PUBLISH, Kind.CALL] * 5
+    published = 0
+    for frame in cell.frames:
+        if frame.kind is Kind.PUBLISH:
+            published += 1
+        elif frame.kind is Kind.ADVANCE and int.from_bytes(frame.payload[:8], "little"):
+            assert published >= cell_ticks(frame)
+
+
+def cell_ticks(frame: Frame) -> int:
+    """How many messages must have come before this wish that time pass."""
+    return 2 * (int.from_bytes(frame.payload[:8], "little") // TICK) - 1
+
+
+@pytest.mark.parametrize("in_lockstep", [False, True])
+def test_the_end_of_the_cell_ends_the_run(in_lockstep: bool, master: Ground, make_cell: MakeCell) -> None:
+    cell = make_cell(TOPICS, [service(START)], lockstep=in_lockstep)
+    start_bridge(master, cell)
+    with ticking(cell):
+        transport = Ros1Transport(str(ros_python()), environment=master.environment, patience=TIMEOUT)
+    cell.answer = lambda frame: None if frame.kind is Kind.ADVANCE else cell.usual(frame)
+    cell.send(Frame(Kind.ENDED, payload=b"over"))
+    with pytest.raises(RunEndedError, match="the cell has ended"):
+        transport.advance(None, lambda: False)
+    transport.close()
+    assert transport._relay.returncode is not None
+
+
+def test_the_relay_ends_with_the_client(locked: tuple[FakeCell, Ros1Transport]) -> None:
+    _, transport = locked
+    transport.close()
+    assert transport._relay.returncode == 0
+    transport.close()
+
+
+def test_a_relay_that_is_killed_ends_the_run(locked: tuple[FakeCell, Ros1Transport]) -> None:
+    _, transport = locked
+    os.kill(transport._relay.pid, signal.SIGKILL)
+    with pytest.raises(RunEndedError):
+        transport.advance(None, lambda: False)
+
+
+def test_without_a_master_it_says_so(no_master: Ground) -> None:
+    with pytest.raises(UsageError, match="no ROS master answers at"):
+        Ros1Transport(str(ros_python()), environment=no_master.environment, patience=0.5)
+
+
+def test_without_a_simulator_it_says_so(master: Ground) -> None:
+    with pytest.raises(UsageError, match=r"there is no simulator at .*: nobody publishes /clock"):
+        Ros1Transport(str(ros_python()), environment=master.environment, patience=0.5)
+
+
+def test_another_topic_than_the_clock_may_be_its_sign(master: Ground, make_cell: MakeCell) -> None:
+    cell = make_cell([out("/io_teleop/joint_states"), heard("/commands")])
+    start_bridge(master, cell)
+    with over_ros(master, sign="/io_teleop/joint_states") as transport:
+        heard_words: list[str] = []
+        transport.subscribe("/io_teleop/joint_states", lambda message: heard_words.append(message.data))
+        before = transport.now()
+        cell.say_heard("/io_teleop/joint_states", to_ros1(String("here")))
+        transport.advance(before + 5_000_000_000, lambda: bool(heard_words))
+        assert heard_words == ["here"]
+        assert transport.now() > before
+        cell.send(Frame(Kind.ENDED, payload=b"over"))
+        with pytest.raises(RunEndedError, match="the cell has ended"):
+            transport.advance(transport.now() + 20_000_000_000)
+
+
+def test_without_an_interpreter_it_says_so() -> None:
+    with pytest.raises(UsageError, match="/nowhere/python3 cannot be started: No such file"):
+        Ros1Transport("/nowhere/python3")
+
+
+def test_without_rospy_it_says_so(tmp_path: Path) -> None:
+    program = tmp_path / "python3"
+    program.write_text("#!/bin/sh\necho no module named rospy >&2\nexit 1\n")
+    program.chmod(0o755)
+    with pytest.raises(UsageError, match="no module named rospy"):
+        Ros1Transport(str(program))
+
+
+def work(client: Client) -> None:
+    """A little of everything."""
+    client.start_competition()
+    client.wait_for_order(timeout=1.0)
+    client.control_gripper(True)
+    client.send_arm([[2.5, 0.25, -1.0, 3.2, 3.0, -1.51, 0.0]], times=[0.5])
+    beam = client.sensor("break_beam")
+    client.wait_until(lambda: beam.count >= 2, timeout=1.0)
+    client.sleep(0.2)
+    client.control_gripper(False)
+
+
+class Worker:
+    def run(self, client: Client) -> None:
+        work(client)
+        client.sleep(10.0)
+
+
+def test_in_lockstep_the_result_is_that_of_one_process(no_master: Ground) -> None:
+    seconds = 1.2
+    trial = load_trial([find_trial("lesson")]).trial
+    alone = run_cell(Cell(replace(trial), seed=1), Worker(), RunOptions(until=seconds))
+    cell = no_master.serve("lesson", "--lockstep", "--seed", "1", "--until", str(seconds), "--json")
+    with over_ros(no_master, cold=True) as transport:
+        run_to_the_end(transport)
+    assert cell.finish() == 0
+    assert json.loads(cell.out)["state_hash"] == alone.state_hash
+
+
+LATE: list[Action] = [
+    ("wait", 110),
+    ("subscribe", "/ariac/break_beam"),
+    ("subscribe", "/ariac/logical_camera"),
+    ("move", 0),
+    ("wait", 20),
+    ("subscribe", "/ariac/laser_profiler"),
+    ("subscribe", "/ariac/logical_camera"),
+    ("subscribe", "/ariac/arm/follow_joint_trajectory/status"),
+    ("move", 1),
+    ("wait", 70),
+    ("move", 2),
+]
+
+
+@pytest.mark.parametrize("others", [(), ("/ariac/logical_camera", "/ariac/laser_profiler", "/tf")])
+def test_in_lockstep_an_agent_is_alone_or_watched(no_master: Ground, others: tuple[str, ...]) -> None:
+    expected = watching.work(InProcess(Cell(load_trial([find_trial("lesson")]).trial, seed=1)), LATE)
+    no_master.serve("lesson", "--lockstep", "--seed", "1", "--record", "run.mcap")
+    for topic in others:
+        no_master.start(["rostopic", "echo", "--noarr", topic])
+    wait_until(
+        lambda: set(others) <= {name for name, _ in no_master.ask("getSystemState")[1]}, "subscription of the others"
+    )
+    with over_ros(no_master) as transport:
+        assert watching.work(transport, LATE) == expected
+
+
+def run_to_the_end(transport: Transport) -> None:
+    with pytest.raises(RunEndedError):
+        Worker().run(Client(transport))

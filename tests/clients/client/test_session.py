@@ -1,0 +1,255 @@
+import math
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.cell.cell import Cell
+from cellwright.clients.client.client import Client
+from cellwright.clients.client.session import Session
+from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.util.errors import UsageError
+from tests.cells import ARM_ONLY, BARE, KITTING
+
+
+def session_of(cell: Cell | None = None) -> Session:
+    return Session(InProcess(cell or Cell(BARE)))
+
+
+# ---------------------------------------------------------------- sleeping
+
+
+def test_sleeping_lets_simulation_time_pass() -> None:
+    session = session_of()
+    assert session.time == 0.0
+    session.sleep(0.5)
+    assert session.time == 0.5
+    session.sleep(0.0)
+    assert session.time == 0.5
+    session.sleep(0.001)
+    assert session.time == 0.502
+
+
+@pytest.mark.parametrize("duration", [-0.001, math.nan, math.inf, -math.inf])
+def test_nobody_sleeps_backwards_or_for_ever(duration: float) -> None:
+    session = session_of()
+    with pytest.raises(UsageError, match="cannot sleep for"):
+        session.sleep(duration)
+    assert session.time == 0.0
+
+
+@pytest.mark.parametrize(
+    "act",
+    [
+        lambda session: session.sleep(0.1),
+        lambda session: session.sleep(0.0),
+        lambda session: session.wait_until(lambda: False, 0.1),
+        lambda session: session.wait_until(lambda: True),
+        lambda session: session.rate(10.0).sleep(),
+        lambda session: session.latest("/clock").wait(0.1),
+    ],
+    ids=["sleep", "no sleep at all", "wait_until", "wait_until at once", "rate", "latest"],
+)
+def test_in_a_callback_no_time_can_pass(act: Callable[[Session], Any]) -> None:
+    session = session_of()
+    caught: list[str] = []
+
+    def callback(_: object) -> None:
+        with pytest.raises(UsageError, match="cannot be called from a callback") as error:
+            act(session)
+        caught.append(str(error.value))
+
+    leave = session.subscribe("/clock", callback)
+    session.sleep(0.002)
+    leave()
+    assert len(caught) == 1
+    session.sleep(0.1)  # and afterwards all is well
+    assert session.time == 0.102
+
+
+def test_after_an_error_in_a_callback_time_can_pass_again() -> None:
+    session = session_of()
+
+    def fail(_: object) -> None:
+        raise LookupError
+
+    leave = session.subscribe("/clock", fail)
+    with pytest.raises(LookupError):
+        session.sleep(1.0)
+    leave()
+    session.sleep(1.0)
+    assert session.time == 1.002
+
+
+# ---------------------------------------------------------------- waiting
+
+
+def test_waiting_ends_with_the_tick_in_which_it_is_so() -> None:
+    session = session_of()
+    assert session.wait_until(lambda: session.time >= 0.0101)
+    assert session.time == 0.012
+    assert session.wait_until(lambda: True)
+    assert session.time == 0.012
+
+
+def test_waiting_ends_in_time() -> None:
+    session = session_of()
+    assert not session.wait_until(lambda: False, 0.05)
+    assert session.time == 0.05
+    assert not session.wait_until(lambda: False, 0.0)
+    assert not session.wait_until(lambda: False, -1.0)
+    assert session.time == 0.05
+    assert session.wait_until(lambda: session.time > 0.1, math.inf)
+    with pytest.raises(UsageError, match="cannot wait for nan s"):
+        session.wait_until(lambda: False, math.nan)
+
+
+def test_what_is_so_in_the_last_tick_counts() -> None:
+    session = session_of()
+    assert session.wait_until(lambda: session.time >= 0.1, 0.1)
+
+
+# ---------------------------------------------------------------- a rhythm
+
+
+def test_a_rhythm() -> None:
+    session = session_of()
+    rate = session.rate(10.0)
+    beats = []
+    for _ in range(5):
+        session.sleep(0.03)
+        rate.sleep()
+        beats.append(session.time)
+    assert beats == pytest.approx([0.1, 0.2, 0.3, 0.4, 0.5])
+
+
+def test_a_beat_that_was_missed_is_made_up_for() -> None:
+    session = session_of()
+    rate = session.rate(10.0)
+    session.sleep(0.15)
+    rate.sleep()
+    assert session.time == 0.15
+    rate.sleep()
+    assert session.time == 0.2
+
+
+def test_after_a_long_pause_the_rhythm_begins_anew() -> None:
+    session = session_of()
+    rate = session.rate(10.0)
+    session.sleep(0.55)
+    rate.sleep()
+    assert session.time == 0.55
+    rate.sleep()
+    assert session.time == pytest.approx(0.65, abs=0.0021)
+
+
+@pytest.mark.parametrize("frequency", [0.0, -1.0, math.nan, math.inf])
+def test_a_rhythm_has_a_frequency(frequency: float) -> None:
+    with pytest.raises(UsageError, match="a rate must be above 0 Hz"):
+        session_of().rate(frequency)
+
+
+@pytest.mark.slow
+@given(st.floats(1.0, 400.0), st.lists(st.floats(0.0, 0.004), min_size=5, max_size=20))
+def test_a_rhythm_is_kept_however_the_time_between_is_spent(frequency: float, spent: list[float]) -> None:
+    session = session_of(SHARED)
+    begin = session.time
+    rate = session.rate(min(frequency, 100.0))
+    for duration in spent:
+        session.sleep(duration)
+        rate.sleep()
+    # no beat is lost and none is too many; a tick of 2 ms is what can be missed
+    assert session.time - begin == pytest.approx(len(spent) / min(frequency, 100.0), abs=0.0021)
+
+
+SHARED = Cell(BARE)
+
+
+# ---------------------------------------------------------------- the newest message
+
+
+def test_the_newest_message_is_at_hand() -> None:
+    session = session_of(Cell(KITTING))
+    clock = session.latest("/clock")
+    assert (clock.message, clock.count, clock.topic) == (None, 0, "/clock")
+    assert clock.wait().clock.nanosec == 2_000_000
+    assert clock.wait().clock.nanosec == 2_000_000
+    assert session.time == 0.002
+    assert clock.wait_for_next().clock.nanosec == 4_000_000
+    session.sleep(0.1)
+    assert (clock.count, clock.message.clock.nanosec) == (52, 104_000_000)
+    clock.cancel()
+    session.sleep(0.1)
+    assert clock.count == 52
+
+
+def test_waiting_for_what_does_not_come() -> None:
+    session = session_of(Cell(KITTING))
+    orders = session.latest("/ariac/orders")
+    assert orders.wait(0.1) is None
+    assert orders.wait_for_next(0.1) is None
+    assert session.time == 0.2
+
+
+def test_closing_leaves_every_topic() -> None:
+    cell = Cell(KITTING)
+    session = session_of(cell)
+    session.latest("/clock")
+    session.subscribe("/ariac/orders", print)
+    session.close()
+    assert not any(topic.subscribers for topic in cell.bus.topics() if topic.publishers)
+
+
+def test_it_belongs_to_a_thread_and_may_be_taken_over() -> None:
+    session = session_of()
+    told: list[object] = []
+
+    def work() -> None:
+        for act in (lambda: session.sleep(0.1), lambda: session.wait_until(lambda: True), lambda: session.time):
+            with pytest.raises(UsageError, match="for the thread that made it"):
+                act()
+        session.adopt()
+        session.sleep(0.1)
+        told.append(session.time)
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    assert told == [0.1]
+    with pytest.raises(UsageError, match="for the thread that made it"):
+        session.sleep(0.1)
+    session.adopt()
+    assert session.time == 0.1
+
+
+def test_what_another_thread_asks_of_a_client_leaves_it_as_it_was() -> None:
+    client = Client(InProcess(Cell(ARM_ONLY)))
+
+    def work() -> None:
+        with pytest.raises(UsageError, match="for the thread that made it"):
+            client.doze(1.0)
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    client.sleep(0.1)
+    assert client.joint_states.count == 5
+
+
+def test_the_newest_message_can_be_listened_for_now_and_then() -> None:
+    session = Session(InProcess(Cell(KITTING)))
+    score = session.latest("/ariac/current_score")
+    score.listen()  # it does
+    session.sleep(0.2)
+    assert score.count == 2
+    score.cancel()
+    score.cancel()
+    session.sleep(0.2)
+    assert score.count == 2
+    assert score.message is not None
+    score.listen()
+    session.sleep(0.1)
+    assert score.count == 3

@@ -1,0 +1,367 @@
+"""A client whose cell is served; here by a thread of this process, which nobody else uses the cell from."""
+
+from __future__ import annotations
+
+import re
+import socket
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from cellwright.cell.cell import Cell
+from cellwright.clients.client.client import Client
+from cellwright.clients.client.session import Session
+from cellwright.clients.client.transports import socket as socket_module
+from cellwright.clients.client.transports.connection import _error
+from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.clients.client.transports.socket import SocketTransport
+from cellwright.clients.client.transports.transport import Transport
+from cellwright.middleware.messages.build import joint_state
+from cellwright.middleware.messages.osrf_gear import AGVControlRequest, SubmitTrayRequest
+from cellwright.middleware.messages.std_srvs import TriggerRequest
+from cellwright.middleware.server import Server
+from cellwright.middleware.wire.frames import Frame, Kind, hello
+from cellwright.robot.node import RobotNode
+from cellwright.running.run import RunOptions, RunResult
+from cellwright.running.serving import Serving
+from cellwright.util.errors import (
+    MessageError,
+    RejectedCommandError,
+    RunEndedError,
+    ServiceFailedError,
+    UnknownNameError,
+    UsageError,
+)
+from tests.cells import ARM_ONLY, INITIAL, KITTING, WHOLE, way
+from tests.clients.operators import nodes as robots
+from tests.waiting import TIMEOUT, wait_until
+
+
+class Home:
+    """A served cell; `result` is there when it is over."""
+
+    def __init__(self, cell: Cell, *, lockstep: bool, speed: float | None, options: RunOptions) -> None:
+        self.server = Server(cell, port=0, lockstep=lockstep)
+        self.serving = Serving(cell, self.server, tempo=speed)
+        self.result: RunResult | None = None
+        self.thread = threading.Thread(target=self._run, args=(options,))
+        self.address = self.server.address
+        self.thread.start()
+
+    def _run(self, options: RunOptions) -> None:
+        self.result = self.serving.run(options)
+
+    def end(self) -> RunResult:
+        self.serving.stop()
+        self.thread.join(TIMEOUT)
+        assert self.result is not None
+        return self.result
+
+
+@contextmanager
+def served(
+    cell: Cell, *, lockstep: bool = True, speed: float | None = None, options: RunOptions | None = None
+) -> Iterator[Home]:
+    home = Home(cell, lockstep=lockstep, speed=speed, options=options or RunOptions(ends_when_done=False))
+    try:
+        yield home
+    finally:
+        home.serving.stop()
+        home.thread.join(TIMEOUT)
+
+
+@contextmanager
+def connected(home: Home, *, node: str = "/client", encoding: str = "cdr") -> Iterator[SocketTransport]:
+    transport = SocketTransport(home.address, node=node, encoding=encoding)
+    try:
+        yield transport
+    finally:
+        transport.close()
+
+
+def story(transport: Transport) -> list[object]:
+    """What a program sees that does a bit of everything."""
+    seen: list[object] = []
+    client = Client(transport)
+    client.subscribe("/ariac/gripper/state", lambda message: seen.append((transport.now(), message.attached)))
+    client.subscribe("/ariac/arm/command", lambda message: seen.append((transport.now(), list(message.joint_names))))
+    client.subscribe("/ariac/nothing", seen.append)
+    cancel = client.on_sensor("logical_camera_1", lambda message: seen.append((transport.now(), len(message.models))))
+    seen.append(client.start_competition())
+    order = client.wait_for_order(timeout=1.0)
+    assert order is not None
+    seen += [order.order_id, client.time]
+    client.control_gripper(True)
+    seen.append(client.wait_until(lambda: client.gripper_attached, timeout=2.0))
+    client.send_arm([[1.5, 0.0, -1.1, 3.1, 3.7, -1.5, 0.0]])
+    client.sleep(0.25)
+    cancel()
+    seen += [client.time, dict(client.joint_positions), client.competition_state]
+    seen.append(client.material_locations("gear_part"))
+    seen.append(client.control_agv(1, "order_0_kit_0"))
+    seen.append(client.wait_until(lambda: client.score > 0, timeout=12.0))
+    seen += [client.time, client.score]
+    return seen
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("encoding", ["cdr", "ros1"])
+def test_in_lockstep_a_program_sees_the_same_and_leaves_the_same_state(encoding: str) -> None:
+    cell = Cell(WHOLE)
+    expected = story(InProcess(cell, node="/client"))
+    assert len(expected) > 100
+    with served(Cell(WHOLE)) as home, connected(home, encoding=encoding) as transport:
+        assert story(transport) == expected
+        assert home.end().state_hash == cell.state_hash()
+
+
+@pytest.mark.parametrize("others", [0, 1])
+def test_in_lockstep_time_passes_while_an_answer_needs_some(others: int) -> None:
+    """As a robot's way home does; another guest may wait for time meanwhile."""
+    expected = RobotNode(robots.robot(), sim_time=True)
+    away = joint_state(["right_1"], [0.5], time=0)
+
+    def go_home(transport: Transport) -> tuple[Any, int]:
+        transport.publish("/io_teleop/joint_cmd", away)
+        transport.advance(500_000_000)
+        return transport.call("/io_teleop_reset_robot", TriggerRequest()), transport.now()
+
+    answer, time = go_home(InProcess(expected, node="/client"))
+    assert (answer.success, time > 600_000_000) == (True, True)
+    node = RobotNode(robots.robot(), sim_time=True)
+    with robots.served(node, lockstep=True) as address:
+        transport = SocketTransport(address)
+        idle = [SocketTransport(address, node=f"/idle{number}") for number in range(others)]
+        waiting = [threading.Thread(target=each.advance, args=(time + 100_000_000,)) for each in idle]
+        for thread in waiting:
+            thread.start()
+        found, now = go_home(transport)
+        assert found == answer
+        assert others or (now, node.simulation.state_hash()) == (time, expected.simulation.state_hash())
+        for thread, each in zip(waiting, idle, strict=True):
+            thread.join(TIMEOUT)
+            each.close()
+        transport.close()
+
+
+def test_time_does_not_stand_for_what_is_only_taken_note_of(monkeypatch: pytest.MonkeyPatch) -> None:
+    with served(Cell(KITTING)) as home, connected(home) as transport:
+        asked: list[int] = []
+        ask = transport._connection.ask
+
+        def count(frame: Frame) -> Frame:
+            asked.append(frame.kind)
+            return ask(frame)
+
+        monkeypatch.setattr(transport._connection, "ask", count)
+        times: list[int] = []
+        transport.subscribe("/clock", lambda message: times.append(message.clock.nanosec), passive=True)
+        transport.advance(200_000_000)
+        assert times == list(range(2_000_000, 202_000_000, 2_000_000))
+        assert asked.count(Kind.ADVANCE) == 1
+        transport.subscribe("/ariac/competition_state", times.append)
+        transport.advance(400_000_000)
+        assert asked.count(Kind.ADVANCE) == 1 + 2  # at 0.3 and 0.4 s
+        assert len(times) == 202
+
+
+def test_errors_are_those_of_the_cells_own_process() -> None:
+    for lockstep in (True, False):
+        with (
+            served(Cell(ARM_ONLY, competition=False), lockstep=lockstep, speed=1.0) as home,
+            connected(home) as transport,
+        ):
+            with pytest.raises(UnknownNameError, match="unknown topic to publish on '/ariac/arm/comand'"):
+                transport.publish("/ariac/arm/comand", way(INITIAL))
+            with pytest.raises(UnknownNameError, match="unknown service '/ariac/agv1'"):
+                transport.call("/ariac/agv1", AGVControlRequest(""))
+            with pytest.raises(RejectedCommandError, match="joint"):
+                transport.publish("/ariac/arm/command", way(INITIAL, names=("elbow_joint", *["none"] * 6)))
+            with pytest.raises(MessageError, match="takes trajectory_msgs/JointTrajectory"):
+                transport.publish("/ariac/arm/command", TriggerRequest())
+            with pytest.raises(MessageError, match="is no message"):
+                transport.publish("/ariac/arm/command", "go")
+            with pytest.raises(ServiceFailedError):
+                transport.call("/ariac/submit_tray", SubmitTrayRequest("agv1::kit_tray_1", "kit"))
+            with pytest.raises(UsageError, match="absolute"):
+                transport.subscribe("clock", print)
+
+
+def test_time_passes_by_itself_where_it_is_not_in_lockstep() -> None:
+    with served(Cell(KITTING), lockstep=False, speed=4.0) as home, connected(home) as transport:
+        client = Client(transport)
+        assert client.start_competition()
+        order = client.wait_for_order(timeout=TIMEOUT)
+        assert order is not None
+        begin = transport.now()
+        client.sleep(0.5)
+        assert transport.now() - begin >= 500_000_000
+        before = transport.now()
+        assert client.wait_until(lambda: False, timeout=0.1) is False
+        assert transport.now() - before >= 100_000_000
+
+
+def test_where_no_clock_is_told_time_is_that_of_the_wall(monkeypatch: pytest.MonkeyPatch) -> None:
+    wall = Wall()
+    monkeypatch.setattr(socket_module, "time", wall)
+    with robots.served(RobotNode(robots.robot())) as address:
+        transport = SocketTransport(address)
+        session = Session(transport)
+        joints = session.latest("/io_teleop/joint_states")
+        assert joints.wait(timeout=TIMEOUT) is not None
+        before, heard = transport.now(), joints.count
+        wait_until(lambda: joints.count > heard, "message during a sleep", between=lambda: session.sleep(0.1))
+        assert transport.now() - before >= 100_000_000
+        assert not session.wait_until(lambda: False, timeout=0.05)
+        assert session.wait_until(lambda: joints.count > heard + 40, timeout=TIMEOUT)
+        before, wall.ahead = transport.now(), 10**12
+        assert transport.now() - before >= 10**12
+        assert session.time == pytest.approx(transport.welcome["time"] / 1e9 + 1000.0, abs=TIMEOUT)
+        transport.close()
+
+
+class Wall:
+    """The clock of the machine, which a test can put forward."""
+
+    ahead = 0
+
+    def perf_counter_ns(self) -> int:
+        return time.perf_counter_ns() + self.ahead
+
+
+def test_the_end_of_the_run_reaches_whoever_waits() -> None:
+    cell = Cell(KITTING)
+    with served(cell, options=RunOptions(until=0.1)) as home, connected(home) as transport:
+        client = Client(transport)
+        with pytest.raises(RunEndedError):
+            client.sleep(1.0)
+        with pytest.raises(RunEndedError):
+            client.sleep(1.0)
+        assert client.time == pytest.approx(0.1)
+        with pytest.raises(RunEndedError):
+            client.start_competition()
+
+
+def test_who_has_left_hears_nothing_more() -> None:
+    with served(Cell(KITTING)) as home, connected(home) as transport:
+        got: list[str] = []
+        leave = [transport.subscribe("/clock", lambda _, name=name: got.append(name)) for name in "ab"]  # type: ignore[misc]
+        transport.advance(2_000_000)
+        leave[0]()
+        leave[0]()
+        transport.advance(6_000_000)
+        assert got == ["a", "b", "b", "b"]
+        transport.close()
+        with pytest.raises(RunEndedError, match="closed"):
+            transport.advance(8_000_000)
+
+
+def test_who_leaves_after_closing_is_told_nothing() -> None:
+    with served(Cell(KITTING)) as home, connected(home) as transport:
+        leave = transport.subscribe("/clock", print)
+        transport.close()
+        leave()
+
+
+def test_a_callback_that_closes_the_client_ends_its_time() -> None:
+    with served(Cell(KITTING)) as home, connected(home) as transport:
+        heard: list[str] = []
+        transport.subscribe("/clock", lambda _: transport.close())
+        transport.subscribe("/ariac/gripper/state", lambda _: heard.append("gripper"))
+        with pytest.raises(RunEndedError, match="closed"):
+            transport.advance(10_000_000)
+        assert heard == []
+
+
+def test_a_client_that_another_thread_closes_waits_no_longer() -> None:
+    with served(Cell(KITTING)) as home, connected(home) as transport, connected(home, node="/other"):
+        transport.advance(2_000_000)
+        ended: list[BaseException] = []
+
+        def wait() -> None:
+            try:
+                transport._connection.listen(None)  # for what never comes: in lockstep nobody asks for time
+                transport._connection.listen(None)
+            except RunEndedError as error:
+                ended.append(error)
+
+        thread = threading.Thread(target=wait, daemon=True)
+        thread.start()
+        transport.close()
+        thread.join(TIMEOUT)
+        assert [str(error) for error in ended] == ["the connection was closed"]
+
+
+def test_several_guests_in_lockstep_share_time() -> None:
+    with served(Cell(KITTING)) as home, connected(home, node="/one") as one, connected(home, node="/two") as two:
+        one.advance(10_000_000)
+        two.advance(6_000_000)
+        assert two.now() == 10_000_000
+        threads = [threading.Thread(target=each.advance, args=(50_000_000,)) for each in (one, two)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(TIMEOUT)
+        assert (one.now(), two.now()) == (50_000_000, 50_000_000)
+    assert home.result is not None
+    assert home.result.steps == 25
+
+
+def test_where_no_cell_is_there_is_one_line() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        address = taken.getsockname()[:2]
+    with pytest.raises(UsageError, match=f"nobody answers at 127.0.0.1:{address[1]}: "):
+        SocketTransport(address)
+
+
+@pytest.mark.parametrize(
+    "said",
+    [b"HTTP/1.1 400 Bad Request\r\n\r\n", b"", Frame(Kind.REFUSED, name="UsageError", payload=b"not you").encode()],
+)
+def test_what_is_no_cell_is_told_from_one(said: bytes) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        address = listener.getsockname()[:2]
+
+        def answer() -> None:
+            connection, _ = listener.accept()
+            with connection:
+                connection.recv(len(hello("/client", "cdr").encode()))
+                connection.sendall(said)
+
+        thread = threading.Thread(target=answer)
+        thread.start()
+        with pytest.raises(UsageError, match="nobody answers at"):
+            SocketTransport(address)
+        thread.join(TIMEOUT)
+
+
+def test_what_a_cell_says_cannot_play_with_the_terminal() -> None:
+    said = Frame(Kind.REFUSED, name="UsageError", payload=b"not \x1b[2J\x1b]0;you\x07")
+    with pytest.raises(UsageError, match=re.escape(r"not \x1b[2J\x1b]0;you\x07")):
+        raise _error(said)
+    with pytest.raises(UnknownNameError, match=re.escape(r"\x1b")):
+        raise _error(replace(said, name="UnknownNameError"))
+
+
+def test_a_client_connects_to_an_address_as_people_write_it() -> None:
+    with served(Cell(KITTING)) as home:
+        host, port = home.address
+        client = Client.connect(f"{host}:{port}", node="/somebody")
+        client.sleep(0.1)
+        assert client.time == pytest.approx(0.1)
+        client.close()
+    with pytest.raises(UsageError, match=f"127.0.0.1:{port}"):
+        Client.connect((host, port))
+
+
+@pytest.mark.parametrize(
+    "text", ["", "here", ":80", "here:", "here:0", "here:65536", "here:8o", "here:" + 7 * "9", "a:²"]
+)
+def test_what_is_no_address_is_refused(text: str | tuple[str, int]) -> None:
+    with pytest.raises(UsageError, match="give a host and a port"):
+        Client.connect(text)

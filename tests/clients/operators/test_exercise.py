@@ -1,0 +1,109 @@
+"""A test signal through a whole node, in this process: time is the simulation's."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from cellwright.clients.client.session import Session
+from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.clients.operators.exercise import check, exercise
+from cellwright.clients.operators.limits import JointLimits
+from cellwright.clients.operators.robot import OperatedRobot
+from cellwright.clients.operators.waves import Shape, Wave
+from cellwright.robot.node import RobotNode
+from cellwright.util.errors import RunEndedError, UnknownNameError, UsageError
+from tests.clients.operators.nodes import robot
+
+LIMITS = JointLimits.of(robot().robot)
+SINE = Wave(Shape.SINE, 0.3, 1.0, 1)
+
+
+@pytest.fixture(scope="module")
+def node() -> RobotNode:
+    return RobotNode(robot())
+
+
+@pytest.fixture
+def there(node: RobotNode) -> OperatedRobot:
+    node.simulation.reset()
+    return OperatedRobot(Session(InProcess(node, node="/operator")))
+
+
+def test_a_sine_is_followed_with_the_lag_of_the_servo(there: OperatedRobot) -> None:
+    found = exercise(there, "right_2", SINE)
+    assert found.start == pytest.approx(0.6, abs=1e-6)
+    figures = found.tracking
+    assert figures.delay == pytest.approx(1 / 24, abs=0.008)  # a velocity servo of 24/s
+    lag = math.atan(2 * math.pi / 24) / (2 * math.pi)
+    assert figures.worst == pytest.approx(2 * 0.3 * math.sin(math.pi * lag), rel=0.15)
+    assert figures.rate == pytest.approx(100.0, rel=0.01)
+    assert found.note == ""
+    assert found.trace.told.min() == pytest.approx(0.3, abs=1e-3)
+    assert found.trace.told.max() == pytest.approx(0.9, abs=1e-3)
+    assert there.positions["right_2"] == pytest.approx(0.6, abs=1e-3)
+
+
+def test_only_the_joint_that_is_named_is_told_anything(there: OperatedRobot) -> None:
+    before = there.positions
+    exercise(there, "left_6", SINE)
+    there.session.sleep(0.5)
+    assert there.positions == pytest.approx(before, abs=0.01)
+
+
+def test_steps_are_told_of(there: OperatedRobot) -> None:
+    seen: list[float] = []
+    found = exercise(there, "right_6", Wave(Shape.STEP, 0.2, 1.0, 1), on_beat=seen.append).tracking
+    assert found.step is not None
+    assert found.step.rise == pytest.approx(math.log(9) / 24, abs=0.02)
+    assert found.step.overshoot < 0.01
+    assert found.judged == found.step.rest < 0.001 < 0.19 < found.worst
+    assert seen == sorted(seen)
+    assert seen[-1] == 1.0
+
+
+def test_a_robot_that_is_gone_in_the_middle_leaves_no_listener_behind(
+    there: OperatedRobot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The way back cannot be said any more, and the other half of the end is done all the same."""
+    said: list[float] = []
+
+    def send(_robot: OperatedRobot, targets: dict[str, float]) -> None:
+        said.append(targets["right_1"])
+        if len(said) > 20:
+            raise RunEndedError("the server is gone")
+
+    monkeypatch.setattr(OperatedRobot, "send_joints", send)
+    bus = there.session.transport.cell.bus  # type: ignore[attr-defined]
+    before = bus.topic("/io_teleop/joint_states").subscribers
+    with pytest.raises(RunEndedError):
+        exercise(there, "right_1", SINE)
+    assert len(said) == 22
+    assert bus.topic("/io_teleop/joint_states").subscribers == before
+
+
+def test_a_node_that_holds_back_is_told_of(there: OperatedRobot, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        OperatedRobot, "applied", property(lambda robot: {"right_1": min(robot.positions["right_1"], 0.1)})
+    )
+    note = exercise(there, "right_1", Wave(Shape.RAMP, 0.3, 1.0, 1)).note
+    assert note.startswith("asked for 0 to 0.3, applied ")
+    assert note.endswith("to 0.1: the node holds back")
+
+
+def test_what_would_leave_the_limits_is_refused_before_anything_moves(there: OperatedRobot) -> None:
+    before = there.positions
+    with pytest.raises(UsageError, match=r"right_3: a sine of 1 would go from -2\.2 to -0\.2"):
+        check(there, ["right_1", "right_3"], replace(SINE, amplitude=1.0), LIMITS)
+    check(there, ["right_3"], replace(SINE, amplitude=1.0), JointLimits())
+    assert check(there, ["right_1"], SINE, LIMITS) == []
+    assert check(there, ["right_1"], replace(SINE, frequency=2.0), LIMITS) == [
+        "right_1: the signal goes at 3.77 a second, and the joint can do 3"
+    ]
+    assert check(there, ["right_1"], Wave(Shape.STEP, 0.3, 2.0, 1), LIMITS) == []
+    with pytest.raises(UnknownNameError, match="did you mean right_1"):
+        check(there, ["rigth_1"], SINE, LIMITS)
+    there.session.sleep(0.1)
+    assert there.positions == before

@@ -1,0 +1,251 @@
+"""Keys made into orders, at a robot that is only told of."""
+
+from __future__ import annotations
+
+import io
+import math
+from dataclasses import dataclass, field
+from typing import cast
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rich.console import Console
+
+from cellwright.clients.operators.jog import JOINT_STEPS, TIP_STEPS, Jog
+from cellwright.clients.operators.limits import JointLimits
+from cellwright.clients.operators.orders import Ask, MoveGrippers, MoveJoints, MoveTips, Now
+from cellwright.clients.operators.panel import _joints
+from cellwright.clients.operators.robot import OperatedRobot
+from cellwright.config.robot.model import Limits
+from cellwright.util.pose import Pose
+
+KEYS = [*"xXyYzZrRpPwW/tf-+=oc,.Hed uqj", "up", "down", "left", "right", "pageup", "pagedown", "home", "end"]
+KEYS += ["enter", "escape", "backspace", "tab", "ctrl-c"]
+
+
+@dataclass
+class Told:
+    """A robot of four joints, as one hears of it."""
+
+    joints: tuple[str, ...] = ("head_yaw", "arm_r_1", "arm_r_2", "slide")
+    positions: dict[str, float] = field(
+        default_factory=lambda: {"head_yaw": 0.0, "arm_r_1": 1.0, "arm_r_2": -0.5, "slide": 0.2}
+    )
+    grippers: tuple[float, ...] = (0.3, 0.0)
+    tips: tuple[Pose, ...] = (Pose((0.5, -0.2, 0.3)), Pose.from_rpy((0.5, 0.2, 0.3), (0.0, 0.0, math.pi / 2)))
+    reason: str = ""
+    applied: dict[str, float] = field(default_factory=dict)
+
+    def why_not(self) -> str:
+        return self.reason
+
+
+LIMITS = JointLimits({"head_yaw": Limits(-0.04, 1.5), "slide": Limits(0.0, 0.4)}, "told")
+
+
+@pytest.fixture
+def robot() -> Told:
+    return Told()
+
+
+@pytest.fixture
+def jog(robot: Told) -> Jog:
+    return Jog(robot, LIMITS)
+
+
+def near(value: float) -> float:
+    """A number that equals all close to it."""
+    return cast("float", pytest.approx(value))
+
+
+def pressed(jog: Jog, *keys: str) -> list[object]:
+    return [jog.press(key) for key in keys]
+
+
+# ---------------------------------------------------------------- joints
+
+
+@pytest.mark.parametrize("key", KEYS)
+def test_a_node_that_tells_of_no_joints_for_a_while(key: str, jog: Jog, robot: Told) -> None:
+    names, robot.joints = robot.joints, ()
+    order = jog.press(key)
+    assert not isinstance(order, MoveJoints)
+    assert jog.joint == ""
+    assert jog.note == "the node tells of no joints" or key not in ("left", "right")
+    shown = Console(width=120, file=io.StringIO())
+    with shown.capture() as capture:
+        shown.print(_joints(cast("OperatedRobot", robot), jog, LIMITS, 5))
+    assert "measured" in capture.get()
+    robot.joints = names
+    assert jog.joint == names[0]
+
+
+def test_the_first_step_begins_where_the_robot_stands_and_the_next_where_that_led(jog: Jog, robot: Told) -> None:
+    assert pressed(jog, "down", "right") == [None, MoveJoints({"arm_r_1": 1.02})]
+    robot.positions["arm_r_1"] = 1.01  # on its way
+    assert jog.press("right") == MoveJoints({"arm_r_1": near(1.04)})
+    assert jog.press("left") == MoveJoints({"arm_r_1": near(1.02)})
+
+
+def test_after_something_else_has_moved_the_robot_it_begins_there(jog: Jog, robot: Told) -> None:
+    pressed(jog, "down", "right", "right")
+    robot.positions["arm_r_1"] = -0.7
+    jog.forget()
+    assert jog.press("right") == MoveJoints({"arm_r_1": near(-0.68)})
+
+
+def test_a_target_does_not_run_away_from_a_joint_that_is_held_up(jog: Jog) -> None:
+    jog.press("down")
+    orders = [jog.press("right") for _ in range(40)]
+    assert orders[-1] == MoveJoints({"arm_r_1": near(1.2)})
+    assert jog.note == "arm_r_1 is held up: it stands at 1.000"
+    assert jog.press("left") == MoveJoints({"arm_r_1": near(1.18)})
+
+
+def test_a_target_stays_within_limits_that_are_known(jog: Jog) -> None:
+    assert pressed(jog, "left", "left", "left")[-1] == MoveJoints({"head_yaw": -0.04})
+    assert jog.note == "head_yaw is at its limit"
+
+
+def test_a_step_of_a_short_way_is_a_tenth_of_it(jog: Jog) -> None:
+    pressed(jog, "end", "+", "+", "+")
+    assert jog.joint == "slide"
+    assert JOINT_STEPS[jog.size] == 0.2
+    assert jog.press("right") == MoveJoints({"slide": near(0.24)})
+
+
+def test_steps_have_a_smallest_and_a_largest(jog: Jog) -> None:
+    pressed(jog, *9 * "-")
+    assert jog.size == 0
+    pressed(jog, *9 * "+", "=")
+    assert jog.size == len(JOINT_STEPS) - 1
+
+
+def test_a_joint_of_which_nothing_is_told_is_not_moved(jog: Jog, robot: Told) -> None:
+    del robot.positions["head_yaw"]
+    assert jog.press("right") is None
+    assert jog.note == "the node does not say where head_yaw is"
+
+
+def test_joints_are_chosen_by_arrows_and_by_letters_of_their_names(jog: Jog) -> None:
+    pressed(jog, "up")
+    assert jog.joint == "head_yaw"
+    pressed(jog, "pagedown")
+    assert jog.joint == "slide"
+    pressed(jog, "/", "R", "_", "2")
+    assert (jog.joint, jog.search) == ("arm_r_2", "R_2")
+    assert jog.press("q") is None  # a letter like any other, here
+    assert jog.note == "no joint has 'R_2q' in its name"
+    pressed(jog, "backspace", "backspace", "1", "enter")
+    assert (jog.joint, jog.search) == ("arm_r_2", None)  # "R1" is in no name
+    assert jog.press("q") is Now.QUIT
+
+
+# ---------------------------------------------------------------- tips
+
+
+def test_a_tip_moves_along_the_axes_of_the_base_and_the_other_stays(jog: Jog, robot: Told) -> None:
+    order = jog.press("z")
+    assert order == MoveTips((Pose((0.5, -0.2, near(0.305))), robot.tips[1]))
+    robot.tips = (Pose((0.51, -0.2, 0.302)), Pose((0.9, 0.9, 0.9)))  # noise, on the way
+    order = jog.press("X")
+    assert isinstance(order, MoveTips)
+    assert order.tips[0].position == pytest.approx((0.495, -0.2, 0.305))
+    assert order.tips[1].position == (0.5, 0.2, 0.3)
+
+
+def test_or_along_its_own(jog: Jog) -> None:
+    order = pressed(jog, "t", "f", "x")[-1]
+    assert isinstance(order, MoveTips)
+    assert order.tips[1].position == pytest.approx((0.5, 0.2 + TIP_STEPS[1], 0.3))
+
+
+@pytest.mark.parametrize(("key", "axis"), [("r", 0), ("p", 1), ("w", 2)])
+def test_a_tip_turns_about_an_axis_and_back(key: str, axis: int, jog: Jog, robot: Told) -> None:
+    there = jog.press(key)
+    assert isinstance(there, MoveTips)
+    assert there.tips[0].rpy[axis] == pytest.approx(JOINT_STEPS[1])
+    assert there.tips[0].position == robot.tips[0].position
+    back = jog.press(key.upper())
+    assert isinstance(back, MoveTips)
+    assert back.tips[0].quaternion == pytest.approx(robot.tips[0].quaternion, abs=1e-12)
+
+
+def test_a_tip_that_does_not_follow_is_not_sent_farther(jog: Jog) -> None:
+    orders = pressed(jog, *60 * "x")
+    assert orders[-1] is None
+    assert jog.note == "the tip is held up, or cannot get there"
+    last = [order for order in orders if order is not None][-1]
+    assert isinstance(last, MoveTips)
+    assert last.tips[0].position[0] <= 0.6 + 1e-9
+
+
+def test_joints_and_tips_do_not_go_on_from_each_others_targets(jog: Jog, robot: Told) -> None:
+    pressed(jog, "down", "right", "right")
+    jog.press("x")
+    robot.positions["arm_r_1"] = 0.5
+    assert jog.press("right") == MoveJoints({"arm_r_1": near(0.52)})
+    robot.tips = (Pose((0.1, 0.1, 0.1)), robot.tips[1])
+    order = jog.press("x")
+    assert isinstance(order, MoveTips)
+    assert order.tips[0].position == pytest.approx((0.105, 0.1, 0.1))
+
+
+# ---------------------------------------------------------------- grippers, and what comes first
+
+
+def test_grippers_open_close_and_step_within_their_way(jog: Jog) -> None:
+    assert jog.press("c") == MoveGrippers((1.0, 0.0))
+    assert jog.press(",") == MoveGrippers((0.95, 0.0))
+    assert jog.press("o") == MoveGrippers((0.0, 0.0))
+    assert pressed(jog, "t", ".", ".")[-1] == MoveGrippers((0.0, near(0.1)))
+
+
+def test_what_the_node_does_not_tell_of_cannot_be_moved(jog: Jog, robot: Told) -> None:
+    robot.tips, robot.grippers = (), ()
+    assert pressed(jog, "t", "x") == [None, None]
+    assert "state_ee_poses" in jog.note
+    assert jog.press("c") is None
+    assert "gripper_states" in jog.note
+
+
+def test_services_have_keys(jog: Jog) -> None:
+    assert pressed(jog, *"Hedu") == [Ask.HOME, Ask.ENABLE, Ask.DISABLE, Ask.CLEAR_STOP]
+
+
+def test_while_the_node_takes_no_commands_nothing_is_sent(jog: Jog, robot: Told) -> None:
+    jog.press("right")
+    robot.reason = "its emergency stop is on"
+    assert pressed(jog, "right", "x", "c") == [None, None, None]
+    assert jog.note == "not sent: its emergency stop is on"
+    assert jog.press("u") is Ask.CLEAR_STOP
+    robot.reason, robot.positions["head_yaw"] = "", 0.5
+    assert jog.press("right") == MoveJoints({"head_yaw": near(0.52)})
+
+
+def test_the_emergency_stop_comes_through_whatever_goes_on(jog: Jog, robot: Told) -> None:
+    robot.reason = "it is not enabled"
+    pressed(jog, "/", "a")
+    assert jog.press(" ") is Now.STOP
+    assert jog.search is None
+    assert pressed(jog, "/", "ctrl-c")[-1] is Now.QUIT
+
+
+@given(keys=st.lists(st.sampled_from(KEYS), max_size=60))
+def test_no_keys_send_a_joint_past_its_limits_or_far_away(keys: list[str]) -> None:
+    robot = Told()
+    jog = Jog(robot, LIMITS)
+    for key in keys:
+        order = jog.press(key)
+        if isinstance(order, MoveJoints):
+            for name, target in order.targets.items():
+                assert LIMITS.clamped(name, target) == target
+                assert abs(target - robot.positions[name]) <= 0.6 + 1e-9
+        elif isinstance(order, MoveTips):
+            assert all(
+                math.dist(tip.position, at.position) <= 0.151 for tip, at in zip(order.tips, robot.tips, strict=True)
+            )
+            assert all(math.hypot(*tip.quaternion) == pytest.approx(1.0) for tip in order.tips)
+        elif isinstance(order, MoveGrippers):
+            assert all(0.0 <= closed <= 1.0 for closed in order.closed)

@@ -1,0 +1,171 @@
+"""Recorded keys at a whole node: in this process, and over its socket for services that take their time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+
+import pytest
+from rich.console import Console
+
+from cellwright.clients.client.session import Session
+from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.clients.client.transports.socket import SocketTransport
+from cellwright.clients.operators.jog import Jog
+from cellwright.clients.operators.keyboard import MOST_STEPS, Keyboard
+from cellwright.clients.operators.limits import JointLimits
+from cellwright.clients.operators.panel import panel
+from cellwright.clients.operators.robot import OperatedRobot
+from cellwright.clients.operators.services import Services
+from cellwright.robot.node import RobotNode
+from cellwright.util.errors import RejectedCommandError
+from tests.clients.operators.nodes import robot, served
+from tests.waiting import wait_until
+
+LIMITS = JointLimits.of(robot().robot)
+RIGHT, LEFT, DOWN = "\x1b[C", "\x1b[D", "\x1b[B"
+
+
+@pytest.fixture(scope="module")
+def node() -> RobotNode:
+    return RobotNode(robot())
+
+
+@pytest.fixture
+def operator(node: RobotNode) -> Keyboard:
+    node.simulation.reset()
+    there = OperatedRobot(Session(InProcess(node, node="/operator")))
+    there.session.sleep(0.15)
+    return Keyboard(there, Jog(there, LIMITS), Services(lambda: there.session))
+
+
+def typed(operator: Keyboard, *pieces: str, pause: float = 0.05) -> None:
+    for piece in pieces:
+        assert operator.take(piece)
+        operator.robot.session.sleep(pause)
+
+
+def shown(operator: Keyboard, *, width: int = 100, height: int = 30) -> str:
+    console = Console(width=width, height=height, color_system=None, legacy_windows=False)
+    picture = panel(operator.robot, operator.jog, LIMITS, name="two arms", message=operator.message, height=height)
+    with console.capture() as captured:
+        console.print(picture)
+    return captured.get()
+
+
+def test_recorded_keys_move_a_joint_and_nothing_jumps(operator: Keyboard) -> None:
+    seen: list[float] = []
+    operator.robot.session.subscribe(
+        "/io_teleop/applied_joint_cmd", lambda message: seen.append(float(message.position[1]))
+    )
+    typed(operator, DOWN, "+", RIGHT, RIGHT, LEFT, RIGHT)
+    operator.robot.session.sleep(0.3)
+    assert operator.robot.positions["right_2"] == pytest.approx(0.7, abs=0.005)
+    assert max(abs(after - before) for before, after in pairwise(seen)) <= 0.0501
+    assert operator.robot.sent == 4
+
+
+def test_recorded_keys_move_a_tip_and_a_gripper(operator: Keyboard) -> None:
+    before = operator.robot.tips[1].position
+    typed(operator, "t", "+", "z", "z", "y", "c", pause=0.1)
+    operator.robot.session.sleep(1.0)
+    after = operator.robot.tips[1].position
+    assert [one - other for one, other in zip(after, before, strict=True)] == pytest.approx([0, 0.01, 0.02], abs=0.003)
+    assert operator.robot.grippers == pytest.approx((0.0, 1.0), abs=0.03)
+
+
+def test_the_emergency_stop_overtakes_what_was_typed_before_it(operator: Keyboard) -> None:
+    typed(operator, RIGHT + RIGHT + " " + RIGHT, pause=0.2)
+    assert operator.robot.positions["right_1"] == pytest.approx(0.0, abs=1e-6)
+    assert operator.robot.status.emergency_stop
+    assert "EMERGENCY STOP" in shown(operator)
+    typed(operator, RIGHT)
+    assert operator.message == "not sent: its emergency stop is on"
+
+
+def test_keys_that_piled_up_are_not_all_carried_out(operator: Keyboard) -> None:
+    typed(operator, 100 * RIGHT, pause=0.5)
+    assert operator.robot.sent == MOST_STEPS
+    assert operator.robot.positions["right_1"] == pytest.approx(MOST_STEPS * 0.02, abs=0.002)
+    assert "faster than the robot could be told" in operator.message
+
+
+def test_what_the_node_refuses_is_told_and_the_next_step_begins_anew(
+    operator: Keyboard, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(_targets: object) -> None:
+        raise RejectedCommandError("another commands here")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(operator.robot, "send_joints", refuse)
+        typed(operator, RIGHT)
+        assert operator.message == "another commands here"
+    typed(operator, RIGHT, pause=0.4)
+    assert operator.robot.positions["right_1"] == pytest.approx(0.02, abs=0.002)
+
+
+def test_it_runs_until_somebody_quits(operator: Keyboard) -> None:
+    pieces, drawn = ["", RIGHT, "", "", "", "", "q", "never read"], 0
+
+    def draw() -> None:
+        nonlocal drawn
+        drawn += 1
+
+    operator.run(lambda: pieces.pop(0), draw)
+    assert pieces == ["never read"]
+    assert drawn == 2
+
+
+def test_the_panel_shows_what_is_chosen_in_a_terminal_of_any_size(operator: Keyboard) -> None:
+    typed(operator, "/", "left_5")
+    text = shown(operator)
+    assert "find: left_5" in text
+    line = next(line for line in text.splitlines() if "left_5" in line and "▶" in line)
+    assert line.split()[2:5] == ["0.400", "0.400", "-2.00"]
+    assert "takes commands" in text
+    assert "▶ right" in text
+    for height in (5, 24, 60):
+        lines = shown(operator, width=80, height=height).splitlines()
+        assert len(lines) <= max(height, 18)
+        assert any("▶" in line and "left_5" in line for line in lines)
+
+
+@pytest.fixture
+def far(node: RobotNode) -> Iterator[Keyboard]:
+    """The same over a socket in lockstep: time passes while the operator waits. Services have their own connection."""
+    node.simulation.reset()
+    with served(node, lockstep=True) as address:
+        session = Session(SocketTransport(address, node="/operator"))
+        there = OperatedRobot(session)
+        services = Services(lambda: Session(SocketTransport(address, node="/operator_services")))
+        yield Keyboard(there, Jog(there, LIMITS), services)
+        services.close()
+        session.close()
+
+
+def wait_for(operator: Keyboard, said: str) -> None:
+    wait_until(
+        lambda: said in operator.message,
+        f"message {said!r}",
+        seen=lambda: operator.message,
+        between=lambda: typed(operator, "", pause=0.02),
+    )
+
+
+def test_services_do_not_make_the_operator_wait(far: Keyboard) -> None:
+    typed(far, "+", "+", RIGHT, RIGHT, pause=0.2)
+    assert far.robot.positions["right_1"] > 0.15
+    typed(far, "H")
+    assert far.message in ("home …", "not sent: it is on its way home")
+    typed(far, "e", pause=0.0)
+    assert far.message == "still waiting for: home"
+    typed(far, " ", pause=0.2)  # while it is on its way
+    assert far.robot.session.wait_until(lambda: far.robot.status.emergency_stop, 10.0)
+    wait_for(far, "home: ")
+    typed(far, "u")
+    wait_for(far, "clear the emergency stop: done")
+    typed(far, "d")
+    wait_for(far, "disable: done")
+    assert far.robot.session.wait_until(lambda: not far.robot.status.enabled, 10.0)
+    typed(far, RIGHT)
+    assert far.message == "not sent: it is not enabled"

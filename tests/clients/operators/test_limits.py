@@ -1,0 +1,37 @@
+"""Limits, as far as they are known."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.clients.operators.limits import JointLimits
+from cellwright.util.errors import UsageError
+from tests.clients.operators.nodes import robot
+
+LIMITS = JointLimits.of(robot().robot)
+
+
+@pytest.mark.slow
+@given(st.floats(-10.0, 10.0))
+def test_a_clamped_position_is_within_and_the_nearest(position: float) -> None:
+    found = LIMITS.clamped("right_1", position)
+    assert -2.0 <= found <= 2.0
+    assert found == position or abs(found) == 2.0
+
+
+def test_a_way_out_of_them_is_refused_with_the_figures() -> None:
+    LIMITS.check("right_1", -2.0, 2.0, "a sine")
+    with pytest.raises(UsageError, match=r"right_1: a sine would go from 0 to 2\.1, .* \(two arms\) are -2 to 2"):
+        LIMITS.check("right_1", 0.0, 2.1, "a sine")
+    with pytest.raises(UsageError, match="would go from -3 to 0"):
+        LIMITS.check("right_1", -3.0, 0.0, "a sine")
+
+
+def test_what_nobody_knows_limits_nothing() -> None:
+    unknown = JointLimits()
+    assert not unknown.is_known
+    assert LIMITS.is_known
+    assert unknown.clamped("right_1", 99.0) == 99.0
+    unknown.check("right_1", -99.0, 99.0, "a sine")

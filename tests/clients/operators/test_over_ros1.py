@@ -1,0 +1,103 @@
+"""Operators over ROS 1: at the node of a robot of ours, and at one of somebody else's that knows only joints."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+
+from cellwright.cli.operate.link import Link
+from cellwright.clients.client.session import Session
+from cellwright.clients.client.transports.ros1 import Ros1Transport
+from cellwright.clients.operators.jog import Jog
+from cellwright.clients.operators.keyboard import Keyboard
+from cellwright.clients.operators.limits import JointLimits
+from cellwright.clients.operators.robot import JOINT_STATES, OperatedRobot
+from cellwright.clients.operators.services import Services
+from cellwright.config.robot.robots import load_robot
+from tests.ros1.ground import Ground
+from tests.ros1.requirement import ros_python
+from tests.waiting import TIMEOUT
+
+pytest_plugins = ["tests.ros1.fixtures"]
+
+pytestmark = pytest.mark.ros1
+
+
+def strange_node() -> None:
+    """A node as simple as they come: joints creep to their targets; no clock, no status, nothing else."""
+    import rospy
+    from sensor_msgs.msg import JointState
+
+    rospy.init_node("strange_node")
+    position, target = [0.1, 0.2], [0.1, 0.2]
+    names = ["head", "elbow"]
+
+    def take(message: Any) -> None:
+        for name, value in zip(message.name, message.position):  # noqa: B905
+            target[names.index(name)] = value
+
+    rospy.Subscriber("/io_teleop/joint_cmd", JointState, take, queue_size=1)
+    publisher = rospy.Publisher("/io_teleop/joint_states", JointState, queue_size=1)
+    rate = rospy.Rate(100)
+    while not rospy.is_shutdown():
+        for number in range(2):
+            position[number] += 0.25 * (target[number] - position[number])
+        message = JointState(name=names, position=position)
+        message.header.stamp = rospy.Time.now()
+        publisher.publish(message)
+        try:
+            rate.sleep()  # stands for no condition: it is such a node's pace
+        except rospy.ROSInterruptException:
+            return
+
+
+def signal(master: Ground, *arguments: str) -> dict[str, Any]:
+    """What a test signal found."""
+    quick = ("--frequency", "1", "--duration", "1", "--amplitude", "0.2", "--json", "--ros1")
+    process = master.cellwright("operate", "signal", *arguments, *quick)
+    assert process.finish() == 0, process.err
+    found: dict[str, Any] = json.loads(process.out)
+    return found
+
+
+def test_a_strangers_joints_are_exercised(master: Ground) -> None:
+    stranger = master.client(strange_node)
+    (elbow,) = signal(master, "elbow")["joints"]
+    assert elbow["start"] == pytest.approx(0.2, abs=1e-6)
+    assert elbow["delay"] > 0.01  # a quarter of the way every 10 ms, and the way through ROS
+    assert elbow["state_rate"] > 0.0
+    assert stranger.running
+    stranger.interrupt()
+
+
+def test_the_keyboard_drives_a_robot_of_ours_and_stops_it_on_its_way_home(
+    master: Ground, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    master.teleop("tandem")
+
+    def session(node: str) -> Session:
+        python, environment = str(ros_python()), master.environment
+        return Session(Ros1Transport(python, node=node, environment=environment, sign=JOINT_STATES))
+
+    robot = OperatedRobot(session("/operator"))
+    operator = Keyboard(robot, Jog(robot, JointLimits()), Services(lambda: session("/operator_services")))
+    assert len(robot.tips) == len(robot.grippers) == 2
+    for name, value in master.ros.items():
+        monkeypatch.setenv(name, value)
+    limits = Link(None, ros1=True).limits(robot)
+    assert limits.source == "robot_description"
+    assert limits.joints == JointLimits.of(load_robot("tandem", print).robot).joints
+    start, wait = robot.tips[0].position, robot.session.wait_until
+    assert operator.take("++zc")
+    assert wait(lambda: robot.tips[0].position[2] - start[2] > 0.015 and robot.grippers[0] > 0.9, TIMEOUT)
+    assert operator.take("/" + robot.joints[0] + "\r" + "\x1b[C\x1b[C")
+    assert operator.take("H")
+    assert wait(lambda: robot.status.resetting, TIMEOUT)
+    assert operator.take(" ")
+    assert wait(lambda: robot.status.emergency_stop, TIMEOUT)
+    assert wait(lambda: operator.take("") and operator.message.startswith("home: "), TIMEOUT)
+    assert "refused" in operator.message
+    operator.services.close()
+    robot.session.close()

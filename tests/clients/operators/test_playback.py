@@ -1,0 +1,166 @@
+"""Targets of a file, played to a whole node in this process, and what it records of itself."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cellwright.clients.client.session import Session
+from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.clients.operators.limits import JointLimits
+from cellwright.clients.operators.playback import approach, check, play
+from cellwright.clients.operators.recorder import Recorder
+from cellwright.clients.operators.robot import GRIPPER_COMMAND, JOINT_COMMAND, OperatedRobot
+from cellwright.clients.operators.target_files import Moment, Targets, read_targets
+from cellwright.robot.node import RobotNode
+from cellwright.util.errors import RunEndedError, UnknownNameError, UsageError
+from tests.clients.operators.nodes import robot
+
+LIMITS = JointLimits.of(robot().robot)
+
+
+@pytest.fixture(scope="module")
+def node() -> RobotNode:
+    return RobotNode(robot())
+
+
+@pytest.fixture
+def there(node: RobotNode) -> OperatedRobot:
+    node.simulation.reset()
+    return OperatedRobot(Session(InProcess(node, node="/operator")))
+
+
+def targets(*moments: tuple[float, Mapping[str, float]], topic: str = JOINT_COMMAND) -> Targets:
+    return Targets(Path("motion.csv"), tuple(Moment(time, topic, values) for time, values in moments))
+
+
+def heard(there: OperatedRobot, topic: str = JOINT_COMMAND) -> list[tuple[float, dict[str, float]]]:
+    """What is said on a topic from now on, with its time."""
+    found: list[tuple[float, dict[str, float]]] = []
+
+    def note(message: object) -> None:
+        names, positions = message.name, message.position  # type: ignore[attr-defined]
+        found.append((there.session.time, dict(zip(names, map(float, positions), strict=True))))
+
+    there.session.subscribe(topic, note)
+    return found
+
+
+def test_the_way_to_the_first_targets_is_slow_and_begins_where_the_robot_stands(there: OperatedRobot) -> None:
+    said = heard(there)
+    begun = there.session.time
+    approach(there, {"right_1": 1.0, "left_2": 0.5})
+    positions = np.array([values["right_1"] for _, values in said])
+    speeds = np.diff(positions) / np.diff([time for time, _ in said])
+    assert abs(positions[0]) < 1e-3
+    assert positions[-1] == 1.0
+    assert speeds.min() >= 0.0
+    assert 0.4 < speeds.max() <= 0.51
+    assert there.session.time - begun == pytest.approx(math.pi, abs=0.15)
+    assert there.positions["right_1"] == pytest.approx(1.0, abs=0.05)
+    assert there.positions["left_2"] == pytest.approx(0.5, abs=0.05)
+
+
+def test_who_is_there_already_goes_on_soon(there: OperatedRobot) -> None:
+    begun = there.session.time
+    approach(there, {"right_1": 0.0})
+    assert there.session.time - begun < 0.6
+    approach(there, {})
+    assert there.session.time - begun < 0.6
+
+
+def test_who_does_not_get_there_is_told_of(there: OperatedRobot) -> None:
+    with pytest.raises(UsageError, match=r"right_1 did not come to the first target: it is at 2, and 2\.5 was asked"):
+        approach(there, {"right_1": 2.5}, 0.5)  # its limit is 2
+
+
+@pytest.mark.parametrize("speed", [1.0, 0.5, 4.0])
+def test_targets_are_said_in_their_time(speed: float, there: OperatedRobot) -> None:
+    said, begun = heard(there), there.session.time
+    moments = [(3.0 + 0.1 * number, {"right_1": 0.02 * number}) for number in range(6)]
+    play(there, targets(*moments), speed=speed)
+    there.session.sleep(0.02)
+    assert [values for _, values in said] == [values for _, values in moments]
+    times = np.array([time - begun for time, _ in said])
+    assert times == pytest.approx(np.arange(6) * 0.1 / speed, abs=2.5 / 240)
+
+
+def test_of_what_is_due_at_once_only_the_newest_is_said(there: OperatedRobot) -> None:
+    said = heard(there)
+    crowd = [(0.0, {"right_1": 0.001 * number}) for number in range(50)]
+    play(there, targets(*crowd, (0.0, {"left_1": 0.1}), (0.1, {"right_1": 0.2})))
+    there.session.sleep(0.02)
+    assert [values for _, values in said] == [{"right_1": pytest.approx(0.049)}, {"left_1": 0.1}, {"right_1": 0.2}]
+
+
+def test_grippers_are_told_on_their_own_topic(there: OperatedRobot, monkeypatch: pytest.MonkeyPatch) -> None:
+    told: list[list[float]] = []
+    monkeypatch.setattr(there, "send_grippers", lambda values: told.append(list(values)))
+    play(there, targets((0.0, {"gripper_right": 0.0, "gripper_left": 1.0}), topic=GRIPPER_COMMAND))
+    assert told == [[0.0, 1.0]]
+
+
+@pytest.mark.parametrize(
+    ("moment", "error", "said"),
+    [
+        ((0.0, {"rigth_1": 0.0}), UnknownNameError, "did you mean right_1"),
+        ((0.0, {"right_1": 2.1}), UsageError, r"right_1: motion\.csv would go from 2\.1 to 2\.1, and its limits"),
+    ],
+)
+def test_targets_that_do_not_fit_are_refused(
+    moment: tuple[float, dict[str, float]], error: type[Exception], said: str, there: OperatedRobot
+) -> None:
+    with pytest.raises(error, match=said):
+        check(there, targets(moment), LIMITS)
+
+
+def test_more_grippers_than_there_are_are_refused(there: OperatedRobot, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(OperatedRobot, "grippers", property(lambda _robot: (0.0,)))
+    two = targets((0.0, {"gripper_right": 0.0, "gripper_left": 1.0}), topic=GRIPPER_COMMAND)
+    with pytest.raises(UsageError, match="targets of 2 grippers, and the robot has 1"):
+        check(there, two, LIMITS)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["motion.csv", "motion.jsonl"])
+def test_what_is_recorded_can_be_played_again(name: str, there: OperatedRobot, tmp_path: Path) -> None:
+    recorder = Recorder(there, tmp_path / name)
+    there.send_joints({"right_1": 0.3, "left_4": -0.2})
+    there.session.sleep(0.5)
+    recorder.close()
+    there.session.sleep(0.1)
+    found = read_targets(tmp_path / name)
+    assert recorder.lines == len(found.moments) == pytest.approx(50, abs=2)
+    assert recorder.time == pytest.approx(found.duration, abs=1e-5)
+    assert set(found.first) == set(there.joints)
+    check(there, found, LIMITS)
+    assert found.moments[-1].values == pytest.approx(there.positions, abs=1e-4)
+    there.send_joints({"right_1": 0.0, "left_4": 0.0})
+    there.session.sleep(0.5)
+    approach(there, found.first, 0.2)
+    play(there, found)
+    there.session.sleep(0.3)
+    assert there.positions["right_1"] == pytest.approx(0.3, abs=0.01)
+    assert there.positions["left_4"] == pytest.approx(-0.2, abs=0.01)
+
+
+def test_where_nothing_can_be_written_it_says_so(there: OperatedRobot, tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="cannot be written: No such file or directory"):
+        Recorder(there, tmp_path / "none" / "motion.csv")
+
+
+def test_a_recording_is_closed_though_there_is_nobody_left_to_tell(there: OperatedRobot, tmp_path: Path) -> None:
+    recorder = Recorder(there, tmp_path / "motion.csv")
+    there.session.sleep(0.1)
+
+    def leave() -> None:
+        raise RunEndedError("the server is gone")
+
+    recorder._leave = leave
+    recorder.close()
+    assert len((tmp_path / "motion.csv").read_text().splitlines()) == recorder.lines + 1 > 5
+    assert not recorder.is_writing

@@ -1,0 +1,158 @@
+"""A robot's node as its operator sees it, over the topics of a whole node and of a stranger's."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from cellwright.clients.client.session import Session
+from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.clients.operators import exercise
+from cellwright.clients.operators.limits import JointLimits
+from cellwright.clients.operators.robot import JOINT_COMMAND, OperatedRobot
+from cellwright.clients.operators.waves import Shape, Wave
+from cellwright.middleware.messages.build import joint_state, nanoseconds
+from cellwright.middleware.messages.cellwright_msgs import TeleopStatus
+from cellwright.robot.node import RobotNode
+from cellwright.util.errors import UsageError
+from cellwright.util.pose import Pose
+from tests.clients.operators.nodes import robot
+
+
+class Stranger:
+    """A way to a node of somebody else's: it says what a test says, and time passes as it is asked to."""
+
+    def __init__(self, states: list[Any]) -> None:
+        self.states = states
+        self.time = 0
+        self.callbacks: dict[str, Callable[[Any], None]] = {}
+        self.said: list[tuple[str, Any]] = []
+
+    knows_all_topics = True
+
+    def topics(self) -> dict[str, str]:
+        return {}
+
+    def now(self) -> int:
+        return self.time
+
+    def advance(self, until: int | None, finished: Callable[[], bool] | None = None) -> None:
+        self.time = self.time + 10_000_000_000 if until is None else until
+        while self.states:
+            self.callbacks["/io_teleop/joint_states"](self.states.pop(0))
+            if finished is not None and finished():
+                return
+
+    def subscribe(self, topic: str, callback: Callable[[Any], None], *, passive: bool = False) -> Callable[[], None]:
+        self.callbacks[topic] = callback
+        return lambda: None
+
+    def publish(self, topic: str, message: Any) -> None:
+        self.said.append((topic, message))
+
+    def call(self, service: str, request: Any) -> Any:
+        raise NotImplementedError
+
+    def close(self) -> None:
+        pass
+
+
+@pytest.fixture(scope="module")
+def node() -> RobotNode:
+    return RobotNode(robot(), stamp=lambda: 5_000_000_000)
+
+
+@pytest.fixture
+def there(node: RobotNode) -> OperatedRobot:
+    node.simulation.reset()
+    return OperatedRobot(Session(InProcess(node, node="/operator")))
+
+
+def test_it_tells_what_the_node_tells(there: OperatedRobot) -> None:
+    assert there.joints[:3] == ("right_1", "right_2", "right_3")
+    assert there.positions["right_2"] == pytest.approx(0.6)
+    assert there.applied["right_2"] == pytest.approx(0.6)
+    there.session.sleep(0.1)
+    assert len(there.grippers) == len(there.tips) == 2
+    assert there.tips[0].position[1] == pytest.approx(-0.3, abs=1e-6)
+    assert there.status.enabled
+    assert there.why_not() == ""
+
+
+@pytest.mark.slow
+def test_joints_grippers_and_tips_go_where_they_are_sent(there: OperatedRobot) -> None:
+    there.session.sleep(0.05)
+    right = there.tips[0]
+    x, y, z = right.position
+    there.send_joints({"left_1": 0.2})
+    there.send_grippers([1.0, 0.5])
+    there.session.sleep(0.8)
+    assert there.positions["left_1"] == pytest.approx(0.2, abs=0.01)
+    assert there.grippers == pytest.approx((1.0, 0.5), abs=0.05)
+    there.send_tips([Pose((x, y, z + 0.03), right.quaternion), there.tips[1]])
+    there.session.sleep(1.0)
+    assert there.tips[0].position == pytest.approx((x, y, z + 0.03), abs=0.005)
+    assert there.sent == 3
+
+
+def test_after_an_emergency_stop_it_says_why_nothing_moves(there: OperatedRobot) -> None:
+    there.stop()
+    there.session.sleep(0.3)
+    assert there.why_not() == "its emergency stop is on"
+
+
+@pytest.mark.parametrize(
+    ("status", "reason", "word"),
+    [
+        (TeleopStatus(), "", ""),
+        (TeleopStatus(enabled=False), "it is not enabled", "enable"),
+        (TeleopStatus(resetting=True), "it is on its way home", ""),
+        (TeleopStatus(enabled=False, emergency_stop=True), "its emergency stop is on", "clear-stop"),
+    ],
+)
+def test_a_status_says_why_commands_would_not_be_taken(status: TeleopStatus, reason: str, word: str) -> None:
+    stranger = Stranger([joint_state(["head"], [0.1], time=0)])
+    there = OperatedRobot(Session(stranger))
+    stranger.callbacks["/io_teleop/status"](status)
+    assert there.why_not() == reason
+    if not reason:
+        there.check_ready()
+        return
+    with pytest.raises(UsageError) as caught:
+        there.check_ready()
+    assert str(caught.value).startswith(f"the robot takes no commands: {reason}")
+    assert str(caught.value).endswith(f"cellwright operate call {word}" if word else reason)
+
+
+def test_a_strangers_node_need_only_say_where_its_joints_are() -> None:
+    stranger = Stranger([joint_state(["head", "elbow", "wrist"], [0.1, float("nan")], time=0)])
+    there = OperatedRobot(Session(stranger))
+    assert there.joints == ("head", "elbow", "wrist")
+    assert there.positions == {"head": 0.1}
+    assert there.position("head") == 0.1
+    for strange in ("elbow", "wrist"):
+        with pytest.raises(UsageError, match=f"the node does not say where {strange} is"):
+            there.position(strange)
+        with pytest.raises(UsageError, match="does not say"):
+            exercise.check(there, [strange], Wave(Shape.SINE, 0.1, 1.0, 1), JointLimits())
+    assert (there.applied, there.grippers, there.tips, there.status, there.why_not()) == ({}, (), (), None, "")
+
+
+def test_where_nothing_is_said_it_says_so() -> None:
+    with pytest.raises(UsageError, match="nothing comes on /io_teleop/joint_states"):
+        OperatedRobot(Session(Stranger([])))
+
+
+def test_commands_carry_the_time_of_the_nodes_clock() -> None:
+    stranger = Stranger([joint_state(["head"], [0.1], time=7_000_000_000_000)])
+    there = OperatedRobot(Session(stranger))
+    there.send_joints({"head": 0.2})
+    stranger.time += 3_000_000
+    there.send_joints({"head": 0.2})
+    stranger.callbacks["/io_teleop/joint_states"](joint_state(["head"], [0.1], time=6_999_000_000_000))
+    there.send_joints({"head": 0.2})
+    stamps = [nanoseconds(message.header.stamp) for topic, message in stranger.said if topic == JOINT_COMMAND]
+    assert stamps[:2] == [7_000_000_000_000, 7_000_003_000_000]
+    assert stamps == sorted(stamps)

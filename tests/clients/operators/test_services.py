@@ -1,0 +1,70 @@
+"""Services called beside the operator's work: each call has an answer, whatever becomes of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from cellwright.clients.client.session import Session
+from cellwright.clients.operators.orders import Ask
+from cellwright.clients.operators.services import Services
+from cellwright.util.errors import RunEndedError, UsageError
+from tests.waiting import wait_until
+
+
+class Way:
+    """A transport whose calls end as a test says."""
+
+    def __init__(self, act: Callable[[], Any]) -> None:
+        self.act = act
+        self.is_closed = False
+
+    def call(self, _service: str, _request: Any) -> Any:
+        return self.act()
+
+    def close(self) -> None:
+        self.is_closed = True
+
+
+def answer(services: Services) -> str:
+    """What comes of the call that is under way."""
+    return wait_until(services.answer, "answer")
+
+
+def raising(error: BaseException) -> Callable[[], Any]:
+    def act() -> Any:
+        raise error
+
+    return act
+
+
+@pytest.mark.parametrize(
+    ("act", "said"),
+    [
+        (lambda: SimpleNamespace(success=True, message=""), "done"),
+        (lambda: SimpleNamespace(success=False, message="not now"), "refused; not now"),
+        (raising(UsageError("no such thing")), "no such thing"),
+        (raising(RunEndedError("the server is gone")), "the server is gone"),
+        (raising(OSError("the cable is out")), "failed: OSError: the cable is out"),
+        (lambda: None, "failed: AttributeError: 'NoneType' object has no attribute 'success'"),
+    ],
+)
+def test_every_call_has_an_answer_and_the_next_one_too(act: Callable[[], Any], said: str) -> None:
+    way: Any = Way(act)
+    services = Services(lambda: Session(way))
+    for _ in range(2):  # in threads of their own, over one connection
+        assert services.begin(Ask.HOME)
+        assert answer(services) == f"{Ask.HOME.value}: {said}"
+        assert services.under_way == ""
+    services.close()
+    assert way.is_closed
+
+
+def test_a_connection_that_cannot_be_made_is_an_answer_too() -> None:
+    services = Services(raising(OSError("no route")))
+    assert services.begin(Ask.ENABLE)
+    assert answer(services) == f"{Ask.ENABLE.value}: failed: OSError: no route"
+    services.close()

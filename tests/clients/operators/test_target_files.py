@@ -1,0 +1,165 @@
+"""Files of targets: what is read, and what is refused with its line."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.clients.operators import target_files
+from cellwright.clients.operators.robot import GRIPPER_COMMAND, JOINT_COMMAND
+from cellwright.clients.operators.target_files import Moment, read_targets
+from cellwright.util.errors import CellwrightError, DescriptionError, UsageError
+
+NUMBERS = st.floats(-1e3, 1e3)
+
+
+def written(folder: Path, text: str, name: str = "motion.csv") -> Path:
+    path = folder / name
+    path.write_text(text, encoding="utf-8", newline="")
+    return path
+
+
+def test_a_csv_file(tmp_path: Path) -> None:
+    text = "\ufefftime, head , elbow\r\n0.0,0.1,\r\n\r\n0.5,,1e-1\r\n0.5, 0.2,-3\r\n"
+    targets = read_targets(written(tmp_path, text))
+    assert targets.moments == (
+        Moment(0.0, JOINT_COMMAND, {"head": 0.1}),
+        Moment(0.5, JOINT_COMMAND, {"elbow": 0.1}),
+        Moment(0.5, JOINT_COMMAND, {"head": 0.2, "elbow": -3.0}),
+    )
+    assert targets.duration == 0.5
+    assert targets.first == {"head": 0.1, "elbow": 0.1}
+    assert targets.reach == {"head": (0.1, 0.2), "elbow": (-3.0, 0.1)}
+
+
+def test_lines_of_json_with_grippers(tmp_path: Path) -> None:
+    lines = [
+        {"time": 1, "positions": {"head": 0.1}},
+        {"time": 2.5, "positions": {"gripper_left": 1, "gripper_right": 0}},
+    ]
+    targets = read_targets(written(tmp_path, "\n\n".join(map(json.dumps, lines)), "motion.jsonl"))
+    assert targets.moments == (
+        Moment(1.0, JOINT_COMMAND, {"head": 0.1}),
+        Moment(2.5, GRIPPER_COMMAND, {"gripper_right": 0.0, "gripper_left": 1.0}),
+    )
+    assert list(targets.moments[1].values) == ["gripper_right", "gripper_left"]
+    assert targets.first == {"head": 0.1}
+
+
+def test_grippers_beside_joints_become_a_message_of_their_own(tmp_path: Path) -> None:
+    targets = read_targets(written(tmp_path, "time,head,gripper_right\n0,0.1,0.5\n"))
+    assert [moment.topic for moment in targets.moments] == [JOINT_COMMAND, GRIPPER_COMMAND]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "motion.csv:1: the first line must be `time` and names of joints"),
+        ("head,time\n", ":1: the first line must be `time`"),
+        ("time\n0\n", ":1: the first line must name a joint"),
+        ("time,,head\n", ":1: the first line must name a joint"),
+        ("time,head,head\n", ":1: named twice: head"),
+        ("time,head\n", "motion.csv: there are no targets in it"),
+        ("time,head\n0,1,2\n", ":2: 3 fields, and the first line has 2"),
+        ("time,head\n0,x\n", ":2: head: 'x' is no number"),
+        ("time,head\n,1\n", ":2: time: '' is no number"),
+        ("time,head\n0,nan\n", ":2: head: nan is not finite"),
+        ("time,head\ninf,0\n", ":2: time: inf is not finite"),
+        ("time,head\n1,0\n0.5,0\n", ":3: time: 0.5 comes after 1; time must not go back"),
+        ("time,gripper_right\n0,1.5\n", ":2: gripper_right: 1.5 is not from 0 (open) to 1 (closed)"),
+        ("time,gripper_left\n0,1\n", ":2: gripper_left: grippers are told in their order"),
+    ],
+)
+def test_a_bad_csv_file_is_told_with_its_line(text: str, said: str, tmp_path: Path) -> None:
+    with pytest.raises(DescriptionError) as caught:
+        read_targets(written(tmp_path, text))
+    assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("{", "is no JSON: Expecting property name"),
+        ("[1]", 'must be an object with "time" and "positions"'),
+        ('{"time": 0}', "must be an object"),
+        ('{"time": true, "positions": {}}', "time: True is no number"),
+        ('{"time": "0", "positions": {}}', "time: '0' is no number"),
+        ('{"time": 0, "positions": [1]}', "positions: must be an object"),
+        ('{"time": 0, "positions": {"head": null}}', "positions: head: None is no number"),
+        ('{"time": 0, "positions": {"head": NaN}}', "positions: head: nan is no number"),
+        ('{"time": 0, "positions": {"head": 1e999}}', "positions: head: inf is no number"),
+        ('{"time": 0, "positions": {"head": ' + 5000 * "9" + "}}", "a number is too long"),
+        (20000 * "[", "nested too deeply"),
+    ],
+)
+def test_a_bad_line_of_json_is_told_with_its_number(line: str, said: str, tmp_path: Path) -> None:
+    with pytest.raises(DescriptionError) as caught:
+        read_targets(written(tmp_path, f'{{"time": 0, "positions": {{"head": 0}}}}\n{line}\n', "motion.jsonl"))
+    assert f"motion.jsonl:2: {said}" in str(caught.value) or said in str(caught.value)
+
+
+def test_several_problems_are_told_at_once_but_not_all_of_a_thousand(tmp_path: Path) -> None:
+    with pytest.raises(DescriptionError) as caught:
+        read_targets(written(tmp_path, "time,head\n" + 1000 * "0,x\n"))
+    assert len(caught.value.problems) == 10
+
+
+@pytest.mark.parametrize("name", ["motion.txt", "motion", "motion.yaml"])
+def test_other_kinds_of_file_are_refused(name: str, tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=r"give a file that ends in \.csv, \.jsonl or \.bag"):
+        read_targets(written(tmp_path, "", name))
+
+
+def test_files_that_cannot_be_read_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="cannot be read: No such file"):
+        read_targets(tmp_path / "none.csv")
+    (tmp_path / "bytes.csv").write_bytes(b"time,\xff\n")
+    with pytest.raises(UsageError, match="is not text in UTF-8"):
+        read_targets(tmp_path / "bytes.csv")
+
+
+@pytest.mark.slow
+@given(rows=st.lists(st.tuples(st.floats(0.0, 1e4), NUMBERS, NUMBERS), min_size=1, max_size=20))
+def test_what_is_written_is_read_in_both_forms(
+    rows: list[tuple[float, float, float]], tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    folder, rows = tmp_path_factory.mktemp("files"), sorted(rows)
+    table = "time,a,b\n" + "".join(f"{time!r},{a!r},{b!r}\n" for time, a, b in rows)
+    lines = "\n".join(json.dumps({"time": time, "positions": {"a": a, "b": b}}) for time, a, b in rows)
+    of_csv = read_targets(written(folder, table)).moments
+    assert of_csv == read_targets(written(folder, lines, "motion.jsonl")).moments
+    assert [(moment.time, *moment.values.values()) for moment in of_csv] == rows
+
+
+@pytest.mark.slow
+@given(text=st.text(alphabet='time,ab01.5-e"\n{}: \x00\u2028', max_size=80), name=st.sampled_from(["m.csv", "m.jsonl"]))
+def test_whatever_is_in_a_file_is_read_or_refused(
+    text: str, name: str, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    path = written(tmp_path_factory.getbasetemp(), text, name)
+    said = ""
+    try:
+        assert read_targets(path).moments
+    except CellwrightError as error:
+        said = str(error)
+    assert not said or str(path) in said
+
+
+def test_control_bytes_in_a_name_do_not_reach_the_terminal(tmp_path: Path) -> None:
+    path = tmp_path / "targets.csv"
+    path.write_text("time,a\x1b[2J\n0,x\n")
+    with pytest.raises(DescriptionError) as raised:
+        read_targets(path)
+    assert str(raised.value) == f"{path}:2: a\\x1b[2J: 'x' is no number"
+
+
+def test_a_file_that_never_ends_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(target_files, "LARGEST", 1 << 20)
+    path = tmp_path / "targets.csv"
+    path.symlink_to("/dev/zero")
+    with pytest.raises(UsageError, match="is larger than 1 MiB"):
+        read_targets(path)

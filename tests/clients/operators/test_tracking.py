@@ -1,0 +1,102 @@
+"""Figures of how a joint followed, held against motions whose figures are known."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cellwright.clients.operators.tracking import Array, Trace, delay, tracking
+
+TIME = np.arange(0.0, 4.5, 0.01)
+
+
+def sine(amplitude: float = 0.3, lag: float = 0.0, gain: float = 1.0) -> Trace:
+    told = amplitude * np.sin(2 * np.pi * 0.5 * TIME)
+    seen = gain * amplitude * np.sin(2 * np.pi * 0.5 * (TIME - lag))
+    return Trace("elbow", TIME, told, TIME, seen)
+
+
+def step(answer: Array) -> Trace:
+    """A step of 0.2 at 1 s, and an answer to it as a part of the step, against the time since."""
+    return Trace("elbow", TIME, np.where(TIME >= 1.0, 0.2, 0.0), TIME, 0.2 * answer)
+
+
+def first_order(constant: float) -> Array:
+    return np.asarray(np.where(TIME >= 1.0, 1.0 - np.exp(-(TIME - 1.0) / constant), 0.0))
+
+
+@pytest.mark.slow
+@settings(max_examples=40)
+@given(lag=st.floats(0.0, 0.4), gain=st.floats(0.2, 2.0))
+def test_a_delay_is_found_whatever_the_size_of_the_motion(lag: float, gain: float) -> None:
+    found = delay(sine(lag=lag, gain=gain), 0.5)
+    assert found is not None
+    assert found == pytest.approx(lag, abs=0.006)  # a target holds for 10 ms, and is 5 ms old on average
+
+
+def test_errors_of_a_late_sine() -> None:
+    found = tracking(sine(lag=0.04), period=2.0)
+    amplitude = 2 * 0.3 * math.sin(math.pi * 0.5 * 0.04)
+    assert found.worst == pytest.approx(amplitude, rel=0.01)
+    assert found.rms == pytest.approx(amplitude / math.sqrt(2), rel=0.05)
+    assert found.judged == found.worst
+    assert found.rate == pytest.approx(100.0)
+    assert found.step is None
+
+
+@pytest.mark.parametrize("gain", [0.0, 0.01])
+def test_who_does_not_move_has_no_delay(gain: float) -> None:
+    assert delay(sine(gain=gain), 0.5) is None
+
+
+def test_who_comes_later_than_is_looked_for_has_no_delay() -> None:
+    assert delay(sine(lag=0.5), 0.3) is None
+
+
+def test_who_goes_the_other_way_has_no_delay() -> None:
+    assert delay(sine(gain=-1.0), 0.2) is None
+
+
+def test_figures_of_a_first_order_step() -> None:
+    found = tracking(step(first_order(0.05)), period=10.0, edges=[1.0]).step
+    assert found is not None
+    assert found.rise == pytest.approx(0.05 * math.log(9), abs=0.003)
+    assert found.settling == pytest.approx(0.05 * math.log(20), abs=0.011)
+    assert found.overshoot == 0.0
+    assert found.rest == pytest.approx(0.0, abs=1e-9)
+
+
+def test_overshoot_is_a_part_of_the_step() -> None:
+    swing = np.where(TIME >= 1.0, 1.0 - np.exp(-3 * (TIME - 1.0)) * np.cos(10 * (TIME - 1.0)), 0.0)
+    found = tracking(step(swing), period=10.0, edges=[1.0]).step
+    assert found is not None
+    assert found.overshoot == pytest.approx(swing.max() - 1.0, abs=1e-6)
+    assert found.overshoot > 0.3
+    assert found.settling is not None
+    assert found.settling > 0.5
+
+
+def test_who_stops_on_the_way_does_not_settle() -> None:
+    found = tracking(step(0.5 * first_order(0.05)), period=10.0, edges=[1.0])
+    assert found.step is not None
+    assert (found.step.rise, found.step.settling) == (None, None)
+    assert found.step.rest == found.judged == pytest.approx(0.1)
+
+
+def test_of_several_steps_the_worst_is_told() -> None:
+    told = np.where((TIME >= 1.0) & (TIME < 2.0), 0.2, 0.0)
+    quick = np.where(TIME >= 1.0, 0.2 * (1.0 - np.exp(-(TIME - 1.0) / 0.02)), 0.0)
+    slow = np.where(TIME >= 2.0, 0.2 * np.exp(-(TIME - 2.0) / 0.1), quick)
+    found = tracking(Trace("elbow", TIME, told, TIME, slow), period=2.0, edges=[1.0, 2.0]).step
+    assert found is not None
+    assert found.rise == pytest.approx(0.1 * math.log(9), abs=0.01)
+
+
+def test_a_step_that_nobody_saw_is_left_out() -> None:
+    trace = step(first_order(0.05))
+    assert tracking(trace, period=2.0, edges=[9.0]).step is None
+    assert tracking(trace, period=2.0, edges=[0.5]).step is not None

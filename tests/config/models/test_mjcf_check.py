@@ -1,0 +1,47 @@
+from pathlib import Path
+
+import pytest
+
+from cellwright.config.models.files import ModelFileError, open_model
+from cellwright.config.models.mjcf_check import MOST_GEOMS, check_mjcf
+
+BODY = '<worldbody><body><geom size=".1"/></body></worldbody>'
+
+
+def check(folder: Path, inside: str) -> None:
+    path = folder / "model.xml"
+    path.write_text(f"<mujoco>{inside}</mujoco>", encoding="utf-8")
+    check_mjcf(open_model(path))
+
+
+@pytest.mark.parametrize(
+    ("inside", "why"),
+    [
+        ('<worldbody><replicate count="1000000"><geom size=".1"/></replicate></worldbody>', "<replicate> is not read"),
+        ("<keyframe/>", "<keyframe> is not read"),
+        ('<size memory="60G"/>' + BODY, "<size memory> is not read"),
+        ('<size nkey="100000000"/>' + BODY, "<size nkey='100000000'>: at most 4096"),
+        ('<size nuser_geom="1e300"/>' + BODY, "at most 4096"),
+        ('<size nuserdata="nan"/>' + BODY, "at most 4096"),
+        ('<asset><texture type="2d" builtin="flat" width="60000" height="2"/></asset>' + BODY, "texture width='60000'"),
+        ('<asset><mesh name="m" builtin="supersphere" params="20000 1 1"/></asset>' + BODY, "<mesh builtin>"),
+        ("<worldbody><body>" + '<geom size=".1"/>' * (MOST_GEOMS + 1) + "</body></worldbody>", "201 shapes"),
+    ],
+)
+def test_what_would_cost_all_memory_or_an_hour_is_refused(tmp_path: Path, inside: str, why: str) -> None:
+    with pytest.raises(ModelFileError, match=r"model\.xml: ") as refused:
+        check(tmp_path, inside)
+    assert why in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    "inside",
+    [
+        BODY,
+        '<size nuser_geom="3" njmax="500"/>' + BODY,
+        '<asset><texture type="2d" name="1e9" builtin="checker" width="512" height="512" rgb1="1 1 1"/></asset>' + BODY,
+        "<worldbody><body>" + '<geom size=".1"/>' * MOST_GEOMS + "</body></worldbody>",
+    ],
+)
+def test_what_files_have_in_them_is_not(tmp_path: Path, inside: str) -> None:
+    check(tmp_path, inside)

@@ -1,0 +1,268 @@
+"""Part types and furniture of somebody's own: what is read, and what is refused with its place."""
+
+import struct
+from pathlib import Path
+
+import pytest
+
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.config.trial.trial import Trial
+from cellwright.util.errors import DescriptionError
+
+EXAMPLE = Path(__file__).parents[3] / "docs" / "examples" / "own_models"
+
+
+def load(folder: Path, text: str) -> Trial:
+    path = folder / "trial.yaml"
+    path.write_text(text)
+    return load_trial([path]).trial
+
+
+def refused(folder: Path, text: str) -> list[str]:
+    """What is wrong, without the path of the YAML file."""
+    with pytest.raises(DescriptionError) as raised:
+        load(folder, text)
+    return [str(problem).replace(f"{folder}/", "") for problem in raised.value.problems]
+
+
+def parts(entry: str) -> str:
+    return f"cellwright:\n  parts:\n    my_part: {entry}\n"
+
+
+def test_the_example() -> None:
+    trial = load_trial([EXAMPLE / "own_models.yaml"]).trial
+    models = trial.part_models
+    assert list(models) == ["bracket_part", "wedge_part", "valve_part", "flange_part", "knob_part"]
+    assert [model.mass for model in models.values()] == [0.3, 0.4, 0.6, 0.5, None]
+    box, peg = models["bracket_part"].shapes
+    assert (box.kind, box.size, box.pose.position) == ("box", (0.08, 0.05, 0.008), (0, 0, 0.004))
+    assert (peg.kind, peg.size, peg.colour) == ("cylinder", (0.015, 0.02, 0), (0.3, 0.3, 0.35, 1.0))
+    (wedge,) = models["wedge_part"].shapes
+    assert wedge.mesh == EXAMPLE / "wedge.stl"
+    assert wedge.size == (0.001,) * 3
+    assert [(s.is_touched, s.is_seen) for s in models["valve_part"].shapes] == [(True, False)] * 2 + [(False, True)] * 2
+    assert models["valve_part"].shapes[2].colour == (0.7, 0.6, 0.3, 1.0)
+    neck = models["flange_part"].shapes[2]
+    assert neck.pose.position == pytest.approx((0, 0, 0.02))
+    assert models["knob_part"].mjcf == EXAMPLE / "knob.xml"
+    assert [piece.name for piece in trial.furniture] == ["shelf", "post"]
+    assert len(trial.bin_parts) == 8
+    assert [part.type for part in trial.belt_parts] == ["knob_part"]
+    assert [part.name for part in trial.extra_parts] == ["agv1|kit_tray_1|kit_tray_1|tray|wedge_part_1"]
+
+
+BOX = "{mass: 1, shapes: [{box: [0.1, 0.1, 0.1]}]}"
+
+
+@pytest.mark.parametrize(
+    ("entry", "said"),
+    [
+        ("{shapes: [{box: [0.1, 0.1, 0.1]}]}", "the required entry 'mass' is missing, and its file has none [kg]"),
+        ("{mass: 0, shapes: [{box: [0.1, 0.1, 0.1]}]}", "a mass of 0 kg; a part has 0.001 to 100 kg"),
+        ("{mass: .inf, shapes: [{box: [0.1, 0.1, 0.1]}]}", "must be a finite number"),
+        ("{mass: 1}", "needs either 'shapes' or 'file'"),
+        ("{mass: 1, shapes: [], file: a.sdf}", "needs either 'shapes' or 'file', not both"),
+        ("{mass: 1, shapes: []}", "must be a list of 1 to 200 shapes, not one of 0"),
+        ("{mas: 1, shapes: [{box: [0.1, 0.1, 0.1]}]}", "unknown entry; did you mean mass"),
+        ("{mass: 1, shapes: [{bx: [0.1, 0.1, 0.1]}]}", "unknown entry; did you mean box"),
+        ("{mass: 1, shapes: [{box: [0.1, 0.1, 0]}]}", "a box of 0.1 x 0.1 x 0 m; lengths are 0.0001 to 20 m"),
+        ("{mass: 1, shapes: [{box: [0.1, 0.1, .nan]}]}", "must be a finite number"),
+        ("{mass: 1, shapes: [{box: [0.5, 0.1, 0.1]}]}", "reaches 0.26 m from its origin; a part keeps within 0.22 m"),
+        ("{mass: 1, shapes: [{sphere: {radius: 0.3}}]}", "reaches 0.30 m from its origin"),
+        ("{mass: 1, shapes: [{capsule: {radius: 0.01, length: 1}}]}", "reaches 0.51 m from its origin"),
+        ("{mass: 1, shapes: [{sphere: {radius: -1}}]}", "a sphere of -1 m"),
+        ("{mass: 1, shapes: [{cylinder: {radius: 0.1}}]}", "the required entry 'length' is missing"),
+        ("{mass: 1, shapes: [{box: [1, 1, 1], sphere: {radius: 1}}]}", "a shape is one of box, cylinder, "),
+        ("{mass: 1, shapes: [{box: [0.1, 0.1, 0.1], use: sen}]}", "unknown use; did you mean seen"),
+        ("{mass: 1, shapes: [{box: [0.1, 0.1, 0.1], use: seen}]}", "nothing of it can be touched"),
+        ("{mass: 1, shapes: [{box: [0.1, 0.1, 0.1], color: [1, 2, 0]}]}", "must be a list of red, green, blue and"),
+        ("{mass: 1, shapes: [{box: [0.1, 0.1, 0.1], scale: 2}]}", "only a mesh has a scale"),
+        ("{mass: 1, shapes: [{box: [0.1, 0.1, 0.1], pose: {xyz: [0, 0, sqr(2)]}}]}", "'sqr(2)' has 'sqr', no name"),
+        ("{mass: 1, shapes: [{mesh: no.stl}]}", "no.stl: there is no such file"),
+        ("{mass: 1, shapes: [{mesh: a.dae}]}", "a.dae: meshes are read from .stl and .obj files"),
+        ("{file: nowhere}", "nowhere: there is no such file"),
+        ("{file: 3}", "must be the path of a file, not the number 3"),
+        ("{file: trial.yaml}", "trial.yaml:1: no valid XML (column 1)"),
+    ],
+)
+def test_refused(entry: str, said: str, tmp_path: Path) -> None:
+    found = refused(tmp_path, parts(entry))
+    assert all(each.startswith("trial.yaml:3: cellwright.parts.my_part") for each in found)
+    assert said in found[0]
+
+
+@pytest.mark.parametrize("name", ["gear_part", "agv1", "my_part_3", "a_clone_x", "my|part", "9part"])
+def test_names_that_cannot_be(name: str, tmp_path: Path) -> None:
+    (found,) = refused(tmp_path, f"cellwright:\n  parts:\n    '{name}': {BOX}\n")
+    assert "a part type is named" in found or "there is a model" in found
+
+
+def test_types_that_are_not_there_are_named(tmp_path: Path) -> None:
+    path = tmp_path / "trial.yaml"
+    path.write_text(
+        parts(BOX) + "orders: {order_0: {announcement_condition: time, announcement_condition_value: 0, "
+        "parts: {a: {type: my_prt, pose: {}}}}}\n"
+    )
+    (warning,) = load_trial([path]).warnings
+    assert warning.message == "unknown part type 'my_prt', left out of the cell; did you mean my_part"
+
+
+@pytest.mark.parametrize(
+    ("entry", "said"),
+    [
+        ("{a: 1}", "must be a list, not a mapping"),
+        ("[{shapes: [{box: [1, 1, 1]}]}]", "the required entry 'name' is missing"),
+        ("[{name: a}]", "needs either 'shapes' or 'file'"),
+        ("[{name: a, mass: 2, shapes: [{box: [1, 1, 1]}]}]", "unknown entry; did you mean"),
+        ("[{name: a, shapes: [{box: [30, 1, 1]}]}]", "a box of 30 x 1 x 1 m"),
+        ("[{name: a, pose: {xyz: [0, 0]}, shapes: [{box: [1, 1, 1]}]}]", "must be a list of three numbers"),
+        (
+            "[{name: a, shapes: [{box: [1, 1, 1]}]}, {name: a, shapes: [{box: [1, 1, 1]}]}]",
+            "there is another piece of this name",
+        ),
+    ],
+)
+def test_furniture_refused(entry: str, said: str, tmp_path: Path) -> None:
+    found = refused(tmp_path, f"cellwright:\n  furniture: {entry}\n")
+    assert said in found[0] or said.startswith("unknown entry")
+    assert found[0].startswith("trial.yaml:2: cellwright.furniture")
+
+
+# ---------------------------------------------------------------- files
+
+
+SDF = "<sdf version='1.5'><model name='m'><link name='l'>{}</link></model></sdf>"
+COLLISION = "<collision name='c'><geometry>{}</geometry></collision>"
+SPHERE = COLLISION.format("<sphere><radius>0.01</radius></sphere>")
+MASS = "<inertial><mass>1</mass></inertial>"
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("<!DOCTYPE x [<!ENTITY a 'b'>]><sdf/>", "declares a document type or entities, which are not read"),
+        ("<sdf>", "a.sdf:1: no valid XML"),
+        ("<robt/>", "no SDF, URDF or MJCF file: it begins with <robt>"),
+        ("<sdf><model/><model/></sdf>", "has 2 models; one is read"),
+        (SDF.format(MASS), "no collision and no visual that could be read"),
+        (SDF.format(MASS + COLLISION.format("<plane/>")), "a shape <plane> is not read (known: box, cylinder, "),
+        (SDF.format(MASS + COLLISION.format("<sphere/>")), "radius takes 1 finite number, not None"),
+        (
+            SDF.format(MASS + COLLISION.format("<box><size>1 nan 1</size></box>")),
+            "size takes 3 finite numbers, not '1 nan 1'",
+        ),
+        (SDF.format(MASS + COLLISION.format("<mesh><uri>b.stl</uri></mesh>")), "there is no file b.stl"),
+        (
+            SDF.format(MASS + COLLISION.format("<mesh><uri>../b.stl</uri></mesh>")),
+            "../b.stl lies outside of the model's",
+        ),
+        (SDF.format(SPHERE), "the required entry 'mass' is missing, and its file has none [kg]"),
+        (SDF.format(MASS + SPHERE + "<sensor/>"), "<sensor> is not read; a model is shapes alone"),
+        (
+            "<robot><link name='a'/><link name='b'/><joint name='j' type='revolute'/></robot>",
+            "the joint 'j' can move; a model is one rigid body",
+        ),
+        (
+            "<mujoco><include file='/etc/passwd'/></mujoco>",
+            "<include> is not read; a model is one file with its meshes",
+        ),
+        ("<mujoco><asset><mesh file='../x.stl'/></asset></mujoco>", "../x.stl lies outside of the model's folder"),
+    ],
+)
+def test_files_refused(content: str, said: str, tmp_path: Path) -> None:
+    (tmp_path / "a.sdf").write_text(content)
+    (found,) = refused(tmp_path, parts("{file: a.sdf}"))
+    assert found.startswith("trial.yaml:3: cellwright.parts.my_part")
+    assert said in found
+
+
+def test_a_file_that_is_too_large(tmp_path: Path) -> None:
+    (tmp_path / "a.sdf").write_text(f"<!-- {'x' * (1 << 20)} --><sdf/>")
+    assert "larger than 1 MiB" in refused(tmp_path, parts("{file: a.sdf}"))[0]
+
+
+def test_a_folder_needs_its_config(tmp_path: Path) -> None:
+    (tmp_path / "model").mkdir()
+    assert "a folder without model.config" in refused(tmp_path, parts("{file: model}"))[0]
+    (tmp_path / "model" / "model.config").write_text("<model><sdf>../../x.sdf</sdf></model>")
+    assert "lies outside of the model's folder" in refused(tmp_path, parts("{file: model}"))[0]
+
+
+def test_links_of_a_chain_are_taken_together(tmp_path: Path) -> None:
+    (tmp_path / "a.urdf").write_text(
+        """<robot name='r'>
+        <link name='c'><collision><geometry><sphere radius='0.01'/></geometry></collision></link>
+        <link name='a'><inertial><mass value='2'/></inertial></link><link name='b'/>
+        <joint name='ab' type='fixed'><parent link='a'/><child link='b'/>
+        <origin xyz='0.1 0 0' rpy='0 0 1.5707963267948966'/></joint>
+        <joint name='bc' type='fixed'><parent link='b'/><child link='c'/><origin xyz='0.1 0 0'/></joint></robot>"""
+    )
+    model = load(tmp_path, parts("{file: a.urdf}")).part_models["my_part"]
+    (shape,) = model.shapes
+    assert model.mass == 2
+    assert shape.pose.position == pytest.approx((0.1, 0.1, 0))
+    assert shape.is_touched
+    assert shape.is_seen
+
+
+def test_joints_in_a_ring(tmp_path: Path) -> None:
+    joint = "<joint name='{0}{1}' type='fixed'><parent link='{0}'/><child link='{1}'/></joint>"
+    links = "<link name='a'/><link name='b'/>"
+    (tmp_path / "a.urdf").write_text(f"<robot>{links}{joint.format('a', 'b')}{joint.format('b', 'a')}</robot>")
+    assert "which is no way to a first link" in refused(tmp_path, parts("{file: a.urdf}"))[0]
+
+
+# ---------------------------------------------------------------- meshes
+
+TETRAHEDRON = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 2/1 3/1 4/1\nf -4 -1 -2\n"
+
+
+def test_obj(tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_text(TETRAHEDRON)
+    assert load(tmp_path, parts("{mass: 1, shapes: [{mesh: a.obj, scale: [1, 1, 0.5]}]}")).part_models
+
+
+def test_text_stl(tmp_path: Path) -> None:
+    corners = [(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0), (0, 0, 0.1)]
+    facets = "".join(
+        "facet normal 0 0 0\nouter loop\n"
+        + "".join("vertex {} {} {}\n".format(*corners[k]) for k in facet)
+        + "endloop\nendfacet\n"
+        for facet in ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))
+    )
+    (tmp_path / "a.stl").write_text(f"solid a\n{facets}endsolid a\n")
+    assert load(tmp_path, parts("{mass: 1, shapes: [{mesh: a.stl}]}")).part_models
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("a.obj", "v 0 0 0\n", "no triangles in it"),
+        ("a.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "a coordinate that is no finite number"),
+        ("a.obj", "v 0 0 0\nf 1 2 3\n", "a triangle with a corner that does not exist"),
+        ("a.obj", "v 0 0 x\n", "no valid OBJ file"),
+        (
+            "a.obj",
+            "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0.1\nv 0.1 0.1 0.1\nf 1 2 3\nf 2 3 4\n",
+            "a flat mesh, which has no body",
+        ),
+        ("a.stl", "solid\nvertex 1 2\n", "no valid STL file"),
+    ],
+)
+def test_meshes_refused(name: str, content: str, said: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text(content)
+    (found,) = refused(tmp_path, parts(f"{{mass: 1, shapes: [{{mesh: {name}}}]}}"))
+    assert said in found
+
+
+def test_a_mesh_that_is_too_large(tmp_path: Path) -> None:
+    count = 200_001
+    (tmp_path / "a.stl").write_bytes(bytes(80) + struct.pack("<I", count) + bytes(50 * count))
+    (found,) = refused(tmp_path, parts("{mass: 1, shapes: [{mesh: a.stl}]}"))
+    assert "200001 triangles; at most 200000 are read" in found
+
+
+def test_a_mesh_in_millimetres_is_too_large(tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_text(TETRAHEDRON.replace("0.1", "100"))
+    (found,) = refused(tmp_path, parts("{mass: 1, shapes: [{mesh: a.obj}]}"))
+    assert "a mesh of 100 x 100 x 100 m; lengths are 0.0001 to 20 m" in found

@@ -1,0 +1,73 @@
+"""Where a robot stands: quaternions (x, y, z, w) as written, of unit length as read."""
+
+import math
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.config.parsing.problems import Place, Problems
+from cellwright.config.parsing.reader import Reader
+from cellwright.config.parsing.tree import Entry, Items, Leaf, Table
+from cellwright.config.robot.base_pose import read_base_pose
+from cellwright.config.robot.config_reader import read_tree
+from cellwright.util.pose import Pose
+
+HERE = Place(0, "a.yml", 1)
+
+
+def read(folder: Path, text: str) -> tuple[Pose, list[str]]:
+    path = folder / "a.yml"
+    path.write_text(f"base_pose: {text}\n")
+    problems = Problems()
+    pose = read_base_pose(read_tree(path, problems).get("base_pose"), Reader(problems))
+    return pose, [str(problem).removeprefix(f"{path}:1: base_pose") for problem in problems.errors + problems.warnings]
+
+
+def test_the_rounding_of_the_field_is_no_slip(tmp_path: Path) -> None:
+    pose, said = read(tmp_path, "{position: [0, 0, 0.9], orientation: [0, 0, 0.707, 0.707]}")
+    assert said == []
+    assert pose.position == pytest.approx((0, 0, 0.9))
+    assert pose.yaw == pytest.approx(math.pi / 2)
+    assert pose.quaternion == pytest.approx((math.sqrt(0.5), 0, 0, math.sqrt(0.5)))
+
+
+def test_nothing_said_is_the_origin(tmp_path: Path) -> None:
+    assert read_base_pose(None, Reader(Problems())) == Pose()
+    assert read(tmp_path, "{}") == (Pose(), [])
+    assert read(tmp_path, "{position: [1, 2, 3]}") == (Pose((1, 2, 3)), [])
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[0, 0, 0]", ": must be a mapping, not a list"),
+        ("{positon: [0, 0, 0]}", ".positon: unknown entry, ignored; did you mean position"),
+        ("{position: [0, 0, 20000]}", ".position: lies more than 10000 m away"),
+        ("{position: [0, 0, .nan]}", ".position[2]: must be a finite number"),
+        ("{position: [0, 0, yes]}", ".position[2]: must be a number, not the truth value true"),
+        ("{orientation: [0, 0, 0, 0]}", ".orientation: must be a quaternion x, y, z, w, and this one turns nowhere"),
+        ("{orientation: [1e200, 0, 0, 0]}", ".orientation: must be a quaternion x, y, z, w"),
+        ("{orientation: [0, 0, 1.57]}", ".orientation: must be a list of 4 numbers, x, y, z, w, not one of 3"),
+        ("{orientation: [0, 0, 1, 1]}", ".orientation: a quaternion has the length 1, and this one 1.41; it is scaled"),
+    ],
+)
+def test_slips(text: str, said: str, tmp_path: Path) -> None:
+    (line,) = read(tmp_path, text)[1]
+    assert line.startswith(said)
+
+
+@given(st.lists(st.floats(-1e3, 1e3), min_size=4, max_size=4))
+def test_any_quaternion_is_of_unit_length_or_refused(xyzw: list[float]) -> None:
+    problems = Problems()
+    items = Items(tuple(Leaf(value, HERE, "q") for value in xyzw), HERE, "q")
+    table = Table(HERE, "base_pose")
+    table.entries["orientation"] = Entry("orientation", items, HERE, "q")
+    w, x, y, z = read_base_pose(table, Reader(problems)).quaternion
+    assert math.hypot(w, x, y, z) == pytest.approx(1.0)
+    length = math.hypot(*xyzw)
+    if problems.errors:
+        assert length <= 1e-6
+    else:
+        assert [value / length for value in xyzw] == pytest.approx([x, y, z, w])

@@ -1,0 +1,118 @@
+"""The cameras of a robot configuration: what they are fixed to, where they look, and what is no camera."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from cellwright.config.robot.camera_views import looking, taking
+from cellwright.config.robot.config import Camera
+from cellwright.util.errors import UsageError
+from cellwright.util.pose import Pose
+from tests.robot.robots import two_arms
+
+ROBOT = two_arms()
+VECTORS = st.tuples(*[st.floats(-3.0, 3.0)] * 3)
+
+
+def camera(name: str = "first_person", **values: Any) -> Camera:
+    return Camera(name, {"name": name, **values})
+
+
+@pytest.mark.parametrize(
+    ("name", "link"),
+    [
+        ("first_person", "head"),
+        ("hand_eye", "tip_right"),
+        ("hand_eye_right", "tip_right"),
+        ("left_hand_eye", "tip_left"),
+        ("anything", "head"),
+    ],
+)
+def test_what_it_is_fixed_to(name: str, link: str) -> None:
+    tips = [replace(arm, tip=f"tip_{side}") for arm, side in zip(ROBOT.arms, ("right", "left"), strict=True)]
+    assert taking(replace(ROBOT, arms=tuple(tips)), camera(name)).frame == link
+
+
+def test_without_a_head_and_arms_it_is_the_root() -> None:
+    bare = replace(ROBOT, arms=(), head=None)
+    assert {taking(bare, camera(name)).frame for name in ("first_person", "hand_eye")} == {"base"}
+
+
+def test_left_out_figures() -> None:
+    found = taking(ROBOT, camera())
+    assert (found.width, found.height, found.near, found.far, found.pose) == (640, 480, 0.1, 10.0, Pose())
+    assert 2 * math.atan(math.tan(found.fov / 2) * 480 / 640) == pytest.approx(math.radians(100))
+
+
+def test_all_figures() -> None:
+    found = taking(
+        ROBOT,
+        camera(
+            quat=[0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)],  # a quarter turn to the left
+            pos_offset=[0.1, 0.0, 0.2],
+            target_offset=[0.1, 0.0, -1.0],
+            height=0.3,
+            up_axis="y",
+            near_val=0.005,
+            far_val=4,
+            img_width=320,
+            img_height=200,
+        ),
+    )
+    assert found.pose.position == pytest.approx((0.0, 0.1, 0.5))
+    assert found.pose.rotate((1.0, 0.0, 0.0)) == pytest.approx((0.0, 0.0, -1.0))
+    assert found.pose.rotate((0.0, 0.0, 1.0)) == pytest.approx((0.0, 1.0, 0.0))
+    assert (found.near, found.far, found.width, found.height) == (0.02, 4.0, 320, 200)
+
+
+@pytest.mark.parametrize(("written", "up"), [("Z", 2), (0, 0), ([0, 2, 0], 1)])
+def test_what_is_up(written: object, up: int) -> None:
+    target = [0.0, 1.0, 0.0] if up != 1 else [1.0, 0.0, 0.0]
+    found = taking(ROBOT, camera(up_axis=written, target_offset=target))
+    assert found.pose.rotate((0.0, 0.0, 1.0))[up] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("values", "reason"),
+    [
+        ({"name": "a b"}, "its name becomes a topic"),
+        ({"img_width": 4}, "img_width must be a whole number from 8 to 1920, not 4"),
+        ({"img_height": True}, "img_height must be a whole number"),
+        ({"img_width": 1920, "img_height": 1080}, "1920 x 1080 pixels; at most 1000000 in all"),
+        ({"near_val": 3, "far_val": 2}, "near_val, 3 m, must be less than far_val, 2 m"),
+        ({"near_val": 0}, "near_val must be above 0 m"),
+        ({"far_val": "much"}, "far_val must be a number, not 'much'"),
+        ({"pos_offset": [1, 2]}, "pos_offset must be a list of 3 numbers, not [1, 2]"),
+        ({"quat": [0, 0, 0, None]}, "quat must be a list of 4 numbers"),
+        ({"up_axis": "w"}, "up_axis must be a list of 3 numbers, not 'w'"),
+        ({"up_axis": "x"}, "what is up for it lies along its line of sight"),
+        ({"up_axis": [0, 0, 0]}, "what is up for it lies along its line of sight"),
+        ({"target_offset": [0, 0, 0]}, "it looks at the point where it stands"),
+    ],
+)
+def test_what_is_no_camera(values: dict[str, Any], reason: str) -> None:
+    name = values.pop("name", "first_person")
+    with pytest.raises(UsageError) as error:
+        taking(ROBOT, camera(name, **values))
+    assert reason in str(error.value)
+
+
+@given(forward=VECTORS, up=VECTORS)
+def test_it_looks_forward_with_up_as_far_up_as_it_can_be(
+    forward: tuple[float, float, float], up: tuple[float, float, float]
+) -> None:
+    length, height = math.hypot(*forward), math.hypot(*up)
+    assume(min(length, height) > 0.1)
+    cosine = sum(a * b for a, b in zip(forward, up, strict=True)) / length / height
+    assume(abs(cosine) < 0.99)
+    turn = Pose((0.0, 0.0, 0.0), looking(forward, up))
+    assert turn.rotate((1.0, 0.0, 0.0)) == pytest.approx([each / length for each in forward], abs=1e-6)
+    above, across = turn.rotate((0.0, 0.0, 1.0)), turn.rotate((0.0, 1.0, 0.0))
+    assert sum(a * b for a, b in zip(across, up, strict=True)) == pytest.approx(0.0, abs=1e-5)
+    assert sum(a * b for a, b in zip(above, up, strict=True)) > 0

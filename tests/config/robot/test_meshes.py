@@ -1,0 +1,106 @@
+"""Meshes: where they are looked for, and what becomes of links whose meshes cannot be used."""
+
+import struct
+from pathlib import Path
+
+import pytest
+
+from cellwright.config.robot import meshes
+from cellwright.config.robot.meshes import MeshFinder
+from cellwright.config.robot.packages import package_folders
+from cellwright.config.robot.urdf import read_urdf
+from tests.config.robot.test_urdf import robot
+
+TETRAHEDRON = [(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 0, 0), (0, 0, 1), (1, 0, 0)]
+
+
+def stl() -> bytes:
+    facets = b"".join(struct.pack("<12fH", 0, 0, 0, *sum(corners, ()), 0) for corners in TETRAHEDRON)
+    return bytes(80) + struct.pack("<I", len(TETRAHEDRON)) + facets
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    """A checkout of a package under another name, as one gets it from a web page."""
+    folder = tmp_path / "arm_description-main"
+    for below in ("urdf", "meshes"):
+        (folder / below).mkdir(parents=True)
+    (folder / "package.xml").write_text("<package>\n <name>arm_description</name></package>")
+    (folder / "meshes" / "link 1.stl").write_bytes(stl())
+    return folder
+
+
+@pytest.mark.parametrize(
+    "reference",
+    [
+        "package://arm_description/meshes/link 1.stl",
+        "package://arm_description/meshes/link%201.stl",
+        "model://arm_description/meshes/link 1.stl",
+        "package://arm_description-main/meshes/link 1.stl",
+        "../meshes/link 1.stl",
+        "..\\meshes\\link 1.stl",
+        "meshes/link 1.stl",
+    ],
+)
+def test_meshes_are_found(package: Path, reference: str) -> None:
+    finder = MeshFinder(package / "urdf" / "arm.urdf")
+    found = finder.find(reference)
+    assert found is not None
+    assert found.samefile(package / "meshes" / "link 1.stl")
+    assert finder.missing == {}
+
+
+def test_meshes_are_found_by_their_whole_path(package: Path) -> None:
+    finder = MeshFinder(package / "urdf" / "arm.urdf")
+    path = (package / "meshes" / "link 1.stl").as_posix()
+    assert finder.find(path) == finder.find(f"file://{path.replace(' ', '%20')}") == Path(path)
+
+
+def test_packages_of_ros_are_looked_through(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_PACKAGE_PATH", f"{tmp_path}/one:{tmp_path}/two/arm")
+    monkeypatch.setenv("AMENT_PREFIX_PATH", f"{tmp_path}/three")
+    found = list(package_folders("arm", Path("/elsewhere/urdf/arm.urdf")))
+    assert found[-4:] == [
+        tmp_path / "one" / "arm",
+        tmp_path / "two" / "arm" / "arm",
+        tmp_path / "two" / "arm",
+        tmp_path / "three" / "share" / "arm",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "why"),
+    [
+        ("a.dae", b"<COLLADA/>", "meshes are read from .stl and .obj files"),
+        ("a.stl", b"solid nothing", "no triangles in it"),
+        ("a.obj", b"v 1 2", "no valid OBJ file"),
+        ("b.stl", b"", "not found"),
+    ],
+)
+def test_meshes_that_cannot_be_used(tmp_path: Path, name: str, content: bytes, why: str) -> None:
+    (tmp_path / name.replace("b.stl", "c.stl")).write_bytes(content)
+    finder = MeshFinder(tmp_path / "arm.urdf")
+    assert finder.find(name) is None
+    assert finder.find(name) is None
+    assert finder.missing == {name: why}
+
+
+def test_all_meshes_together_have_a_bound(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (package / "meshes" / "other.stl").write_bytes(stl())
+    monkeypatch.setattr(meshes, "MAX_TOTAL_BYTES", len(stl()) + 1)
+    finder = MeshFinder(package / "urdf" / "arm.urdf")
+    assert finder.find("../meshes/link 1.stl") is not None
+    assert finder.find("../meshes/link 1.stl") is not None
+    assert finder.find("../meshes/other.stl") is None
+    assert list(finder.missing) == ["../meshes/other.stl"]
+
+
+def test_one_warning_tells_of_all_missing_meshes(tmp_path: Path) -> None:
+    visuals = "".join(f'<visual><geometry><mesh filename="{n}.dae"/></geometry></visual>' for n in range(7))
+    path = tmp_path / "arm.urdf"
+    path.write_text(robot(f'<link name="a">{visuals}</link>'))
+    warnings: list[str] = []
+    found = read_urdf(path, warn=warnings.append)
+    told = "7 meshes in 1 link cannot be used, the first '0.dae': not found; simple shapes stand in"
+    assert warnings == [f"{path}:1: {told}"]
+    assert [shape.kind for shape in found.links["a"].shapes] == ["sphere"]

@@ -1,0 +1,77 @@
+"""Joints and links by index and by name; the two ways of counting."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.config.parsing.problems import Place, Problems
+from cellwright.config.parsing.tree import Items, Leaf, Scalar
+from cellwright.config.robot.model import RobotModel
+from cellwright.config.robot.references import MOST_LISTED, References, listed, numbered
+from cellwright.config.robot.robots import load_robot
+from tests.config.robot.small_robot import INDICES, urdf
+
+HERE = Place(0, "a.yml", 7)
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory: pytest.TempPathFactory) -> RobotModel:
+    path = tmp_path_factory.mktemp("robot") / "robot.urdf"
+    path.write_text(urdf())
+    return load_robot(path, lambda _line: None).robot
+
+
+def leaf(value: Scalar) -> Leaf:
+    return Leaf(value, HERE, "key")
+
+
+@pytest.mark.parametrize("order", ["pybullet", "urdf"])
+def test_an_index_and_its_name_are_the_same(order: str, robot: RobotModel) -> None:
+    joints = numbered(robot, order)
+    problems = Problems()
+    references = References(robot, joints, problems)
+    for index, joint in enumerate(joints):
+        if joint.is_driven:
+            assert references.joint(leaf(index), may_follow=True) is joint
+            assert references.joint(leaf(joint.name), may_follow=True) is joint
+        assert references.link(leaf(index)) == references.link(leaf(joint.child)) == joint.child
+    assert problems.errors == ()
+
+
+def test_the_two_ways_of_counting(robot: RobotModel) -> None:
+    assert tuple(joint.name for joint in numbered(robot, "pybullet")) == INDICES
+    assert tuple(joint.name for joint in numbered(robot, "urdf")) == robot.written != INDICES
+
+
+def test_the_root_only_where_it_may_be(robot: RobotModel) -> None:
+    problems = Problems()
+    references = References(robot, robot.joints, problems)
+    assert references.link(leaf(-1), may_be_root=True) == references.link(leaf("base"), may_be_root=True) == "base"
+    assert references.link(leaf(-1)) is references.link(leaf("base")) is None
+    assert len(problems.errors) == 2
+
+
+@given(st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=12) | st.dates() | st.binary())
+def test_anything_is_a_joint_or_one_error_with_its_place(robot: RobotModel, value: Scalar) -> None:
+    for kind in ("joint", "link"):
+        problems = Problems()
+        found = getattr(References(robot, robot.joints, problems), kind)(leaf(value))
+        assert [str(problem).startswith("a.yml:7: key: ") for problem in problems.errors] == [True] * (found is None)
+
+
+@given(st.lists(st.integers(-2, 15), max_size=6))
+def test_a_list_has_each_joint_once(robot: RobotModel, indices: list[int]) -> None:
+    problems = Problems()
+    found = References(robot, robot.joints, problems).joints(Items(tuple(map(leaf, indices)), HERE, "key"))
+    movable = {index for index, joint in enumerate(robot.joints) if joint.is_driven and joint.mimic is None}
+    is_sound = bool(indices) and set(indices) <= movable and len(set(indices)) == len(indices)
+    assert (found is not None) == is_sound == (problems.errors == ())
+
+
+def test_messages_are_not_flooded() -> None:
+    names = [f"joint_{number}" for number in range(100)]
+    text = listed(names)
+    assert text.startswith("joint_0, joint_1, ")
+    assert text.endswith("… 88 more, see `cellwright robot`")
+    assert text.count("joint_") == MOST_LISTED
+    assert listed([]) == "none"

@@ -1,0 +1,92 @@
+"""Which file is meant by a name or a path, and that those that come along are sound."""
+
+from pathlib import Path
+
+import pytest
+
+from cellwright.config.check import check
+from cellwright.config.robot.robots import bundled, find_robot, is_robot_file, is_urdf, load_robot
+from cellwright.util.errors import CellwrightError, DescriptionError, UnknownNameError
+from tests.config.robot.small_robot import urdf, write
+
+
+def silent(_line: str) -> None:
+    pass
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", bundled())
+def test_those_that_come_along_are_flawless(name: str) -> None:
+    report = check([find_robot(name)])
+    assert report.lines() == ["ok"]
+    assert load_robot(name, silent).arms
+
+
+def test_qinglong_comes_along(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert "qinglong" in bundled()
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "qinglong").mkdir()
+    assert find_robot("qinglong").parent.parent.name == "catalogue"
+    with pytest.raises(UnknownNameError, match="unknown robot 'qinlong'; did you mean qinglong"):
+        find_robot("qinlong")
+
+
+def test_a_file_or_its_folder(tmp_path: Path) -> None:
+    path = write(tmp_path)
+    assert find_robot(path) == find_robot(str(tmp_path)) == path
+    assert load_robot(tmp_path, silent) == load_robot(path, silent)
+
+
+def test_a_plain_urdf_has_joints_and_no_groups(tmp_path: Path) -> None:
+    path = tmp_path / "some.robot"
+    path.write_text(urdf())
+    config = load_robot(path, silent)
+    assert (config.name, config.path, config.urdf_path) == ("small", path, path)
+    assert (config.arms, config.home, config.command_links) == ((), {}, ())
+    assert len(config.robot.joints) == 14
+    path.rename(tmp_path / "robot.urdf")
+    assert find_robot(tmp_path) == tmp_path / "robot.urdf"
+
+
+def test_which_urdf_of_a_folder(tmp_path: Path) -> None:
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    for name in ("a.urdf", "b.urdf"):
+        (tmp_path / name).write_text(urdf())
+    with pytest.raises(
+        DescriptionError, match=r"without vr_configs\.yml and more than one URDF: give one of a.urdf, b"
+    ):
+        find_robot(tmp_path)
+    with pytest.raises(DescriptionError, match=r"a folder without vr_configs\.yml and no URDF"):
+        find_robot(empty)
+
+
+@pytest.mark.parametrize("name", ["no.yml", "./qinglong", "folder/robot", "a" * 5000, "a\0b", ""])
+def test_what_is_not_there_is_refused(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(CellwrightError):
+        find_robot(name)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "robot", "plain"),
+    [
+        ("a.urdf", "", True, True),
+        ("a.xacro", "", True, True),
+        ("a", "\n <?xml version='1.0'?>", True, True),
+        ("a", "\ufeff<robot/>", True, True),
+        ("a.yml", "urdf_path: b\narms: []\n", True, False),
+        ("a.yml", "urdf_pth: b\narms: []\ngrippers: []", True, False),
+        ("a.yml", "urdf_path: b\narmz: []\ngripper: []", True, False),
+        ("vr_configs.yml", "", True, False),
+        ("vr_configs.yml", "a: [", True, False),
+        ("a.yml", "a: [", False, False),
+        ("a.yml", "orders: {}\noptions: {}\n", False, False),
+        ("a.yml", "", False, False),
+        ("a.yml", "<robot>", False, False),
+    ],
+)
+def test_files_are_known_by_what_is_in_them(name: str, text: str, robot: bool, plain: bool, tmp_path: Path) -> None:
+    path = tmp_path / name
+    path.write_text(text)
+    assert (is_robot_file(path), is_urdf(path)) == (robot, plain)

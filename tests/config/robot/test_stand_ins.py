@@ -1,0 +1,77 @@
+"""Simple shapes for links that lost theirs."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.config.models.model import ModelShape
+from cellwright.config.robot.model import Inertial, Joint, JointType, Link
+from cellwright.config.robot.stand_ins import DENSITY, NEAR, Use, with_stand_ins
+from cellwright.util.pose import Pose, Vector3
+
+BOTH = frozenset(Use)
+TOUCHED = ModelShape("box", (1.0, 1.0, 1.0), is_seen=False)
+SEEN = ModelShape("sphere", (1.0, 0.0, 0.0), is_touched=False)
+
+
+def joint_at(position: Vector3, parent: str = "arm", child: str = "hand") -> Joint:
+    return Joint(f"{parent} {child}", JointType.FIXED, parent, child, Pose(position))
+
+
+@given(end=st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda end: math.hypot(*end) > NEAR))
+def test_a_limb_reaches_from_joint_to_joint(end: Vector3) -> None:
+    (limb,) = with_stand_ins(Link("arm"), [joint_at(end)], BOTH).shapes
+    radius, straight, _ = limb.size
+    length = math.hypot(*end)
+    assert limb.kind == "capsule"
+    assert limb.is_seen
+    assert limb.is_touched
+    # its axis lies on the way, and it ends near both joints
+    assert limb.pose.rotate((0.0, 0.0, length)) == pytest.approx(end, abs=1e-4)
+    assert limb.pose.position == pytest.approx([value / 2 for value in end])
+    assert length * 0.5 <= straight <= length
+    assert 0.005 <= radius <= max(0.005, 0.3 * length)
+
+
+def test_a_limb_is_as_thick_as_its_mass_asks_for() -> None:
+    link = Link("arm", Inertial(math.pi * 0.05**2 * DENSITY * 0.4))
+    (limb,) = with_stand_ins(link, [joint_at((0.0, 0.0, 0.4))], BOTH).shapes
+    assert limb.size[0] == pytest.approx(0.05)
+
+
+def test_a_torso_has_a_limb_for_each_joint_that_is_not_at_its_origin() -> None:
+    joints = [joint_at((0.0, y, 0.4), child=f"arm {y}") for y in (-0.2, 0.2)]
+    joints += [joint_at((0.0, 0.0, 0.0), child="waist"), joint_at((0.0, 0.0, 0.3), "other", "head")]
+    shapes = with_stand_ins(Link("arm"), joints, BOTH).shapes
+    assert [shape.pose.position for shape in shapes] == [(0.0, -0.1, 0.2), (0.0, 0.1, 0.2)]
+
+
+def test_the_last_link_lies_around_its_centre_of_mass() -> None:
+    (limb,) = with_stand_ins(Link("hand", Inertial(0.5, Pose((0.0, 0.0, 0.1)))), [joint_at((1.0, 0, 0))], BOTH).shapes
+    assert (limb.kind, limb.pose.position) == ("capsule", (0.0, 0.0, 0.1))
+    (ball,) = with_stand_ins(Link("hand", Inertial(0.5)), [joint_at((1.0, 0, 0))], BOTH).shapes
+    assert ball.kind == "sphere"
+    assert ball.size[0] == pytest.approx((0.5 * 3 / (4 * math.pi * DENSITY)) ** (1 / 3))
+    (unknown,) = with_stand_ins(Link("hand"), [joint_at((0.1, 0, 0))], BOTH).shapes
+    assert unknown.size[0] == pytest.approx(0.016)
+
+
+@pytest.mark.parametrize(
+    ("shapes", "lacking", "uses"),
+    [
+        ((TOUCHED,), {Use.SEEN}, [("box", True, True)]),  # what is touched is drawn
+        ((SEEN,), {Use.TOUCHED}, [("sphere", True, True)]),  # what is drawn is touched
+        ((TOUCHED, SEEN), {Use.SEEN}, [("box", False, True), ("sphere", True, False)]),  # enough is there
+        ((SEEN,), {Use.SEEN}, [("sphere", True, False)]),
+        ((), {Use.SEEN}, [("capsule", True, False)]),
+        ((), {Use.TOUCHED}, [("capsule", False, True)]),
+        ((), set(), []),
+    ],
+)
+def test_what_is_there_serves_first(
+    shapes: tuple[ModelShape, ...], lacking: set[Use], uses: list[tuple[str, bool, bool]]
+) -> None:
+    link = with_stand_ins(Link("arm", shapes=shapes), [joint_at((0.0, 0.0, 0.4))], lacking)
+    assert [(shape.kind, shape.is_seen, shape.is_touched) for shape in link.shapes] == uses

@@ -1,0 +1,143 @@
+"""Robots from URDF files: the tree, how joints are counted, and what is refused with its place."""
+
+from pathlib import Path
+
+import pytest
+
+from cellwright.config.robot.model import JointType, RobotModel
+from cellwright.config.robot.urdf import MOST_LINKS, MOST_SHAPES, MOST_WARNINGS, read_urdf
+from cellwright.util.errors import DescriptionError
+
+LIMIT = '<limit lower="-1" upper="2" effort="3" velocity="4"/>'
+
+
+def joint(name: str, parent: str, child: str, inside: str = LIMIT, kind: str = "revolute") -> str:
+    ends = f'<parent link="{parent}"/><child link="{child}"/>'
+    return f'<joint name="{name}" type="{kind}">\n{ends}{inside}</joint>\n'
+
+
+def robot(*elements: str, links: str = "") -> str:
+    return '<robot name="r">\n' + "".join(f'<link name="{name}"/>\n' for name in links) + "".join(elements) + "</robot>"
+
+
+def read(folder: Path, text: str) -> tuple[RobotModel, list[str]]:
+    """The robot, and the warnings without the path of the file."""
+    path = folder / "robot.urdf"
+    path.write_text(text)
+    warnings: list[str] = []
+    found = read_urdf(path, warn=warnings.append)
+    return found, [warning.replace(f"{folder}/", "") for warning in warnings if "no shapes in the file" not in warning]
+
+
+def refused(folder: Path, text: str) -> list[str]:
+    """What is wrong, without the path of the file."""
+    path = folder / "robot.urdf"
+    path.write_text(text)
+    with pytest.raises(DescriptionError) as raised:
+        read_urdf(path, warn=lambda _: None)
+    return [str(problem).replace(f"{folder}/", "") for problem in raised.value.problems]
+
+
+def test_joints_are_counted_down_the_tree_and_children_in_the_order_of_the_file(tmp_path: Path) -> None:
+    text = robot(
+        joint("c_d", "c", "d"), joint("a_b", "a", "b"), joint("a_c", "a", "c"), joint("b_e", "b", "e"), links="edcba"
+    )
+    found, warnings = read(tmp_path, text)
+    assert [each.name for each in found.joints] == ["a_b", "b_e", "a_c", "c_d"]
+    assert found.written == ("c_d", "a_b", "a_c", "b_e")
+    assert (found.root, found.name, list(found.links)) == ("a", "r", list("edcba"))
+    assert found.link_indices == {"a": -1, "b": 0, "e": 1, "c": 2, "d": 3}
+    assert warnings == []
+
+
+def test_a_robot_without_visuals_is_drawn_by_its_collision_shapes(tmp_path: Path) -> None:
+    box = '<geometry><box size="1 1 1"/></geometry>'
+    links = f'<link name="a"><collision>{box}</collision></link><link name="b"/>'
+    found, warnings = read(tmp_path, robot(links, joint("j", "a", "b")))
+    assert [(shape.is_touched, shape.is_seen) for shape in found.links["a"].shapes] == [(True, True)]
+    assert (found.links["b"].shapes, warnings) == ((), [])
+    links += f'<link name="c"><visual>{box}</visual></link>'
+    found, _ = read(tmp_path, robot(links, joint("j", "a", "b"), joint("k", "a", "c")))
+    assert [(shape.is_touched, shape.is_seen) for shape in found.links["a"].shapes] == [(True, False)]
+
+
+def test_a_robot_may_be_one_link_and_have_no_name(tmp_path: Path) -> None:
+    found, _ = read(tmp_path, '<robot><link name="box"/></robot>')
+    assert (found.name, found.root, found.joints) == ("robot", "box", ())
+
+
+def test_elements_of_other_programs_are_passed_over_and_slips_are_told(tmp_path: Path) -> None:
+    others = '<gazebo/><transmission name="t"><joint name="j"/></transmission><jont name="x"/>'
+    found, warnings = read(tmp_path, robot(others, joint("j", "a", "b"), links="ab"))
+    assert len(found.joints) == 1
+    assert warnings == ["robot.urdf:4: jont[x]: <jont> is not read; did you mean joint"]
+
+
+def test_warnings_do_not_flood(tmp_path: Path) -> None:
+    boxes = '<visual><geometry><box size="0 0 0"/></geometry></visual>\n' * 100
+    _, warnings = read(tmp_path, robot("<jont/>\n" * 100, f'<link name="a">{boxes}</link>'))
+    assert warnings[0] == "robot.urdf:2: jont: <jont> is not read; did you mean joint"
+    assert len(warnings) == MOST_WARNINGS + 1
+    assert warnings[-1] == "robot.urdf: 81 more warnings like these"
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        (robot(links=""), "robot.urdf:1: a robot without links"),
+        (robot(links="ab"), "robot.urdf:3: link[b]: 2 links hang on no joint (a, b); all but one, the first, have to"),
+        (robot("<link/>", links="a"), "robot.urdf:3: link: a link without a name"),
+        (robot(links="aa"), ("robot.urdf:3: link[a]: there is a link of this name already (robot.urdf:2); "
+            "names have to be unique")),
+        (
+            robot(joint("j", "a", "b"), joint("k", "c", "b"), links="abc"),
+            "robot.urdf:7: joint[k]: 'b' hangs on the joint 'j' already; a link has one parent",
+        ),
+        (
+            robot(joint("j", "a", "b"), joint("k", "b", "a"), links="ab"),
+            "robot.urdf:1: no first link: every link hangs on another, in a ring",
+        ),
+        (
+            robot(joint("j", "a", "b"), joint("k", "b", "a"), links="abc"),
+            "robot.urdf:5: joint[j]: joints that hang on each other in a ring: j, k",
+        ),
+        (
+            robot('<link name="base_link"/>', joint("j", "base_lnk", "a"), links="a"),
+            "robot.urdf:4: joint[j].parent: unknown link 'base_lnk'; did you mean base_link",
+        ),
+        ("<sdf/>", "robot.urdf:1: an SDF file; a URDF file begins with <robot>"),
+        ("<mujoco/>", "robot.urdf:1: MuJoCo's own format (MJCF); a URDF file begins with <robot>"),
+        ("<html/>", "robot.urdf:1: no robot: it begins with <html>; a URDF file begins with <robot>"),
+    ],
+)  # fmt: skip
+def test_what_is_no_tree_of_links_is_refused(tmp_path: Path, text: str, problem: str) -> None:
+    assert problem in refused(tmp_path, text)
+
+
+def test_all_that_is_wrong_is_told_at_once(tmp_path: Path) -> None:
+    problems = refused(tmp_path, robot(joint("j", "x", "b", "<limit upper='nan'/>"), "<joint/>", links="b"))
+    assert len(problems) == 3
+    assert [problem.split(": ")[0] for problem in problems] == ["robot.urdf:4", "robot.urdf:4", "robot.urdf:5"]
+
+
+@pytest.mark.parametrize(
+    ("elements", "what"),
+    [
+        ("<link/>" * (MOST_LINKS + 1), f"{MOST_LINKS + 1} links; at most {MOST_LINKS} are read"),
+        ("<joint/>" * (MOST_LINKS + 1), f"{MOST_LINKS + 1} joints; at most {MOST_LINKS} are read"),
+        (
+            f"<link>{'<visual/>' * (MOST_SHAPES + 1)}</link>",
+            f"{MOST_SHAPES + 1} shapes; at most {MOST_SHAPES} are read",
+        ),
+    ],
+)
+def test_more_than_any_robot_has_is_refused(tmp_path: Path, elements: str, what: str) -> None:
+    assert refused(tmp_path, robot(elements)) == [f"robot.urdf: {what}"]
+
+
+def test_a_long_chain_is_read(tmp_path: Path) -> None:
+    links = "".join(f'<link name="l{number}"/>' for number in range(MOST_LINKS))
+    joints = "".join(joint(f"j{k}", f"l{k}", f"l{k + 1}", kind="fixed") for k in reversed(range(MOST_LINKS - 1)))
+    found, _ = read(tmp_path, robot(links, joints))
+    assert [each.name for each in found.joints] == [f"j{k}" for k in range(MOST_LINKS - 1)]
+    assert {each.type for each in found.joints} == {JointType.FIXED}

@@ -1,0 +1,119 @@
+"""Bytes of robot files: what is forgiven, with a warning that says where, and what is refused."""
+
+import os
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from cellwright.config.parsing.problems import Problems
+from cellwright.config.robot.urdf_file import MAX_BYTES, MAX_DEPTH, Element, read_elements
+from cellwright.util.errors import DescriptionError
+
+
+def read(folder: Path, content: bytes) -> tuple[Element, list[str]]:
+    """The outermost element, and the warnings without the path's folder."""
+    path = folder / "robot.urdf"
+    path.write_bytes(content)
+    problems = Problems()
+    element = read_elements(path, problems)
+    return element, [str(warning).replace(f"{folder}/", "") for warning in problems.warnings]
+
+
+def refused(folder: Path, content: bytes) -> str:
+    with pytest.raises(DescriptionError) as raised:
+        read(folder, content)
+    return str(raised.value).replace(f"{folder}/", "")
+
+
+def test_elements_know_where_they_stand(tmp_path: Path) -> None:
+    element, warnings = read(tmp_path, b'<robot>\n<link name="a">\n <visual>\n  <geometry/></visual></link></robot>')
+    geometry = element.children[0].children[0].children[0]
+    assert (geometry.key, geometry.place.line) == ("link[a].visual.geometry", 4)
+    assert element.find("joint") is None
+    assert [child.get("name") for child in element.all("link", "joint")] == ["a"]
+    assert warnings == []
+
+
+def test_stray_control_bytes_are_forgiven_and_told_of(tmp_path: Path) -> None:
+    element, warnings = read(tmp_path, b'<robot>\n\n<link \x1aname="a"/></robot>\0\n')
+    assert element.children[0].get("name") == "a"
+    assert warnings == [
+        "robot.urdf:3: a stray control byte 0x1A (character 15 of the file, and 1 more), taken for a blank"
+    ]
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b'\xef\xbb\xbf<?xml version="1.0" encoding="utf-8"?><robot name="\xc3\xa4"/>',
+        b'\n\n  <!-- first --> <?xml version="1.0"?><robot name="\xc3\xa4"/>',
+        '<?xml version="1.0" encoding="UTF-16"?><robot name="ä"/>'.encode("utf-16"),
+        b'<?xml version="1.0" encoding="ISO-8859-1"?><robot name="\xe4"/>',
+    ],
+)
+def test_encodings_and_what_may_stand_before_the_declaration(tmp_path: Path, content: bytes) -> None:
+    element, warnings = read(tmp_path, content)
+    assert element.get("name") == "ä"
+    assert warnings == []
+
+
+def test_text_of_no_known_encoding_is_read_as_latin_1(tmp_path: Path) -> None:
+    element, warnings = read(tmp_path, b'<robot name="\xe4"/>')
+    assert element.get("name") == "ä"
+    assert warnings == ["robot.urdf: no UTF-8 text; read as Latin-1"]
+
+
+@pytest.mark.parametrize(
+    ("content", "what"),
+    [
+        (b"", "robot.urdf: the file is empty"),
+        (b" \n\0", "robot.urdf: the file is empty"),
+        (b"<robot>\n<link>", "robot.urdf:2: no valid XML: no element found (column 7)"),
+        (b"<robot>\n</link>", "robot.urdf:2: no valid XML: mismatched tag (column 3)"),
+        (b"\n<!DOCTYPE robot><robot/>", "robot.urdf:2: declares a document type or entities, which are not read"),
+        (b"<robot/>\n<robot/>", "robot.urdf:2: no valid XML: junk after document element (column 1)"),
+        (b"<robot>&lol;</robot>", "robot.urdf:1: no valid XML: undefined entity (column 8)"),
+    ],
+)
+def test_what_cannot_be_read_is_refused_with_its_line(tmp_path: Path, content: bytes, what: str) -> None:
+    assert refused(tmp_path, content) == what
+
+
+def test_entities_that_multiply_are_not_expanded(tmp_path: Path) -> None:
+    levels = "".join(f'<!ENTITY a{n + 1} "{f"&a{n};" * 10}">' for n in range(9))
+    content = f'<!DOCTYPE r [<!ENTITY a0 "x">{levels}]><robot name="&a9;"/>'
+    assert "declares a document type" in refused(tmp_path, content.encode())
+
+
+@pytest.mark.slow
+def test_what_is_not_a_file_of_sensible_size_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(DescriptionError, match="there is no such file"):
+        read_elements(tmp_path / "nothing.urdf", Problems())
+    with pytest.raises(DescriptionError, match="is a folder; name the URDF file in it"):
+        read_elements(tmp_path, Problems())
+    assert refused(tmp_path, b"<robot>" + b" " * MAX_BYTES) == "robot.urdf: larger than 16 MiB; is this a robot file?"
+    assert "nested deeper than" in refused(tmp_path, b"<a>" * (MAX_DEPTH + 1) + b"</a>" * (MAX_DEPTH + 1))
+    assert "more than 200000 elements" in refused(tmp_path, b"<a>" + b"<b/>" * 200_000 + b"</a>")
+
+
+def test_figures_from_the_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = b'<robot><origin xyz="$(optenv ROBOT_MOUNT 0.1 0.2 0.3)" rpy="$(optenv ROBOT_TILT)"/></robot>'
+    monkeypatch.delenv("ROBOT_MOUNT", raising=False)
+    monkeypatch.setenv("ROBOT_TILT", '1 2 3 "<&')
+    origin = read(tmp_path, text)[0].children[0]
+    assert origin.get("xyz") == "0.1 0.2 0.3"
+    assert origin.get("rpy") == '1 2 3 "<&'
+
+
+@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
+@given(content=st.binary(max_size=200) | st.text("<>/=\"' ar\n&;!-?[]", max_size=60).map(str.encode))
+def test_no_bytes_do_any_harm(tmp_path: Path, content: bytes) -> None:
+    told = ""
+    try:
+        read(tmp_path, content)
+    except DescriptionError as error:
+        told = str(error)
+    assert told == "" or told.startswith(f"{tmp_path}{os.sep}robot.urdf")
+    assert "\n" not in told

@@ -1,0 +1,165 @@
+"""Joints: kinds, axes, limits as PyBullet sees them, and joints that follow others."""
+
+import math
+from pathlib import Path
+
+import pytest
+
+from cellwright.config.robot.model import Joint, JointType, Limits, Mimic
+from tests.config.robot.test_urdf import LIMIT, joint, read, refused, robot
+
+INF = math.inf
+
+
+def read_one(folder: Path, inside: str, kind: str = "revolute") -> tuple[Joint, list[str]]:
+    found, warnings = read(folder, robot(joint("j", "a", "b", inside, kind), links="ab"))
+    return found.joints[0], [warning.removeprefix("robot.urdf:") for warning in warnings]
+
+
+@pytest.mark.parametrize(
+    ("written", "kind", "limits"),
+    [
+        ('lower="-1" upper="2" effort="3" velocity="4"', "revolute", Limits(-1.0, 2.0, 3.0, 4.0)),
+        ('lower="-1" upper="2" effort="3" velocity="4"', "prismatic", Limits(-1.0, 2.0, 3.0, 4.0)),
+        ('lower="-1" upper="2" effort="3" velocity="4"', "continuous", Limits(-INF, INF, 3.0, 4.0)),
+        ('lower="1" upper="-1" effort="3" velocity="4"', "revolute", Limits(-INF, INF, 3.0, 4.0)),
+        ('lower="0" upper="0" effort="3" velocity="4"', "revolute", Limits(0.0, 0.0, 3.0, 4.0)),
+        ('effort="3" velocity="4"', "revolute", Limits(-INF, INF, 3.0, 4.0)),
+        ('upper="1" effort="3" velocity="4"', "revolute", Limits(0.0, 1.0, 3.0, 4.0)),
+        ('lower="-inf" upper="1e16" effort="1e20" velocity="inf"', "revolute", Limits(-INF, INF, INF, INF)),
+        ('lower="-1" upper="2" effort="0" velocity="0"', "revolute", Limits(-1.0, 2.0, INF, INF)),
+        ('lower="-1" upper="2" effort="-3" velocity="-4"', "revolute", Limits(-1.0, 2.0, 3.0, 4.0)),
+    ],
+)
+def test_limits(tmp_path: Path, written: str, kind: str, limits: Limits) -> None:
+    assert read_one(tmp_path, f"<limit {written}/>", kind)[0].limits == limits
+
+
+def test_what_has_no_effort_or_velocity_is_told_once_for_all(tmp_path: Path) -> None:
+    joints = [joint(f"j{child}", "a", child, '<limit lower="0" upper="1"/>') for child in "bcdef"]
+    _, warnings = read(tmp_path, robot(*joints, links="abcdef"))
+    assert warnings == [
+        f"robot.urdf:1: 5 joints have no {what} limit or one of 0 (jb, jc, jd, and 2 more); taken for unlimited"
+        for what in ("velocity", "effort")
+    ]
+
+
+@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
+def test_a_joint_that_needs_limits_and_has_none_is_refused(tmp_path: Path, kind: str) -> None:
+    told = f'robot.urdf:4: joint[j]: a {kind} joint needs <limit lower="…" upper="…" effort="…" velocity="…"/>'
+    assert refused(tmp_path, robot(joint("j", "a", "b", "", kind), links="ab")) == [told]
+
+
+def test_axes_become_unit_vectors(tmp_path: Path) -> None:
+    read_joint, warnings = read_one(tmp_path, f'<axis xyz="0 3 4"/>{LIMIT}')
+    assert (read_joint.axis, warnings) == ((0.0, 0.6, 0.8), [])
+    assert read_one(tmp_path, LIMIT)[0].axis == (1.0, 0.0, 0.0)
+    assert read_one(tmp_path, '<axis xyz="0 0 1"/>', "spherical")[0].axis == (0.0, 0.0, 0.0)
+    assert read_one(tmp_path, '<axis xyz="0 0 1"/>', "fixed")[0].axis == (0.0, 0.0, 0.0)
+    assert read_one(tmp_path, '<axis xyz="0 0 2"/>', "planar")[0].axis == (0.0, 0.0, 1.0)
+
+
+def test_a_long_axis_does_not_lengthen_the_way_of_a_slide(tmp_path: Path) -> None:
+    slide, warnings = read_one(tmp_path, f'<axis xyz="0 0 2"/>{LIMIT}', "prismatic")
+    assert slide.axis == (0.0, 0.0, 1.0)
+    assert warnings == [
+        "5: joint[j].axis: the axis has a length of 2; its direction alone is taken (PyBullet stretches the way by it)"
+    ]
+
+
+def test_a_floating_joint_is_held_as_pybullet_holds_it(tmp_path: Path) -> None:
+    held, warnings = read_one(tmp_path, "", "floating")
+    assert held.type is JointType.FIXED
+    assert warnings == ["4: joint[j]: a floating joint inside a robot is held fixed, as PyBullet does with it"]
+
+
+@pytest.mark.parametrize(
+    ("element", "what"),
+    [
+        ("<joint/>", "4: joint: a joint without a name"),
+        (joint("j", "a", "b", kind="revolut"), "4: joint[j]: unknown joint type 'revolut'; did you mean revolute"),
+        (
+            '<joint name="j"><parent link="a"/><child link="b"/></joint>',
+            (
+                "4: joint[j]: a joint without a type "
+                "(known: fixed, revolute, continuous, prismatic, spherical, planar, floating)"
+            ),
+        ),
+        ('<joint name="j" type="fixed"><child link="b"/></joint>', '4: joint[j]: a joint needs <parent link="…"/>'),
+        (
+            '<joint name="j" type="fixed"><parent link="a"/><child/></joint>',
+            '4: joint[j].child: a joint needs <child link="…"/>',
+        ),
+        (
+            joint("j", "a", "b") * 2,
+            "6: joint[j]: there is a joint of this name already (robot.urdf:4); names have to be unique",
+        ),
+        (
+            joint("j", "a", "b", f'<axis xyz="0 0 0"/>{LIMIT}'),
+            "5: joint[j].axis: an axis of no direction; give a unit vector such as 0 0 1",
+        ),
+        (
+            joint("j", "a", "b", '<limit lower="nan" upper="1"/>'),
+            "5: joint[j].limit: lower takes a finite number, not 'nan'",
+        ),
+        (
+            joint("j", "a", "b", f'<origin xyz="0 inf 0"/>{LIMIT}'),
+            "5: joint[j].origin: xyz takes 3 finite numbers with blanks between them, not '0 inf 0'",
+        ),
+        (joint("j", "a", "b", f'<origin xyz="0 1e7 0"/>{LIMIT}'), "5: joint[j].origin: a coordinate beyond 1e+06"),
+    ],
+)
+def test_what_is_no_joint_is_refused(tmp_path: Path, element: str, what: str) -> None:
+    assert f"robot.urdf:{what}" in refused(tmp_path, robot(element, links="ab"))
+
+
+# ---------------------------------------------------------------- joints that follow others
+
+
+def follower(name: str, child: str, leader: str, figures: str = "", kind: str = "revolute") -> str:
+    return joint(name, "a", child, f'{LIMIT}<mimic joint="{leader}" {figures}/>', kind)
+
+
+def test_a_chain_of_followers_leads_to_the_first(tmp_path: Path) -> None:
+    text = robot(
+        follower("third", "d", "second", 'multiplier="-1" offset="0.5"'),
+        joint("first", "a", "b"),
+        follower("second", "c", "first", 'multiplier="2" offset="0.1"'),
+        links="abcd",
+    )
+    found, warnings = read(tmp_path, text)
+    assert found.joint("second").mimic == Mimic("first", 2.0, 0.1)
+    assert found.joint("third").mimic == Mimic("first", -2.0, 0.4)
+    assert found.joint("first").mimic is None
+    assert warnings == []
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "what"),
+    [
+        (follower("one", "b", "on"), "", "follows the unknown joint 'on'; did you mean one"),
+        (follower("one", "b", "one"), "", "joints that follow each other in a ring: one"),
+        (follower("one", "b", "two"), follower("two", "c", "one"), "joints that follow each other in a ring: one, two"),
+        (follower("one", "b", "two"), joint("two", "a", "c", "", "fixed"), "follows 'two', a fixed joint"),
+        (
+            follower("one", "b", "two", 'multiplier="1e7"'),
+            joint("two", "a", "c"),
+            "follows 'two' by a factor or offset beyond 1e+06",
+        ),
+        (joint("one", "a", "b", f"{LIMIT}<mimic/>"), "", 'mimic needs joint="…", the joint to follow'),
+        (
+            follower("one", "b", "one", 'multiplier="much"'),
+            "",
+            "multiplier takes a finite number, not 'much'",
+        ),
+    ],
+)
+def test_what_cannot_be_followed_is_refused(tmp_path: Path, first: str, second: str, what: str) -> None:
+    problems = refused(tmp_path, robot(first, second, links="abc" if second else "ab"))
+    assert any(problem.startswith("robot.urdf:") and problem.endswith(what) for problem in problems), problems
+
+
+def test_a_joint_that_cannot_follow_is_left_alone(tmp_path: Path) -> None:
+    found, warnings = read(tmp_path, robot(joint("j", "a", "b"), follower("k", "c", "j", kind="fixed"), links="abc"))
+    assert found.joint("k").mimic is None
+    assert warnings == ["robot.urdf:8: joint[k].mimic: a fixed joint follows nothing; left out"]

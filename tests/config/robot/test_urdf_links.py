@@ -1,0 +1,141 @@
+"""Links: mass, inertia, shapes and colours."""
+
+from pathlib import Path
+
+import pytest
+
+from cellwright.config.models.model import ModelShape
+from cellwright.config.robot.model import Inertial, Link
+from cellwright.util.pose import Pose
+from tests.config.robot.test_urdf import read, refused, robot
+
+
+def read_link(folder: Path, inside: str, before: str = "") -> tuple[Link, list[str]]:
+    found, warnings = read(folder, robot(before, f'<link name="a">\n{inside}</link>'))
+    return found.links["a"], [warning.removeprefix("robot.urdf:") for warning in warnings]
+
+
+def inertial(mass: str, inertia: str) -> str:
+    return f'<inertial><origin xyz="0 0 0.1"/><mass value="{mass}"/><inertia {inertia}/></inertial>'
+
+
+# ---------------------------------------------------------------- mass
+
+
+def test_mass_and_inertia(tmp_path: Path) -> None:
+    link, warnings = read_link(tmp_path, inertial("2", 'ixx="1" iyy="2" izz="2.5" ixy="0.1" ixz="0.2" iyz="0.3"'))
+    assert link.inertial == Inertial(2.0, Pose((0.0, 0.0, 0.1)), (1.0, 2.0, 2.5, 0.1, 0.2, 0.3))
+    assert read_link(tmp_path, "")[0].inertial is None
+    assert warnings == []
+
+
+@pytest.mark.parametrize("figures", ["", 'ixx="0" iyy="0" izz="0"', 'ixx="-1" iyy="1" izz="1"', 'ixx="1"'])
+def test_an_inertia_that_no_body_has_becomes_that_of_a_ball(tmp_path: Path, figures: str) -> None:
+    link, warnings = read_link(tmp_path, inertial("1", figures))
+    assert link.inertial is not None
+    assert link.inertial.inertia == pytest.approx((1.539e-3,) * 3 + (0.0,) * 3, rel=1e-3)
+    assert warnings == ["1: a link has an inertia that no body has, or none (a); a ball of water's is taken"]
+
+
+def test_a_link_without_mass_has_no_inertia(tmp_path: Path) -> None:
+    link, warnings = read_link(tmp_path, inertial("0", 'ixx="1" iyy="-1" izz="1"'))
+    assert (link.inertial, warnings) == (Inertial(0.0, Pose((0.0, 0.0, 0.1))), [])
+
+
+@pytest.mark.parametrize(
+    ("inside", "what"),
+    [
+        (inertial("-1", ""), "3: link[a].inertial.mass: a mass of -1 kg; 0 to 1e+06 kg make sense"),
+        (inertial("heavy", ""), "3: link[a].inertial.mass: value takes a finite number, not 'heavy'"),
+        ("<inertial/>", '3: link[a].inertial: <inertial> needs <mass value="…"/> [kg]'),
+        (inertial("1", 'ixx="1 2"'), "3: link[a].inertial.inertia: ixx takes a finite number, not '1 2'"),
+    ],
+)
+def test_a_mass_that_makes_no_sense_is_refused(tmp_path: Path, inside: str, what: str) -> None:
+    assert refused(tmp_path, robot(f'<link name="a">\n{inside}</link>')) == [f"robot.urdf:{what}"]
+
+
+# ---------------------------------------------------------------- shapes
+
+
+def seen(form: str, rest: str = "") -> str:
+    return f"<visual>{rest}<geometry>{form}</geometry></visual>"
+
+
+@pytest.mark.parametrize(
+    ("form", "shape"),
+    [
+        ('<box size="1 2 3"/>', ModelShape("box", (1.0, 2.0, 3.0), is_touched=False)),
+        ('<sphere radius="0.5"/>', ModelShape("sphere", (0.5, 0.0, 0.0), is_touched=False)),
+        ('<cylinder radius="0.5" length="2"/>', ModelShape("cylinder", (0.5, 2.0, 0.0), is_touched=False)),
+        ('<capsule radius="0.5" length="2"/>', ModelShape("capsule", (0.5, 2.0, 0.0), is_touched=False)),
+    ],
+)
+def test_shapes(tmp_path: Path, form: str, shape: ModelShape) -> None:
+    assert read_link(tmp_path, seen(form))[0].shapes == (shape,)
+
+
+def test_what_is_touched_is_told_from_what_is_seen(tmp_path: Path) -> None:
+    box = '<geometry><box size="1 1 1"/></geometry>'
+    text = f'<collision><origin xyz="0 0 1" rpy="0 0 0"/>{box}</collision><visual>{box}</visual><visual>{box}</visual>'
+    shapes = read_link(tmp_path, text)[0].shapes
+    assert [(shape.is_touched, shape.is_seen) for shape in shapes] == [(True, False), (False, True), (False, True)]
+    assert shapes[0].pose == Pose((0.0, 0.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("form", "what"),
+    [
+        ("<torus/>", "geometry: a shape <torus> is left out (known: box, cylinder, capsule, sphere, mesh)"),
+        ("<boxx/>", "geometry: a shape <boxx> is left out; did you mean box"),
+        ("", "geometry: <visual> without a shape is left out (known: box, cylinder, capsule, sphere, mesh)"),
+        ('<box size="0 1 1"/>', "geometry.box: a box of 0 1 1 m is left out; lengths are above 0"),
+        ('<sphere radius="-1"/>', "geometry.sphere: a sphere of -1 m is left out; lengths are above 0"),
+        ('<sphere radius="1e9"/>', "geometry.sphere: a sphere of 1e+09 m is left out; lengths are above 0"),
+    ],
+)
+def test_shapes_that_are_none_are_left_out(tmp_path: Path, form: str, what: str) -> None:
+    link, warnings = read_link(
+        tmp_path, seen(form) + '<collision><geometry><sphere radius="1"/></geometry></collision>'
+    )
+    assert len([shape for shape in link.shapes if not shape.is_touched]) == 0
+    assert warnings == [f"3: link[a].visual.{what}"]
+
+
+@pytest.mark.parametrize(
+    ("form", "what"),
+    [
+        ("<box/>", "box: <box> needs size [m]"),
+        ('<cylinder radius="1"/>', "cylinder: <cylinder> needs length [m]"),
+        ('<box size="1 x 3"/>', "box: size takes 3 finite numbers with blanks between them, not '1 x 3'"),
+        ("<mesh/>", 'mesh: <mesh> needs filename="…"'),
+        ('<mesh filename="a.stl" scale="0 1 1"/>', "mesh: a scale of 0 or beyond all sense"),
+    ],
+)
+def test_shapes_with_slips_are_refused(tmp_path: Path, form: str, what: str) -> None:
+    problems = refused(tmp_path, robot(f'<link name="a">\n{seen(form)}</link>'))
+    assert f"robot.urdf:3: link[a].visual.geometry.{what}" in problems
+
+
+# ---------------------------------------------------------------- colours
+
+RED = '<material name="red"><color rgba="1 0 0 1"/></material>'
+BOX = '<box size="1 1 1"/>'
+
+
+@pytest.mark.parametrize(
+    ("before", "material", "colour"),
+    [
+        ("", '<material name="x"><color rgba="0 0.5 2 1"/></material>', (0.0, 0.5, 1.0, 1.0)),
+        (RED, '<material name="red"/>', (1.0, 0.0, 0.0, 1.0)),
+        (f'<link name="b"><visual>{RED}</visual></link>', '<material name="red"/>', (1.0, 0.0, 0.0, 1.0)),
+        ("", '<material name="red"/>', None),
+        ("", "", None),
+    ],
+)
+def test_colours_may_have_names(
+    tmp_path: Path, before: str, material: str, colour: tuple[float, float, float, float] | None
+) -> None:
+    joint = '<joint name="j" type="fixed"><parent link="a"/><child link="b"/></joint>' if "link" in before else ""
+    link, _ = read_link(tmp_path, seen(BOX, material), before + joint)
+    assert link.shapes[0].colour == colour

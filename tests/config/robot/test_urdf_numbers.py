@@ -1,0 +1,50 @@
+"""Numbers in attributes: what counts as one, and what is forgiven."""
+
+import pytest
+
+from cellwright.config.parsing.problems import Place, Problems
+from cellwright.config.robot.urdf_file import Element
+from cellwright.config.robot.urdf_numbers import Numbers
+from cellwright.util.pose import Pose
+
+
+def read(text: str, count: int, *, may_be_infinite: bool = False) -> tuple[list[float] | None, list[str], list[str]]:
+    """The numbers, and what is told: errors and warnings."""
+    problems = Problems()
+    element = Element("origin", {"xyz": text}, Place(0, "r.urdf", 3), "origin")
+    found = Numbers(problems).read(element, "xyz", count, may_be_infinite=may_be_infinite)
+    return found, [each.message for each in problems.errors], [each.message for each in problems.warnings]
+
+
+@pytest.mark.parametrize("text", ["1 -2.5 3e-1", " 1\t-2.5\n 0.3 ", "1. -2.50 .3", "+1 -2.5 0.3"])
+def test_numbers_have_blanks_between_them(text: str) -> None:
+    assert read(text, 3) == ([1.0, -2.5, 0.3], [], [])
+
+
+@pytest.mark.parametrize(("text", "taken"), [("1, 2,3", "1 2 3"), ("1 2 3 4", "1 2 3"), ("-1.57. 0 0", "-1.57 0 0")])
+def test_slips_that_real_files_have_are_forgiven(text: str, taken: str) -> None:
+    assert read(text, 3) == ([float(word) for word in taken.split()], [], [f"xyz='{text}' is taken for {taken}"])
+
+
+@pytest.mark.parametrize("text", ["1 2", "1 2 nan", "1 2 x", "1 2 1_0", "1 2 inf", "0x1 2 3", "1 2 1e999"])
+def test_anything_else_is_an_error(text: str) -> None:
+    found, errors, warnings = read(text, 3)
+    assert (found, warnings) == (None, [])
+    assert errors == [f"xyz takes 3 finite numbers with blanks between them, not '{text}'"]
+
+
+def test_one_number() -> None:
+    assert read("4", 1)[0] == [4.0]
+    assert read("4 5", 1)[1] == ["xyz takes a finite number, not '4 5'"]
+    assert read("inf", 1, may_be_infinite=True)[0] == [float("inf")]
+    assert read("", 1) == (None, [], [])
+
+
+def test_origins() -> None:
+    numbers = Numbers(Problems())
+    place = Place(0, "r.urdf", 3)
+    origin = Element("origin", {"xyz": "1 2 3", "rpy": "0 0 1.5707963267948966"}, place, "origin")
+    turned = numbers.pose(Element("joint", {}, place, "joint", [origin]))
+    assert turned.position == (1.0, 2.0, 3.0)
+    assert turned.rotate((1.0, 0.0, 0.0)) == pytest.approx((0.0, 1.0, 0.0))
+    assert numbers.pose(Element("joint", {}, place, "joint")) == Pose()

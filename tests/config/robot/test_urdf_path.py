@@ -1,0 +1,67 @@
+"""The URDF that a configuration names: beside it, one folder up as in old revisions, or a hint at what there is."""
+
+from pathlib import Path
+
+import pytest
+
+from cellwright.config.parsing.problems import Problems
+from cellwright.config.parsing.reader import Reader
+from cellwright.config.robot.config_reader import read_tree
+from cellwright.config.robot.urdf_path import find_urdf
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """descriptions/robot with its URDF in a folder of its own."""
+    found = tmp_path / "descriptions" / "robot"
+    (found / "urdf").mkdir(parents=True)
+    (found / "urdf" / "robot.urdf").touch()
+    return found
+
+
+def find(folder: Path, text: str) -> tuple[Path | None, list[str]]:
+    path = folder / "vr_configs.yml"
+    path.write_text(text)
+    problems = Problems()
+    found = find_urdf(read_tree(path, problems), path, Reader(problems))
+    return found, [str(problem).removeprefix(f"{path}") for problem in problems.errors]
+
+
+def test_beside_the_configuration(folder: Path) -> None:
+    assert find(folder, "urdf_path: urdf/robot.urdf") == (folder / "urdf" / "robot.urdf", [])
+
+
+def test_from_the_folder_above_as_old_revisions_have_it(folder: Path) -> None:
+    found, said = find(folder, "urdf_path: robot/urdf/robot.urdf")
+    assert said == []
+    assert found is not None
+    assert found.samefile(folder / "urdf" / "robot.urdf")
+
+
+def test_anywhere_by_its_whole_path(folder: Path, tmp_path: Path) -> None:
+    assert find(folder, f"urdf_path: {folder}/urdf/robot.urdf")[0] == folder / "urdf" / "robot.urdf"
+
+
+def test_what_comes_close_is_named(folder: Path) -> None:
+    missing = f":1: urdf_path: there is no file {{}} in {folder}, nor in the folder above; did you mean urdf/robot.urdf"
+    for written in ("urdf/robt.urdf", "something_else.urdf"):
+        assert find(folder, f"urdf_path: {written}") == (None, [missing.format(written)])
+    (folder / "other.xacro").touch()
+    assert find(folder, "urdf_path: a.urdf")[1] == [missing.format("a.urdf").partition("; did")[0]]
+
+
+@pytest.mark.parametrize("written", ["''", "1", "[a]", "{}", "", "true", '"a\\0b"', '"a\\nb"'])
+def test_what_is_no_path(written: str, folder: Path) -> None:
+    found, (line,) = find(folder, f"urdf_path: {written}")
+    assert found is None
+    assert line.startswith(":1: urdf_path: must be the path of a URDF or xacro file, not ")
+
+
+def test_a_folder_or_a_name_without_end_is_no_file(folder: Path) -> None:
+    for written in ("urdf", "a" * 5000):
+        (line,) = find(folder, f"urdf_path: {written}")[1]
+        assert ":1: urdf_path: there is no file " in line
+
+
+def test_nothing_is_named(folder: Path) -> None:
+    assert find(folder, "urdf_pth: a")[1] == [":1: the required entry 'urdf_path' is missing; is it spelt urdf_pth"]

@@ -1,0 +1,90 @@
+"""Robots written in xacro: expanded without ROS, and what is wrong told with its file and line."""
+
+from pathlib import Path
+
+import pytest
+
+from cellwright.config.robot.model import RobotModel
+from cellwright.config.robot.urdf import read_urdf
+from cellwright.util.errors import DescriptionError
+
+ARM = """<robot xmlns:xacro="http://ros.org/wiki/xacro">
+  <xacro:macro name="arm" params="side y">
+    <link name="${side}_arm"/>
+    <joint name="${side}" type="revolute"><parent link="base"/><child link="${side}_arm"/>
+      <origin xyz="0 ${2*y} 0"/><limit lower="-1" upper="${pi/2}" effort="1" velocity="1"/></joint>
+  </xacro:macro>
+</robot>
+"""
+ROBOT = """<?xml version="1.0"?>
+<robot name="two" xmlns:xacro="http://ros.org/wiki/xacro">
+  <xacro:include filename="$(find arms)/urdf/arm.xacro"/>
+  <link name="base"/>
+  <xacro:arm side="left" y="0.25"/>
+  <xacro:arm side="right" y="-0.25"/>
+</robot>
+"""
+
+
+def read(folder: Path, text: str) -> RobotModel:
+    (folder / "urdf").mkdir(exist_ok=True)
+    (folder / "package.xml").write_text("<package><name> arms </name></package>")
+    (folder / "urdf" / "arm.xacro").write_text(ARM)
+    path = folder / "urdf" / "robot.urdf.xacro"
+    path.write_text(text)
+    return read_urdf(path, warn=lambda _: None)
+
+
+def refused(folder: Path, text: str) -> str:
+    with pytest.raises(DescriptionError) as raised:
+        read(folder, text)
+    return str(raised.value).replace(f"{folder.resolve()}/", "").removeprefix("urdf/")
+
+
+def test_macros_expressions_and_packages_are_expanded(tmp_path: Path) -> None:
+    robot = read(tmp_path, ROBOT)
+    assert [joint.name for joint in robot.joints] == ["left", "right"]
+    assert robot.joint("left").origin.position == (0.0, 0.5, 0.0)
+    assert robot.joint("right").limits.upper == pytest.approx(1.5707963)
+    assert robot.name == "two"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("old", "new", "what"),
+    [
+        ("find arms", "find legs", ":3: xacro: there is no package 'legs' above this file, nor in ROS_PACKAGE_PATH"),
+        ("<xacro:arm side=\"l", "<xacro:leg side=\"l", ":5: xacro: unknown macro name: xacro:leg"),
+        (' y="0.25"', "", ": xacro: Undefined parameters [y] (in the macro arm)"),
+        ('name="base"', 'name="${1/0}"', ":4: xacro: division by zero when evaluating expression '1/0'"),
+        ('name="base"', 'name="$(arg tool)"', ":4: xacro: Undefined substitution argument tool"),
+        ('name="base"', 'name="base', ":5: no valid XML (column 3)"),
+        ("<robot name", "<!DOCTYPE a><robot name", ":2: declares a document type or entities, which are not read"),
+        ('<xacro:arm side="left" y="0.25"/>', "<link/>", ": link: a link without a name"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_told_with_its_place(tmp_path: Path, old: str, new: str, what: str) -> None:
+    assert refused(tmp_path, ROBOT.replace(old, new)) == f"robot.urdf.xacro{what}"
+
+
+def test_a_slip_in_an_included_file_is_told_with_that_file(tmp_path: Path) -> None:
+    (tmp_path / "urdf").mkdir()
+    (tmp_path / "urdf" / "broken.xacro").write_text("<robot>\n<link>\n</robot>")
+    assert refused(tmp_path, ROBOT.replace("arm.xacro", "broken.xacro")) == "broken.xacro:3: no valid XML (column 3)"
+
+
+def test_macros_without_end_are_one_sentence(tmp_path: Path) -> None:
+    text = '<robot xmlns:xacro="x"><xacro:macro name="m"><xacro:m/></xacro:macro><xacro:m/></robot>'
+    assert "macros that call each other without end" in refused(tmp_path, text)
+
+
+def test_a_file_of_another_name_is_never_run(tmp_path: Path) -> None:
+    path = tmp_path / "robot.urdf"
+    path.write_text('<robot>\n<link name="a"/>\n<xacro:arm/><xacro:include filename="missing"/></robot>')
+    warnings: list[str] = []
+    assert list(read_urdf(path, warn=warnings.append).links) == ["a"]
+    told = "<xacro:arm> is passed over; macros of xacro are expanded where the file's name ends in .xacro"
+    assert warnings[0] == f"{path}:3: xacro:arm: {told}"
+    path.write_text("<robot><xacro:arm/></robot>")
+    with pytest.raises(DescriptionError, match=r"a robot without links; macros of xacro are expanded where"):
+        read_urdf(path, warn=warnings.append)

@@ -1,0 +1,62 @@
+"""The report on files, for people and for programs."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from cellwright.config.check import check
+from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial
+from cellwright.util.errors import UnknownNameError
+
+WARNED = {"comp_conf1": 1, "comp_conf2": 2}
+"""Sections that have no effect in the public trial either, and stay for the numbers that they use up."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [*bundled(), *bundled_sensors()])
+def test_bundled_files_are_flawless(name: str) -> None:
+    report = check([find_trial(name)])
+    assert report.ok
+    assert len(report.warnings) == WARNED.get(name, 0)
+    assert all("models_to_spawn" in warning for warning in report.warnings)
+
+
+def test_warnings(tmp_path: Path) -> None:
+    path = tmp_path / "a.yaml"
+    path.write_text("options:\n  insert_agv: true\n")
+    report = check([path])
+    text = f"{path}:2: options.insert_agv: unknown option, ignored; did you mean insert_agvs"
+    assert report.lines() == [f"warning: {text}", "ok"]
+    data = json.loads(json.dumps(report.as_dict()))
+    assert data["ok"] is True
+    assert (data["errors"], data["warnings"]) == ([], [text])
+    assert data["resolved"]["time_limit"] == 500
+
+
+def test_errors(tmp_path: Path) -> None:
+    path = tmp_path / "a.yaml"
+    path.write_text("option: {}\noptions: {insert_agv: 1}\ntime_limit: x\n")
+    report = check([path])
+    assert not report.ok
+    assert report.lines() == [
+        f"error: {path}:1: option: unknown top-level entry; did you mean options",
+        f"error: {path}:3: time_limit: must be a number, not the text 'x'",
+        f"warning: {path}:2: options.insert_agv: unknown option, ignored; did you mean insert_agvs",
+        "2 errors",
+    ]
+    assert report.as_dict()["resolved"] is None
+
+
+def test_a_file_that_is_not_there(tmp_path: Path) -> None:
+    assert check([tmp_path / "no.yaml"]).lines()[-1] == "1 error"
+
+
+def test_find_trial(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert "lesson" in bundled()
+    assert find_trial("lesson").name == "lesson.yaml"
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lesson").write_text("{}")
+    assert find_trial("lesson") == Path("lesson")
+    with pytest.raises(UnknownNameError, match="unknown trial 'leson'; did you mean lesson"):
+        find_trial("leson")

@@ -1,0 +1,148 @@
+"""What one trial may hold at most: beyond it there is one line, soon, and nothing is built."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+import pytest
+
+from cellwright.cell.cell import Cell
+from cellwright.cell.model import build
+from cellwright.config.models import files
+from cellwright.config.parsing import problems, reader
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.util.errors import DescriptionError, SimulationError
+
+PART = "{type: gear_part, pose: {}}"
+ORDER = f"{{announcement_condition: time, announcement_condition_value: 1, kit_count: 100, parts: {{a: {PART}}}}}"
+SPHERE = "{sphere: {radius: 0.1}}"
+
+
+def many(count: int, entry: str) -> str:
+    return ", ".join(f"a{number}a: {entry}" for number in range(count))
+
+
+def refused(text: str) -> list[str]:
+    with pytest.raises(DescriptionError) as raised:
+        load_trial(text=text)
+    return list(map(str, raised.value.problems))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (f"sensors: {{{many(501, '{type: break_beam, pose: {}}')}}}", "sensors: 501 sensors; at most 500 are read"),
+        (f"orders: {{{many(51, ORDER)}}}", "orders: asks for more than 10000 kits and parts in all"),
+        (
+            f"cellwright: {{parts: {{{many(201, '{}')}}}}}",
+            "cellwright.parts: 201 part types; at most 200 are read",
+        ),
+    ],
+)
+def test_counts(text: str, said: str) -> None:
+    assert refused(text) == [f"<text>:1: {said}"]
+
+
+def test_a_thousand_errors_are_told_and_the_others_counted() -> None:
+    told = refused("\n".join(f"section_{number}: 1" for number in range(1500)))
+    assert len(told) == problems.MOST_TOLD + 1
+    assert told[-1] == "<text>:1001: 500 more errors besides these"
+    warned = load_trial(text=f"options: {{{many(1500, '1')}}}").warnings
+    assert len(warned) == problems.MOST_TOLD + 1
+    assert warned[-1].severity == "warning"
+
+
+def test_meshes_are_counted_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    corner = "v 0 0 0\nv .1 0 0\nv 0 .1 0\nv 0 0 .1\nf 1 2 3\n"
+    for name in "ab":
+        (tmp_path / f"{name}.obj").write_text(corner)
+    text = (
+        "cellwright: {{parts: {{my_part: {{mass: 1, shapes: [{{mesh: a.obj}}, {{mesh: a.obj}}, {{mesh: {}.obj}}]}}}}}}"
+    )
+    path = tmp_path / "trial.yaml"
+    monkeypatch.setattr(reader, "MAX_MESH_BYTES", len(corner))
+    path.write_text(text.format("a"))
+    assert load_trial([path]).trial.part_models  # the same file counts once
+    path.write_text(text.format("b"))
+    with pytest.raises(DescriptionError, match="the meshes of a trial have at most"):
+        load_trial([path])
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("<robot>" + "<link>" * 60 + "</link>" * 60 + "</robot>", "elements nested deeper than 50"),
+        ("<robot>" + "<a/>" * 20_001 + "</robot>", "more than 20000 elements"),
+        (
+            "<robot>" + "".join(f'<link name="{k}"/>' for k in range(301)) + "</robot>",
+            "301 links; at most 300 are read",
+        ),
+        ("<robot><link>" + "<visual/>" * 201 + "</link></robot>", "201 shapes; at most 200 are read"),
+        ("<sdf>" + " " * (1 << 20) + "</sdf>", "larger than 1 MiB"),
+    ],
+)
+def test_models(tmp_path: Path, content: str, said: str) -> None:
+    (tmp_path / "model.xml").write_text(content)
+    path = tmp_path / "trial.yaml"
+    path.write_text("cellwright: {furniture: [{name: a, file: model.xml}]}")
+    with pytest.raises(DescriptionError, match=said):
+        load_trial([path])
+
+
+@pytest.mark.parametrize("entry", ["file: /dev/zero", "shapes: [{mesh: endless.stl}]", "file: endless.stl"])
+def test_files_that_never_end(tmp_path: Path, entry: str) -> None:
+    (tmp_path / "endless.stl").symlink_to("/dev/zero")
+    path = tmp_path / "trial.yaml"
+    path.write_text(f"cellwright: {{furniture: [{{name: a, {entry}}}]}}")
+    with pytest.raises(DescriptionError, match="no plain file"):
+        load_trial([path])
+
+
+def test_a_picture_without_measure(tmp_path: Path) -> None:
+    (tmp_path / "a.png").write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + (99_999).to_bytes(4, "big") * 2)
+    (tmp_path / "model.xml").write_text(
+        '<mujoco><asset><texture file="a.png"/></asset><worldbody><geom size="1"/></worldbody></mujoco>'
+    )
+    path = tmp_path / "trial.yaml"
+    path.write_text("cellwright: {furniture: [{name: a, file: model.xml}]}")
+    with pytest.raises(DescriptionError, match="a picture of 99999 x 99999; at most 4096"):
+        load_trial([path])
+
+
+GRID = "{xyz_start: [0, 0, 0], xyz_end: [0.1, 0, 0], rpy: [0, 0, 0], num_models_x: %d, num_models_y: 1}"
+
+
+def parts(count: int) -> str:
+    return f"""options: {{insert_models_over_bins: true, insert_agvs: false}}
+models_over_bins: {{bin7: {{models: {{my_part: {GRID % count}}}}}}}
+cellwright: {{parts: {{my_part: {{mass: 1, shapes: [{", ".join([SPHERE] * 50)}]}}}}}}"""
+
+
+def test_shapes_of_all_parts_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(build, "MOST_SHAPES", 99)
+    with pytest.raises(DescriptionError, match="text: its parts have 100 shapes together; at most 99 are built"):
+        Cell(load_trial(text=parts(2)).trial)
+
+
+def test_an_engine_without_room_gives_up_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(build, "_MANY_PARTS", 0)
+    monkeypatch.setattr(build, "_MOST_MEMORY", 20_000)
+    with pytest.raises(SimulationError, match="the engine gave up: mj_stackAlloc: out of memory") as raised:
+        Cell(load_trial(text=parts(2)).trial)
+    assert "\n" not in str(raised.value)
+
+
+def test_an_engine_that_gives_up_in_a_step_says_when(monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise mujoco.FatalError("no room\nfor anything")
+
+    cell = Cell(load_trial(text="options: {insert_agvs: false}").trial)
+    cell.step()
+    monkeypatch.setattr(mujoco, "mj_step", full)
+    with pytest.raises(SimulationError, match=r"at 0\.002 s: the engine gave up: no room$"):
+        cell.step()
+
+
+def test_the_bounds_of_files_are_those_of_trials() -> None:
+    assert reader.MAX_MESH_BYTES >= files.MAX_ASSET_BYTES

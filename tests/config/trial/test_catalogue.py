@@ -1,0 +1,122 @@
+"""The bundled trials are the public ones, figure for figure; the bundled sensors see what they should."""
+
+import json
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+from cellwright.cell.devices.sensors.frustum import Frustum
+from cellwright.cell.devices.sensors.logical_camera import LogicalCamera
+from cellwright.config.layout import BIN_CENTRES, TRAY_FRAMES
+from cellwright.config.trial.catalogue import (
+    BASELINE,
+    DROPPED_PART,
+    KIT_CHANGE,
+    LESSON,
+    QUALIFIER,
+    SAMPLE,
+    bundled,
+    bundled_sensors,
+    find_trial,
+    scenario,
+)
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.config.trial.resolved import resolved
+from cellwright.config.trial.trial import Trial
+from tests.conftest import DATA
+
+TRIALS: dict[str, Any] = json.loads((DATA / "gear2017_trials.json").read_text())["trials"]
+
+
+def test_every_public_trial_comes_along() -> None:
+    assert set(bundled()) == {*TRIALS, "lesson"}
+
+
+@pytest.mark.parametrize("name", TRIALS)
+def test_equal_to_the_public_figures(name: str) -> None:
+    figures = load_trial([find_trial(name)]).figures
+    assert json.loads(json.dumps(resolved(figures))) == TRIALS[name]["resolved"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", TRIALS)
+def test_the_same_trial_as_the_public_file(name: str) -> None:
+    def alike(trial: Trial) -> Trial:
+        """What has no effect left out: a log that is not kept, and whether nothing is inserted."""
+        inserts = trial.options.insert_models_over_bins and bool(trial.bin_parts)
+        options = replace(trial.options, gazebo_state_logging=False, insert_models_over_bins=inserts)
+        return replace(trial, name="", options=options)
+
+    public = load_trial(text=yaml.safe_dump(TRIALS[name]["config"], sort_keys=False)).trial
+    assert alike(load_trial([find_trial(name)]).trial) == alike(public)
+
+
+@pytest.mark.parametrize("name", bundled())
+def test_says_what_it_is(name: str) -> None:
+    first = find_trial(name).read_text(encoding="utf-8").splitlines()[0]
+    assert first.startswith("# ")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", bundled())
+def test_can_be_given_sensors(name: str) -> None:
+    for sensors in bundled_sensors():
+        trial = load_trial([find_trial(name), find_trial(sensors)]).trial
+        assert trial.has_arm
+        assert trial.sensors == load_trial([find_trial(sensors)]).trial.sensors
+
+
+def test_scenarios() -> None:
+    assert [scenario(name) for name in ("lesson", "sample", "comp_conf1", "qual3b")] == [
+        LESSON,
+        SAMPLE,
+        SAMPLE,
+        QUALIFIER,
+    ]
+    assert [scenario(f"final{number:02}") for number in (1, 5, 6, 10, 11, 15)] == [
+        *[BASELINE] * 2,
+        *[DROPPED_PART] * 2,
+        *[KIT_CHANGE] * 2,
+    ]
+
+
+def seen(points: list[tuple[float, float, float]]) -> bool:
+    """Whether each point is in view of one of the bundled cameras at least."""
+    cameras = [
+        Frustum(
+            sensor.pose,
+            near=LogicalCamera.near,
+            far=LogicalCamera.far,
+            horizontal_fov=LogicalCamera.horizontal_fov,
+            aspect=LogicalCamera.aspect,
+        )
+        for sensor in load_trial([find_trial("kitter_sensors")]).trial.sensors
+        if sensor.type == "logical_camera"
+    ]
+    centres = np.array(points)
+    return bool(np.any([camera.meets(centres, np.full_like(centres, 1e-3)) for camera in cameras], axis=0).all())
+
+
+def corners(x: float, y: float, z: float, half_x: float, half_y: float) -> list[tuple[float, float, float]]:
+    return [(x + side * half_x, y + end * half_y, z) for side in (-1, 1) for end in (-1, 1)]
+
+
+@pytest.mark.parametrize("name", ["bin5", "bin6", "bin7", "bin8"])
+def test_a_bin_is_in_view(name: str) -> None:
+    x, y = BIN_CENTRES[name]
+    assert seen(corners(x, y, 0.726, 0.3, 0.3))
+    assert not seen(corners(x, y, 0.726, 0.5, 0.5))
+
+
+@pytest.mark.parametrize("frame", TRAY_FRAMES)
+def test_a_tray_is_in_view(frame: str) -> None:
+    x, y, _ = TRAY_FRAMES[frame].position
+    assert seen(corners(x, y, 0.756, 0.25, 0.35))
+
+
+def test_the_belt_is_in_view_before_the_beam() -> None:
+    assert seen([(1.21, y, 0.915) for y in (2.16, 2.6, 3.04)])
+    assert not seen([(1.21, 3.1, 0.915)])

@@ -1,0 +1,80 @@
+"""Trials with entries dropped, doubled, renamed and retyped: each is a cell that runs, or is refused in plain lines."""
+
+from __future__ import annotations
+
+import contextlib
+import random
+from pathlib import Path
+
+import pytest
+import yaml
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from cellwright.cell.cell import Cell
+from cellwright.config.models.files import ModelFileError
+from cellwright.config.trial.catalogue import find_trial
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.config.trial.trial import Trial
+from cellwright.util.errors import DescriptionError, SimulationError
+from fuzz import seeds, target, yaml_trees
+from fuzz.targets.trial import WORDS
+from fuzz.trees import mutated
+from fuzz.verdict import FindingError, check_lines, check_refusal
+
+ROOT = Path(__file__).resolve().parents[3]
+FILES = [find_trial("lesson"), find_trial("final11"), ROOT / "docs" / "examples" / "own_models" / "own_models.yaml"]
+TREES = [yaml.safe_load(file.read_text()) for file in FILES]
+quiet = settings(suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
+
+
+def load(path: Path) -> Trial | None:
+    """The trial in a file, or None where it is refused as it should be."""
+    try:
+        loaded = load_trial([path])
+    except DescriptionError as error:
+        check_refusal(error, str(path))
+        return None
+    check_lines(loaded.warnings, [str(path)])
+    return loaded.trial
+
+
+def changed(folder: Path, tree: object, chance: random.Random) -> Path:
+    path = folder / "trial.yaml"
+    path.write_bytes(yaml_trees.text(mutated(tree, chance, WORDS)))
+    return path
+
+
+@pytest.mark.slow
+@settings(quiet, max_examples=80)
+@given(tree=st.sampled_from(TREES), chance=st.randoms())
+def test_a_changed_trial_is_read_or_refused(tmp_path: Path, tree: object, chance: random.Random) -> None:
+    load(changed(tmp_path, tree, chance))
+
+
+@settings(quiet, max_examples=20)
+@given(tree=st.sampled_from(TREES[:2]), chance=st.randoms())
+def test_what_is_read_can_be_built_and_runs(tmp_path: Path, tree: object, chance: random.Random) -> None:
+    trial = load(changed(tmp_path, tree, chance))
+    if trial is not None:
+        with contextlib.suppress(ModelFileError, SimulationError):
+            cell = Cell(trial)
+            for _ in range(10):
+                cell.step()
+            assert len(cell.state_hash()) == 64
+
+
+@pytest.mark.parametrize(
+    "case",
+    [case for name in target.names() for case in seeds.cases(name)],
+    ids=lambda case: f"{case.parent.name}-{case.name}",
+)
+def test_what_was_a_finding_once_is_none_now(case: Path) -> None:
+    target.find(case.parent.name).attempt(case.read_bytes())
+
+
+@pytest.mark.parametrize("line", ["what is wrong", "a.yaml: ", "a.yaml:3: two\nlines", "a.yaml:3: \x1b[2J"])
+def test_lines_that_help_nobody_would_be_found(line: str) -> None:
+    with pytest.raises(FindingError):
+        check_lines([line], ["a.yaml"])
+    check_lines(["a.yaml:3: key: what is wrong"], ["a.yaml"])

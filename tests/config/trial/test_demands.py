@@ -1,0 +1,94 @@
+"""What is hard about a trial."""
+
+from dataclasses import replace
+
+import pytest
+
+from cellwright.config.trial.catalogue import find_trial
+from cellwright.config.trial.demands import Supply, demands, ordered_types, supply
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.config.trial.trial import Trial
+
+
+def trial(name: str) -> Trial:
+    return load_trial([find_trial(name)]).trial
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("final01", []),
+        ("final02", [("turned_over", "pulley_part to be turned over")]),
+        (
+            "final04",
+            [
+                ("several_kits", "2 equal kits"),
+                ("belt_only", "gear_part only by the belt"),
+                ("faulty", "1 of 9 piston_rod_part faulty"),
+                ("faulty", "1 of 9 disk_part faulty"),
+                ("no_spare", "no pulley_part to spare"),
+            ],
+        ),
+        (
+            "final08",
+            [
+                ("several_kits", "2 equal kits"),
+                ("no_spare", "no pulley_part to spare"),
+                ("dropped_on_tray", "pulley_part lost over AGV 1, onto the tray"),
+                ("dropped_in_reach", "disk_part lost over bin 7, onto bin 7"),
+                ("dropped_out_of_reach", "gear_part lost over AGV 2, out of reach"),
+            ],
+        ),
+        ("qual1b", [("dropped_out_of_reach", "piston_rod_part lost over AGV 1 and AGV 2, out of reach")]),
+        ("final13", [("interrupt", "order_1 comes in when 2 parts are on a tray that it wants")]),
+        ("final11", [("interrupt", "order_1 comes in when 2 parts are on a tray that it does not want")]),
+        ("lesson", [("off_tray", "4 of 4 ordered places lie off the tray")]),
+    ],
+)
+def test_public_trials(name: str, expected: list[tuple[str, str]]) -> None:
+    assert sorted((each.kind, each.text) for each in demands(trial(name))) == sorted(expected)
+
+
+def test_supply() -> None:
+    assert supply(trial("final05"), "gasket_part") == Supply(lying=9, belt=8, faulty=2)
+    assert supply(trial("final05"), "gasket_part").good == 15
+    assert supply(trial("final01"), "gasket_part") == Supply(0, 0, 0)
+
+
+def test_faulty_parts_of_the_belt_count() -> None:
+    marked = replace(trial("final12"), faulty_parts=frozenset({"gear_part_clone_3", "gear_part_clone_4"}))
+    assert supply(marked, "gear_part") == Supply(lying=0, belt=4, faulty=1)
+
+
+def test_too_few_parts() -> None:
+    few = replace(trial("final01"), bin_parts=())
+    assert [(each.kind, each.text) for each in demands(few)] == [
+        ("short", "0 good piston_rod_part for the 1 ordered"),
+        ("short", "0 good gear_part for the 1 ordered"),
+    ]
+
+
+def test_orders_that_come_late_or_never() -> None:
+    first, second = trial("final13").orders
+    late = replace(second, wanted_parts=None, start_time=30.0)
+    assert "order_1 comes in after 30 s" in [
+        each.text for each in demands(replace(trial("final13"), orders=(first, late)))
+    ]
+    never = replace(second, wanted_parts=None)
+    found = {each.kind: each.text for each in demands(replace(trial("final13"), orders=(first, never)))}
+    assert found["never_announced"] == "order_1 is never announced"
+
+
+def test_a_drop_of_what_nobody_ordered_is_no_demand() -> None:
+    other = trial("final09")
+    regions = tuple(replace(region, type="part1") for region in other.drop_regions)
+    assert demands(replace(other, drop_regions=regions)) == ()
+
+
+def test_types_in_the_order_in_which_they_are_named() -> None:
+    assert list(ordered_types(trial("final04")).items()) == [
+        ("gear_part", 2),
+        ("pulley_part", 2),
+        ("piston_rod_part", 2),
+        ("disk_part", 2),
+    ]

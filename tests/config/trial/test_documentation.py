@@ -1,0 +1,20 @@
+"""The examples in the page on configuration are such as they say."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from cellwright.config.trial.gear2017 import load_trial
+
+PAGE = (Path(__file__).parents[3] / "docs" / "configuration.md").read_text()
+EXAMPLES = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)
+
+
+@pytest.mark.parametrize("example", EXAMPLES)
+def test_examples_load_without_a_warning(example: str) -> None:
+    assert load_trial(text=example).warnings == ()
+
+
+def test_there_are_examples() -> None:
+    assert len(EXAMPLES) == 4

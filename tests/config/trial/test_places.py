@@ -1,0 +1,49 @@
+"""Where points of the cell are."""
+
+import pytest
+
+from cellwright.config.layout import BIN_CENTRES, BIN_PART_HEIGHT
+from cellwright.config.trial.places import is_on_tray, is_within_reach, place_of
+
+
+@pytest.mark.parametrize(
+    ("point", "place"),
+    [
+        ((0.3, 3.15, 0.8), "AGV 1"),
+        ((0.5, -3.4, 0.8), "AGV 2"),
+        ((0.56, -3.15, 0.8), "the floor"),
+        ((-0.3, 0.23, 0.8), "bin 7"),
+        ((-0.6, 1.295, 0.8), "bin 8"),
+        ((1.21, 0.0, 1.0), "the belt"),
+        ((0.7, 0.0, 1.0), "the floor"),
+    ],
+)
+def test_place(point: tuple[float, float, float], place: str) -> None:
+    assert place_of(point) == place
+
+
+def test_on_the_tray() -> None:
+    assert is_on_tray(0.25, -0.35)
+    assert not is_on_tray(0.26, 0.0)
+    assert not is_on_tray(0.0, 0.36)
+
+
+@pytest.mark.parametrize("name", ["bin5", "bin6", "bin7", "bin8"])
+def test_the_near_bins_are_within_reach(name: str) -> None:
+    assert is_within_reach((*BIN_CENTRES[name], BIN_PART_HEIGHT))
+
+
+@pytest.mark.parametrize(
+    ("point", "reached"),
+    [
+        ((0.3, 3.15, 0.755), True),  # the middle of a tray
+        ((0.3, -3.3, 0.755), True),
+        ((1.21, 0.0, 0.907), True),
+        ((0.6, 3.1, 1.0), False),  # beside a tray, on the floor
+        ((0.65, -3.2, 0.8), False),
+        ((-1.0, 0.23, 0.75), False),  # the far row of bins
+        ((0.8, 0.0, 0.0), True),  # straight down beside the rail
+    ],
+)
+def test_reach(point: tuple[float, float, float], reached: bool) -> None:
+    assert is_within_reach(point) == reached

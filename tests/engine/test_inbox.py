@@ -1,0 +1,45 @@
+from functools import partial
+from threading import Thread
+
+from cellwright.engine.inbox import Inbox
+
+
+def test_commands_are_carried_out_in_order() -> None:
+    inbox = Inbox()
+    got: list[int] = []
+    for number in range(5):
+        inbox.put(partial(got.append, number))
+    assert inbox.empty() == 5
+    assert got == [0, 1, 2, 3, 4]
+
+
+def test_what_arrives_meanwhile_waits_for_the_next_border() -> None:
+    inbox = Inbox()
+    got: list[int] = []
+
+    def again() -> None:
+        got.append(len(got))
+        inbox.put(again)
+
+    inbox.put(again)
+    assert inbox.empty() == 1
+    assert inbox.empty() == 1
+    assert got == [0, 1]
+    assert len(inbox) == 1
+
+
+def test_any_thread_may_put() -> None:
+    inbox = Inbox()
+    got: list[int] = []
+
+    def flood() -> None:
+        for _ in range(500):
+            inbox.put(partial(got.append, 1))
+
+    threads = [Thread(target=flood) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    inbox.empty()
+    assert len(got) == 2000

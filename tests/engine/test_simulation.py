@@ -1,0 +1,175 @@
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from cellwright.engine.device import Device
+from cellwright.util.errors import SimulationError, UnknownNameError, UsageError
+from tests.engine.scene import Shaker, make_simulation
+
+
+def test_the_order_of_a_tick_is_fixed() -> None:
+    simulation, got = make_simulation(), []
+
+    class Clerk(Device):
+        def before_step(self) -> None:
+            got.append("before")
+
+        def after_step(self) -> None:
+            got.append("after")
+
+        def handle(self, kind: str, arguments: tuple[Any, ...]) -> None:
+            got.append(kind)
+
+    clerk = Clerk("clerk")
+    simulation.add(clerk)
+    simulation.reset()
+    simulation.schedule(clerk, "event", at=2_000_000)
+    simulation.watch("watch", Fraction(1, 500), lambda _: got.append("watch"))
+    simulation.inbox.put(lambda: got.append("inbox"))
+    simulation.step()
+    assert got == ["inbox", "before", "after", "event", "watch"]
+
+
+def test_devices_that_do_not_step_are_not_called() -> None:
+    simulation, got = make_simulation(), []
+
+    class Sleepy(Device):
+        def after_step(self) -> None:
+            got.append(simulation.clock.tick)
+            self.set_stepping(False)
+
+    sleepy = Sleepy("sleepy")
+    simulation.add(sleepy)
+    simulation.reset()
+    for _ in range(3):
+        simulation.step()
+    sleepy.set_stepping(True)
+    simulation.step()
+    assert got == [1, 4]
+
+
+def test_events_happen_at_the_first_tick_at_or_after_they_are_due() -> None:
+    simulation = make_simulation(Fraction(1, 240))
+    shaker = Shaker()
+    simulation.add(shaker)
+    simulation.reset()
+    simulation.step_until(10**9)
+    due = 0
+    for time, _ in shaker.log:
+        due += 50_000_000
+        assert 0 <= time - due < 4_166_668
+        due = time
+    assert simulation.now == 10**9
+
+
+def test_names_are_unique_and_unknown_ones_are_said() -> None:
+    simulation = make_simulation()
+    simulation.add(Device("belt"))
+    with pytest.raises(UsageError, match="two devices named 'belt'"):
+        simulation.add(Device("belt"))
+    with pytest.raises(UnknownNameError, match="did you mean belt"):
+        simulation.device("bel")
+    with pytest.raises(UsageError, match="not been added"):
+        _ = Device("lost").simulation
+    with pytest.raises(UsageError, match="does not know the event"):
+        simulation.device("belt").handle("dance", ())
+
+
+def test_adding_a_device_shifts_no_other_device() -> None:
+    first, second = make_simulation(seed=5), make_simulation(seed=5)
+    second.add(Device("another"))
+    for simulation in (first, second):
+        simulation.add(Shaker())
+        simulation.reset()
+        simulation.step_until(10**9)
+    assert np.array_equal(first.data.qpos, second.data.qpos)
+
+
+def test_seed_and_reset_decide_everything() -> None:
+    hashes = []
+    for seed in (1, 1, 2):
+        simulation = make_simulation(seed=seed)
+        simulation.add(Shaker())
+        for _ in range(2):
+            simulation.reset()
+            simulation.step_until(10**9)
+            hashes.append(simulation.state_hash())
+    assert hashes[0] == hashes[1] == hashes[2] == hashes[3]
+    assert hashes[4] == hashes[5] != hashes[0]
+
+
+def test_the_hash_covers_what_devices_remember_and_what_is_added() -> None:
+    simulation = make_simulation()
+    shaker = Shaker()
+    simulation.add(shaker)
+    simulation.reset()
+    before = simulation.state_hash()
+    assert before == simulation.state_hash()
+    assert before != simulation.state_hash({"score": 1})
+    shaker.pushes += 1
+    assert before != simulation.state_hash()
+
+
+def test_watching_changes_nothing() -> None:
+    hashes = []
+    for watched in (False, True):
+        simulation = make_simulation()
+        simulation.add(Shaker())
+        simulation.reset()
+        if watched:
+            direction = np.array([0.0, 0.0, -1.0])
+
+            def look(_: int) -> None:
+                simulation.refresh()  # noqa: B023
+                mujoco.mj_ray(
+                    simulation.model,  # noqa: B023
+                    simulation.data,  # noqa: B023
+                    np.array([0.0, 0.0, 1.0]),
+                    direction,  # noqa: B023
+                    None,
+                    1,
+                    -1,
+                    np.zeros(1, np.int32),
+                    None,
+                )
+
+            simulation.watch("each", None, look)
+            simulation.watch("rate", Fraction(1, 30), look)
+        simulation.step_until(2 * 10**9)
+        hashes.append(simulation.state_hash())
+    assert hashes[0] == hashes[1]
+
+
+def test_refresh_brings_positions_up_to_date_once_a_tick() -> None:
+    simulation = make_simulation()
+    simulation.reset()
+    body = simulation.model.body("block2").id
+    address = simulation.model.jnt_qposadr[simulation.model.body_jntadr[body]]
+    for _ in range(20):
+        simulation.step()
+    assert not np.array_equal(simulation.data.xpos[body], simulation.data.qpos[address : address + 3])
+    simulation.refresh()
+    assert np.array_equal(simulation.data.xpos[body], simulation.data.qpos[address : address + 3])
+    simulation.data.qpos[address] += 0.01
+    simulation.touch()
+    simulation.refresh()
+    assert np.array_equal(simulation.data.xpos[body], simulation.data.qpos[address : address + 3])
+
+
+def test_an_unstable_state_ends_the_run_and_leaves_no_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    simulation = make_simulation()
+    simulation.reset()
+    simulation.data.qvel[0] = np.nan
+    with pytest.raises(SimulationError, match="unstable"):
+        simulation.step()
+    assert "unstable" in caplog.text
+    assert list(tmp_path.iterdir()) == []
+    simulation.reset()
+    simulation.step_until(10**8)

@@ -1,0 +1,162 @@
+"""What clients do: publish to the cell, and call services."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cellwright.middleware.bus import Bus
+from cellwright.middleware.messages.build import duration, header
+from cellwright.middleware.messages.osrf_gear import (
+    AGVControlRequest,
+    AGVControlResponse,
+    Order,
+    SubmitTrayRequest,
+    SubmitTrayResponse,
+)
+from cellwright.middleware.messages.standard import JointTrajectory, JointTrajectoryPoint, String
+from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
+from cellwright.util.errors import MessageError, RejectedCommandError, ServiceFailedError, UnknownNameError, UsageError
+
+COMMAND = "/ariac/arm/command"
+
+
+class Cell:
+    """A cell that hears one topic and serves two services."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+        self.bus = Bus(lambda: 0, self.lines.append)
+        self.heard: list[tuple[Any, str]] = []
+        self.bus.listen(COMMAND, "trajectory_msgs/JointTrajectory", self.command, node="/cell")
+        self.bus.serve("/ariac/agv1", "osrf_gear/AGVControl", self.agv, node="/cell")
+        self.bus.serve("/ariac/submit_tray", "osrf_gear/SubmitTray", self.submit)
+
+    def command(self, message: JointTrajectory, node: str) -> None:
+        if not message.joint_names:
+            raise RejectedCommandError("no joints")
+        self.heard.append((message, node))
+
+    def agv(self, request: AGVControlRequest, node: str) -> AGVControlResponse:
+        if request.kit_type == "refuse":
+            raise RejectedCommandError("not this kit")
+        self.heard.append((request, node))
+        return AGVControlResponse(True)
+
+    def submit(self, _request: SubmitTrayRequest, _node: str) -> SubmitTrayResponse:
+        raise ServiceFailedError("only in state 'go'")
+
+
+@pytest.fixture
+def cell() -> Cell:
+    return Cell()
+
+
+def trajectory(positions: Any = (0.5,), names: Any = ("elbow_joint",)) -> JointTrajectory:
+    none = np.array([])
+    return JointTrajectory(header(), list(names), [JointTrajectoryPoint(positions, none, none, none, duration(1))])
+
+
+def test_a_command_reaches_the_cell_and_those_who_listen_in(cell: Cell) -> None:
+    listened: list[Any] = []
+    cell.bus.subscribe(COMMAND, lambda message: listened.append((message, len(cell.heard))))
+    message = trajectory(np.array([0.5]))
+    cell.bus.publish(COMMAND, message, node="/agent")
+    assert cell.heard == [(message, "/agent")]
+    assert listened == [(message, 1)]
+    assert cell.bus.refusals.total == 0
+
+
+def test_lists_of_numbers_are_taken(cell: Cell) -> None:
+    cell.bus.publish(COMMAND, trajectory([0, 1]))
+    positions = cell.heard[0][0].points[0].positions
+    assert positions.dtype == np.float64
+    assert positions.tolist() == [0.0, 1.0]
+
+
+def test_a_command_of_another_type_is_refused_as_a_whole(cell: Cell) -> None:
+    listened: list[Any] = []
+    cell.bus.subscribe(COMMAND, listened.append)
+    with pytest.raises(
+        RejectedCommandError, match="command takes trajectory_msgs/JointTrajectory, not std_msgs/String"
+    ):
+        cell.bus.publish(COMMAND, String("go"), node="/agent")
+    with pytest.raises(MessageError, match=r"points\[0\].positions\[1\] must be a number, not 'x'"):
+        cell.bus.publish(COMMAND, trajectory([0.0, "x"]), node="/agent")
+    assert (cell.heard, listened) == ([], [])
+    assert cell.bus.refusals.counts == {"/ariac/arm/command from /agent": 2}
+    assert len(cell.lines) == 1
+    assert cell.lines[0].startswith("refused /ariac/arm/command from /agent: /ariac/arm/command takes trajectory_msgs")
+
+
+def test_a_command_that_the_cell_refuses_is_seen_by_those_who_listen_in(cell: Cell) -> None:
+    listened: list[Any] = []
+    cell.bus.subscribe(COMMAND, listened.append)
+    with pytest.raises(RejectedCommandError, match="no joints"):
+        cell.bus.publish(COMMAND, trajectory(names=()))
+    assert len(listened) == 1
+    assert cell.bus.refusals.counts == {COMMAND: 1}
+    assert cell.lines == ["refused /ariac/arm/command: no joints"]
+
+
+def test_publishing_where_nobody_in_the_cell_listens(cell: Cell) -> None:
+    cell.bus.advertise("/ariac/orders", "osrf_gear/Order")
+    for topic in ("/ariac/arm/comand", "/ariac/orders"):
+        with pytest.raises(UnknownNameError, match=r"unknown topic to publish on .*known: /ariac/arm/command\)"):
+            cell.bus.publish(topic, Order())
+    with pytest.raises(UnknownNameError, match="did you mean /ariac/arm/command"):
+        cell.bus.publish("/ariac/arm/comand", trajectory())
+    assert cell.bus.refusals.total == 3
+
+
+def test_a_call_is_answered(cell: Cell) -> None:
+    response = cell.bus.call("/ariac/agv1", AGVControlRequest("order_0_kit_0"), node="/agent")
+    assert response == AGVControlResponse(True)
+    assert cell.heard == [(AGVControlRequest("order_0_kit_0"), "/agent")]
+
+
+def test_a_bad_call_is_refused(cell: Cell) -> None:
+    with pytest.raises(
+        RejectedCommandError, match="/ariac/agv1 takes osrf_gear/AGVControl_Request, not std_srvs/Trigger_Request"
+    ):
+        cell.bus.call("/ariac/agv1", TriggerRequest())
+    with pytest.raises(RejectedCommandError, match="kit_type must be a string, not 3"):
+        cell.bus.call("/ariac/agv1", AGVControlRequest(3))  # type: ignore[arg-type]
+    with pytest.raises(RejectedCommandError, match="not this kit"):
+        cell.bus.call("/ariac/agv1", AGVControlRequest("refuse"))
+    assert cell.heard == []
+    assert cell.bus.refusals.counts == {"/ariac/agv1": 3}
+
+
+def test_a_call_without_an_answer(cell: Cell) -> None:
+    with pytest.raises(ServiceFailedError, match="only in state 'go'"):
+        cell.bus.call("/ariac/submit_tray", SubmitTrayRequest())
+    assert cell.bus.refusals.total == 0
+
+
+def test_an_unknown_service_names_the_known_ones(cell: Cell) -> None:
+    with pytest.raises(UnknownNameError, match="did you mean /ariac/agv1") as error:
+        cell.bus.call("/ariac/agv3", AGVControlRequest())
+    assert error.value.valid == ("/ariac/agv1", "/ariac/submit_tray")
+    assert cell.bus.refusals.total == 1
+    with pytest.raises(UnknownNameError):
+        cell.bus.service("/ariac/agv3")
+
+
+def test_a_service_is_served_once_and_answers_in_its_type(cell: Cell) -> None:
+    with pytest.raises(UsageError, match="/ariac/agv1 is served already"):
+        cell.bus.serve("/ariac/agv1", "osrf_gear/AGVControl", cell.agv)
+    with pytest.raises(UnknownNameError, match="unknown service type"):
+        cell.bus.serve("/ariac/drone", "osrf_gear/DroneControl", cell.agv)
+    cell.bus.serve("/wrong", "std_srvs/Trigger", lambda _request, _node: AGVControlResponse())
+    with pytest.raises(UsageError, match="/wrong must answer with std_srvs/Trigger_Response"):
+        cell.bus.call("/wrong", TriggerRequest())
+    cell.bus.serve("/right", "std_srvs/srv/Trigger", lambda _request, _node: TriggerResponse(True, "done"))
+    assert cell.bus.call("/right", TriggerRequest()).message == "done"
+
+
+def test_services_are_listed(cell: Cell) -> None:
+    agv, submit = cell.bus.services()
+    assert (agv.name, agv.type, agv.node) == ("/ariac/agv1", "osrf_gear/AGVControl", "/cell")
+    assert (submit.name, submit.type, submit.node) == ("/ariac/submit_tray", "osrf_gear/SubmitTray", "")
+    assert cell.bus.service("/ariac/agv1") == agv

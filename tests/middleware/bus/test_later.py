@@ -1,0 +1,59 @@
+"""Answers that take their time: whoever called hears of it, in this process and behind a socket."""
+
+from __future__ import annotations
+
+import pytest
+
+from cellwright.clients.client.session import Session
+from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.middleware.bus import Bus, Later
+from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
+from cellwright.util.errors import RunEndedError
+from tests.robot.talk import RESET, Talk
+
+YES, NO = TriggerResponse(success=True), TriggerResponse(success=False)
+
+
+def test_it_is_answered_once_and_everybody_hears_of_it() -> None:
+    later, heard = Later(), list[object]()
+    later.then(heard.append)
+    later.then(heard.append)
+    assert later.response is None
+    later.answer(YES)
+    later.answer(NO)
+    later.then(heard.append)
+    assert heard == [YES, YES, YES]
+    assert later.response is YES
+
+
+def test_who_asks_while_it_is_answered_is_told_at_once() -> None:
+    later, heard = Later(), list[object]()
+    later.then(lambda _response: later.then(heard.append))
+    later.answer(YES)
+    assert heard == [YES]
+
+
+def test_the_bus_passes_it_on() -> None:
+    bus, later = Bus(lambda: 0), Later()
+    bus.serve("/go", "std_srvs/Trigger", lambda _request, _node: later)
+    assert bus.call("/go", TriggerRequest()) is later
+
+
+def test_a_client_in_this_process_lets_time_pass_until_it_is_there() -> None:
+    talk = Talk()
+    session = Session(InProcess(talk.node, node="/me"))
+    talk.joints({"waist": 0.9})
+    session.sleep(0.5)
+    begun = talk.node.simulation.time
+    assert session.call(RESET, TriggerRequest()).success
+    assert 0.3 < talk.node.simulation.time - begun < 2.0
+
+
+def test_a_client_whose_time_is_over_is_told_so() -> None:
+    talk = Talk()
+    transport = InProcess(talk.node)
+    talk.joints({"waist": 0.9})
+    talk.seconds(0.5)
+    transport.deadline = talk.node.simulation.now + 50_000_000
+    with pytest.raises(RunEndedError):
+        transport.call(RESET, TriggerRequest())

@@ -1,0 +1,117 @@
+from itertools import pairwise
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.middleware.bus import Refusals
+from cellwright.middleware.bus.refusals import LONGEST_LINE, MOST_LINES, MOST_SOURCES, OTHERS
+
+SECOND = 10**9
+
+
+class Desk:
+    """Refusals with a clock that one turns by hand."""
+
+    def __init__(self) -> None:
+        self.now = 0
+        self.lines: list[str] = []
+        self.refusals = Refusals(lambda: self.now, self.lines.append)
+
+    def refuse(self, source: str = "/arm", reason: str = "no", at: int = 0) -> None:
+        self.now = at
+        self.refusals.refuse(source, reason)
+
+
+def test_the_first_is_said_at_once_and_a_flood_once_a_second() -> None:
+    desk = Desk()
+    for tick in range(0, 3 * SECOND, 2_000_000):
+        desk.refuse(at=tick)
+    assert desk.lines == [
+        "refused /arm: no",
+        "refused /arm: no (and 499 more since the last report)",
+        "refused /arm: no (and 499 more since the last report)",
+    ]
+    assert desk.refusals.total == 1500
+    desk.refusals.flush()
+    desk.refusals.flush()
+    assert desk.lines[3:] == ["refused /arm: 499 more since the last report"]
+
+
+def test_sources_are_told_apart() -> None:
+    desk = Desk()
+    desk.refuse("/arm", "one")
+    desk.refuse("/agv", "two")
+    desk.refuse("/arm", "three", at=SECOND - 1)
+    desk.refuse("/arm", "four", at=SECOND)
+    assert desk.lines == [
+        "refused /arm: one",
+        "refused /agv: two",
+        "refused /arm: four (and 1 more since the last report)",
+    ]
+    assert desk.refusals.counts == {"/arm": 3, "/agv": 1}
+
+
+def test_a_run_that_begins_anew_is_told_again() -> None:
+    desk = Desk()
+    desk.refuse(at=100 * SECOND)
+    desk.refuse(at=0)
+    assert len(desk.lines) == 2
+
+
+def test_countless_names_share_one_place() -> None:
+    desk = Desk()
+    for number in range(3 * MOST_SOURCES):
+        desk.refuse(f"/node_{number}")
+    assert len(desk.refusals.counts) == MOST_SOURCES + 1
+    assert desk.refusals.counts[OTHERS] == 2 * MOST_SOURCES
+    assert len(desk.lines) == MOST_LINES
+    desk.refusals.flush()
+    assert len(desk.lines) == 2 * MOST_LINES + 1
+    assert sum(map(numbers_in, desk.lines[MOST_LINES:])) == 3 * MOST_SOURCES - MOST_LINES
+
+
+def numbers_in(line: str) -> int:
+    """How many refusals a line of the end stands for."""
+    return int(line.split(" more")[0].split()[-1])
+
+
+def test_a_crowd_is_told_of_again_after_a_second() -> None:
+    desk = Desk()
+    for second in range(3):
+        for number in range(100):
+            desk.refuse(f"/node_{number}", at=second * SECOND)
+    assert len(desk.lines) == 3 * MOST_LINES
+    desk.refuse("/node_0", at=0)  # a run that begins anew
+    assert len(desk.lines) == 3 * MOST_LINES + 1
+
+
+def test_a_line_stays_one_line_and_short() -> None:
+    desk = Desk()
+    desk.refuse("/arm\n\x1b[2J", "x" * 10_000_000)
+    desk.refusals.flush()
+    (line,) = desk.lines
+    assert len(line) == LONGEST_LINE
+    assert line.startswith("refused /arm??[2J: xxx")
+    desk.refuse("/a" * 100_000)
+    assert list(desk.refusals.counts) == ["/arm??[2J", f"{'/a' * 200}"[:397] + "..."]
+
+
+@given(st.lists(st.tuples(st.sampled_from(["/a", "/b"]), st.integers(0, 2 * SECOND)), max_size=40))
+def test_nothing_goes_uncounted(events: list[tuple[str, int]]) -> None:
+    desk = Desk()
+    now = 0
+    told: dict[str, list[int]] = {"/a": [], "/b": []}
+    for source, pause in events:
+        now += pause
+        before = len(desk.lines)
+        desk.refuse(source, at=now)
+        if len(desk.lines) > before:
+            told[source].append(now)
+    desk.refusals.flush()
+    assert desk.refusals.total == len(events)
+    lines = [line for line in desk.lines if "more" in line]
+    more = sum(int(line.split(" more")[0].split()[-1]) for line in lines)
+    said = sum(line.startswith("refused") and ": no" in line for line in desk.lines)
+    assert said + more == len(events)
+    for times in told.values():
+        assert all(b - a >= SECOND for a, b in pairwise(times))

@@ -1,0 +1,356 @@
+import json
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.middleware.bus import Bus, Direction
+from cellwright.middleware.messages.osrf_gear import Order, VacuumGripperState
+from cellwright.middleware.messages.standard import String
+from cellwright.util.errors import UnknownNameError, UsageError
+
+
+@pytest.fixture
+def now() -> list[int]:
+    """Simulation time [ns], as a list of one."""
+    return [0]
+
+
+@pytest.fixture
+def bus(now: list[int]) -> Bus:
+    return Bus(lambda: now[0])
+
+
+def recorder(into: list[Any], name: str) -> Callable[[Any], None]:
+    return lambda message: into.append((name, message.data))
+
+
+def test_delivery_is_in_order_of_subscription(bus: Bus) -> None:
+    publisher = bus.advertise("/state", "std_msgs/String")
+    heard: list[Any] = []
+    for name in "abc":
+        bus.subscribe("/state", recorder(heard, name))
+    publisher.publish(String("1"))
+    publisher.publish(String("2"))
+    assert heard == [("a", "1"), ("b", "1"), ("c", "1"), ("a", "2"), ("b", "2"), ("c", "2")]
+
+
+def test_a_message_is_the_same_object_for_all(bus: Bus) -> None:
+    publisher = bus.advertise("/state", "std_msgs/String")
+    heard: list[String] = []
+    bus.subscribe("/state", heard.append)
+    bus.subscribe("/state", heard.append)
+    message = String("once")
+    publisher.publish(message)
+    assert heard[0] is heard[1] is message
+
+
+def test_cancelling(bus: Bus) -> None:
+    publisher = bus.advertise("/state", "std_msgs/String")
+    heard: list[Any] = []
+    first = bus.subscribe("/state", recorder(heard, "first"), node="/one")
+    bus.subscribe("/state", recorder(heard, "second"), node="/two")
+    assert publisher.listeners == 2
+    nodes = publisher.listening_nodes
+    assert nodes == ("/one", "/two")
+    first.cancel()
+    first.cancel()
+    publisher.publish(String("x"))
+    assert heard == [("second", "x")]
+    nodes = publisher.listening_nodes
+    assert nodes == ("/two",)
+    assert first.topic == "/state"
+
+
+def test_one_callback_may_listen_twice(bus: Bus) -> None:
+    publisher = bus.advertise("/state", "std_msgs/String")
+    heard: list[String] = []
+    one = bus.subscribe("/state", heard.append)
+    bus.subscribe("/state", heard.append)
+    one.cancel()
+    publisher.publish(String("x"))
+    assert len(heard) == 1
+
+
+def test_cancelling_while_a_message_is_delivered(bus: Bus) -> None:
+    publisher = bus.advertise("/state", "std_msgs/String")
+    heard: list[Any] = []
+    bus.subscribe("/state", lambda _message: last.cancel())
+    last = bus.subscribe("/state", recorder(heard, "last"))
+    publisher.publish(String("1"))
+    publisher.publish(String("2"))
+    assert heard == [("last", "1")]
+
+
+def test_who_waits_for_a_topic_is_served_once_it_is_there(bus: Bus) -> None:
+    heard: list[Any] = []
+    counts: list[int] = []
+    bus.subscribe("/state", recorder(heard, "early"))
+    assert bus.topics() == ()
+    publisher = bus.advertise("/state", "std_msgs/String", on_listeners=counts.append)
+    assert counts == [1]
+    publisher.publish(String("x"))
+    assert heard == [("early", "x")]
+
+
+def test_a_latched_topic_gives_a_late_listener_the_newest(bus: Bus) -> None:
+    publisher = bus.advertise("/orders", "osrf_gear/Order", latch=True)
+    publisher.publish(Order("order_0"))
+    publisher.publish(Order("order_1"))
+    heard: list[Order] = []
+    bus.subscribe("/orders", heard.append)
+    assert heard == [Order("order_1")]
+    publisher.publish(Order("order_2"))
+    assert heard == [Order("order_1"), Order("order_2")]
+    bus.forget_latched()
+    later: list[Order] = []
+    bus.subscribe("/orders", later.append)
+    assert later == []
+
+
+def test_without_latch_a_late_listener_gets_nothing(bus: Bus) -> None:
+    bus.advertise("/orders", "osrf_gear/Order").publish(Order("order_0"))
+    heard: list[Order] = []
+    bus.subscribe("/orders", heard.append)
+    assert heard == []
+
+
+def test_each_publisher_of_a_topic_latches_its_own(bus: Bus) -> None:
+    one = bus.advertise("/tf", "std_msgs/String", latch=True, node="/one")
+    two = bus.advertise("/tf", "std_msgs/String", node="/two")
+    three = bus.advertise("/tf", "std_msgs/String", latch=True, node="/three")
+    for publisher in (three, two, one):
+        publisher.publish(String(publisher.node))
+    heard: list[Any] = []
+    bus.subscribe("/tf", recorder(heard, ""))
+    assert [text for _, text in heard] == ["/one", "/three"]
+    assert bus.topic("/tf").publishers == ("/one", "/two", "/three")
+
+
+def test_publishers_hear_of_every_change(bus: Bus) -> None:
+    counts: list[int] = []
+    bus.advertise("/scan", "std_msgs/String", on_listeners=counts.append)
+    one = bus.subscribe("/scan", lambda _message: None)
+    two = bus.subscribe("/scan", lambda _message: None)
+    one.cancel()
+    one.cancel()
+    two.cancel()
+    assert counts == [1, 2, 1, 0]
+
+
+def test_a_latched_topic_is_published_whoever_listens(bus: Bus) -> None:
+    with pytest.raises(UsageError, match="/camera: a latched topic is published whoever listens"):
+        bus.advertise("/camera", "std_msgs/String", latch=True, on_listeners=lambda _count: None)
+
+
+def test_an_offered_message_is_built_once_and_only_when_it_is_needed(bus: Bus) -> None:
+    publisher = bus.advertise("/camera", "std_msgs/String", latch=True)
+    built: list[str] = []
+
+    def offer(text: str) -> None:
+        def build() -> String:
+            built.append(text)
+            return String(text)
+
+        publisher.offer(build)
+
+    offer("for nobody")
+    offer("newest")
+    assert built == []
+    heard: list[Any] = []
+    for name in ("first", "second"):
+        bus.subscribe("/camera", recorder(heard, name))
+    assert (heard, built) == ([("first", "newest"), ("second", "newest")], ["newest"])
+    offer("next")
+    assert heard[2:] == [("first", "next"), ("second", "next")]
+    assert built == ["newest", "next"]
+    publisher.offer(lambda: None)
+    assert heard[4:] == []
+
+
+def test_who_began_to_listen_after_a_measurement_does_not_get_it(bus: Bus, now: list[int]) -> None:
+    publisher = bus.advertise("/picture", "std_msgs/String")
+    heard: list[Any] = []
+    now[0] = 5
+    bus.subscribe("/picture", recorder(heard, "early"))
+    now[0] = 10
+    bus.subscribe("/picture", recorder(heard, "late"))
+    publisher.publish(String("a"), measured=6)
+    publisher.publish(String("b"), measured=10)
+    publisher.publish(String("c"), measured=11)
+    assert heard == [("early", "a"), ("early", "b"), ("early", "c"), ("late", "c")]
+    bus.forget_latched()  # time begins anew: nobody is late
+    publisher.publish(String("d"), measured=1)
+    assert heard[4:] == [("early", "d"), ("late", "d")]
+
+
+def test_latched_messages_are_kept_with_a_state(bus: Bus) -> None:
+    one = bus.advertise("/tf", "std_msgs/String", latch=True, node="/one")
+    bus.advertise("/tf", "std_msgs/String", latch=True, node="/two")
+    bus.advertise("/tf", "std_msgs/String", node="/three").publish(String("x"))
+    assert bus.latched() == {}
+    one.publish(String("kept"))
+    state = json.loads(json.dumps(bus.latched()))
+    one.publish(String("later"))
+    heard: list[Any] = []
+    bus.subscribe("/tf", recorder(heard, "before"))
+    bus.set_latched(state)
+    bus.subscribe("/tf", recorder(heard, "after"))
+    assert heard == [("before", "later"), ("after", "kept")]
+    bus.set_latched({})
+    assert one.newest is None
+
+
+def test_a_publisher_may_answer_its_first_listener_at_once(bus: Bus) -> None:
+    heard: list[Any] = []
+    publisher = bus.advertise(
+        "/state", "std_msgs/String", on_listeners=lambda count: publisher.publish(String(str(count)))
+    )
+    bus.subscribe("/state", recorder(heard, "a"))
+    assert heard == [("a", "1")]
+
+
+def test_an_error_of_a_listener_comes_out(bus: Bus) -> None:
+    publisher = bus.advertise("/state", "std_msgs/String")
+
+    def fail(_message: String) -> None:
+        raise ZeroDivisionError
+
+    bus.subscribe("/state", fail)
+    with pytest.raises(ZeroDivisionError):
+        publisher.publish(String("x"))
+
+
+def test_only_the_topics_class_is_published(bus: Bus) -> None:
+    publisher = bus.advertise("/state", "std_msgs/String")
+    with pytest.raises(UsageError, match="/state carries std_msgs/String, not osrf_gear/VacuumGripperState"):
+        publisher.publish(VacuumGripperState())
+    assert publisher.topic == "/state"
+
+
+def test_a_topic_has_one_type_and_one_direction(bus: Bus) -> None:
+    bus.advertise("/state", "std_msgs/String")
+    bus.advertise("/state", "std_msgs/msg/String")
+    with pytest.raises(UsageError, match="/state carries std_msgs/String out, not osrf_gear/Order out as well"):
+        bus.advertise("/state", "osrf_gear/Order")
+    with pytest.raises(UsageError, match="/state is taken"):
+        bus.listen("/state", "std_msgs/String", lambda _message, _node: None)
+    bus.listen("/command", "std_msgs/String", lambda _message, _node: None)
+    with pytest.raises(UsageError, match="/command carries std_msgs/String in, not std_msgs/String out as well"):
+        bus.advertise("/command", "std_msgs/String")
+    with pytest.raises(UsageError, match="/command is taken"):
+        bus.listen("/command", "std_msgs/String", lambda _message, _node: None)
+    with pytest.raises(UnknownNameError, match="unknown message"):
+        bus.advertise("/other", "osrf_gear/Shipment")
+
+
+@pytest.mark.parametrize("name", ["", "/", "orders", "ariac/orders", "/ariac/", "//orders", "/my orders", "/a\n"])
+def test_names_are_absolute(bus: Bus, name: str) -> None:
+    with pytest.raises(UsageError, match="no absolute name"):
+        bus.subscribe(name, lambda _message: None)
+    with pytest.raises(UsageError, match="no absolute name"):
+        bus.advertise(name, "std_msgs/String")
+    with pytest.raises(UsageError, match="no absolute name"):
+        bus.serve(name, "std_srvs/Trigger", lambda _request, _node: None)
+
+
+def test_listing(bus: Bus) -> None:
+    bus.advertise("/b", "std_msgs/String", latch=True, rate="10 Hz", node="/cell")
+    bus.advertise("/b", "std_msgs/String", node="/other")
+    bus.listen("/a", "osrf_gear/Order", lambda _message, _node: None, node="/cell")
+    bus.subscribe("/b", lambda _message: None, node="/me")
+    bus.subscribe("/a", lambda _message: None, node="/me")
+    bus.subscribe("/not/there/yet", lambda _message: None)
+    a, b = bus.topics()
+    assert (a.name, a.type, a.direction, a.latch, a.rate) == ("/a", "osrf_gear/Order", Direction.IN, False, "")
+    assert (a.publishers, a.subscribers) == ((), ("/cell", "/me"))
+    assert (b.name, b.type, b.direction, b.latch, b.rate) == ("/b", "std_msgs/String", Direction.OUT, True, "10 Hz")
+    assert (b.publishers, b.subscribers) == (("/cell", "/other"), ("/me",))
+    assert bus.topic("/b") == b
+    for unknown in ("/c", "/not/there/yet"):
+        with pytest.raises(UnknownNameError, match=r"unknown topic .* \(known: /a, /b\)"):
+            bus.topic(unknown)
+
+
+@given(st.lists(st.one_of(st.just("subscribe"), st.integers(0, 9)), max_size=30))
+def test_the_number_of_listeners_is_right_whatever_happens(actions: list[Any]) -> None:
+    """Against a model: subscriptions come and go, some cancelled twice; counts, order and delivery stay right."""
+    bus = Bus(lambda: 0)
+    counts: list[int] = []
+    publisher = bus.advertise("/state", "std_msgs/String", on_listeners=counts.append)
+    heard: list[Any] = []
+    subscriptions: list[Any] = []
+
+    def hear(number: int, _message: String) -> None:
+        heard.append(number)
+
+    alive: list[int] = []
+    expected_counts: list[int] = []
+    for action in actions:
+        if action == "subscribe":
+            number = len(subscriptions)
+            subscriptions.append(bus.subscribe("/state", partial(hear, number)))
+            alive.append(number)
+            expected_counts.append(len(alive))
+        elif action < len(subscriptions):
+            subscriptions[action].cancel()
+            if action in alive:
+                alive.remove(action)
+                expected_counts.append(len(alive))
+        heard.clear()
+        publisher.publish(String(""))
+        assert heard == alive
+        assert publisher.listeners == len(alive)
+    assert counts == expected_counts
+
+
+def test_one_publisher_of_several_can_be_chosen(bus: Bus) -> None:
+    told: list[tuple[str, int]] = []
+    arm, camera = (
+        bus.advertise(
+            "/frames",
+            "std_msgs/String",
+            node=node,
+            on_listeners=lambda count, node=node: told.append((node, count)),  # type: ignore[misc]
+        )
+        for node in ("/arm", "/camera")
+    )
+    heard: list[Any] = []
+    bus.subscribe("/frames", recorder(heard, "both"))
+    chosen = bus.subscribe("/frames", recorder(heard, "chosen"), node="/me", origin="/camera")
+    assert (arm.listeners, camera.listeners, camera.listening_nodes) == (1, 2, ("", "/me"))
+    arm.publish(String("a"))
+    camera.publish(String("c"))
+    bus.subscribe("/frames", recorder(heard, "late"), origin="/arm")
+    chosen.cancel()
+    assert heard == [("both", "a"), ("both", "c"), ("chosen", "c")]
+    assert told == [("/arm", 1), ("/camera", 1), ("/camera", 2), ("/arm", 2), ("/camera", 1)]
+
+
+def test_what_comes_in_can_be_chosen_by_who_sent_it(bus: Bus) -> None:
+    bus.listen("/command", "std_msgs/String", lambda _message, _node: None)
+    heard: list[Any] = []
+    bus.subscribe("/command", recorder(heard, "chosen"), origin="/me")
+    for node in ("/me", "/you"):
+        bus.publish("/command", String(node), node=node)
+    assert heard == [("chosen", "/me")]
+
+
+def test_who_listens_along_gets_what_is_made_for_others_and_counts_as_nobody(bus: Bus) -> None:
+    counts: list[int] = []
+    along: list[Any] = []
+    publisher = bus.advertise("/picture", "std_msgs/String", on_listeners=counts.append)
+    quiet = bus.subscribe("/picture", along.append, along=True)
+    assert publisher.listeners == 0
+    assert not any(counts)
+    listening = bus.subscribe("/picture", lambda _: None)
+    assert (publisher.listeners, counts[-1]) == (1, 1)
+    publisher.publish(String("a"))
+    listening.cancel()
+    assert (publisher.listeners, counts[-1]) == (0, 0)
+    quiet.cancel()
+    assert along == [String("a")]
+    assert max(counts) == 1

@@ -1,0 +1,134 @@
+from collections.abc import Callable
+from fractions import Fraction
+
+import pytest
+
+from cellwright.cell.cell import Cell
+from cellwright.engine.sensor import Reading
+from cellwright.engine.simulation import Simulation
+from cellwright.middleware.bus import Bus
+from cellwright.middleware.interface.sampling import Sampled, Streamed, advertise
+from cellwright.middleware.interface.table import Pace, Row, Where, says
+from cellwright.middleware.messages import Message
+from cellwright.middleware.messages.standard import Float64
+from tests.cells import BARE
+
+
+class Bench:
+    """A bus and a simulation, and the messages that were built."""
+
+    def __init__(self, rate: int | Pace, *, latch: bool = False) -> None:
+        self.simulation: Simulation = Cell(BARE).simulation
+        self.bus = Bus(lambda: self.simulation.now)
+        self.row: Row = says("/probe", "std_msgs/Float64", rate, Where.ALWAYS, "Time.", latch=latch)
+        self.built: list[float] = []
+        self.heard: list[float] = []
+        self.silent = False
+
+    def build(self) -> Message | None:
+        if self.silent:
+            return None
+        self.built.append(self.simulation.time)
+        return Float64(self.simulation.time)
+
+    def hear(self, message: Float64) -> None:
+        self.heard.append(message.data)
+
+    def steps(self, count: int) -> None:
+        for _ in range(count):
+            self.simulation.step()
+
+
+def test_nothing_is_built_for_nobody() -> None:
+    bench = Bench(100)
+    Sampled(bench.bus, bench.simulation, bench.row, bench.row.period, bench.build)
+    bench.steps(10)
+    assert bench.built == []
+    first = bench.bus.subscribe("/probe", bench.hear)
+    second = bench.bus.subscribe("/probe", bench.hear)
+    bench.steps(10)
+    assert bench.built == [0.03, 0.04]
+    assert bench.heard == [0.03, 0.03, 0.04, 0.04]
+    first.cancel()
+    bench.steps(5)
+    assert bench.built == [0.03, 0.04, 0.05]
+    second.cancel()
+    bench.steps(10)
+    assert len(bench.built) == 3
+    assert bench.simulation.watches.next_due > 10**18
+
+
+def test_each_step() -> None:
+    bench = Bench(Pace.EACH_STEP)
+    Sampled(bench.bus, bench.simulation, bench.row, None, bench.build)
+    bench.bus.subscribe("/probe", bench.hear)
+    bench.steps(3)
+    assert bench.heard == [0.002, 0.004, 0.006]
+
+
+def test_one_who_waited_from_the_start_is_served() -> None:
+    bench = Bench(100)
+    bench.bus.subscribe("/probe", bench.hear)
+    Sampled(bench.bus, bench.simulation, bench.row, Fraction(1, 100), bench.build)
+    bench.steps(5)
+    assert bench.heard == [0.01]
+
+
+def test_a_message_out_of_turn_and_none_at_all() -> None:
+    bench = Bench(100)
+    sampled = Sampled(bench.bus, bench.simulation, bench.row, Fraction(1, 100), bench.build)
+    sampled.publish()
+    assert bench.built == []
+    bench.bus.subscribe("/probe", bench.hear)
+    bench.steps(1)
+    sampled.publish()
+    assert bench.heard == [0.002]
+    bench.silent = True
+    sampled.publish()
+    bench.steps(10)
+    assert bench.heard == [0.002]
+
+
+@pytest.mark.parametrize("others", [0, 1])
+def test_a_late_listener_gets_the_newest_sample_whoever_has_listened(others: int) -> None:
+    bench = Bench(100, latch=True)
+    Sampled(bench.bus, bench.simulation, bench.row, Fraction(1, 100), bench.build)
+    for _ in range(others):
+        bench.bus.subscribe("/probe", lambda _: None)
+    bench.steps(7)
+    bench.bus.subscribe("/probe", bench.hear).cancel()
+    bench.steps(20)
+    bench.bus.subscribe("/probe", bench.hear)
+    assert bench.heard == [0.01, 0.05]
+
+
+def test_a_stream_is_listened_to_once_and_only_while_somebody_is_there() -> None:
+    bench = Bench(10)
+    events: list[str] = []
+    taps: list[Callable[[Reading], None]] = []
+
+    def listen(take: Callable[[Reading], None]) -> Callable[[], None]:
+        events.append("listen")
+        taps.append(take)
+        return lambda: events.append("leave")
+
+    Streamed(bench.bus, bench.row, listen, lambda reading: Float64(float(reading.sample)) if reading.sample else None)
+    assert events == []
+    both = [bench.bus.subscribe("/probe", bench.hear) for _ in range(2)]
+    for sample in (0, 1):
+        taps[0](Reading(time_ns=1, sample=sample))
+    assert bench.heard == [1.0, 1.0]
+    both[0].cancel()
+    assert events == ["listen"]
+    both[1].cancel()
+    assert events == ["listen", "leave"]
+    bench.bus.subscribe("/probe", bench.hear)
+    assert events == ["listen", "leave", "listen"]
+
+
+@pytest.mark.parametrize(("rate", "text"), [(50, "50 Hz"), (Pace.ON_EVENT, "on event")])
+def test_a_publisher_is_as_its_row_says(rate: int | Pace, text: str) -> None:
+    bench = Bench(rate, latch=True)
+    advertise(bench.bus, bench.row)
+    info = bench.bus.topic("/probe")
+    assert (info.type, info.rate, info.latch, info.publishers) == ("std_msgs/Float64", text, True, ("/gazebo",))

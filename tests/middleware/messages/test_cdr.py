@@ -1,0 +1,99 @@
+"""Writers of CDR: byte for byte what the library writes, for every type that there is."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cellwright.middleware.messages import from_cdr, to_cdr
+from cellwright.middleware.messages.build import floats, header, joint_state
+from cellwright.middleware.messages.cdr import writer
+from cellwright.middleware.messages.osrf_gear import DetectedObject, TrayContents
+from cellwright.middleware.messages.standard import CameraInfo, JointState, RegionOfInterest, String
+from cellwright.middleware.messages.types import ros2_store
+from cellwright.util.errors import MessageError
+from tests.middleware.messages.random_messages import messages, same
+
+NAMES = sorted(ros2_store().fielddefs)
+
+
+def by_the_library(message: Any) -> bytes:
+    return bytes(ros2_store().serialize_cdr(message, message.__msgtype__, little_endian=True))
+
+
+@pytest.mark.slow
+@settings(max_examples=200, deadline=None)
+@given(st.sampled_from(NAMES).flatmap(messages))
+def test_any_message_is_written_as_the_library_writes_it(message: Any) -> None:
+    assert writer(message.__msgtype__)(message) == by_the_library(message)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name",
+    [
+        "osrf_gear/msg/LogicalCameraImage",  # numbers of eight bytes behind texts, in a loop
+        "trajectory_msgs/msg/JointTrajectory",  # arrays in a loop
+        "sensor_msgs/msg/CameraInfo",  # arrays of a fixed length
+        "visualization_msgs/msg/InteractiveMarker",  # loops in loops
+        "sensor_msgs/msg/PointCloud2",  # single bytes, and what follows them
+        "statistics_msgs/msg/MetricsMessage",
+    ],
+)
+def test_layouts_of_every_kind(name: str) -> None:
+    @settings(max_examples=60, deadline=None)
+    @given(messages(name))
+    def check(message: Any) -> None:
+        assert writer(name)(message) == by_the_library(message)
+        assert same(from_cdr(writer(name)(message), type(message)), message)
+
+    check()
+
+
+def test_there_is_a_writer_for_every_type() -> None:
+    assert len(NAMES) > 200
+    assert all(callable(writer(name)) for name in NAMES)
+
+
+@pytest.mark.parametrize("length", range(9))
+def test_what_follows_a_text_is_where_it_belongs(length: int) -> None:
+    tray = TrayContents("t" * length, [DetectedObject("d" * n, True) for n in range(length)])
+    assert to_cdr(tray) == by_the_library(tray)
+    joints = joint_state(["j" * n for n in range(length)], range(length), (), [1.0], frame="f" * length, time=5)
+    assert to_cdr(joints) == by_the_library(joints)
+
+
+@pytest.mark.parametrize(
+    "values", [np.array([1, 2]), np.array([1.0], np.float32), np.array([[1.0, 2.0]]), np.array(1.0), np.array(["1.0"])]
+)
+def test_an_array_of_something_else_is_refused(values: Any) -> None:
+    with pytest.raises(MessageError):
+        to_cdr(JointState(header(), [], values, floats(), floats()))
+
+
+def test_an_array_need_not_lie_as_it_is_written() -> None:
+    numbers = np.arange(6.0)
+    for values in (numbers[::2], numbers[::2].astype(">f8")):
+        written = to_cdr(JointState(header(), [], values, floats(), floats()))
+        assert same(from_cdr(written, JointState).position, np.array([0.0, 2.0, 4.0]))
+
+
+def test_an_array_of_a_fixed_length_has_that_length() -> None:
+    region = RegionOfInterest(0, 0, 0, 0, False)
+    three, nine, twelve = (np.zeros(count) for count in (3, 9, 12))
+    whole = CameraInfo(header(), 1, 1, "", floats(), nine, nine, twelve, 0, 0, region)
+    assert to_cdr(whole) == by_the_library(whole)
+    with pytest.raises(MessageError, match=r"CameraInfo\.k must have 9 entries, not 3"):
+        to_cdr(CameraInfo(header(), 1, 1, "", floats(), three, nine, twelve, 0, 0, region))
+
+
+@pytest.mark.parametrize("value", [None, 5, b"text", ["text"], "\ud800"])
+def test_what_is_no_text_is_refused(value: Any) -> None:
+    with pytest.raises(MessageError, match=r"std_msgs/String\.data"):
+        to_cdr(String(value))
+    with pytest.raises(MessageError, match=r"sensor_msgs/JointState\.name"):
+        to_cdr(JointState(header(), [value], floats(), floats(), floats()))

@@ -1,0 +1,163 @@
+import re
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.middleware.messages import checked, message_type, osrf_gear
+from cellwright.middleware.messages.build import header, joint_trajectory, pose_message, trajectory_point
+from cellwright.middleware.messages.osrf_gear import (
+    ConveyorBeltState,
+    Kit,
+    KitObject,
+    Order,
+    Proximity,
+    VacuumGripperControlRequest,
+)
+from cellwright.middleware.messages.standard import Duration, JointTrajectory, JointTrajectoryPoint, Time
+from cellwright.util.errors import MessageError, RejectedCommandError, UnknownNameError
+from cellwright.util.pose import Pose
+from tests.middleware.messages.random_messages import same
+
+wrong: Any = SimpleNamespace(**vars(osrf_gear), Time=Time)
+"""The classes, for calls that a type checker would not let pass."""
+
+
+def point(positions: Any) -> JointTrajectoryPoint:
+    return JointTrajectoryPoint(positions, [], (), np.array([]), Duration(1, 0))  # type: ignore[arg-type]
+
+
+def test_a_right_message_comes_back_itself() -> None:
+    order = Order("order_0", [Kit("order_0_kit_0", [KitObject("gear_part", pose_message(Pose()))])])
+    assert checked(order) is order
+
+
+@pytest.mark.parametrize("positions", [[0.0, 1.0], (0, 1), np.array([0.0, 1.0], dtype=np.float32), [np.float64(0), 1]])
+def test_numbers_as_people_write_them_become_arrays(positions: Any) -> None:
+    given_message = JointTrajectory(header(), ["a", "b"], [point(positions)])
+    taken = checked(given_message)
+    assert taken is not given_message
+    assert same(taken, joint_trajectory(["a", "b"], [trajectory_point([0, 1], time_from_start=10**9)]))
+    assert given_message.points[0].positions is positions
+    assert not taken.points[0].positions.flags.writeable
+
+
+def test_tuples_become_lists_and_numbers_of_numpy_plain_ones() -> None:
+    taken = checked(JointTrajectory(header(), ("a",), ()))  # type: ignore[arg-type]
+    assert (taken.joint_names, taken.points) == (["a"], [])
+    time: Any = checked(Time(np.int64(3), np.uint8(4)))  # type: ignore[arg-type]
+    assert (type(time.sec), type(time.nanosec)) == (int, int)
+    request = checked(VacuumGripperControlRequest(np.bool_(True)))  # type: ignore[arg-type]
+    assert request.enable is True
+    assert type(checked(ConveyorBeltState(100)).power) is float
+
+
+def test_single_precision_is_what_a_wire_would_carry() -> None:
+    taken = checked(Proximity(header(), False, 0.025, float("inf")))
+    assert (taken.min_range, taken.max_range) == (float(np.float32(0.025)), float("inf"))
+    assert checked(taken) is taken
+
+
+@pytest.mark.parametrize(
+    ("message", "said"),
+    [
+        (wrong.Order(5), "osrf_gear/Order.order_id must be a string, not 5"),
+        (wrong.Order("\ud800"), "osrf_gear/Order.order_id is no text that UTF-8 could carry"),
+        (wrong.Order("", [None]), "osrf_gear/Order.kits[0] must be of type osrf_gear/Kit, not None"),
+        (
+            wrong.Order("", [wrong.Kit("", [wrong.KitObject("", "here")])]),
+            "kits[0].objects[0].pose must be of type geometry_msgs/Pose",
+        ),
+        (wrong.Order("", wrong.Kit()), "osrf_gear/Order.kits must be a list, not osrf_gear/Kit"),
+        (wrong.Order(None), "order_id must be a string, not None"),
+        (wrong.AGVControlRequest(b"kit"), "kit_type must be a string, not bytes"),
+        (wrong.ConveyorBeltControlRequest(100.0), "state must be of type osrf_gear/ConveyorBeltState, not 100.0"),
+        (wrong.ConveyorBeltState("100"), "power must be a number, not '100'"),
+        (wrong.ConveyorBeltState(True), "power must be a number, not True"),
+        (wrong.ConveyorBeltState(10**400), "power must fit into float64"),
+        (Proximity(header(), False, 1e39, 0.0), "min_range must fit into float32, not 1e+39"),
+        (wrong.VacuumGripperControlRequest(1), "enable must be true or false, not 1"),
+        (wrong.Time(2**31, 0), "sec must be from -2147483648 to 2147483647, not 2147483648"),
+        (wrong.Time(0, -1), "nanosec must be from 0 to 4294967295, not -1"),
+        (wrong.Time(1.0, 0), "sec must be a whole number, not 1.0"),
+        (wrong.Time(True, 0), "sec must be a whole number, not True"),
+        (point("12"), "positions must be a sequence of float64, not '12'"),
+        (point([1.0, "x"]), "positions[1] must be a number, not 'x'"),
+        (point([[1.0]]), "positions[0] must be a number, not list"),
+        (point(np.zeros((2, 2))), "positions must be a sequence of float64, not ndarray"),
+        (point(1.0), "positions must be a sequence of float64, not 1.0"),
+        (wrong.Order("x" * 3, ["y" * 100]), "not '" + "y" * 56 + "..."),
+    ],
+)
+def test_a_wrong_field_is_named(message: Any, said: str) -> None:
+    with pytest.raises(MessageError, match=re.escape(said)):
+        checked(message)
+
+
+def test_a_wrong_message_is_a_rejected_command() -> None:
+    assert issubclass(MessageError, RejectedCommandError)
+
+
+def test_fixed_lengths_and_bytes() -> None:
+    uuid: Any = message_type("unique_identifier_msgs/UUID")
+    taken = checked(uuid(bytes(range(16))))
+    assert taken.uuid.dtype == np.uint8
+    assert taken.uuid.tolist() == list(range(16))
+    assert checked(taken) is taken
+    with pytest.raises(MessageError, match="must have 16 entries, not 3"):
+        checked(uuid([1, 2, 3]))
+    with pytest.raises(MessageError, match=r"uuid\[0\] must be from 0 to 255, not 256"):
+        checked(uuid([256] + [0] * 15))
+
+
+def test_longest_strings_and_sequences() -> None:
+    # the only bounded types of the standard: a shape's dimensions and its polygon
+    primitive: Any = message_type("shape_msgs/SolidPrimitive")
+    polygon: Any = message_type("geometry_msgs/Polygon")
+    checked(primitive(1, [1.0, 2.0, 3.0], polygon([])))
+    with pytest.raises(MessageError, match="dimensions may have 3 entries, not 4"):
+        checked(primitive(1, [1.0, 2.0, 3.0, 4.0], polygon([])))
+
+
+@given(st.lists(st.floats(allow_nan=False)))
+def test_every_number_survives(values: list[float]) -> None:
+    assert checked(point(values)).positions.tolist() == values
+
+
+@given(
+    st.lists(st.text(st.characters(min_codepoint=0x60, max_codepoint=0xDFFF), max_size=3) | st.none() | st.integers())
+)
+def test_of_many_names_the_first_wrong_one_is_told(names: list[Any]) -> None:
+    message = JointTrajectory(header(), names, [])
+    wrong_ones = [
+        place
+        for place, name in enumerate(names)
+        if not isinstance(name, str) or any(0xD800 <= ord(letter) <= 0xDFFF for letter in name)
+    ]
+    if wrong_ones:
+        with pytest.raises(MessageError, match=rf"joint_names\[{wrong_ones[0]}\]"):
+            checked(message)
+    else:
+        assert checked(message) is message
+
+
+@pytest.mark.parametrize("thing", [None, 5, "order", Pose()])
+def test_what_is_no_message_at_all(thing: Any) -> None:
+    with pytest.raises(MessageError, match="is no message"):
+        checked(thing)
+    stranger: Any = type("Stranger", (), {"__msgtype__": "my_msgs/msg/Mine"})()
+    with pytest.raises(UnknownNameError, match="my_msgs"):
+        checked(stranger)
+
+
+@pytest.mark.parametrize("named", [None, 3, "std_msgs/msg/String", "", np.array(["a"]), ["x"]])
+def test_what_says_that_it_is_something_else_is_refused(named: Any) -> None:
+    told = {"__msgtype__": named}
+    with pytest.raises(MessageError, match=r"^std_msgs/Header is of type std_msgs/Header, and says"):
+        checked(replace(header("base", 3), **told))
+    with pytest.raises(MessageError, match=r"^std_msgs/Header.stamp is of type builtin_interfaces/Time, and says"):
+        checked(replace(header("base", 3), stamp=replace(Time(1, 2), **told)))

@@ -1,0 +1,115 @@
+import dataclasses
+import typing
+
+import numpy as np
+import pytest
+from rosbags.interfaces import Nodetype
+from rosbags.typesys.base import normalize_fieldname
+
+from cellwright.middleware.messages import checked, control_msgs, osrf_gear, standard, std_srvs
+from cellwright.middleware.messages.names import full_name, short_name, type_of
+from cellwright.middleware.messages.sources import parsed, sources
+from cellwright.middleware.messages.types import message_type, own_types, ros2_store, service_type
+from cellwright.util.errors import UnknownNameError, UsageError
+
+BASES = {"uint64": int, "string": str, "bool": bool, "float32": float, "float64": float, "int32": int, "uint8": int}
+
+
+def annotation_of(desc: typing.Any) -> object:
+    """What a field of this description should be annotated with."""
+    kind, content = desc
+    if kind == Nodetype.BASE:
+        return BASES[content[0]]
+    if kind == Nodetype.NAME:
+        return ros2_store().types[content]
+    member = content[0]
+    for name in ("float64", "uint64"):
+        if member == (Nodetype.BASE, (name, 0)):
+            return np.ndarray[tuple[int, ...], np.dtype[np.dtype(name).type]]  # type: ignore[misc]
+    return list[annotation_of(member)]  # type: ignore[misc]
+
+
+def test_every_definition_has_its_class_and_no_class_is_without() -> None:
+    assert {name for name, _ in parsed()} == own_types().keys()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(own_types()))
+def test_classes_agree_with_their_definitions(name: str) -> None:
+    message_class: typing.Any = own_types()[name]
+    constants, fields = dict(parsed())[name]
+    hints = typing.get_type_hints(message_class)
+    assert [field.name for field in dataclasses.fields(message_class)] == [normalize_fieldname(f) for f, _ in fields]
+    for field, desc in fields:
+        assert hints[normalize_fieldname(field)] == annotation_of(desc), field
+    for constant, _, value in constants:
+        assert getattr(message_class, constant) == value
+    empty = message_class()
+    assert checked(empty) is empty
+
+
+def test_classes_are_named_as_their_types() -> None:
+    for name, message_class in own_types().items():
+        assert message_class.__name__ == name.rpartition("/")[2].replace("_", "")
+
+
+def test_fields_share_nothing() -> None:
+    one, other = osrf_gear.Kit(), osrf_gear.Kit()
+    one.objects.append(osrf_gear.KitObject("gear_part"))
+    assert other.objects == []
+    assert one.objects[0].pose.orientation.w == 1.0
+
+
+@pytest.mark.parametrize("name", ["osrf_gear/Order", "osrf_gear/msg/Order"])
+def test_messages_by_name(name: str) -> None:
+    assert message_type(name) is osrf_gear.Order
+
+
+def test_standard_messages_by_name() -> None:
+    assert message_type("std_msgs/Float32") is standard.Float32
+    assert message_type("sensor_msgs/msg/JointState") is standard.JointState
+    assert message_type("std_srvs/srv/Trigger_Request") is std_srvs.TriggerRequest
+
+
+@pytest.mark.parametrize("name", ["osrf_gear/AGVControl", "osrf_gear/srv/AGVControl"])
+def test_services_by_name(name: str) -> None:
+    service = service_type(name)
+    assert service.name == "osrf_gear/AGVControl"
+    assert service.request is osrf_gear.AGVControlRequest
+    assert service.response is osrf_gear.AGVControlResponse
+
+
+def test_every_service_file_makes_a_service() -> None:
+    services = [name for name in sources() if "/srv/" in name]
+    assert len(services) == 11
+    for name in services:
+        assert service_type(name).name == short_name(name)
+
+
+def test_unknown_names_list_what_there_is() -> None:
+    with pytest.raises(UnknownNameError, match="unknown message 'osrf_gear/Shipment'") as error:
+        message_type("osrf_gear/Shipment")
+    assert "osrf_gear/Order" in error.value.valid
+    assert not any("AGVControl" in name or "std_msgs" in name for name in error.value.valid)
+    with pytest.raises(UnknownNameError, match="unknown message package 'osrf_gaer'; did you mean osrf_gear"):
+        message_type("osrf_gaer/Order")
+    with pytest.raises(UnknownNameError, match="unknown service type 'osrf_gear/DroneControl'") as error:
+        service_type("osrf_gear/DroneControl")
+    assert "osrf_gear/AGVControl" in error.value.valid
+    with pytest.raises(UnknownNameError):
+        service_type("osrf_gear/Order")
+    with pytest.raises(UnknownNameError):
+        message_type("osrf_gear/AGVControl")
+
+
+@pytest.mark.parametrize("name", ["Order", "", "/", "a//b", "a/b/c", "a/b/c/d", "osrf_gear/", "/Order"])
+def test_malformed_names(name: str) -> None:
+    with pytest.raises(UsageError, match="no name of a type"):
+        message_type(name)
+
+
+def test_names() -> None:
+    assert full_name("osrf_gear/AGVControl", "srv") == "osrf_gear/srv/AGVControl"
+    assert short_name("osrf_gear/msg/Order") == "osrf_gear/Order"
+    assert type_of(osrf_gear.Order()) == type_of(osrf_gear.Order) == "osrf_gear/Order"
+    assert type_of(control_msgs.QueryTrajectoryStateRequest()) == "control_msgs/QueryTrajectoryState_Request"

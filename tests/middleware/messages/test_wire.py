@@ -1,0 +1,140 @@
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rosbags.typesys import Stores, get_typestore
+
+from cellwright.middleware.messages import checked, from_cdr, from_ros1, message_type, to_cdr, to_ros1
+from cellwright.middleware.messages.build import header, joint_state
+from cellwright.middleware.messages.osrf_gear import Order, Proximity, VacuumGripperState
+from cellwright.middleware.messages.standard import Header, JointState, Range, String
+from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
+from cellwright.middleware.messages.types import own_types, ros1_store
+from cellwright.util.errors import MessageError, UsageError
+from tests.middleware.messages.random_messages import messages, same
+
+NAMES = [
+    *own_types(),
+    *(
+        f"{package}/msg/{name}"
+        for package, name in (
+            ("sensor_msgs", "JointState"),
+            ("sensor_msgs", "LaserScan"),
+            ("std_msgs", "Float32"),
+            ("tf2_msgs", "TFMessage"),
+            ("rosgraph_msgs", "Clock"),
+            ("actionlib_msgs", "GoalStatusArray"),
+        )
+    ),
+]
+any_message = st.sampled_from(NAMES).flatmap(messages)
+
+
+@pytest.mark.slow
+@given(any_message)
+def test_cdr_round_trip(message: Any) -> None:
+    assert same(from_cdr(to_cdr(message), type(message)), message)
+
+
+@given(any_message)
+def test_ros1_round_trip(message: Any) -> None:
+    assert same(from_ros1(to_ros1(message), type(message)), message)
+
+
+@given(any_message)
+def test_both_forms_hold_the_same(message: Any) -> None:
+    """The library's own way from bytes to bytes comes out the same as ours by way of the message."""
+    assert bytes(ros1_store().cdr_to_ros1(to_cdr(message), message.__msgtype__)) == to_ros1(message)
+
+
+@pytest.mark.slow
+@given(any_message)
+def test_what_can_be_written_passes_the_check(message: Any) -> None:
+    assert checked(message) is message
+
+
+@pytest.mark.slow
+@given(messages("sensor_msgs/msg/Range"))
+def test_a_range_loses_only_its_variance_in_ros1(message: Range) -> None:
+    back = from_ros1(to_ros1(message), Range)
+    assert type(back) is Range
+    assert back.variance == 0.0
+    message.variance = 0.0
+    assert same(back, message)
+
+
+@pytest.mark.slow
+@given(st.sampled_from(NAMES), st.binary(max_size=200))
+def test_foreign_bytes_are_refused_or_read(name: str, data: bytes) -> None:
+    message_class = message_type(name)
+    for read, write in ((from_cdr, to_cdr), (from_ros1, to_ros1)):
+        try:
+            message = read(data, message_class)
+        except MessageError:
+            continue
+        assert same(read(write(message), message_class), message)
+
+
+def test_ros1_bytes_are_those_of_real_ros_1() -> None:
+    noetic = get_typestore(Stores.ROS1_NOETIC)
+    real: Any = noetic.types
+    stamp = real["builtin_interfaces/msg/Time"](12, 34)
+    head = real["std_msgs/msg/Header"](0, stamp, "frame")
+    values = 0, 0.5, 0.25, 2.0, 1.5
+    expected = noetic.serialize_ros1(real["sensor_msgs/msg/Range"](head, *values), "sensor_msgs/msg/Range")
+    ours = Range(header("frame", 12_000_000_034), *values, 9.0)
+    assert to_ros1(ours) == bytes(expected)
+
+    joints = ["a", "b"], np.array([1.0, 2.0]), np.array([]), np.array([3.0])
+    expected = noetic.serialize_ros1(real["sensor_msgs/msg/JointState"](head, *joints), "sensor_msgs/msg/JointState")
+    assert to_ros1(joint_state(["a", "b"], [1, 2], [], [3], frame="frame", time=12_000_000_034)) == bytes(expected)
+
+
+def test_the_sequence_number_is_passed_over() -> None:
+    data = bytearray(to_ros1(Proximity(header("beam", 5), True, 0.5, 1.0)))
+    assert data[:4] == b"\0\0\0\0"
+    data[:4] = b"\x07\0\0\0"
+    assert from_ros1(bytes(data), Proximity) == Proximity(header("beam", 5), True, 0.5, 1.0)
+
+
+def test_bytes_by_hand() -> None:
+    assert to_ros1(VacuumGripperState(True, False)) == b"\x01\x00"
+    assert to_cdr(VacuumGripperState(True, False)) == b"\x00\x01\x00\x00\x01\x00"
+    assert to_ros1(TriggerResponse(True, "ok")) == b"\x01\x02\x00\x00\x00ok"
+    assert to_ros1(TriggerRequest()) == b""
+    assert to_cdr(TriggerRequest()) == b"\x00\x01\x00\x00\x00"
+    assert from_cdr(b"\x00\x00\x00\x00" + b"\x00\x00\x00\x03" + b"hi\x00", String) == String("hi")  # big-endian
+
+
+def test_bytes_of_another_type_are_refused() -> None:
+    with pytest.raises(MessageError, match="these 2 bytes are no osrf_gear/Order"):
+        from_ros1(b"\x01\x00", Order)
+    with pytest.raises(MessageError, match="no std_msgs/String"):
+        from_cdr(b"\x00\x01\x00\x00\xff\xff\xff\xff", String)
+    with pytest.raises(MessageError):
+        from_cdr(b"", String)
+
+
+def test_a_message_that_cannot_be_written_names_its_field() -> None:
+    with pytest.raises(MessageError, match=r"sensor_msgs/JointState\.position must be a sequence of float64"):
+        to_cdr(JointState(header(), ["a"], "1.0", np.array([]), np.array([])))  # type: ignore[arg-type]
+    with pytest.raises(MessageError, match=r"std_msgs/Header\.stamp must be of type builtin_interfaces/Time, not None"):
+        to_ros1(Header(None, ""))  # type: ignore[arg-type]
+
+
+def test_a_list_of_numbers_is_to_be_checked_first() -> None:
+    message = JointState(header(), ["a"], [1.0], [], [])  # type: ignore[arg-type]
+    with pytest.raises(MessageError, match="cannot be written"):
+        to_cdr(message)
+    assert same(from_cdr(to_cdr(checked(message)), JointState), joint_state(["a"], [1.0], time=0))
+
+
+def test_types_with_another_form_in_ros1_are_refused_there() -> None:
+    marker_array: Any = message_type("visualization_msgs/MarkerArray")
+    assert from_cdr(to_cdr(marker_array([])), marker_array) == marker_array([])
+    with pytest.raises(UsageError, match="another form in ROS 1"):
+        to_ros1(marker_array([]))
+    with pytest.raises(UsageError, match="another form in ROS 1"):
+        from_ros1(b"\0\0\0\0", marker_array)

@@ -1,0 +1,179 @@
+"""A cell as a bridge sees it, whose every word the test decides."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import socket
+import threading
+from collections.abc import Callable
+from typing import Any
+
+from cellwright.middleware.messages import definition, md5
+from cellwright.middleware.wire.frames import Decoder, Frame, Kind, time_frame
+from tests.waiting import TIMEOUT
+
+TICK = 2_000_000
+"""Of time [ns]."""
+
+
+def out(name: str, type_name: str = "std_msgs/String", **more: Any) -> dict[str, Any]:
+    """A topic that the cell publishes."""
+    return _topic(name, type_name, "out") | {"publishers": ["/gazebo"]} | more
+
+
+def heard(name: str, type_name: str = "std_msgs/String") -> dict[str, Any]:
+    """A topic that the cell hears."""
+    return _topic(name, type_name, "in") | {"subscribers": ["/gazebo"]}
+
+
+def service(name: str, type_name: str = "std_srvs/Trigger") -> dict[str, Any]:
+    """A service."""
+    return {"name": name, "type": type_name, "md5": md5(type_name), "node": "/gazebo"}
+
+
+def _topic(name: str, type_name: str, direction: str) -> dict[str, Any]:
+    return {
+        "name": name,
+        "type": type_name,
+        "md5": md5(type_name),
+        "definition": definition(type_name),
+        "direction": direction,
+        "rate": "",
+        "latch": False,
+        "on_event": False,
+        "publishers": [],
+        "subscribers": [],
+    }
+
+
+class FakeCell:
+    """Listens on a free port; keeps the frames that came, and answers them.
+
+    The attribute `answer` makes the answer to each of them, None for none.
+    """
+
+    def __init__(
+        self, topics: list[dict[str, Any]], services: list[dict[str, Any]] | None = None, *, lockstep: bool = False
+    ) -> None:
+        self.welcome = {
+            "protocol": 1,
+            "cellwright": "0",
+            "trial": "fake",
+            "timestep": [1, 500],
+            "lockstep": lockstep,
+            "competition": False,
+            "time": 0,
+            "topics": topics,
+            "services": services or [],
+        }
+        self.frames: list[Frame] = []
+        self.answer: Callable[[Frame], Frame | None] = self.usual
+        self.now = 0
+        self.subscribed: dict[str, dict[int, Frame]] = {}
+        self._lock = threading.RLock()
+        self._has_come = threading.Condition(self._lock)
+        self._connection: socket.socket | None = None
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self.address = f"127.0.0.1:{self._listener.getsockname()[1]}"
+        self._thread = threading.Thread(target=self._serve, daemon=True)
+        self._thread.start()
+
+    def reset(self) -> None:
+        """Forget the frames that came, and answer as usual; for a cell that several tests share."""
+        with self._lock:
+            self.frames.clear()
+            self.answer = self.usual
+
+    def of(self, kind: Kind) -> list[Frame]:
+        """The frames of a kind that came so far."""
+        with self._lock:
+            return [frame for frame in self.frames if frame.kind is kind]
+
+    def listeners(self, topic: str) -> int:
+        """How many subscriptions to a topic stand."""
+        with self._lock:
+            return len(self.subscribed.get(topic, {}))
+
+    def say(self, topic: str, payload: bytes) -> None:
+        """Publish a message to whoever listens now."""
+        with self._lock:
+            for number in self.subscribed.get(topic, {}):
+                self.send(Frame(Kind.MESSAGE, number, payload=payload))
+
+    def say_heard(self, topic: str, payload: bytes) -> None:
+        """Publish a message as soon as somebody listens: a subscription may still be on its way."""
+        self.wait_for_listener(topic)
+        self.say(topic, payload)
+
+    def wait_for_listener(self, topic: str) -> None:
+        """Wait until a topic is subscribed to."""
+        with self._has_come:
+            assert self._has_come.wait_for(lambda: self.subscribed.get(topic), TIMEOUT), f"nobody listens to {topic}"
+
+    def send(self, frame: Frame) -> None:
+        """Send a frame as it is."""
+        assert self._connection is not None
+        self._connection.sendall(frame.encode())
+
+    def send_bytes(self, data: bytes) -> None:
+        """Send what may be no frame at all."""
+        assert self._connection is not None
+        self._connection.sendall(data)
+
+    def usual(self, frame: Frame) -> Frame | None:
+        """What a cell answers when nothing is wrong: it grants all time, and every service says nothing."""
+        if frame.kind is Kind.ADVANCE:
+            until = int.from_bytes(frame.payload[:8], "little", signed=True)
+            self.now = max(self.now, -(-until // TICK) * TICK)
+            return time_frame(frame.number, self.now)
+        if frame.kind is Kind.CALL:
+            return Frame(Kind.ANSWER, frame.number)
+        if frame.kind is Kind.SUBSCRIBE or (frame.kind is Kind.PUBLISH and frame.number):
+            return Frame(Kind.DONE, frame.number)
+        return None
+
+    def hang_up(self) -> None:
+        """End the connection without a word."""
+        assert self._connection is not None
+        self._connection.shutdown(socket.SHUT_RDWR)
+
+    def close(self) -> None:
+        """Be gone."""
+        with contextlib.suppress(OSError):
+            self._listener.shutdown(socket.SHUT_RDWR)  # the thread that accepts is waiting
+        self._listener.close()
+        if self._connection is not None:
+            with contextlib.suppress(OSError):
+                self.hang_up()
+        self._thread.join(TIMEOUT)
+
+    def _serve(self) -> None:
+        while True:
+            try:
+                self._connection, _ = self._listener.accept()
+            except OSError:
+                return
+            self._connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            with contextlib.suppress(OSError), self._connection as connection:
+                self._talk(connection)
+
+    def _talk(self, connection: socket.socket) -> None:
+        decoder = Decoder()
+        self.subscribed.clear()
+        while data := connection.recv(1 << 16):
+            for frame in decoder.feed(data):
+                with self._lock:
+                    self.frames.append(frame)
+                    if frame.kind is Kind.HELLO:
+                        self.send(Frame(Kind.WELCOME, payload=json.dumps(self.welcome).encode()))
+                        continue
+                    if frame.kind is Kind.SUBSCRIBE:
+                        self.subscribed.setdefault(frame.name, {})[frame.number] = frame
+                        self._has_come.notify_all()
+                    elif frame.kind is Kind.UNSUBSCRIBE:
+                        for numbers in self.subscribed.values():
+                            numbers.pop(frame.number, None)
+                    answer = self.answer(frame)
+                    if answer is not None:
+                        self.send(answer)

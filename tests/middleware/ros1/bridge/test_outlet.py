@@ -1,0 +1,135 @@
+"""Sending without waiting: in order, whole pieces, the oldest dropped, closed when all is out."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Iterator
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.middleware.ros1.bridge.loop import Loop
+from cellwright.middleware.ros1.bridge.outlet import Outlet
+from tests.waiting import TIMEOUT
+
+
+class Line:
+    """An outlet and its other end, with buffers so small that it is soon full."""
+
+    def __init__(self, limit: int | None = None, most: int | None = None) -> None:
+        self.loop = Loop()
+        self.here, self.there = socket.socketpair()
+        for end, option in ((self.here, socket.SO_SNDBUF), (self.there, socket.SO_RCVBUF)):
+            end.setsockopt(socket.SOL_SOCKET, option, 2048)
+            end.setblocking(False)
+        self.dropped = 0
+        self.outlet = Outlet(self.loop, self.here, lambda: None, limit=limit, most=most, on_drop=self._count)
+        self.got = b""
+
+    def _count(self) -> None:
+        self.dropped += 1
+
+    def drain(self) -> bytes:
+        """Let the loop send until nothing waits; all that has come out."""
+
+        def look() -> None:
+            try:
+                while data := self.there.recv(1 << 16):
+                    self.got += data
+            except BlockingIOError:
+                if not (self.outlet.is_empty or self.outlet.is_closed):
+                    return
+            self.loop.stop(0)
+
+        self.loop.watch(self.there, look)
+        self.loop.later(0.0, look)  # where nothing waits, nothing will come
+        self.loop.later(TIMEOUT, lambda: self.loop.stop(1))
+        assert self.loop.run() == 0
+        return self.got
+
+    def close(self) -> None:
+        self.outlet.close()
+        self.there.close()
+        self.loop.close()
+
+
+@pytest.fixture
+def line() -> Iterator[Line]:
+    made = Line()
+    yield made
+    made.close()
+
+
+@given(st.lists(st.integers(1, 9000), max_size=12))
+def test_everything_comes_out_in_order(sizes: list[int]) -> None:
+    line = Line()
+    pieces = [bytes([number]) * size for number, size in enumerate(sizes)]
+    for piece in pieces:
+        line.outlet.send(piece)
+    assert line.drain() == b"".join(pieces)
+    line.close()
+
+
+def test_the_oldest_piece_makes_room_and_none_is_torn() -> None:
+    line = Line(limit=3)
+    pieces = [bytes([number]) * 50_000 for number in range(10)]
+    for piece in pieces:
+        line.outlet.send(piece)
+    assert line.dropped == 6
+    assert line.drain() == b"".join([pieces[0], *pieces[-3:]])  # the first was on its way
+    line.close()
+
+
+def test_closed_once_all_is_out(line: Line) -> None:
+    line.outlet.send(b"x" * 100_000)
+    line.outlet.close_when_empty()
+    closed = [line.outlet.is_closed]
+
+    def look() -> None:
+        data = line.there.recv(1 << 16)
+        line.got += data
+        if not data:
+            line.loop.stop(0)
+
+    line.loop.watch(line.there, look)
+    line.loop.run()
+    assert line.got == b"x" * 100_000
+    assert [*closed, line.outlet.is_closed] == [False, True]
+    line.outlet.send(b"into the void")
+
+
+def test_closed_at_once_when_nothing_waits(line: Line) -> None:
+    line.outlet.close_when_empty()
+    assert line.outlet.is_closed
+    line.outlet.close()
+
+
+def test_the_other_end_may_be_gone(line: Line) -> None:
+    line.there.close()
+    for _ in range(3):
+        line.outlet.send(b"hello")
+    assert line.outlet.is_empty
+
+
+@given(st.lists(st.integers(1, 60_000), min_size=1, max_size=12))
+def test_so_many_bytes_wait_and_the_newest_are_among_them(sizes: list[int]) -> None:
+    line = Line(most=100_000)
+    pieces = [bytes([number]) * size for number, size in enumerate(sizes)]
+    for piece in pieces:
+        line.outlet.send(piece)
+        assert sum(map(len, line.outlet._waiting)) <= 100_000
+    out = line.drain()
+    assert out.endswith(pieces[-1])
+    assert len(set(out)) + line.dropped == len(pieces)
+    line.close()
+
+
+def test_one_piece_may_wait_however_large_it_is() -> None:
+    line = Line(most=1000)
+    pieces = [bytes([number]) * 50_000 for number in range(4)]
+    for piece in pieces:
+        line.outlet.send(piece)
+    assert line.drain() == pieces[0] + pieces[3]
+    assert line.dropped == 2
+    line.close()

@@ -1,0 +1,29 @@
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.middleware.ros1.bridge.sent import Sent
+
+
+@given(st.lists(st.sampled_from(["/a", "/b", "/c"])))
+def test_counts_with_the_newest_last(topics: list[str]) -> None:
+    sent = Sent()
+    for topic in ("/a", "/b", "/c"):
+        sent.begin("/me", topic)
+    for topic in topics:
+        sent.count("/me", topic)
+    found = sent.of("/me")
+    assert dict(found) == {topic: topics.count(topic) for topic in ("/a", "/b", "/c")}
+    last = {topic: max((i for i, each in enumerate(topics) if each == topic), default=-1) for topic, _ in found}
+    assert list(last.values()) == sorted(last.values())
+    assert sent.of("/you") == []
+
+
+def test_a_new_connection_begins_anew_and_who_leaves_is_forgotten() -> None:
+    sent = Sent()
+    sent.begin("/me", "/a")
+    sent.count("/me", "/a")
+    sent.begin("/me", "/a")
+    assert sent.of("/me") == [("/a", 0)]
+    sent.end("/me", "/a")
+    sent.end("/me", "/a")
+    assert sent.of("/me") == []

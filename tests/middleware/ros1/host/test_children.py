@@ -1,0 +1,177 @@
+"""Child processes: what they say, how they end, and that none is left behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.middleware.ros1.host.children import Child, Lines, Patience, how_it_ended
+from tests.processes import is_running
+from tests.waiting import TIMEOUT, wait_until
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="ROS 1 is not there")
+
+
+def child(program: str, said: list[str] | None = None, errors: list[str] | None = None) -> Child:
+    """A child that runs a Python program."""
+    return Child(
+        [sys.executable, "-c", program],
+        os.environ,
+        python=sys.executable,
+        on_output=None if said is None else said.append,
+        on_error=(lambda _line: None) if errors is None else errors.append,
+    )
+
+
+def ended(process: Child) -> int:
+    """Its exit status, when it has ended."""
+    wait_until(lambda: process.poll() is not None, "end")
+    status = process.poll()
+    assert status is not None
+    process.stop()
+    return status
+
+
+# ---------------------------------------------------------------- what they say
+
+
+def test_what_it_says_is_passed_on_in_lines() -> None:
+    said: list[str] = []
+    errors: list[str] = []
+    program = "import sys; print('one\\n\\ntwo'); print('three', file=sys.stderr); sys.exit(3)"
+    assert ended(child(program, said, errors)) == 3
+    assert said == ["one", "two"]
+    assert errors == ["three"]
+
+
+def test_all_that_it_said_is_there_when_it_has_ended() -> None:
+    said: list[str] = []
+    assert ended(child("print('x' * 999 + '\\n', end='', flush=True)\nfor n in range(50): print(n)", said)) == 0
+    assert said == ["x" * 999, *map(str, range(50))]
+
+
+def test_one_that_says_much_cannot_block_its_parent() -> None:
+    said: list[str] = []
+    process = child("while True: print('x' * 1000)", said)
+    wait_until(lambda: process.poll() is None and len(said) > 100, "output")
+    for _ in range(20):
+        before = len(said)
+        assert process.poll() is None  # it says on and on: who read all of it would never come back
+        assert len(said) - before < 1000
+    process.stop()
+    assert process.poll() == -signal.SIGTERM
+
+
+@given(st.lists(st.binary(max_size=40), max_size=8))
+def test_lines_come_whole_however_they_are_cut(pieces: list[bytes]) -> None:
+    said: list[str] = []
+    read, write = os.pipe()
+    lines = Lines(read, said.append)
+    try:
+        for piece in pieces:
+            os.write(write, piece)
+            lines.read()
+    finally:
+        os.close(read)
+        os.close(write)
+    whole = b"".join(pieces).split(b"\n")[:-1]
+    texts = [line.decode(errors="replace").rstrip() for line in whole]
+    assert said == [text for text in texts if text]
+
+
+# ---------------------------------------------------------------- how they end
+
+
+def test_it_is_told_to_end() -> None:
+    said: list[str] = []
+    program = """
+import signal, sys, time
+signal.signal(signal.SIGTERM, lambda *_: sys.exit(7))
+print('there', flush=True)
+time.sleep(60)  # it shall just live on
+"""
+    process = child(program, said)
+    wait_until(lambda: process.poll() is None and said == ["there"], "start")
+    process.stop()
+    assert process.poll() == 7
+
+
+def test_who_does_not_listen_is_ended_by_force_in_time() -> None:
+    said: list[str] = []
+    program = "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); print('there', flush=True)\n"
+    process = child(f"{program}time.sleep(60)", said)
+    wait_until(lambda: process.poll() is None and said == ["there"], "start")
+    process.stop([(signal.SIGTERM, 0.2), (signal.SIGKILL, TIMEOUT)])
+    assert process.poll() == -signal.SIGKILL
+
+
+def test_to_stop_what_has_ended_does_nothing() -> None:
+    process = child("raise SystemExit(4)")
+    assert ended(process) == 4
+    process.stop()
+    assert process.poll() == 4
+
+
+def test_a_program_that_is_not_there() -> None:
+    errors: list[str] = []
+    process = Child(["/no/such/program"], os.environ, python=sys.executable, on_error=errors.append)
+    assert ended(process) == 1
+    assert errors == ["/no/such/program: No such file or directory"]
+
+
+def test_the_terminal_s_ctrl_c_is_not_for_it() -> None:
+    process = child("import time; time.sleep(60)")
+    assert os.getpgid(process.pid) != os.getpgid(0)
+    process.stop()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the kernel ties no process to its parent")
+@pytest.mark.parametrize("is_early", [False, True], ids=["later", "at once"])
+def test_it_ends_with_its_parent_even_when_that_is_killed(*, is_early: bool) -> None:
+    pause = "" if is_early else "time.sleep(0.3)"  # stands for no condition: by then the child is tied as a rule
+    parent = f"""
+import os, sys, time
+from cellwright.middleware.ros1.host.children import Child
+child = Child([sys.executable, '-c', 'import time; time.sleep(60)'], os.environ, python=sys.executable)
+{pause}
+print(child.pid, flush=True)
+os.kill(os.getpid(), 9)
+"""
+    ran = subprocess.run([sys.executable, "-c", parent], capture_output=True, text=True, timeout=TIMEOUT, check=False)
+    assert ran.returncode == -signal.SIGKILL
+    pid = int(ran.stdout)
+    wait_until(lambda: not is_running(pid), "end of the child")
+
+
+@pytest.mark.parametrize(
+    ("status", "words"),
+    [(0, "ended with status 0"), (75, "ended with status 75"), (-9, "was ended by SIGKILL")],
+)
+def test_an_end_in_words(status: int, words: str) -> None:
+    assert how_it_ended(status) == words
+    assert how_it_ended(-250) == "was ended by signal 250"
+
+
+# ---------------------------------------------------------------- how long to wait
+
+
+def test_what_fails_over_and_over_is_tried_ever_more_seldom() -> None:
+    patience = Patience(first=0.25, longest=8.0, forgiven=10.0)
+    assert [patience.after(0.1) for _ in range(8)] == [0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 8.0]
+    assert patience.after(20.0) == 0.0
+    assert patience.after(0.1) == 0.25
+
+
+@given(st.lists(st.floats(0.0, 100.0), max_size=30))
+def test_nobody_waits_longer_than_the_longest(lives: list[float]) -> None:
+    patience = Patience(first=0.5, longest=3.0, forgiven=10.0)
+    for lasted in lives:
+        wait = patience.after(lasted)
+        assert 0.0 <= wait <= 3.0
+        assert wait == 0.0 or lasted < 10.0

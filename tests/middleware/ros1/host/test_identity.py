@@ -1,0 +1,41 @@
+"""Names of nodes, and what each kind of node has at the master."""
+
+import re
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.middleware.ros1.host.identity import SIMULATOR, node_name, robot
+from cellwright.util.errors import UsageError
+
+ACCEPTED = re.compile(r"/[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*")
+
+
+@pytest.mark.parametrize("name", ["openloong_controller_node", "/openloong_controller_node"])
+def test_a_slash_in_front_is_not_needed(name: str) -> None:
+    assert robot(name).node == "/openloong_controller_node"
+
+
+def test_a_robot_lives_by_the_wall_clock_unless_told_otherwise() -> None:
+    assert not robot("a").tells_time
+    assert robot("a", sim_time=True).tells_time
+    assert not robot("a", sim_time=True).makes_frames
+    assert SIMULATOR.tells_time
+    assert SIMULATOR.makes_frames
+
+
+@pytest.mark.parametrize("name", ["", "/", "2arms", "left arm", "a//b", "a/", "~own", "roboter_ä", "a\n", "a" * 300])
+def test_names_that_ros_does_not_take(name: str) -> None:
+    with pytest.raises(UsageError, match="is no name for a node"):
+        node_name(name)
+
+
+@given(st.text(max_size=30))
+def test_what_comes_out_is_an_absolute_name_of_ros(text: str) -> None:
+    try:
+        name = node_name(text)
+    except UsageError:
+        return
+    assert ACCEPTED.fullmatch(name)
+    assert name in (text, f"/{text}")

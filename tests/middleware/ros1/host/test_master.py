@@ -1,0 +1,201 @@
+"""Talking to a master, against servers that answer, hang or talk nonsense."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from typing import Any
+from xmlrpc.server import SimpleXMLRPCServer
+
+import pytest
+
+from cellwright.middleware.ros1.host.master import Master, MasterError
+from cellwright.util.errors import UsageError
+from tests.ports import free_port
+from tests.waiting import TIMEOUT
+
+PATIENCE = 0.5
+is_over = threading.Event()
+"""Ends the server that drips."""
+
+
+class FakeMaster:
+    """The part of a master's API that is used, and what was asked of it."""
+
+    def __init__(self) -> None:
+        self.parameters: dict[str, Any] = {}
+        self.nodes: dict[str, str] = {}
+        self.server = SimpleXMLRPCServer(("127.0.0.1", 0), logRequests=False)
+        self.server.register_function(lambda caller: [1, "", 42], "getPid")
+        self.server.register_function(self.set_param, "setParam")
+        self.server.register_function(self.get_param, "getParam")
+        self.server.register_function(
+            lambda caller: [1, "", [[["/states", sorted(self.nodes)]], [], []]], "getSystemState"
+        )
+        self.server.register_function(self.look_up, "lookupNode")
+
+    @property
+    def uri(self) -> str:
+        return f"http://127.0.0.1:{self.server.server_address[1]}"
+
+    def set_param(self, caller: Any, name: Any, value: Any) -> list[Any]:
+        assert caller == "/cellwright"
+        self.parameters[name] = value
+        return [1, "", 0]
+
+    def get_param(self, caller: Any, name: Any) -> list[Any]:
+        if name in self.parameters:
+            return [1, "", self.parameters[name]]
+        return [-1, f"Parameter [{name}] is not set", 0]
+
+    def look_up(self, caller: Any, name: Any) -> list[Any]:
+        if name in self.nodes:
+            return [1, "", self.nodes[name]]
+        return [-1, f"unknown node [{name}]", ""]
+
+
+@pytest.fixture
+def fake() -> Iterator[FakeMaster]:
+    made = FakeMaster()
+    thread = threading.Thread(target=made.server.serve_forever, kwargs={"poll_interval": 0.01})
+    thread.start()
+    yield made
+    made.server.shutdown()
+    thread.join()
+    made.server.server_close()
+
+
+@contextmanager
+def answering(talk: Callable[[socket.socket], None]) -> Iterator[str]:
+    """A server that is no master; the address that it has."""
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+
+        def serve() -> None:
+            while True:
+                try:
+                    connection, _ = listener.accept()
+                except OSError:
+                    return
+                with connection:
+                    talk(connection)
+
+        thread = threading.Thread(target=serve, daemon=True)
+        thread.start()
+        yield f"http://127.0.0.1:{listener.getsockname()[1]}"
+        listener.shutdown(socket.SHUT_RDWR)
+        thread.join(TIMEOUT)
+
+
+@pytest.mark.parametrize(
+    "uri", ["", "localhost", "localhost:11311", "http://", "http://a", "https://a:1", "http://a:x"]
+)
+def test_what_is_no_address_is_refused(uri: str) -> None:
+    with pytest.raises(UsageError, match="which is no address like http://localhost:11311"):
+        Master(uri)
+
+
+def test_addresses_of_this_machine() -> None:
+    for host in ("localhost", "127.0.0.1", "127.1.2.3", "[::1]", socket.gethostname()):
+        assert Master(f"http://{host}:11311/").is_local
+    assert not Master("http://192.0.2.1:11311").is_local
+
+
+def test_a_master(fake: FakeMaster) -> None:
+    master = Master(fake.uri + "/")
+    assert master.answers()
+    assert master.is_port_taken()
+    assert master.living_node("/gazebo") is None
+    fake.nodes["/gazebo"] = fake.uri
+    assert master.living_node("/gazebo") == fake.uri
+    fake.nodes["/gazebo"] = f"http://127.0.0.1:{free_port()}"  # it was killed, and the master does not know
+    assert master.living_node("/gazebo") is None
+
+
+def test_parameters_leave_alone_what_lies_beside_them(fake: FakeMaster) -> None:
+    Master(fake.uri).set_parameters({"use_sim_time": True, "ariac": {"arm": {"gains": {"p": 1.0}}, "text": "x"}})
+    assert fake.parameters == {"/use_sim_time": True, "/ariac/arm": {"gains": {"p": 1.0}}, "/ariac/text": "x"}
+
+
+def test_a_parameter_that_nobody_has_set_is_none(fake: FakeMaster) -> None:
+    master = Master(fake.uri)
+    assert master.parameter("/x") is None
+    master.set_parameter("/x", 0)
+    assert master.parameter("/x") == 0
+
+
+def test_publishers_that_live(fake: FakeMaster) -> None:
+    fake.nodes = {"/alive": fake.uri, "/dead": f"http://127.0.0.1:{free_port()}"}
+    assert Master(fake.uri).living_publishers("/states") == ["/alive"]
+    assert Master(fake.uri).living_publishers("/others") == []
+
+
+def test_nobody_there() -> None:
+    master = Master(f"http://127.0.0.1:{free_port()}", PATIENCE)
+    assert not master.answers()
+    assert not master.is_port_taken()
+    with pytest.raises(MasterError, match="gave no answer"):
+        master.set_parameter("/x", 1)
+    with pytest.raises(MasterError, match="gave no answer"):
+        master.living_node("/gazebo")
+
+
+def hang(connection: socket.socket) -> None:
+    connection.settimeout(TIMEOUT)
+    while connection.recv(1000):
+        pass
+
+
+def drip(connection: socket.socket) -> None:
+    """Answer without end, slowly: no single read lasts long, and a line never ends."""
+    with suppress(OSError):
+        while not is_over.wait(PATIENCE / 20):
+            connection.sendall(b"H")
+
+
+def say(text: bytes) -> Callable[[socket.socket], None]:
+    def talk(connection: socket.socket) -> None:
+        connection.recv(1000)
+        connection.sendall(text)
+
+    return talk
+
+
+def xml(value: str) -> Callable[[socket.socket], None]:
+    body = f"<methodResponse><params><param><value>{value}</value></param></params></methodResponse>"
+    head = f"HTTP/1.0 200 OK\r\nContent-Type: text/xml\r\nContent-Length: {len(body)}\r\n\r\n"
+    return say((head + body).encode())
+
+
+@pytest.mark.parametrize(
+    "talk",
+    [
+        hang,
+        drip,
+        say(b""),
+        say(b"\x00\xff\r\n\r\n"),
+        say(b"HTTP/1.0 404 Not Found\r\n\r\n"),
+        say(b"HTTP/1.0 200 OK\r\n\r\n<methodResponse><params><par"),
+        xml("<int>3</int>"),
+        xml("<array><data><value><string>a</string></value></data></array>"),
+        xml("<array><data><value><i4>-1</i4></value><value>no</value><value>0</value></data></array>"),
+    ],
+    ids=["hangs", "drips", "closes", "noise", "404", "half", "number", "short", "refuses"],
+)
+def test_what_is_no_master_is_told_from_one_in_time(talk: Callable[[socket.socket], None]) -> None:
+    with answering(talk) as uri:
+        is_over.clear()
+        master = Master(uri, PATIENCE)
+        assert not master.answers()  # the one that drips would keep it for ever
+        is_over.set()
+        assert master.is_port_taken()
+
+
+def test_an_address_that_cannot_be_looked_up_costs_no_more_than_its_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    ready = threading.Event()
+    monkeypatch.setattr(socket, "getaddrinfo", lambda *_args, **_more: ready.wait(TIMEOUT))
+    assert not Master("http://far.away:11311", PATIENCE).answers()
+    assert not ready.is_set()
+    assert [thread.name for thread in threading.enumerate() if thread.name == "ros-master"], "it looks it up still"
+    ready.set()

@@ -1,0 +1,114 @@
+"""A master of our own, looked after."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from cellwright.middleware.ros1.host import installation
+from cellwright.middleware.ros1.host.installation import Installation
+from cellwright.middleware.ros1.host.master import Master
+from cellwright.middleware.ros1.host.own_master import OwnMaster
+from cellwright.util.errors import UsageError
+from tests.ros1.ground import Ground
+from tests.waiting import wait_until
+
+pytest_plugins = ["tests.ros1.fixtures"]
+
+
+def never() -> bool:
+    return False
+
+
+@pytest.fixture
+def place(no_master: Ground) -> Installation:
+    """This machine's ROS 1, led to a port at which nobody is."""
+    return installation.find(no_master.environment)
+
+
+@pytest.fixture
+def own(place: Installation, no_master: Ground) -> Iterator[tuple[OwnMaster, Master, list[str]]]:
+    said: list[str] = []
+    master = Master(no_master.uri)
+    made = OwnMaster(place, master, said.append)
+    yield made, master, said
+    made.stop()
+    assert not master.answers()
+
+
+Own = tuple[OwnMaster, Master, list[str]]
+
+
+@pytest.mark.ros1
+def test_it_answers_and_has_an_id(own: Own, no_master: Ground) -> None:
+    made, master, said = own
+    made.wait(never)
+    made.mark()
+    first = no_master.ask("getParam", "/run_id")
+    made.mark()
+    assert no_master.ask("getParam", "/run_id") != first
+    assert master.answers()
+    assert not said
+
+
+@pytest.mark.ros1
+def test_a_wish_to_end_is_not_kept_waiting(own: Own) -> None:
+    made, master, _ = own
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(master, "answers", lambda: False)  # it would be waited for in vain, and that is an error
+        made.wait(lambda: True)
+
+
+@pytest.mark.ros1
+def test_where_somebody_else_runs_one_meanwhile_it_is_left_to_them(own: Own, no_master: Ground) -> None:
+    made, master, said = own
+    made.wait(never)
+    os.kill(no_master.ask("getPid"), signal.SIGKILL)
+    wait_until(lambda: not master.is_port_taken(), "end of the master")
+    no_master.start_master()
+
+    def has_said_both() -> bool:
+        made.poll()
+        return len(said) == 2
+
+    wait_until(has_said_both, "two reports")
+    assert "was ended by SIGKILL; it is started again" in said[0]
+    assert "somebody else listens" in said[1]
+    made.poll()
+    made.stop()
+    assert master.answers()
+    no_master.stop_master()
+
+
+def script(path: Path, text: str) -> Installation:
+    """An installation of which rosmaster is a program of the shell."""
+    path.write_text(f"#!/bin/sh\n{text}\n")
+    path.chmod(0o755)
+    return Installation(shutil.which("python3") or "", {"PATH": f"{path.parent}:{os.environ['PATH']}"}, ())
+
+
+def test_one_that_ends_at_once_is_told_with_what_it_said(tmp_path: Path) -> None:
+    broken = script(tmp_path / "rosmaster", "echo it is broken >&2; exit 3")
+    made = OwnMaster(broken, Master("http://127.0.0.1:9", 0.2), lambda _line: None)
+    with pytest.raises(UsageError, match=r"at http://127\.0\.0\.1:9 ended with status 3: it is broken$"):
+        made.wait(never)
+    made.stop()
+
+
+def test_one_that_never_answers_is_given_up(tmp_path: Path) -> None:
+    silent = script(tmp_path / "rosmaster", "exec sleep 60")  # it shall just live on
+    made = OwnMaster(silent, Master("http://127.0.0.1:9", 0.2), lambda _line: None)
+    with pytest.raises(UsageError, match="does not answer"):
+        made.wait(never, limit=0.5)
+    made.stop()
+
+
+def test_one_that_is_not_installed_is_asked_for(tmp_path: Path) -> None:
+    nothing = Installation("/usr/bin/python3", {"PATH": str(tmp_path)}, ())
+    with pytest.raises(UsageError, match="rosmaster is not installed; on Debian 12 and Ubuntu: scripts/install-ros1"):
+        OwnMaster(nothing, Master("http://127.0.0.1:9"), lambda _line: None)

@@ -1,0 +1,135 @@
+"""A guest for tests, in the thread of the server that it talks to."""
+
+from __future__ import annotations
+
+import json
+import socket
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+from cellwright.middleware.bus.served import Served
+from cellwright.middleware.messages import Message, to_cdr, to_ros1, type_of
+from cellwright.middleware.server import Server
+from cellwright.middleware.wire.frames import Decoder, Frame, Kind, hello
+from tests.waiting import wait_until
+
+
+class Talker:
+    """Says frames, and has the server serve until the answer is there."""
+
+    def __init__(self, server: Server, node: str = "/me", encoding: str = "cdr") -> None:
+        self.server = server
+        self.encoding = encoding
+        self.heard: list[Frame] = []
+        self.connection = socket.create_connection(server.address)
+        self._decoder = Decoder()
+        self._number = 0
+        self.is_over = False
+        self.welcome: dict[str, Any] = {}
+        if node:
+            self.say(hello(node, encoding))
+            self.welcome = self.wait_for(Kind.WELCOME).json()
+
+    def say(self, *frames: Frame) -> None:
+        """Send frames."""
+        self.connection.sendall(b"".join(frame.encode() for frame in frames))
+
+    def listen(self) -> None:
+        """Take in what has come by now."""
+        self.connection.setblocking(False)
+        try:
+            while data := self.connection.recv(1 << 16):
+                self.heard += self._decoder.feed(data)
+            self.is_over = True
+        except BlockingIOError:
+            pass
+        except ConnectionError:
+            self.is_over = True
+        finally:
+            self.connection.setblocking(True)
+
+    def wait_until(self, condition: Callable[[], bool]) -> None:
+        """Let the server serve until a condition holds."""
+
+        def serve() -> None:
+            self.server.wait(0.001)
+            self.listen()
+
+        wait_until(condition, "such state of the server and its guest", seen=lambda: self.heard[-3:], between=serve)
+
+    def wait_for(self, kind: Kind, number: int = 0) -> Frame:
+        """The next frame of a kind with a number, taken out of what was heard."""
+
+        def fits(frame: Frame) -> bool:
+            return (frame.kind, frame.number) == (kind, number)
+
+        self.wait_until(lambda: any(map(fits, self.heard)))
+        found = next(filter(fits, self.heard))
+        self.heard.remove(found)
+        return found
+
+    def ask(self, frame: Frame) -> Frame:
+        """Say a frame and wait for the answer, whatever it is."""
+        self.say(frame)
+
+        def answers(each: Frame) -> bool:
+            return each.number == frame.number and each.kind is not Kind.MESSAGE
+
+        self.wait_until(lambda: any(map(answers, self.heard)))
+        found = next(filter(answers, self.heard))
+        self.heard.remove(found)
+        return found
+
+    def bytes_of(self, message: Message) -> bytes:
+        """A message in this guest's form."""
+        return to_ros1(message) if self.encoding == "ros1" else to_cdr(message)
+
+    def publish(self, topic: str, message: Message, *, number: int = 1, node: str = "") -> Frame:
+        """Publish, and wait for the answer."""
+        said = Frame(Kind.PUBLISH, number, topic, type_of(type(message)), node, self.bytes_of(message))
+        return self.ask(said)
+
+    def call(self, service: str, request: Message, type_name: str = "", *, node: str = "") -> Frame:
+        """Call a service, and wait for the answer."""
+        return self.ask(Frame(Kind.CALL, 1, service, type_name, node, self.bytes_of(request)))
+
+    def messages(self, number: int) -> list[bytes]:
+        """What was heard of a subscription so far."""
+        self.server.wait(0.0)
+        self.listen()
+        return [frame.payload for frame in self.heard if (frame.kind, frame.number) == (Kind.MESSAGE, number)]
+
+
+@dataclass
+class Hall:
+    """A server on a free port, the lines that it reports, and the guests that were made here."""
+
+    server: Server
+    lines: list[str]
+    guests: list[Talker] = field(default_factory=list)
+
+    def guest(self, node: str = "/me", encoding: str = "cdr") -> Talker:
+        """A guest that has been welcomed; with no name it has said nothing yet."""
+        guest = Talker(self.server, node, encoding)
+        self.guests.append(guest)
+        return guest
+
+
+@contextmanager
+def served(cell: Served, *, lockstep: bool = False) -> Iterator[Hall]:
+    """A server and its guests, closed in the end."""
+    lines: list[str] = []
+    hall = Hall(Server(cell, port=0, lockstep=lockstep, report=lines.append), lines)
+    try:
+        yield hall
+    finally:
+        hall.server.close("the test is over")
+        for guest in hall.guests:
+            guest.connection.close()
+
+
+def as_json(**fields: Any) -> bytes:
+    """A JSON object."""
+    return json.dumps(fields).encode()

@@ -1,0 +1,122 @@
+"""The heartbeat of a guest: when time stands for it, and for how long at most."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.middleware.server import heartbeat
+from cellwright.middleware.server.heartbeat import LATE, MAX_HELD, PERIOD, REGAINED, Heartbeat, StandingTime
+from cellwright.middleware.server.timekeeper import Timekeeper
+from cellwright.middleware.wire.frames import Frame, Kind
+from tests.middleware.server.talk import Hall, Talker, served
+from tests.robot.talk import Talk
+from tests.waiting import wait_until
+
+LOOK = 0.01
+"""Time [s] between two looks."""
+
+Answers = list[float]
+"""After so long [s] a guest answers each of its PINGs; then never again."""
+
+
+def held(visits: list[Answers], until: float) -> list[bool]:
+    """Whether time stood at each look.
+
+    A guest comes, gives its answers, stays for `MAX_HELD` without another and goes; then the next one comes.
+    """
+    standing, found, due = StandingTime(0.0), [], list(visits)
+    beat, answers, leaves, number, answer_at = Heartbeat(0.0), due.pop(0), float("inf"), 0, float("inf")
+    for look in range(round(until / LOOK)):
+        now = look * LOOK
+        if now >= leaves and due:
+            beat, answers, leaves, number = Heartbeat(now), due.pop(0), float("inf"), 0
+        if number and now >= answer_at:
+            beat.pong(number, now)
+            number, answer_at = 0, float("inf")
+        if sent := beat.ping(now):
+            number, answer_at = sent, now + answers.pop(0) if answers else float("inf")
+            leaves = now + MAX_HELD if answer_at == float("inf") else leaves
+        found.append(standing.may_stand(now, is_wanted=beat.is_late(now)))
+    return found
+
+
+@given(st.lists(st.floats(0.0, LATE - 2 * LOOK), min_size=1, max_size=30))
+def test_time_never_stands_for_a_guest_that_keeps_up(answers: Answers) -> None:
+    assert not any(held([answers], len(answers) * PERIOD))
+
+
+def test_time_stands_while_an_answer_is_late() -> None:
+    found = held([[0.5, *[0.0] * 100]], 1.0)
+    assert found.index(True) * LOOK == pytest.approx(LATE, abs=2 * LOOK)
+    assert sum(found) * LOOK == pytest.approx(0.5 - LATE, abs=3 * LOOK)
+
+
+def test_time_stands_once_for_a_guest_that_never_answers() -> None:
+    found = held([[]], 3 * MAX_HELD)
+    assert sum(found) * LOOK == pytest.approx(MAX_HELD, abs=3 * LOOK)
+    assert found[len(found) // 2 :] == [False] * (len(found) // 2)
+
+
+@given(st.lists(st.lists(st.floats(0.0, 30.0), max_size=20), min_size=1, max_size=8))
+def test_whatever_guests_do_time_goes_on(visits: list[Answers]) -> None:
+    seconds = 60.0
+    stood = sum(held(visits, seconds)) * LOOK
+    assert stood <= MAX_HELD + REGAINED * (seconds - stood) + 3 * LOOK
+
+
+def test_guests_that_come_anew_share_the_time_that_may_stand() -> None:
+    seconds = 120.0
+    stood = sum(held([[]] * 12, seconds)) * LOOK
+    assert stood == pytest.approx((MAX_HELD + REGAINED * seconds) / (1.0 + REGAINED), rel=0.05)
+
+
+def test_an_answer_to_another_ping_counts_for_nothing() -> None:
+    beat = Heartbeat(0.0)
+    number = beat.ping(0.0)
+    beat.pong(number + 1, 0.1)
+    assert beat.is_late(0.2)
+    beat.pong(number, 0.2)
+    assert not beat.is_late(0.3)
+    assert beat.ping(0.2 + PERIOD / 2) == 0
+    assert beat.ping(0.2 + PERIOD) == number + 1
+
+
+def test_a_pause_is_not_charged() -> None:
+    standing = StandingTime(0.0)
+    assert standing.may_stand(3 * MAX_HELD, is_wanted=True)  # nobody asked meanwhile: time stood for another reason
+    assert standing.may_stand(3 * MAX_HELD + LOOK, is_wanted=True)
+
+
+def test_time_stands_for_a_guest_that_asked_for_pings(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(heartbeat, "MAX_HELD", 0.3)
+    talk = Talk()
+    with served(talk.node) as hall:
+        asks(hall, "/silent")
+        asks(hall, "/gone").connection.close()
+        keeper = Timekeeper(talk.node, hall.server)
+        keeper.run(lambda: 200_000_000)
+        assert keeper.pacer.stood > 0.2
+        assert keeper.pacer.factor < 0.9
+        assert hall.lines == ["time stands while /silent is more than 0.1 s behind; this is said once"]
+
+
+@pytest.mark.parametrize(("tempo", "can_stand"), [(None, True), (1.0, False)])
+def test_time_stands_only_where_it_keeps_to_the_wall_clock_and_can(tempo: float | None, *, can_stand: bool) -> None:
+    talk = Talk()
+    with served(talk.node) as hall:
+        asks(hall, "/silent")
+        wait_until(hall.server.hold_time, "guest that is behind")
+        keeper = Timekeeper(talk.node, hall.server, tempo=tempo, can_stand=can_stand)
+        keeper.run(lambda: 50_000_000)
+        assert hall.server.hold_time()
+        assert keeper.pacer.stood == 0.0
+
+
+def asks(hall: Hall, node: str) -> Talker:
+    """A guest that has asked for PINGs and answers none."""
+    guest = hall.guest(node)
+    guest.say(Frame(Kind.PONG, 0))
+    guest.wait_for(Kind.PING, 1)
+    return guest

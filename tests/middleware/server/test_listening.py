@@ -1,0 +1,75 @@
+"""Listening sockets: a port that is in use, and a process without descriptors."""
+
+from __future__ import annotations
+
+import os
+import select
+import socket
+import sys
+from collections.abc import Iterator
+
+import pytest
+
+from cellwright.cell.cell import Cell
+from cellwright.middleware.server import server as module
+from cellwright.middleware.server.listening import Listener, listen
+from cellwright.middleware.server.server import LOOPBACK, Server
+from cellwright.util.errors import UsageError
+from tests.cells import BARE
+from tests.waiting import TIMEOUT
+
+
+@pytest.fixture
+def busy() -> Iterator[int]:
+    """A port that is in use."""
+    with listen(LOOPBACK, 0) as listener:
+        yield int(listener.getsockname()[1])
+
+
+def test_a_port_in_use_is_refused_or_the_next_one_taken(busy: int) -> None:
+    with pytest.raises(UsageError, match=f"{LOOPBACK}:{busy}: cannot be listened at: "):
+        listen(LOOPBACK, busy)
+    with listen(LOOPBACK, busy, tries=20) as listener:
+        assert busy < listener.getsockname()[1] < busy + 20
+
+
+def test_a_server_without_a_port_takes_the_default_one_or_one_of_the_next(
+    busy: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "DEFAULT_PORT", busy)
+    elsewhere = Server(Cell(BARE), port=None)
+    free = Server(Cell(BARE), port=0)
+    try:
+        assert elsewhere.address[1] > busy
+        assert (elsewhere.busy_port, free.busy_port) == (busy, 0)
+    finally:
+        elsewhere.close("over")
+        free.close("over")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no such limits")
+def test_without_descriptors_connections_are_turned_away() -> None:
+    import resource
+
+    listener = Listener(listen(LOOPBACK, 0))
+    address = listener.socket.getsockname()
+    clients = [socket.create_connection(address, TIMEOUT) for _ in range(5)]
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    free = os.dup(0)
+    os.close(free)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (free, hard))
+    try:
+        taken = [listener.accept() for _ in clients]
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+    assert taken == [None] * 5
+    assert not select.select([listener.socket], [], [], 0.0)[0], "nobody is left in the queue"
+    assert [client.recv(1) for client in clients] == [b""] * 5
+    with socket.create_connection(address, TIMEOUT):
+        come = listener.accept()
+        assert come is not None
+        assert come[1] == LOOPBACK
+        come[0].close()
+    for client in clients:
+        client.close()
+    listener.close()

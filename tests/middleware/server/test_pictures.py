@@ -1,0 +1,57 @@
+"""Pictures over the socket: several large ones in one tick, and a guest that does not keep up with them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cellwright.cell.cell import Cell
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.middleware.messages import from_cdr
+from cellwright.middleware.messages.standard import Image, PointCloud2
+from cellwright.middleware.wire.frames import Frame, Kind
+from tests.cell.devices.sensors.painters import FakePainter
+from tests.middleware.server.talk import served
+
+EYE = "{type: rgbd_camera, pose: {xyz: [2.0, 0, 0]}, latency: 0, noise: {colour: 0, depth: 0, depth_growth: 0}}"
+CAMERAS = f"cellwright: {{sensors: {{a: {EYE}, b: {EYE}, c: {EYE}}}}}"
+
+
+def new_cell() -> Cell:
+    cell = Cell(load_trial(text=CAMERAS).trial)
+    cell.studio._hire = FakePainter
+    return cell
+
+
+def test_large_messages_of_one_tick_all_arrive() -> None:
+    cell = new_cell()
+    with served(cell) as hall:
+        guest = hall.guest("/looker")
+        for number, name in enumerate("abc"):
+            guest.ask(Frame(Kind.SUBSCRIBE, 10 + number, f"/ariac/{name}/depth/points"))
+            guest.ask(Frame(Kind.SUBSCRIBE, 20 + number, f"/ariac/{name}/image_raw"))
+        cell.simulation.step_until(101_000_000)
+        guest.wait_until(lambda: all(len(guest.messages(n)) == 1 for n in (10, 11, 12, 20, 21, 22)))
+        points = from_cdr(guest.messages(12)[0], PointCloud2)
+        assert (points.width, points.height, points.point_step) == (640, 480, 16)
+        depths = points.data.view(np.float32).reshape(480, 640, 4)[..., 2]
+        assert (depths == 2.0).all()
+        image = from_cdr(guest.messages(20)[0], Image)
+        assert len(image.data) == 640 * 480 * 3
+        assert not hall.lines
+
+
+def test_a_guest_that_does_not_read_loses_pictures_and_the_memory_stays_bounded() -> None:
+    cell = new_cell()
+    with served(cell) as hall:
+        guest = hall.guest("/slow")
+        guest.ask(Frame(Kind.SUBSCRIBE, 10, "/ariac/a/depth/points"))
+        for picture in range(1, 12):
+            cell.simulation.step_until(picture * 100_000_000)
+            hall.server.wait(0.0)
+        (host,) = hall.server._guests
+        assert host.dropped > 0
+        assert len(host._out) < 16 << 20
+        guest.wait_until(lambda: len(guest.messages(10)) >= 1 and not host.has_waiting)
+        before = len(guest.messages(10))
+        cell.simulation.step_until(1_250_000_000)
+        guest.wait_until(lambda: len(guest.messages(10)) == before + 1)  # it is told again once it reads

@@ -1,0 +1,200 @@
+"""Frames in, frames out: what a guest can rely on."""
+
+from __future__ import annotations
+
+import socket
+
+import pytest
+
+from cellwright.cell.cell import Cell
+from cellwright.middleware.messages import definition, from_cdr, from_ros1, md5
+from cellwright.middleware.messages.osrf_gear import AGVControlRequest, AGVControlResponse, Order, SubmitTrayRequest
+from cellwright.middleware.messages.standard import JointState
+from cellwright.middleware.messages.std_srvs import TriggerRequest
+from cellwright.middleware.server import Server
+from cellwright.middleware.wire.frames import Frame, Kind, advance
+from cellwright.util.errors import UsageError
+from tests.cells import ARM_ONLY, INITIAL, KITTING, WHOLE, start, way
+from tests.middleware.server.talk import served
+
+
+def test_a_guest_is_welcomed_with_all_names_and_types() -> None:
+    cell = Cell(WHOLE, competition=False)
+    with served(cell) as hall:
+        welcome = hall.guest(encoding="ros1").welcome
+        assert (welcome["protocol"], welcome["trial"], welcome["timestep"]) == (1, "whole", [1, 500])
+        assert (welcome["lockstep"], welcome["competition"], welcome["time"]) == (False, False, 0)
+        topics = {each["name"]: each for each in welcome["topics"]}
+        assert list(topics) == [info.name for info in cell.bus.topics()]
+        orders = topics["/ariac/orders"]
+        assert orders["md5"] == md5("osrf_gear/Order")
+        assert orders["definition"] == definition("osrf_gear/Order")
+        assert (orders["direction"], orders["latch"], orders["on_event"]) == ("out", True, True)
+        assert topics["/ariac/joint_states"]["rate"] == "50 Hz"
+        assert topics["/ariac/joint_states"]["on_event"] is False
+        assert topics["/tf"]["publishers"] == ["/robot_state_publisher", "/gazebo"]
+        assert topics["/ariac/arm/command"]["direction"] == "in"
+        services = {each["name"]: each for each in welcome["services"]}
+        assert services["/ariac/agv1"]["type"] == "osrf_gear/AGVControl"
+        assert services["/ariac/agv1"]["md5"] == md5("osrf_gear/AGVControl")
+
+
+@pytest.mark.parametrize("encoding", ["cdr", "ros1"])
+def test_messages_come_in_the_form_that_was_asked_for(encoding: str) -> None:
+    cell = Cell(ARM_ONLY)
+    read = from_ros1 if encoding == "ros1" else from_cdr
+    with served(cell) as hall:
+        guest = hall.guest(encoding=encoding)
+        assert guest.ask(Frame(Kind.SUBSCRIBE, 5, "/ariac/joint_states")).kind is Kind.DONE
+        for _ in range(20):
+            cell.step()
+        guest.wait_until(lambda: len(guest.messages(5)) == 2)
+        messages = [read(data, JointState) for data in guest.messages(5)]
+        assert [message.header.stamp.nanosec for message in messages] == [20_000_000, 40_000_000]
+        assert messages[0].name[1] == "linear_arm_actuator_joint"
+        guest.say(Frame(Kind.UNSUBSCRIBE, 5))
+        guest.ask(Frame(Kind.SUBSCRIBE, 6, "/ariac/trays"))
+        assert cell.bus.topic("/ariac/joint_states").subscribers == ()
+
+
+def test_what_is_latched_comes_at_once_and_once() -> None:
+    cell = Cell(KITTING)
+    start(cell)
+    cell.step()
+    with served(cell) as hall:
+        guest = hall.guest()
+        guest.ask(Frame(Kind.SUBSCRIBE, 5, "/ariac/orders"))
+        (data,) = guest.messages(5)
+        assert from_cdr(data, Order).order_id == "order_0"
+
+
+def test_one_publisher_of_several_can_be_listened_to() -> None:
+    cell = Cell(WHOLE)
+    with served(cell) as hall:
+        guest = hall.guest()
+        guest.ask(Frame(Kind.SUBSCRIBE, 5, "/tf", node="/gazebo"))
+        guest.ask(Frame(Kind.SUBSCRIBE, 6, "/tf"))
+        for _ in range(50):
+            cell.step()
+        assert 0 < len(guest.messages(5)) < len(guest.messages(6))
+
+
+def test_a_command_is_carried_out_where_time_stands() -> None:
+    cell = Cell(KITTING)
+    with served(cell) as hall:
+        guest = hall.guest()
+        answer = guest.call("/ariac/agv1", AGVControlRequest(""), "osrf_gear/AGVControl")
+        assert from_cdr(answer.payload, AGVControlResponse).success
+        assert cell.agvs[1].state == "preparing_to_deliver"
+        assert cell.simulation.now == 0
+
+
+def test_a_published_message_is_answered_and_obeyed() -> None:
+    cell = Cell(ARM_ONLY)
+    with served(cell) as hall:
+        guest = hall.guest()
+        assert cell.arm is not None
+        assert cell.arm.controller.end == 0
+        assert guest.publish("/ariac/arm/command", way(INITIAL)).kind is Kind.DONE
+        assert cell.arm.controller.end == 1_000_000_000
+
+
+def test_refusals_name_their_class_and_are_counted_by_node() -> None:
+    cell = Cell(ARM_ONLY)
+    with served(cell) as hall:
+        guest = hall.guest()
+        trajectory = way(INITIAL, names=("elbow_joint", *["none"] * 6))
+        cases = [
+            (guest.publish("/ariac/arm/command", trajectory), "RejectedCommandError"),
+            (guest.publish("/ariac/arm/command", TriggerRequest()), "MessageError"),
+            (guest.publish("/ariac/command", trajectory, node="/other"), "UnknownNameError"),
+            (guest.publish("/ariac/joint_states", trajectory), "UnknownNameError"),
+            (guest.call("/ariac/agv1", TriggerRequest()), "UnknownNameError"),
+            (guest.call("/ariac/submit_tray", TriggerRequest()), "MessageError"),
+            (guest.ask(Frame(Kind.PUBLISH, 9, "/ariac/arm/command", payload=b"rubbish")), "MessageError"),
+            (guest.ask(advance(8, 10, each_tick=False)), "UsageError"),
+            (guest.ask(Frame(Kind.SUBSCRIBE, 7, "no name")), "UsageError"),
+        ]
+        assert [answer.name for answer, _ in cases] == [name for _, name in cases]
+        assert all(answer.kind is Kind.REFUSED and answer.text() for answer, _ in cases)
+        counts = cell.bus.refusals.counts
+        assert counts["/ariac/arm/command from /me"] == 3
+        assert counts["/ariac/command from /other"] == 1
+
+
+def test_a_service_that_fails_says_so() -> None:
+    cell = Cell(KITTING, competition=False)
+    with served(cell) as hall:
+        request = SubmitTrayRequest(tray_id="agv1::kit_tray_1", kit_type="a")
+        answer = hall.guest().call("/ariac/submit_tray", request)
+        assert (answer.kind, answer.name) == (Kind.REFUSED, "ServiceFailedError")
+
+
+def test_a_number_in_use_is_not_taken_again() -> None:
+    with served(Cell(KITTING)) as hall:
+        guest = hall.guest()
+        assert guest.ask(Frame(Kind.SUBSCRIBE, 5, "/clock")).kind is Kind.DONE
+        assert guest.ask(Frame(Kind.SUBSCRIBE, 5, "/clock")).name == "UsageError"
+
+
+def test_a_topic_that_is_not_there_is_waited_for_and_fills_nothing() -> None:
+    cell = Cell(KITTING)
+    with served(cell) as hall:
+        guest = hall.guest()
+        assert guest.ask(Frame(Kind.SUBSCRIBE, 5, "/ariac/nothing")).kind is Kind.DONE
+        guest.say(Frame(Kind.UNSUBSCRIBE, 5), Frame(Kind.UNSUBSCRIBE, 77))
+        assert guest.ask(Frame(Kind.SUBSCRIBE, 5, "/clock")).kind is Kind.DONE
+
+
+def test_guests_are_told_the_end() -> None:
+    with served(Cell(KITTING)) as hall:
+        guest = hall.guest()
+        assert hall.server.guests == ("/me",)
+        hall.server.close("enough")
+        guest.listen()
+        assert [(frame.kind, frame.text()) for frame in guest.heard] == [(Kind.ENDED, "enough")]
+        assert guest.is_over
+
+
+def test_who_leaves_listens_no_more() -> None:
+    cell = Cell(KITTING)
+    with served(cell) as hall:
+        guest, other = hall.guest(), hall.guest("/other")
+        guest.ask(Frame(Kind.SUBSCRIBE, 5, "/clock"))
+        assert cell.bus.topic("/clock").subscribers == ("/me",)
+        guest.connection.close()
+        other.wait_until(lambda: hall.server.guests == ("/other",))
+        assert cell.bus.topic("/clock").subscribers == ()
+
+
+def test_a_port_in_use_is_one_clear_line() -> None:
+    cell = Cell(KITTING)
+    with served(cell) as hall, pytest.raises(UsageError, match=f"127.0.0.1:{hall.server.address[1]}: cannot be"):
+        Server(cell, port=hall.server.address[1])
+
+
+@pytest.mark.parametrize(("host", "port"), [("127.0.0.1", 70_000), ("no.such.host.invalid", 0)])
+def test_an_address_that_is_none_is_refused(host: str, port: int) -> None:
+    with pytest.raises(UsageError):
+        Server(Cell(KITTING), host=host, port=port)
+
+
+def test_it_listens_on_loopback_unless_told_otherwise() -> None:
+    with served(Cell(KITTING)) as hall:
+        assert hall.server.is_local
+        assert hall.server.address[0] == "127.0.0.1"
+        with socket.create_connection(hall.server.address):
+            pass
+
+
+def test_those_who_work_are_dismissed_and_those_who_look_on_stay() -> None:
+    with served(Cell(KITTING)) as hall:
+        agent, page = hall.guest("/agent"), hall.guest("/page_1")
+        hall.server.dismiss("the run is over", keep=lambda node: node.startswith("/page_"))
+        agent.listen()
+        page.listen()
+        assert [(frame.kind, frame.text()) for frame in agent.heard] == [(Kind.ENDED, "the run is over")]
+        assert agent.is_over
+        assert not page.heard
+        assert hall.server.guests == ("/page_1",)
+        assert page.ask(Frame(Kind.SUBSCRIBE, 5, "/clock")).kind is Kind.DONE

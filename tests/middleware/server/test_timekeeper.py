@@ -1,0 +1,241 @@
+"""Time passes for guests: by the wall clock, in lockstep, and while somebody waits for an answer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cellwright.engine.pacing import Pacer
+from cellwright.engine.tempo import Tempo
+from cellwright.middleware.messages import from_cdr, to_cdr
+from cellwright.middleware.messages.build import joint_state
+from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
+from cellwright.middleware.server import timekeeper
+from cellwright.middleware.server.timekeeper import Timekeeper
+from cellwright.middleware.wire.frames import Frame, Kind, advance, read_time
+from tests.middleware.server.talk import Hall, Talker, served
+from tests.robot.talk import RESET, Talk
+from tests.waiting import wait_until
+
+SECOND = 1_000_000_000
+CALL = Frame(Kind.CALL, 7, RESET, payload=to_cdr(TriggerRequest()))
+
+
+def moving() -> Talk:
+    """A node whose robot is away from home."""
+    talk = Talk()
+    talk.joints({"waist": 0.9})
+    talk.seconds(0.6)
+    return talk
+
+
+def answer(guest: Talker, number: int) -> Frame | None:
+    """What a guest has been answered by now."""
+    guest.listen()
+    return next((frame for frame in guest.heard if frame.number == number and frame.kind is not Kind.MESSAGE), None)
+
+
+def answered(guest: Talker, number: int) -> Frame:
+    """The answer to a guest that was sent already."""
+    found = wait_until(lambda: answer(guest, number), f"answer {number}", seen=lambda: guest.heard)
+    assert found is not None
+    return found
+
+
+class Wall:
+    """A clock that moves while the server waits, and not for what the machine does."""
+
+    def __init__(self, hall: Hall) -> None:
+        self.time = 0.0
+        self._wait = hall.server.wait
+
+    def perf_counter(self) -> float:
+        return self.time
+
+    def wait(self, seconds: float, *, until_asked: bool = True) -> None:
+        """Stands for the server's own `wait`."""
+        self._wait(0.0, until_asked=until_asked)
+        self.time += seconds
+
+
+def test_it_keeps_to_the_wall_clock_and_serves_meanwhile(monkeypatch: pytest.MonkeyPatch) -> None:
+    talk, polls = Talk(), list[float]()
+    with served(talk.node) as hall:
+        guest = hall.guest()
+        wall = Wall(hall)
+        guest.ask(Frame(Kind.SUBSCRIBE, 5, "/io_teleop/joint_states"))
+        monkeypatch.setattr(hall.server, "wait", wall.wait)
+        monkeypatch.setattr(timekeeper, "time", wall)
+        keeper = Timekeeper(talk.node, hall.server, on_poll=lambda: polls.append(wall.time))
+        keeper.pacer = Pacer(talk.node.simulation, keeper.tempo, clock=wall.perf_counter, sleep=keeper._serve)
+        keeper.run(lambda: SECOND // 2)
+        assert wall.time == pytest.approx(0.5, abs=0.01), "half a second passed, and not at once"
+        assert keeper.pacer.factor == pytest.approx(1.0)
+        guest.wait_until(lambda: len(guest.messages(5)) >= 45)
+    assert polls == pytest.approx([0.1, 0.2, 0.3, 0.4], abs=0.02), "ten times a second"
+
+
+def test_it_ends_before_the_next_tick_when_it_is_stopped() -> None:
+    talk = Talk()
+    with served(talk.node) as hall:
+        keeper = Timekeeper(talk.node, hall.server, tempo=None)
+
+        def deadline() -> int:
+            keeper.is_stopped = talk.node.simulation.clock.tick >= 10
+            return SECOND
+
+        keeper.run(deadline)
+    assert talk.node.simulation.clock.tick == 10
+
+
+def test_an_answer_that_takes_its_time_holds_nobody_up() -> None:
+    talk = moving()
+    with served(talk.node) as hall:
+        waiting, other = hall.guest("/waiting"), hall.guest("/other")
+        waiting.say(CALL)
+        keeper = Timekeeper(talk.node, hall.server, tempo=None)
+        begun = talk.node.simulation.now
+        keeper.run(lambda: begun + SECOND // 10)
+        assert answer(waiting, 7) is None
+        message = to_cdr(joint_state(["waist"], [0.5], time=0))
+        assert other.ask(Frame(Kind.PUBLISH, 3, "/io_teleop/joint_cmd", payload=message)).kind is Kind.DONE
+        keeper.run(lambda: begun + 2 * SECOND)
+        found = answered(waiting, 7)
+        assert from_cdr(found.payload, TriggerResponse).success
+    assert talk.node.counts.ignored == 1
+    assert talk.at("waist") == pytest.approx(0.0, abs=1e-3)
+
+
+def test_who_leaves_before_the_answer_does_no_harm() -> None:
+    talk = moving()
+    with served(talk.node) as hall:
+        gone, other = hall.guest("/gone"), hall.guest("/other")
+        gone.say(CALL)
+        keeper = Timekeeper(talk.node, hall.server, tempo=None)
+        begun = talk.node.simulation.now
+        keeper.run(lambda: begun + SECOND // 10)
+        gone.connection.close()
+        other.say(CALL)
+        keeper.run(lambda: begun + 2 * SECOND)
+        found = answered(other, 7)
+        assert from_cdr(found.payload, TriggerResponse).success
+    assert talk.node.simulation.now >= begun + 2 * SECOND
+
+
+def test_in_lockstep_time_passes_for_who_asks_and_the_answer_comes_with_it() -> None:
+    talk = moving()
+    begun = talk.node.simulation.now
+    with served(talk.node, lockstep=True) as hall:
+        guest = hall.guest()
+        guest.say(CALL, advance(8, begun + SECOND // 10, each_tick=False))
+        keeper = Timekeeper(talk.node, hall.server, tempo=None, patience=0.05)
+        keeper.run(lambda: begun + SECOND // 10)
+        told = answered(guest, 8)
+        assert read_time(told) == begun + SECOND // 10
+        promise = answered(guest, 7)
+        assert promise.kind is Kind.DONE
+        guest.heard.remove(promise)
+        assert answer(guest, 7) is None
+        guest.say(advance(9, begun + 3 * SECOND, each_tick=False))
+        keeper.run(lambda: begun + 2 * SECOND)
+        found = answered(guest, 7)
+        assert from_cdr(found.payload, TriggerResponse).success
+
+
+def test_in_lockstep_who_is_told_something_has_its_turn_in_that_tick() -> None:
+    talk = Talk()
+    with served(talk.node, lockstep=True) as hall:
+        guest = hall.guest()
+        guest.say(Frame(Kind.SUBSCRIBE, 5, "/io_teleop/joint_states"), advance(8, SECOND, each_tick=False))
+        keeper = Timekeeper(talk.node, hall.server, tempo=None, on_poll=lambda: stop_after_the_answer())
+
+        def stop_after_the_answer() -> None:
+            keeper.is_stopped = answer(guest, 8) is not None  # and not before, though the machine be slow
+
+        keeper.run(lambda: SECOND)
+        told = answered(guest, 8)
+        assert read_time(told) == 12_500_000
+        guest.wait_until(lambda: len(guest.messages(5)) == 1)
+
+
+def test_a_node_that_ends_answers_first() -> None:
+    talk = moving()
+    with served(talk.node) as hall:
+        guest = hall.guest()
+        guest.say(CALL)
+        guest.ask(Frame(Kind.SUBSCRIBE, 5, "/io_teleop/joint_states"))  # once this is answered the call has been taken
+        talk.node.close()
+        hall.server.close("the node has stopped")
+        wait_until(lambda: guest.is_over, "end of the connection", seen=lambda: guest.heard, between=guest.listen)
+        found, ended = guest.heard
+        assert from_cdr(found.payload, TriggerResponse).message == "the node has stopped"
+        assert ended.kind is Kind.ENDED
+
+
+def test_while_time_stands_guests_are_served_and_single_ticks_pass() -> None:
+    talk = Talk()
+    with served(talk.node) as hall:
+        guest = hall.guest()
+        guest.say(Frame(Kind.SUBSCRIBE, 5, "/io_teleop/joint_states"))
+        tempo, ticks, polls = Tempo(None, paused=True), list[int](), 0
+
+        def poll() -> None:
+            nonlocal polls
+            polls += 1
+            ticks.append(talk.node.simulation.clock.tick)
+            if polls == 2:
+                tempo.step(3)
+            keeper.is_stopped = ticks[-2:] == [3, 3] or ticks[-1] > 3
+
+        keeper = Timekeeper(talk.node, hall.server, tempo=tempo, on_poll=poll)
+        keeper.run(lambda: SECOND)
+        answered(guest, 5)
+    assert ticks[:2] == [0, 0]
+    assert talk.node.simulation.clock.tick == 3
+
+
+def test_in_lockstep_a_pause_holds_up_who_asks_for_time() -> None:
+    talk = Talk()
+    with served(talk.node, lockstep=True) as hall:
+        guest, tempo, polls = hall.guest(), Tempo(None, paused=True), 0
+
+        def poll() -> None:
+            nonlocal polls
+            polls += 1
+            if polls == 2:
+                assert answer(guest, 8) is None
+                tempo.resume()
+
+        guest.say(advance(8, SECOND // 10, each_tick=False))
+        keeper = Timekeeper(talk.node, hall.server, tempo=tempo, on_poll=poll, patience=0.05)
+        keeper.run(lambda: SECOND // 10)
+        told = answered(guest, 8)
+        assert read_time(told) == SECOND // 10
+    assert polls >= 2
+
+
+@given(st.lists(st.sampled_from(["pause", "step", "fast", "max"]), max_size=6))
+@settings(max_examples=8, deadline=None)
+def test_a_tempo_that_changes_leaves_the_run_as_it_is(changes: list[str]) -> None:
+    def hash_of(tempo: Tempo, on_poll: Callable[[], None]) -> str:
+        talk = moving()
+        with served(talk.node) as hall:
+            end = talk.node.simulation.now + SECOND // 10
+            Timekeeper(talk.node, hall.server, tempo=tempo, on_poll=on_poll).run(lambda: end)
+        return talk.node.simulation.state_hash()
+
+    tempo, left = Tempo(50.0), list(changes)
+    acts: dict[str, Callable[[], None]] = {
+        "pause": tempo.pause,
+        "step": lambda: tempo.step(5),
+        "fast": lambda: tempo.set_speed(20.0),
+        "max": lambda: tempo.set_speed(None),
+    }
+
+    def change() -> None:
+        acts[left.pop()]() if left else tempo.resume()
+
+    assert hash_of(tempo, change) == hash_of(Tempo(), lambda: None)

@@ -1,0 +1,110 @@
+from __future__ import annotations
+
+import struct
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.middleware.wire.frames import (
+    LONGEST_FRAME,
+    Decoder,
+    Frame,
+    FrameError,
+    Kind,
+    advance,
+    hello,
+    read_advance,
+    read_time,
+    time_frame,
+)
+
+names = st.text(max_size=20)
+frames = st.builds(
+    Frame,
+    kind=st.sampled_from(Kind),
+    number=st.integers(0, 2**32 - 1),
+    name=names,
+    type=names,
+    node=names,
+    payload=st.binary(max_size=200),
+)
+
+
+@pytest.mark.slow
+@given(st.lists(frames, max_size=5), st.integers(1, 50))
+def test_frames_come_out_as_they_went_in_however_they_are_cut(said: list[Frame], size: int) -> None:
+    data = b"".join(frame.encode() for frame in said)
+    decoder = Decoder()
+    heard = [frame for at in range(0, len(data), size) for frame in decoder.feed(data[at : at + size])]
+    assert heard == said
+
+
+@pytest.mark.slow
+@given(st.binary(max_size=300))
+def test_garbage_is_refused_or_waited_out(data: bytes) -> None:
+    decoder = Decoder()
+    try:
+        for frame in decoder.feed(data):
+            assert isinstance(frame.kind, Kind)
+    except FrameError:
+        pass
+
+
+def test_what_came_before_garbage_is_given_out() -> None:
+    feed = Decoder().feed(Frame(Kind.DONE, 7).encode() + struct.pack("<I", 3) + b"abc")
+    assert next(feed) == Frame(Kind.DONE, 7)
+    with pytest.raises(FrameError, match="3 bytes long"):
+        next(feed)
+
+
+@pytest.mark.parametrize(
+    ("data", "reason"),
+    [
+        (struct.pack("<I", LONGEST_FRAME + 1), "bytes long"),
+        (struct.pack("<IBIHHH", 11, Kind.CALL, 1, 5, 0, 0), "longer than itself"),
+        (struct.pack("<IBIHHH", 11, 200, 1, 0, 0, 0), "200"),
+        (struct.pack("<IBIHHH", 12, Kind.CALL, 1, 1, 0, 0) + b"\xff", "no frame"),
+    ],
+)
+def test_bad_frames_are_named(data: bytes, reason: str) -> None:
+    with pytest.raises(FrameError, match=reason):
+        list(Decoder().feed(data))
+
+
+@pytest.mark.parametrize("frame", [Frame(Kind.CALL, -1), Frame(Kind.CALL, name="x" * 70_000)])
+def test_what_does_not_fit_is_not_written(frame: Frame) -> None:
+    with pytest.raises(FrameError, match="cannot be written"):
+        frame.encode()
+
+
+def test_a_frame_that_is_too_long_is_not_written() -> None:
+    with pytest.raises(FrameError, match="too long"):
+        Frame(Kind.MESSAGE, payload=bytes(LONGEST_FRAME)).encode()
+
+
+def test_hello_says_who_and_how() -> None:
+    assert hello("/me", "ros1").json() == {"protocol": 1, "node": "/me", "encoding": "ros1"}
+    assert hello("/me", "cdr", "abc").json() == {"protocol": 1, "node": "/me", "encoding": "cdr", "key": "abc"}
+
+
+@pytest.mark.parametrize("payload", [b"", b"[]", b"\xff", b"[" * 100_000])
+def test_a_payload_that_is_no_object_is_refused(payload: bytes) -> None:
+    with pytest.raises(FrameError, match="no JSON object"):
+        Frame(Kind.HELLO, payload=payload).json()
+
+
+def test_text_is_read_however_broken() -> None:
+    assert Frame(Kind.ENDED, payload=b"so\xff").text() == "so\ufffd"
+
+
+@given(st.integers(-(2**63), 2**63 - 1), st.booleans())
+def test_time_goes_there_and_back(time: int, each_tick: bool) -> None:
+    assert read_advance(advance(3, time, each_tick=each_tick)) == (time, each_tick)
+    assert read_time(time_frame(3, time)) == time
+
+
+@pytest.mark.parametrize("read", [read_advance, read_time])
+def test_a_time_of_another_length_is_refused(read: object) -> None:
+    with pytest.raises(FrameError, match="wrong"):
+        read(Frame(Kind.TIME, payload=b"abc"))  # type: ignore[operator]

@@ -1,0 +1,83 @@
+"""Running a program that leaves nothing behind, whatever becomes of it and of its parent."""
+
+from __future__ import annotations
+
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from cellwright.middleware import wire as link
+from tests.processes import name_of
+from tests.waiting import TIMEOUT, wait_until
+
+GUARD = Path(link.__file__).with_name("guard.py")
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="only there a process can take on orphans")
+
+STUBBORN = "trap '' TERM; echo ready; while :; do sleep 600; done"
+HIDES = f'setsid sh -c "{STUBBORN}" & echo $!; kill -STOP $$'
+
+
+def guarded(folder: Path, *program: str) -> subprocess.Popen[str]:
+    command = [sys.executable, "-I", "-S", str(GUARD), str(folder), *program]
+    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def finish(process: subprocess.Popen[str]) -> tuple[str, str]:
+    """What a process has printed by its end; its stdin stays open until then."""
+    assert process.stdout is not None
+    assert process.stderr is not None
+    said = process.stdout.read(), process.stderr.read()
+    process.wait(TIMEOUT)
+    return said
+
+
+def test_it_ends_as_its_program_does(tmp_path: Path) -> None:
+    with guarded(tmp_path, "sh", "-c", 'echo "$1"; exit 5', "sh", "two words") as process:
+        assert finish(process) == ("two words\n", "")
+    assert process.returncode == 5
+    with guarded(tmp_path, "sh", "-c", "kill -SEGV $$") as process:
+        finish(process)
+    assert process.returncode == -signal.SIGSEGV
+    assert tmp_path.is_dir()
+
+
+def test_a_program_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with guarded(tmp_path, "/no/such/program") as process:
+        assert finish(process) == ("", "/no/such/program: No such file or directory\n")
+    assert process.returncode == 1
+
+
+def test_a_polite_signal_is_passed_on(tmp_path: Path) -> None:
+    with guarded(tmp_path, "sh", "-c", "trap 'exit 7' TERM; echo ready; while :; do sleep 0.01; done") as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        process.terminate()
+        assert process.wait(TIMEOUT) == 7
+
+
+def test_what_the_program_leaves_running_is_ended_and_named(tmp_path: Path) -> None:
+    script = f'setsid sh -c "{STUBBORN}" & sleep 0.01; exit 3'
+    with guarded(tmp_path, "sh", "-c", script) as process:
+        out, _ = finish(process)
+    assert process.returncode == 3
+    assert re.search(r"the agent left (a process|2 processes) running, now ended: .*sh -c", out)
+
+
+def test_all_is_ended_with_the_parent(tmp_path: Path) -> None:
+    """The program is stopped, and its child ignores SIGTERM in a session of its own."""
+    folder = tmp_path / "files"
+    folder.mkdir()
+    with guarded(folder, "sh", "-c", HIDES) as process:
+        assert process.stdout is not None
+        assert process.stdin is not None
+        lines = {process.stdout.readline().strip() for _ in range(2)}
+        child = int((lines - {"ready"}).pop())
+        process.stdin.close()
+        process.wait(TIMEOUT)
+    wait_until(lambda: not name_of(child), "end of the child")
+    assert not folder.exists()

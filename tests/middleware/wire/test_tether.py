@@ -1,0 +1,49 @@
+"""Becoming another program that ends with its parent."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from cellwright.middleware import wire as link
+from tests.waiting import TIMEOUT
+
+TETHER = Path(link.__file__).with_name("tether.py")
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="a process does not become another one there")
+
+
+def tied(*program: str, parent: int | None = None) -> subprocess.CompletedProcess[str]:
+    """Run a program by way of the tether."""
+    command = [sys.executable, "-I", "-S", str(TETHER), str(parent or os.getpid()), str(int(signal.SIGKILL)), *program]
+    return subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=False)
+
+
+def test_it_is_the_program_and_keeps_its_arguments() -> None:
+    ran = tied("sh", "-c", 'echo "$1"; exit 5', "sh", "two words")
+    assert (ran.stdout, ran.stderr, ran.returncode) == ("two words\n", "", 5)
+
+
+def test_a_program_that_is_not_there_is_named() -> None:
+    ran = tied("/no/such/program")
+    assert (ran.stdout, ran.stderr, ran.returncode) == ("", "/no/such/program: No such file or directory\n", 1)
+
+
+def test_an_ignored_ctrl_c_is_not_handed_on() -> None:
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        ran = tied("sh", "-c", "kill -INT $$; echo not reached")
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert (ran.stdout, ran.returncode) == ("", -signal.SIGINT)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the kernel ties no process to its parent")
+def test_nothing_is_started_for_a_parent_that_is_gone() -> None:
+    ran = tied("echo", "not reached", parent=1)
+    assert (ran.stdout, ran.returncode) == ("", 0)

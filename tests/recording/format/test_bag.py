@@ -1,0 +1,92 @@
+"""A ROS 1 bag of a recording."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from rosbags.rosbag1 import Reader
+
+from cellwright.middleware.messages import from_ros1, md5
+from cellwright.middleware.messages.standard import String
+from cellwright.recording.format.bag import write_bag
+from cellwright.recording.format.format import END, TEXT, RecordedTopic
+from cellwright.recording.format.mcap_file import McapFile
+from cellwright.recording.format.reader import Recording
+from cellwright.util.errors import RecordingError, UsageError
+from tests.recording.format.files import TALK, text, write
+from tests.waiting import TIMEOUT
+
+
+def test_everything_said_is_in_it(tmp_path: Path) -> None:
+    write(tmp_path / "a.mcap", 40)
+    (tmp_path / "a.bag").write_text("an older one")
+    assert write_bag(tmp_path / "a.mcap", tmp_path / "a.bag") == []
+    with Reader(tmp_path / "a.bag") as bag:
+        topics = {each.topic: each for each in bag.connections}
+        assert {name: (each.digest, each.ext.latching) for name, each in topics.items()} == {  # type: ignore[union-attr]
+            "/talk": (md5("std_msgs/String"), 1),
+            "/shout": (md5("std_msgs/String"), 0),
+        }
+        found = [(each.topic, time, from_ros1(data, String).data) for each, time, data in bag.messages()]
+    with Recording(tmp_path / "a.mcap") as recording:
+        said = [(each.topic, max(1, each.time), recording.decode(each).data) for each in recording.messages()]  # type: ignore[attr-defined]
+    assert found == said
+    assert found[0][1] == 1, "rosbag play passes over what is said at 0"
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["a.bag", "a.mcap"]
+
+
+@pytest.mark.parametrize(("begin", "latched"), [(11, ["/talk"]), (10, []), (0, [])])
+def test_a_part_of_it_begins_with_what_was_latched(begin: int, latched: list[str], tmp_path: Path) -> None:
+    write(tmp_path / "a.mcap", 40)
+    with Recording(tmp_path / "a.mcap") as recording:
+        every = [(each.topic, max(1, each.time)) for each in recording.messages()]
+    first, last = every[begin][1], every[20][1]
+    told: list[float] = []
+    write_bag(tmp_path / "a.mcap", tmp_path / "a.bag", start=first, until=last, tell=told.append)
+    with Reader(tmp_path / "a.bag") as bag:
+        found = [(each.topic, time) for each, time, _ in bag.messages()]
+    assert found == [*((topic, first) for topic in latched), *(each for each in every if first <= each[1] <= last)]
+    assert told[0] == 0.0
+
+
+@pytest.mark.parametrize(("start", "until"), [(10**12, None), (None, -1), (200, 100)])
+def test_where_nothing_is_there_is_no_bag(start: int | None, until: int | None, tmp_path: Path) -> None:
+    write(tmp_path / "a.mcap", 40)
+    with pytest.raises(UsageError, match="nothing is in it at these times"):
+        write_bag(tmp_path / "a.mcap", tmp_path / "a.bag", start=start, until=until)
+    assert [each.name for each in tmp_path.iterdir()] == ["a.mcap"]
+
+
+def test_what_has_no_form_in_ros1_and_what_cellwright_adds_is_left_out(tmp_path: Path) -> None:
+    with McapFile(tmp_path / "a.mcap") as file:
+        file.describe("cellwright", {"format": "1", "kind": "cell", "name": "", "header": "{}"})
+        for topic in (TALK, RecordedTopic("/marker", "visualization_msgs/Marker"), RecordedTopic(END, TEXT)):
+            file.channel(topic)
+        file.add(3, 1, text("{}"))
+    assert write_bag(tmp_path / "a.mcap", tmp_path / "a.bag") == ["/marker"]
+    with Reader(tmp_path / "a.bag") as bag:
+        assert list(bag.topics) == ["/talk"]
+
+
+def test_what_cannot_be_is_refused_and_leaves_nothing(tmp_path: Path) -> None:
+    write(tmp_path / "a.mcap", 3)
+    with pytest.raises(UsageError, match="cannot be written"):
+        write_bag(tmp_path / "a.mcap", tmp_path / "none" / "a.bag")
+    with pytest.raises(RecordingError):
+        write_bag(tmp_path / "none.mcap", tmp_path / "a.bag")
+    assert [each.name for each in tmp_path.iterdir()] == ["a.mcap"]
+
+
+@pytest.mark.ros1
+def test_the_tool_of_ros_reads_it(tmp_path: Path) -> None:
+    rosbag = shutil.which("rosbag") or "/usr/bin/rosbag"
+    write(tmp_path / "a.mcap", 40)
+    write_bag(tmp_path / "a.mcap", tmp_path / "a.bag")
+    command = [rosbag, "info", "--yaml", str(tmp_path / "a.bag")]
+    said = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=True).stdout
+    assert "messages: 40\n" in said
+    assert f"md5: {md5('std_msgs/String')}" in said
+    assert "topic: /shout" in said

@@ -1,0 +1,126 @@
+"""Commands as they are noted, kept and done again."""
+
+from __future__ import annotations
+
+import json
+from fractions import Fraction
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.engine.clock import Clock
+from cellwright.middleware.bus import Bus, Given, How
+from cellwright.middleware.messages.standard import Bool
+from cellwright.middleware.messages.std_srvs import SetBoolRequest, SetBoolResponse
+from cellwright.recording.format.commands import Command, CommandNotes
+from cellwright.util.errors import RecordingError, RejectedCommandError
+
+GOOD = {"tick": 3, "kind": "publish", "name": "/a", "type": "std_msgs/Bool", "node": "/n", "stamp": None, "data": ""}
+
+
+def noted() -> tuple[Bus, list[Command], list[Any], CommandNotes]:
+    """A bus that hears a topic and serves a service, what was noted, and what was done."""
+    clock = Clock(Fraction(1, 100))
+    done: list[Any] = []
+    commands: list[Command] = []
+    bus = Bus(lambda: clock.now)
+
+    def hear(message: Any, node: str) -> None:
+        done.append((message.data, node, len(commands)))
+        if not message.data:
+            raise RejectedCommandError("no")
+
+    def answer(request: Any, node: str) -> SetBoolResponse:
+        done.append((request.data, node, len(commands)))
+        return SetBoolResponse(success=True, message="")
+
+    bus.listen("/hear", "std_msgs/Bool", hear)
+    bus.serve("/serve", "std_srvs/SetBool", answer)
+    clock.set_tick(7)
+    return bus, commands, done, CommandNotes(bus, clock, commands.append, lambda: 99)
+
+
+def test_what_comes_is_noted_before_it_is_done_and_refused_or_not() -> None:
+    bus, commands, done, notes = noted()
+    bus.publish("/hear", Bool(data=True), node="/a")
+    with pytest.raises(RejectedCommandError):
+        bus.publish("/hear", Bool(data=False), node="/b")
+    bus.call("/serve", SetBoolRequest(data=True), node="/c")
+    bus.note(Given(How.EXTRA, "cellwright/place", {"joints": [1]}, "/d"))
+    with pytest.raises(RejectedCommandError):
+        bus.publish("/hear", SetBoolRequest(data=True), node="/e")  # nothing that could have been done
+    assert done == [(True, "/a", 1), (False, "/b", 2), (True, "/c", 3)]
+    assert [(each.tick, each.how, each.name, each.type, each.node, each.stamp) for each in commands] == [
+        (7, How.PUBLISH, "/hear", "std_msgs/Bool", "/a", 99),
+        (7, How.PUBLISH, "/hear", "std_msgs/Bool", "/b", 99),
+        (7, How.CALL, "/serve", "std_srvs/SetBool", "/c", 99),
+        (7, How.EXTRA, "cellwright/place", "", "/d", 99),
+    ]
+    notes.close()
+    bus.publish("/hear", Bool(data=True))
+    assert len(commands) == 4
+
+
+def test_what_was_noted_can_be_done_again() -> None:
+    bus, commands, _, _ = noted()
+    bus.publish("/hear", Bool(data=True), node="/a")
+    with pytest.raises(RejectedCommandError):
+        bus.publish("/hear", Bool(data=False), node="/b")
+    bus.call("/serve", SetBoolRequest(data=False), node="/c")
+    bus.note(Given(How.EXTRA, "cellwright/place", {"joints": [1]}, "/d"))
+    again, _, done, _ = noted()
+    asked: list[Any] = []
+    for command in commands:
+        Command.decode(command.encode()).carry_out(again, {"cellwright/place": asked.append})
+    assert [each[:2] for each in done] == [(True, "/a"), (False, "/b"), (False, "/c")]
+    assert asked == [{"joints": [1]}]
+    with pytest.raises(RecordingError, match="cannot be done here"):
+        commands[-1].carry_out(again)
+
+
+@given(
+    tick=st.integers(0, 1 << 60),
+    how=st.sampled_from(How),
+    words=st.tuples(st.text(), st.text(), st.text()),
+    data=st.binary(),
+    stamp=st.none() | st.integers(),
+)
+def test_a_command_is_the_same_after_it_was_kept(
+    tick: int, how: How, words: tuple[str, str, str], data: bytes, stamp: int | None
+) -> None:
+    command = Command(tick, how, *words, data, stamp)
+    assert Command.decode(command.encode()) == command
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"tick": -1}, {"tick": True}, {"tick": "3"}, {"kind": "sing"}, {"name": 3}, {"data": "?"}, {"stamp": 1.5}],
+)
+def test_what_is_no_command_is_refused(change: dict[str, Any]) -> None:
+    assert Command.decode(json.dumps(GOOD)).tick == 3
+    with pytest.raises(RecordingError, match="is no command"):
+        Command.decode(json.dumps(GOOD | change))
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", "3", "[" * 100_000])
+def test_what_is_not_even_json_is_refused(text: str) -> None:
+    with pytest.raises(RecordingError, match="is no command"):
+        Command.decode(text)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        Command(1, How.PUBLISH, "/hear", "std_msgs/Bool", "/n", b""),
+        Command(1, How.PUBLISH, "/hear", "no_such/Type", "/n", b"\0\1\0\0\1"),
+        Command(1, How.CALL, "/serve", "std_msgs/Bool", "/n", b"\0\1\0\0\1"),
+        Command(1, How.EXTRA, "cellwright/place", "", "/n", b"[1]"),
+        Command(1, How.EXTRA, "cellwright/place", "", "/n", b"\xff"),
+    ],
+)
+def test_a_command_that_makes_no_sense_says_so_in_a_line(command: Command) -> None:
+    with pytest.raises(RecordingError, match="in tick 1 makes no sense") as caught:
+        command.carry_out(noted()[0])
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,52 @@
+"""Which files a recording goes to."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cellwright.recording.format.files import RecordingFiles
+from cellwright.util.errors import UsageError
+from tests.recording.format.files import write
+
+
+@pytest.mark.parametrize(
+    ("names", "reason"),
+    [((), "needs a file"), (("a.txt",), "is a file such as run.mcap"), (("a.bag", "b.bag"), "one recording of a kind")],
+)
+def test_what_cannot_be_is_refused(names: tuple[str, ...], reason: str) -> None:
+    with pytest.raises(UsageError, match=reason):
+        RecordingFiles([Path(each) for each in names])
+
+
+def test_a_bag_alone_is_made_of_a_file_that_goes_again(tmp_path: Path) -> None:
+    files = RecordingFiles([tmp_path / "run.bag"])
+    assert files.path == tmp_path / "run.bag.mcap"
+    again = tmp_path / "run.bag_2.mcap"
+    write(files.path, 3)
+    write(again, 3)
+    files.finish([files.path, again])
+    assert files.is_whole
+    assert files.written == [tmp_path / "run.bag", tmp_path / "run_2.bag"]
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["run.bag", "run_2.bag"]
+
+
+def test_beside_an_mcap_file_both_stay(tmp_path: Path) -> None:
+    files = RecordingFiles([tmp_path / "run.bag", tmp_path / "other.mcap"])
+    write(files.path, 3)
+    files.finish([files.path])
+    assert files.written == [tmp_path / "other.mcap", tmp_path / "run.bag"]
+    assert all(each.is_file() for each in files.written)
+
+
+def test_what_was_recorded_stays_when_no_bag_can_be_made_of_it(tmp_path: Path) -> None:
+    said: list[str] = []
+    files = RecordingFiles([tmp_path / "run.bag"], report=said.append)
+    write(files.path, 3)
+    (tmp_path / "run.bag").mkdir()
+    files.finish([files.path])
+    assert not files.is_whole
+    assert files.path.is_file()
+    assert len(said) == 1
+    assert said[0].endswith(f"what was recorded is in {files.path}")

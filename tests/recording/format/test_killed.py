@@ -1,0 +1,18 @@
+"""A trial that is recorded and killed: the recording is readable, and what had come to the file is kept."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+
+import pytest
+
+from tests.recording.format.killed import TICK, loss
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="there is no SIGKILL here")
+@pytest.mark.parametrize("after", [10, 150, 400])
+def test_what_was_recorded_is_kept(after: int, tmp_path: Path) -> None:
+    found = loss(tmp_path, after)
+    assert after * TICK <= found.kept <= found.reached + TICK  # the kill may come between the two notes of a tick

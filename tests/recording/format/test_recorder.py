@@ -1,0 +1,170 @@
+"""A run recorded: the run is as it would have been, and comes about again from what was recorded."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cellwright.cell.cell import Cell
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.middleware.messages.std_srvs import TriggerRequest
+from cellwright.recording.format import format as names
+from cellwright.recording.format.commands import play
+from cellwright.recording.format.frames import frames
+from cellwright.recording.format.header import RecordingHeader
+from cellwright.recording.format.reader import Recording
+from cellwright.recording.format.recorder import Recorder
+from cellwright.rendering.scene import Scene
+from cellwright.rendering.scene.encoded import decode_scene, encode_scene
+from cellwright.rendering.scene.taking import SceneTaker
+from cellwright.util.errors import CellwrightError
+from tests.cell.devices.sensors.painters import FakePainter
+from tests.cells import INITIAL, WHOLE, publish, run, start, way
+
+HEADER = RecordingHeader("cell", "whole", {"seed": 1})
+AHEAD = (0.2, *INITIAL[1:])
+
+
+def worked(cell: Cell, seconds: float = 2.5) -> None:
+    """Something is done to a cell, and some of it is refused."""
+    start(cell)
+    publish(cell, "arm/command", way(AHEAD))
+    with pytest.raises(CellwrightError):
+        publish(cell, "arm/command", way(AHEAD, names=("no_joint",) * 7))
+    run(cell, seconds)
+    with pytest.raises(CellwrightError):
+        cell.bus.call("/ariac/no_such", TriggerRequest())
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """The recording of a run, and the state hash at its end."""
+    path = tmp_path_factory.mktemp("recordings") / "run.mcap"
+    cell, shown = Cell(WHOLE), {"score": 0}
+    recorder = Recorder(cell, path, HEADER, attachments={"sources/a.yaml": b"a: 1\n"}, panel=lambda: shown)
+    recorder.event({"kind": "note", "text": "begun"})
+    worked(cell, 1.2)
+    shown["score"] = 2
+    run(cell, 1.3)
+    recorder.end({"outcome": "until"})
+    recorder.end({"outcome": "again"})
+    assert recorder.is_whole
+    assert recorder.paths == [path]
+    assert all("/recorder" not in each.subscribers for each in cell.bus.topics())
+    return path, cell.state_hash()
+
+
+@pytest.mark.slow
+def test_a_run_is_the_same_with_and_without(recorded: tuple[Path, str]) -> None:
+    cell = Cell(WHOLE)
+    worked(cell)
+    assert cell.state_hash() == recorded[1]
+
+
+def test_what_came_from_outside_brings_it_about_again(recorded: tuple[Path, str]) -> None:
+    cell = Cell(WHOLE)
+    with Recording(recorded[0]) as recording:
+        commands = list(recording.commands())
+        hashes = [value for _, value in recording.values(names.STATE_HASH)]
+    assert [(each.tick, each.how.value, each.name) for each in commands] == [
+        (0, "call", "/ariac/start_competition"),
+        (1, "publish", "/ariac/arm/command"),
+        (1, "publish", "/ariac/arm/command"),
+    ]
+    play(cell.simulation, cell.bus, commands)
+    cell.simulation.step_until(cell.simulation.clock.time_of(hashes[-1]["tick"]))
+    assert cell.state_hash() == hashes[-1]["hash"] == recorded[1]
+
+
+def test_everything_that_was_said_is_in_it(recorded: tuple[Path, str]) -> None:
+    cell = Cell(WHOLE)
+    heard: list[tuple[str, int]] = []
+    for info in cell.bus.topics():
+        cell.bus.subscribe(info.name, lambda _, name=info.name: heard.append((name, cell.simulation.now)))  # type: ignore[misc]
+    worked(cell)
+    with Recording(recorded[0]) as recording:
+        assert [each[:2] for each in recording.messages() if each.topic not in names.OWN_TOPICS] == heard
+        for each in cell.bus.topics():
+            topic = recording.topics[each.name]
+            assert (topic.type, topic.direction, topic.latch) == (each.type, each.direction.value, each.latch)
+        score = recording.decode(next(recording.messages(["/ariac/current_score"])))
+        assert score.data == 0.0  # type: ignore[attr-defined]
+
+
+def test_the_scene_and_its_frames_are_those_of_the_cell(recorded: tuple[Path, str]) -> None:
+    cell = Cell(WHOLE)
+    taker = SceneTaker(cell.simulation.model, name=cell.name, hidden=cell.out_of_sight)
+    with Recording(recorded[0]) as recording:
+        assert recording.scene == encode_scene(taker.scene)
+        assert decode_scene(recording.scene).name == "whole"
+        found = list(frames(recording))
+        assert [each.time for each in found[:3]] == [0, 40_000_000, 80_000_000]
+        assert len(found) == 63 + 1  # and one at the end
+        for number in (0, 1, 30, 62):
+            alone = next(frames(recording, start=found[number].time))
+            assert alone.time == found[number].time
+            assert np.array_equal(alone.poses, found[number].poses)
+        middle = list(frames(recording, start=1_500_000_000, until=1_700_000_000))
+        assert [each.time for each in middle] == [1_520_000_000 + n * 40_000_000 for n in range(5)]
+        assert not any(frames(recording, until=0))
+    worked(cell)
+    cell.simulation.refresh()
+    last = taker.frame(cell.simulation.data, cell.simulation.now)
+    assert np.array_equal(last.poses, found[-1].poses)
+    assert np.array_equal(last.shown, found[-1].shown)
+
+
+def test_panel_events_and_end_are_kept(recorded: tuple[Path, str]) -> None:
+    with Recording(recorded[0]) as recording:
+        assert recording.header == HEADER
+        assert recording.sources == {"a.yaml": b"a: 1\n"}
+        assert [value for _, value in recording.values(names.PANEL)] == [{"score": 0}, {"score": 2}]
+        assert list(recording.values(names.EVENT)) == [(0, {"kind": "note", "text": "begun"})]
+        assert recording.end == {"outcome": "until"}
+
+
+def test_when_time_begins_anew_so_does_the_file(tmp_path: Path) -> None:
+    cell = Cell(WHOLE)
+    recorder = Recorder(cell, tmp_path / "run.mcap", HEADER)
+    run(cell, 0.1)
+    first = cell.state_hash()
+    cell.reset()
+    run(cell, 0.05)
+    recorder.end({"outcome": "until"})
+    cell.reset()
+    assert recorder.paths == [tmp_path / "run.mcap", tmp_path / "run_2.mcap"]
+    ends: list[Any] = []
+    for path in recorder.paths:
+        with Recording(path) as recording:
+            ends.append((recording.end, recording.end_time, recording.counts["/clock"]))
+            hashes = [value["hash"] for _, value in recording.values(names.STATE_HASH)]
+            assert (hashes[-1] == first) is (path.stem == "run")
+            assert any(frames(recording))
+    assert ends == [({"outcome": "reset"}, 100_000_000, 50), ({"outcome": "until"}, 50_000_000, 25)]
+
+
+def test_pictures_are_kept_when_somebody_listens_and_drawn_for_nobody_else(tmp_path: Path) -> None:
+    camera = "{type: rgb_camera, pose: {}, width: 16, height: 8, latency: 0, rate: 20}"
+    cell = Cell(load_trial(text=f"cellwright: {{sensors: {{eye: {camera}, other: {camera}}}}}").trial)
+    painters: list[FakePainter] = []
+
+    def hire(scene: Scene) -> FakePainter:
+        painters.append(FakePainter(scene))
+        return painters[-1]
+
+    cell.studio._hire = hire
+    recorder = Recorder(cell, tmp_path / "run.mcap", HEADER)
+    run(cell, 0.11)
+    assert not painters
+    listening = cell.bus.subscribe("/ariac/eye/image_raw", lambda _: None)
+    run(cell, 0.1)
+    listening.cancel()
+    run(cell, 0.1)
+    recorder.end({})
+    assert painters[0].count == 2
+    with Recording(tmp_path / "run.mcap") as recording:
+        kept = [len(list(recording.messages([f"/ariac/eye/{name}"]))) for name in ("image_raw", "camera_info")]
+    assert kept == [2, 6]  # the matrix costs nothing

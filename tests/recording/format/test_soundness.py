@@ -1,0 +1,66 @@
+"""No byte of a recording can be another than was written without being found."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cellwright.recording.format.reader import Recording
+from cellwright.util.errors import RecordingError
+from tests.recording.format.files import write
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A recording of some chunks."""
+    path = tmp_path_factory.mktemp("recordings") / "whole.mcap"
+    write(path, 300, pieces=6)
+    return path
+
+
+def damage(path: Path) -> str:
+    """What tells that the file is not as it was written; nothing where it is."""
+    try:
+        with Recording(path) as recording:
+            recording.check_bytes()
+            return "" if recording.is_complete else f"{path}: was cut short"
+    except RecordingError as error:
+        return str(error)
+
+
+@given(where=st.floats(0, 1), bit=st.integers(0, 7))
+@settings(max_examples=60, deadline=None)
+def test_each_bit_that_is_another_is_found(
+    whole: Path, tmp_path_factory: pytest.TempPathFactory, where: float, bit: int
+) -> None:
+    data = bytearray(whole.read_bytes())
+    data[int(where * (len(data) - 1))] ^= 1 << bit
+    path = tmp_path_factory.getbasetemp() / "flipped.mcap"
+    path.write_bytes(data)
+
+    told = damage(path)
+
+    assert told.startswith(f"{path}: ")
+    assert "\n" not in told
+
+
+def test_what_is_whole_is_sound_and_what_was_cut_has_no_damage(whole: Path, tmp_path: Path) -> None:
+    assert not damage(whole)
+    data = whole.read_bytes()
+    for kept in (len(data) * 2 // 3, len(data) // 3):
+        (tmp_path / "cut.mcap").write_bytes(data[:kept])
+        with Recording(tmp_path / "cut.mcap") as recording:
+            recording.check_bytes()
+
+
+def test_a_file_within_one_that_was_cut_is_checked_too(whole: Path, tmp_path: Path) -> None:
+    data = whole.read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(data[: len(data) * 2 // 3].replace(b"a scene", b"a scone"))
+    with (
+        Recording(tmp_path / "cut.mcap") as recording,
+        pytest.raises(RecordingError, match="the checksum of the file 'scene' within is wrong"),
+    ):
+        recording.check_bytes()

@@ -1,0 +1,42 @@
+"""A part of a recording."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cellwright.recording.format.reader import Recording
+from cellwright.recording.format.span import Span
+from cellwright.util.errors import UsageError
+from tests.recording.format.files import write
+
+MS = 1_000_000  # [ns] between two words of the recording
+
+
+@pytest.mark.parametrize(
+    ("start", "until", "times"),
+    [
+        (None, None, range(40)),
+        (None, 3 * MS, range(4)),
+        (37 * MS, None, [37, *range(37, 40)]),  # the newest that is latched comes once more, at the begin
+        (38 * MS, 38 * MS, [38]),  # unless one is said just then
+        (-MS, 10**15, range(40)),
+    ],
+)
+def test_what_is_latched_and_what_is_said(
+    start: int | None, until: int | None, times: list[int], tmp_path: Path
+) -> None:
+    write(tmp_path / "a.mcap", 40)
+    with Recording(tmp_path / "a.mcap") as recording:
+        span = Span.of(recording, start, until)
+        found = list(span.messages(recording, ["/talk", "/shout"]))
+    assert [each.time for each in found] == [time * MS for time in times]
+    assert span.share(found[0].time) == 0.0
+    assert span.share(found[-1].time) == (0.0 if len(found) == 1 else 1.0)
+
+
+def test_where_nothing_is(tmp_path: Path) -> None:
+    write(tmp_path / "a.mcap", 40)
+    with Recording(tmp_path / "a.mcap") as recording, pytest.raises(UsageError, match="nothing is in it"):
+        Span.of(recording, 40 * MS, None)

@@ -1,0 +1,38 @@
+"""When commands came, by name."""
+
+import json
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.middleware.bus import How
+from cellwright.middleware.messages.standard import String
+from cellwright.recording.format.commands import Command
+from cellwright.recording.plots.reading.commands import Commands
+from cellwright.util.errors import showable
+from tests.recording.plots.reading.recordings import message
+
+
+@given(st.lists(st.text(min_size=1, max_size=20)))
+def test_each_name_with_its_times(called: list[str]) -> None:
+    reader, expected = Commands(), dict[str, list[float]]()
+    for time, name in enumerate(called):
+        reader.take(message(time, String(data=json.dumps({"tick": 3, "name": name, "data": "x" * 9}))))
+        expected.setdefault(showable(name, 200), []).append(float(time))
+    assert {track.name: track.times.tolist() for track in reader.tracks()} == expected
+
+
+def test_a_command_as_it_is_recorded() -> None:
+    reader = Commands()
+    command = Command(
+        tick=7, how=How.PUBLISH, name="/ariac/arm/command", type="a/B", node="/agent", data=b"{}", stamp=1
+    )
+    reader.take(message(0.5, String(data=command.encode())))
+    (track,) = reader.tracks()
+    assert (track.name, track.times.tolist()) == ("/ariac/arm/command", [0.5])
+
+
+def test_what_is_no_command_is_passed_over() -> None:
+    reader = Commands()
+    reader.take(message(0.0, String(data="nothing")))
+    assert reader.tracks() == []

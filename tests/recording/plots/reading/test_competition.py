@@ -1,0 +1,73 @@
+"""What the referee did, from the log in the recording."""
+
+import pytest
+
+from cellwright.middleware.messages.standard import Float32, String
+from cellwright.recording.format.format import EVENT
+from cellwright.recording.format.reader import RecordedMessage
+from cellwright.recording.plots.reading.competition import Competition
+from cellwright.util.errors import MessageError
+from tests.recording.plots.reading.recordings import event, kit, message, text
+
+SCORE, STATE = "/ariac/current_score", "/ariac/competition_state"
+
+
+def taken(*messages: RecordedMessage) -> Competition:
+    competition = Competition()
+    for each in messages:
+        competition.take(each)
+    return competition
+
+
+def test_the_score_changes_when_it_changes() -> None:
+    told = [(0.0, 0.0), (0.1, 0.0), (0.2, 3.0), (0.3, 3.0), (0.4, -1.0)]
+    found = taken(event(0.0, kind="run", reachable=8.0), *(message(t, Float32(data=p), SCORE) for t, p in told)).score()
+    assert found is not None
+    assert (found.times.tolist(), found.points.tolist(), found.best) == ([0.0, 0.2, 0.4], [0.0, 3.0, -1.0], 8.0)
+
+
+def test_without_a_score_there_is_none() -> None:
+    assert taken(message(0.0, String(data="init"), STATE)).score() is None
+
+
+def test_states_and_marks() -> None:
+    competition = taken(
+        *(message(time, String(data=state), STATE) for time, state in enumerate(["init", "go", "go", "done"])),
+        event(1.0, kind="order", order_id="order_0"),
+        kit(2.0, agv=2, total=2.0, best=4.5),
+        event(2.5, kind="kit", tray_id="agv1::x", kit_type="no_kit", refusal="unknown kit", evidence=None),
+        event(3.0, kind="trial over", reason="time limit"),
+        event(3.1, kind="result", outcome="done"),
+        event(3.2, kind="a kind of later versions"),
+    )
+    assert [(span.label, span.end) for span in competition.states.until(4.0)] == [("init", 1), ("go", 3), ("done", 4)]
+    assert [(mark.time, mark.label, mark.tray) for mark in competition.marks] == [
+        (1.0, "order_0", ""),
+        (2.0, "order_0_kit_0: 2 of 4.5", "AGV 2"),
+        (2.5, "no_kit refused", "AGV 1"),
+        (3.0, "time limit", ""),
+    ]
+    assert competition.result["outcome"] == "done"
+
+
+def test_what_was_said_of_each_part() -> None:
+    parts = [
+        {"object": "bin7|piston_rod_part_1", "presence": 1.0},
+        {"object": "gear_1", "presence": 0.0},
+        {"object": None, "presence": 0.0},
+    ]
+    extras = [
+        {"name": "gear_1", "type": "gear_part", "reason": "faulty"},
+        {"name": "part3_1", "type": "part3", "reason": "wrong type"},
+    ]
+    competition = taken(kit(2.0, parts=parts, extras=extras))
+    words = {"bin7|piston_rod_part_1": "right", "gear_1": "faulty", "part3_1": "not ordered"}
+    assert competition.verdicts == [(2.0, "AGV 1", words)]
+
+
+@pytest.mark.parametrize(
+    "value", [{"kind": "kit"}, {"kind": "order"}, {"kind": "kit", "tray_id": "a", "evidence": 3}, [1], "no object"]
+)
+def test_a_line_that_lacks_something_is_left_out(value: object) -> None:
+    with pytest.raises(MessageError):
+        taken(text(0.0, EVENT, value))

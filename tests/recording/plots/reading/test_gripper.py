@@ -1,0 +1,33 @@
+"""Spans out of a value that is told again and again."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.middleware.messages.osrf_gear import VacuumGripperState
+from cellwright.recording.plots.reading.gripper import Gripper, Spans
+from tests.recording.plots.reading.recordings import message
+
+
+@given(st.lists(st.sampled_from(["", "a", "b"]), min_size=1, max_size=30))
+def test_spans_say_at_each_moment_what_was_told_last(told: list[str]) -> None:
+    spans = Spans()
+    for time, label in enumerate(told):
+        spans.add(float(time), label)
+    found = spans.until(float(len(told)))
+    for time, label in enumerate(told):
+        assert [span.label for span in found if span.begin <= time < span.end] == ([label] if label else [])
+
+
+def test_suction_and_load() -> None:
+    gripper = Gripper()
+    states = [(False, False), (True, False), (True, True), (True, True), (False, False)]
+    for time, (enabled, attached) in enumerate(states):
+        gripper.take(message(time, VacuumGripperState(enabled=enabled, attached=attached)))
+    assert [(span.begin, span.end) for span in gripper.on.until(9.0)] == [(1.0, 4.0)]
+    assert [(span.begin, span.end) for span in gripper.attached.until(9.0)] == [(2.0, 4.0)]
+
+
+def test_one_that_holds_to_the_end() -> None:
+    gripper = Gripper()
+    gripper.take(message(1.0, VacuumGripperState(enabled=True, attached=False)))
+    assert [(span.begin, span.end) for span in gripper.on.until(9.0)] == [(1.0, 9.0)]

@@ -1,0 +1,90 @@
+"""What is read of a robot beside its joints."""
+
+import numpy as np
+import pytest
+
+from cellwright.middleware.messages.cellwright_msgs import TeleopStatus
+from cellwright.middleware.messages.standard import Header, Point, Pose, PoseArray, Quaternion, Time
+from cellwright.recording.format.format import PANEL
+from cellwright.recording.plots.reading.robot import About, Status, Tips
+from cellwright.util.errors import MessageError
+from tests.recording.plots.reading.recordings import message, text
+
+ROBOT = {
+    "joints": [{"name": "a", "unit": "rad"}, {"name": "b", "unit": "m"}],
+    "groups": [{"name": "right arm", "joints": [1, 0]}],
+    "arms": [{"name": "right", "reference": "base_link"}],
+    "grippers": ["right", "left"],
+}
+
+
+def status(**values: object) -> TeleopStatus:
+    told = {"enabled": True, "emergency_stop": False, "resetting": False, "silent": False, "commander": ""}
+    counts = {"taken": 0, "refused": 0, "ignored": 0, "unknown_names": [], "message": ""}
+    return TeleopStatus(**{**told, **counts, **values})  # type: ignore[arg-type]
+
+
+def poses(*points: tuple[float, float, float]) -> PoseArray:
+    header = Header(stamp=Time(sec=0, nanosec=0), frame_id="")
+    turn = Quaternion(x=0.0, y=0.0, z=0.0, w=1.0)
+    return PoseArray(header=header, poses=[Pose(position=Point(x=x, y=y, z=z), orientation=turn) for x, y, z in points])
+
+
+def test_what_stands_against_commands_most_is_told() -> None:
+    reader = Status()
+    told = [
+        status(),
+        status(silent=True),
+        status(enabled=False, silent=True),
+        status(emergency_stop=True, enabled=False),
+        status(resetting=True),
+        status(commander="/keyboard"),
+    ]
+    for time, each in enumerate(told):
+        reader.take(message(time, each))
+    assert [span.label for span in reader.safety.until(9.0)] == [
+        "takes commands",
+        "silence: holds",
+        "disabled",
+        "emergency stop",
+        "on its way home",
+        "takes commands",
+    ]
+    assert [(span.begin, span.label) for span in reader.commander.until(9.0)] == [(5.0, "/keyboard")]
+
+
+def test_paths_of_the_tips() -> None:
+    reader = Tips()
+    for number in range(100):
+        reader.take(message(number / 100, poses((number, 0.0, 1.0), (0.0, number, 2.0))))
+    reader.take(message(2.0, poses((0.0, 0.0, 0.0))))  # of another robot: left out
+    right, left = reader.tracks([{"name": "right", "reference": "base_link"}])
+    assert (right.name, right.frame, left.name) == ("right tip", "base_link", "left tip")
+    assert 40 <= len(right.times) <= 51
+    assert np.allclose(right.positions[:, 0], right.times * 100)
+    assert (left.positions[:, 1] == right.positions[:, 0]).all()
+
+
+def test_without_poses_there_are_no_paths() -> None:
+    reader = Tips()
+    assert reader.tracks([]) == []
+    reader.take(message(0.0, poses()))
+    assert reader.tracks([]) == []
+
+
+def test_how_the_robot_is_made_up_is_told_once() -> None:
+    about = About()
+    for panel in ({"kind": "robot"}, {"robot": ROBOT}, {"robot": {"groups": 3}}):
+        about.take(text(0.0, PANEL, panel))
+    assert about.groups() == {"right arm": ["b", "a"]}
+    assert about.units() == {"a": "rad", "b": "m"}
+    assert about.arms() == ROBOT["arms"]
+    assert about.grippers() == ["right", "left"]
+
+
+def test_a_panel_that_says_it_wrongly_is_as_if_it_said_nothing() -> None:
+    about = About()
+    about.take(text(0.0, PANEL, {"robot": {"joints": [], "groups": [{"name": "x", "joints": [7]}], "arms": 3}}))
+    assert about.groups() == {}
+    with pytest.raises(MessageError):
+        about.arms()

@@ -1,0 +1,133 @@
+"""All that is to be drawn of a recording: of a cell at work, of a robot, and of files that were cut or damaged."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cellwright.cell.cell import Cell
+from cellwright.middleware.messages.osrf_gear import AGVControlRequest
+from cellwright.middleware.messages.standard import Header, JointState, Time
+from cellwright.middleware.messages.std_srvs import SetBoolRequest
+from cellwright.recording.format.header import RecordingHeader
+from cellwright.recording.format.reader import Recording
+from cellwright.recording.format.recorder import Recorder
+from cellwright.recording.plots.reading.story import story
+from cellwright.recording.plots.tracks import Story
+from cellwright.robot.node import RobotNode
+from cellwright.util.errors import RecordingError
+from cellwright.viewer.services.robot_panel import RobotPanel
+from tests.cells import INITIAL, WHOLE, publish, run, start, way
+from tests.clients.operators.nodes import robot
+
+AHEAD = (0.5, *INITIAL[1:])
+
+
+@pytest.fixture(scope="module")
+def cell(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A cell whose arm moves and whose AGV leaves."""
+    path = tmp_path_factory.mktemp("recordings") / "cell.mcap"
+    served = Cell(WHOLE)
+    recorder = Recorder(served, path, RecordingHeader("cell", "whole", {"seed": 3, "agent": "hand"}))
+    recorder.event({"kind": "run", "best": 12.0, "reachable": 8.0})
+    start(served)
+    publish(served, "arm/command", way(AHEAD))
+    run(served, 2.0)
+    served.bus.call("/ariac/agv1", AGVControlRequest(kit_type="order_0_kit_0"))
+    run(served, 0.5)
+    recorder.event({"kind": "result", "time": 2.5, "outcome": "stopped"})
+    recorder.end({})
+    return path
+
+
+@pytest.fixture(scope="module")
+def wave(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A robot that moves one joint, and is switched off in the end."""
+    path = tmp_path_factory.mktemp("recordings") / "robot.mcap"
+    node = RobotNode(robot())
+    panel = RobotPanel(node)
+    recorder = Recorder(node, path, RecordingHeader("robot", node.name, {}), panel=lambda: panel.tell({}))
+    joint = node.driver.joints[0]
+    header = Header(stamp=Time(sec=0, nanosec=0), frame_id="")
+    nothing = np.zeros(0)
+    target = JointState(header=header, name=[joint], position=np.array([0.2]), velocity=nothing, effort=nothing)
+    node.bus.publish("/io_teleop/joint_cmd", target, node="/hand")
+    for tick in range(480):
+        if tick == 240:
+            node.bus.call("/io_teleop/set_enabled", SetBoolRequest(data=False), node="/hand")
+        node.simulation.step()
+    recorder.end({})
+    return path
+
+
+def told(path: Path) -> Story:
+    with Recording(path) as recording:
+        return story(recording)
+
+
+def test_a_cell(cell: Path) -> None:
+    found = told(cell)
+    assert (found.title, found.warning) == ("whole", "")
+    assert found.note.startswith("hand   seed 3   0 of 12 points   2.")
+    assert found.note.endswith("stopped")
+    (arm,) = found.joints.values()
+    rail = next(track for track in arm if track.name == "rail")
+    assert (len(arm), rail.unit) == (7, "m")
+    assert rail.positions[-1] == pytest.approx(AHEAD[0], abs=0.05) == rail.targets[-1]
+    (tool,) = found.tools
+    assert tool.positions[-1, 1] == pytest.approx(AHEAD[0] + tool.positions[0, 1] - INITIAL[0], abs=0.5)
+    assert np.ptp(tool.positions, axis=0).max() > 0.1
+    assert [track.name for track in found.commands][-1] == "/ariac/agv1"
+    assert [span.label for span in found.states["competition"]][-1] == "go"
+    assert found.score is not None
+    assert found.score.best == 8.0
+
+
+def test_a_robot(wave: Path) -> None:
+    found = told(wave)
+    joints = [track for group in found.joints.values() for track in group]
+    moved = next(track for track in joints if track.travel > 0.1)
+    assert moved.positions[-1] == pytest.approx(0.2, abs=0.01) == moved.targets[-1]
+    assert [span.label for span in found.states["safety"]] == ["takes commands", "disabled"]
+    assert {track.name: len(track.times) for track in found.commands} == {
+        "/io_teleop/joint_cmd": 1,
+        "/io_teleop/set_enabled": 1,
+    }
+    assert found.tools
+    grippers = [track.name for track in found.joints.get("Grippers", [])]
+    assert grippers == ["right gripper", "left gripper"]
+
+
+@pytest.fixture
+def cut(tmp_path: Path, cell: Path) -> Path:
+    path = tmp_path / "cut.mcap"
+    data = cell.read_bytes()
+    path.write_bytes(data[: len(data) * 2 // 3])
+    return path
+
+
+def test_one_that_was_cut_goes_as_far_as_it_goes(cut: Path, cell: Path) -> None:
+    found, whole = told(cut), told(cell)
+    assert found.note.endswith("cut before its end")
+    assert found.warning == f"{cut}: was cut short; drawn as far as it goes"
+    assert 0.0 < found.end < whole.end
+    (arm,), (all_of_it,) = found.joints.values(), whole.joints.values()
+    assert np.array_equal(arm[0].positions, all_of_it[0].positions[: len(arm[0].positions)])
+
+
+@settings(max_examples=15)
+@given(st.floats(0.05, 1.0), st.integers(0, 255), st.floats(0.1, 1.0))
+def test_whatever_is_damaged_is_left_out_or_refused(cell: Path, place: float, value: int, length: float) -> None:
+    data = bytearray(cell.read_bytes())
+    data[round(place * (len(data) - 1))] = value
+    path = cell.with_name("damaged.mcap")
+    path.write_bytes(data[: round(length * len(data))])
+    try:
+        found = told(path)
+    except RecordingError:
+        return
+    assert found.begin <= found.end

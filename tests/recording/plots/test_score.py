@@ -1,0 +1,43 @@
+"""The score as stairs, with what happened beside it."""
+
+from dataclasses import replace
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from cellwright.recording.plots.score import draw
+from cellwright.recording.plots.tracks import Mark, ScoreTrack, Story
+from tests.recording.plots.stories import cell
+
+
+def drawn(story: Story, score: ScoreTrack) -> Figure:
+    figure = Figure(figsize=(8, 2))
+    axes = figure.add_subplot()
+    axes.set_xlim(story.begin, story.end)
+    draw(axes, score, story)
+    return figure
+
+
+def test_it_holds_until_the_next_and_to_the_end() -> None:
+    story = cell()
+    (axes,) = drawn(story, ScoreTrack(np.array([0.0, 50.0]), np.array([0.0, 8.0]))).axes
+    stairs = axes.lines[0]
+    assert stairs.get_drawstyle() == "steps-post"
+    assert np.asarray(stairs.get_xdata()).tolist() == [0.0, 50.0, 60.0]
+    assert np.asarray(stairs.get_ydata()).tolist() == [0.0, 8.0, 8.0]
+
+
+def test_points_below_zero_are_seen() -> None:
+    (axes,) = drawn(cell(), ScoreTrack(np.array([0.0, 9.0]), np.array([0.0, -3.0]))).axes
+    assert axes.get_ylim()[0] <= -3.0
+
+
+def test_words_do_not_lie_on_each_other() -> None:
+    marks = [Mark(float(n) / 3, f"order_{n}: something long") for n in range(30)]
+    figure = drawn(replace(cell(), marks=marks), ScoreTrack(np.zeros(1), np.zeros(1)))
+    (axes,) = figure.axes
+    figure.canvas.draw()
+    boxes = [text.get_window_extent() for text in axes.texts if text.get_text().startswith("order")]
+    assert 2 <= len(boxes) < 30  # every one has its line, and those for which there is room have their words
+    assert not any(one.overlaps(other) for n, one in enumerate(boxes) for other in boxes[:n])
+    assert sum(len(line.get_xdata()) == 2 for line in axes.lines) >= 30  # type: ignore[arg-type]

@@ -1,0 +1,38 @@
+"""A bar for each part."""
+
+from dataclasses import replace
+
+from matplotlib.figure import Figure
+
+from cellwright.recording.plots.tracks import Story, TrayPart
+from cellwright.recording.plots.trays import MOST, draw, rows
+from tests.recording.plots.stories import AGV_1, AGV_2, cell
+
+
+def drawn(story: Story) -> Figure:
+    figure = Figure()
+    draw(figure.add_subplot(), story)
+    return figure
+
+
+def test_what_was_said_of_a_part_is_told_in_the_legend() -> None:
+    (axes,) = drawn(cell()).axes
+    legend = axes.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == ["not judged", "right", "faulty", "kit judged"]
+
+
+def test_an_empty_tray_has_its_row_too() -> None:
+    story = replace(cell(), tray_parts=cell().tray_parts[:2])
+    assert rows(story) == 3
+    (axes,) = drawn(story).axes
+    assert [text.get_text() for text in axes.get_yticklabels()] == [AGV_1, AGV_2]
+
+
+def test_a_full_tray_is_told_as_far_as_there_is_room() -> None:
+    many = [TrayPart(AGV_1, f"gear {n}", n / 10, 60.0) for n in range(MOST + 5)]
+    story = replace(cell(), tray_parts=many)
+    assert rows(story) == MOST + 1
+    (axes,) = drawn(story).axes
+    assert f"the first {MOST} of {MOST + 5}" in axes.get_yticklabels()[0].get_text()
+    assert f"gear {MOST}" not in {text.get_text() for text in axes.texts}

@@ -1,0 +1,99 @@
+"""The shapes of a scene as markers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from cellwright.middleware.messages import from_cdr, to_cdr
+from cellwright.middleware.messages.standard import Marker, MarkerArray
+from cellwright.recording.replay.exported import markers
+from cellwright.recording.replay.exported.markers import Markers
+from cellwright.rendering.scene import Form, Layer, Mesh, Scene, Shape
+from cellwright.util.pose import Pose
+from cellwright.viewer.web.shapes import surface
+from tests.rendering.scene.scenes import small
+
+WEDGE = Mesh(
+    np.array([(0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 0, 3)], np.float32),
+    np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3)], np.int32),
+)
+SIZES = st.floats(0.01, 3.0)
+
+
+def of(shape: Shape) -> list[Any]:
+    """The markers of a scene with this shape on its second body."""
+    return Markers(Scene("one", ("world", "cart"), (shape,), (WEDGE,))).message.markers
+
+
+def reach(marker: Any) -> NDArray[np.float64]:
+    """The least and the greatest coordinates of a marker that is not turned, [m]."""
+    place = marker.pose.position
+    if marker.type == Marker.TRIANGLE_LIST:
+        corners = np.array([(p.x, p.y, p.z) for p in marker.points])
+    else:
+        half = np.array((marker.scale.x, marker.scale.y, marker.scale.z)) / 2
+        corners = np.stack([-half, half])
+    corners = corners + np.array((place.x, place.y, place.z))
+    found: NDArray[np.float64] = np.stack([corners.min(axis=0), corners.max(axis=0)])
+    return found
+
+
+@given(st.sampled_from(Form), st.tuples(SIZES, SIZES, SIZES), st.tuples(SIZES, SIZES, SIZES))
+def test_a_shape_takes_as_much_room_as_on_the_page(form: Form, size: Any, position: Any) -> None:
+    mesh = 0 if form is Form.MESH else None
+    shape = Shape(1, form, size, Pose(position), (1.0, 0.5, 0.0, 1.0), Layer.BOTH, mesh)
+    reaches = np.stack([reach(each) for each in of(shape)])
+    points = surface(shape, Scene("one", ("world", "cart"), (shape,), (WEDGE,))).points
+    assert reaches[:, 0].min(axis=0) == pytest.approx(points.min(axis=0), abs=0.002)
+    assert reaches[:, 1].max(axis=0) == pytest.approx(points.max(axis=0), abs=0.002)
+
+
+@pytest.mark.parametrize("form", list(Form))
+def test_it_is_turned_and_coloured_as_the_shape(form: Form) -> None:
+    pose = Pose.from_rpy((1.0, 2.0, 3.0), (0.1, 0.2, 0.3))
+    mesh = 0 if form is Form.MESH else None
+    for marker in of(Shape(1, form, (0.1, 0.2, 0.3), pose, (1.0, 0.5, 0.25, 0.75), Layer.LOOKS, mesh)):
+        turn, colour = marker.pose.orientation, marker.color
+        assert (turn.w, turn.x, turn.y, turn.z) == pytest.approx(pose.quaternion)
+        assert (colour.r, colour.g, colour.b, colour.a) == (1.0, 0.5, 0.25, 0.75)
+        assert (marker.header.frame_id, marker.ns, marker.frame_locked) == ("cellwright/cart", "cart", True)
+        assert (marker.action, marker.lifetime.sec, marker.lifetime.nanosec) == (Marker.ADD, 0, 0)
+
+
+def test_the_ends_of_a_capsule_lie_along_it() -> None:
+    pose = Pose.from_rpy((1.0, 0.0, 0.0), (0.0, np.pi / 2, 0.0))
+    _, *ends = of(Shape(1, Form.CAPSULE, (0.1, 0.5, 0.0), pose, (1.0, 1.0, 1.0, 1.0), Layer.BOTH))
+    assert [each.pose.position.x for each in ends] == pytest.approx([0.5, 1.5])
+
+
+def test_what_is_seen_is_shown_and_what_is_only_touched_is_not() -> None:
+    scene = small()[2].scene
+    found = Markers(scene).message.markers
+    assert {(each.ns, each.header.frame_id) for each in found} == {
+        ("world", "world"),
+        ("hand", "cellwright/hand"),
+        ("load", "cellwright/load"),
+        ("ball", "cellwright/ball"),
+    }
+    assert [each.id for each in found] == list(range(len(found)))
+    message = MarkerArray(found)
+    assert to_cdr(from_cdr(to_cdr(message), MarkerArray)) == to_cdr(message)
+
+
+def test_a_floor_without_end_has_one() -> None:
+    (floor,) = of(Shape(0, Form.PLANE, (0.0, 0.0, 0.1), Pose(), (1.0, 1.0, 1.0, 1.0), Layer.LOOKS))
+    assert reach(floor)[:, :2].tolist() == [[-30.0, -30.0], [30.0, 30.0]]
+    assert reach(floor)[1, 2] == pytest.approx(0.0)
+
+
+def test_meshes_that_are_too_large_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(markers, "MOST_CORNERS", 2 * WEDGE.faces.size)
+    shape = Shape(1, Form.MESH, (0.0, 0.0, 0.0), Pose(), (1.0, 1.0, 1.0, 1.0), Layer.BOTH, 0)
+    found = Markers(Scene("many", ("world", "cart"), (shape,) * 3, (WEDGE,)))
+    assert (len(found.message.markers), found.left_out) == (2, 1)

@@ -1,0 +1,108 @@
+"""Where the bodies are, as somebody finds it who puts a body between the transforms next to the moment."""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from cellwright.middleware.messages.build import nanoseconds
+from cellwright.middleware.messages.standard import TFMessage
+from cellwright.recording.replay.exported.transforms import Transforms
+from cellwright.rendering.scene import Frame
+
+PERIOD = 40_000_000  # [ns]
+BODIES = ("world", "cart", "ball")
+UNTURNED = (1.0, 0.0, 0.0, 0.0)
+
+Place = tuple[float, bool]
+
+
+def frame(number: int, places: list[Place]) -> Frame:
+    """A frame of the cart and the ball: how far along x each is, and whether it is shown."""
+    poses = np.array([(0, 0, 0, *UNTURNED), *((x, 0, 0, *UNTURNED) for x, _ in places)], np.float32)
+    return Frame(number * PERIOD, poses, np.array([True, *(shown for _, shown in places)]))
+
+
+class Buffer:
+    """What a tool keeps of transforms, and how it finds a body at a time."""
+
+    def __init__(self, messages: list[TFMessage]) -> None:
+        self._kept: dict[str, list[tuple[int, NDArray[np.float64]]]] = {}
+        for message in messages:
+            for each in message.transforms:
+                assert each.header.frame_id == "world"
+                moved = each.transform.translation
+                entry = nanoseconds(each.header.stamp), np.array((moved.x, moved.y, moved.z))
+                self._kept.setdefault(each.child_frame_id, []).append(entry)
+        for entries in self._kept.values():
+            entries.sort(key=lambda entry: entry[0])
+
+    def find(self, body: str, time: int) -> NDArray[np.float64]:
+        """Where a body is at a time [ns], in the world [m]; before the first and after the last, there."""
+        entries = self._kept[f"cellwright/{body}"]
+        times = [entry[0] for entry in entries]
+        after = entries[min(bisect_left(times, time), len(times) - 1)]
+        before = entries[max(bisect_right(times, time) - 1, 0)]
+        share = 0.0 if after[0] == before[0] else (time - before[0]) / (after[0] - before[0])
+        return before[1] + share * (after[1] - before[1])
+
+
+places = st.tuples(st.sampled_from((0.0, 0.5, 1.0)), st.booleans())
+runs = st.lists(st.lists(places, min_size=2, max_size=2), min_size=1, max_size=60)
+
+
+@given(runs)
+def test_at_each_frame_all_is_where_it_was(run: list[list[Place]]) -> None:
+    told = Transforms(BODIES)
+    buffer = Buffer([said for number, each in enumerate(run) if (said := told.take(frame(number, each)))])
+    for number, each in enumerate(run):
+        for body, (x, shown) in zip(BODIES[1:], each, strict=True):
+            found = buffer.find(body, number * PERIOD)
+            assert found.tolist() == ([x, 0.0, 0.0] if shown else [0.0, 0.0, -1000.0])
+
+
+@given(runs)
+def test_between_two_frames_it_is_between_its_places_in_them(run: list[list[Place]]) -> None:
+    told = Transforms(BODIES)
+    buffer = Buffer([said for number, each in enumerate(run) if (said := told.take(frame(number, each)))])
+    for number, (one, other) in enumerate(pairwise(run)):
+        for body, (x0, shown0), (x1, shown1) in zip(BODIES[1:], one, other, strict=True):
+            found = buffer.find(body, number * PERIOD + PERIOD // 2)
+            if shown0 and shown1:
+                assert found[0] == pytest.approx((x0 + x1) / 2)
+            else:
+                assert found.tolist() == ([x0, 0.0, 0.0] if shown0 else [0.0, 0.0, -1000.0])
+
+
+@given(runs)
+def test_a_second_of_it_is_enough_to_find_everything(run: list[list[Place]]) -> None:
+    told = Transforms(BODIES)
+    messages = [told.take(frame(number, each)) for number, each in enumerate(run)]
+    for number, each in enumerate(run):
+        recent = [said for said in messages[max(0, number - 25) : number + 1] if said is not None]
+        for body, (x, shown) in zip(BODIES[1:], each, strict=True):
+            assert Buffer(recent).find(body, number * PERIOD)[0] == (x if shown else 0.0)
+
+
+def test_of_what_stands_nothing_is_said_but_once_a_second() -> None:
+    told = Transforms(BODIES)
+    said = [told.take(frame(number, [(0.0, True), (1.0, False)])) for number in range(51)]
+    assert [number for number, each in enumerate(said) if each is not None] == [0, 25, 50]
+
+
+def test_a_frame_of_another_scene_is_passed_over() -> None:
+    assert Transforms(("world", "cart")).take(frame(0, [(0.0, True), (1.0, True)])) is None
+
+
+def test_a_turn_that_is_none_is_no_turn() -> None:
+    poses = np.zeros((2, 7), np.float32)
+    said = Transforms(("world", "cart")).take(Frame(0, poses, np.array([True, True])))
+    assert said is not None
+    turn = said.transforms[0].transform.rotation
+    assert (turn.w, turn.x, turn.y, turn.z) == UNTURNED

@@ -1,0 +1,101 @@
+"""A recording that is a list, for tests of what plays one."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from cellwright.middleware.messages import message_type, to_cdr
+from cellwright.middleware.messages.standard import Clock, String, Time
+from cellwright.recording.format.format import FRAME, OWN_TOPICS, PANEL, RecordedTopic
+from cellwright.recording.format.header import RecordingHeader
+from cellwright.recording.format.reader import RecordedMessage
+from cellwright.rendering.scene.frame import Frame
+
+SECOND = 1_000_000_000
+BODIES = 3
+
+TOPICS = {
+    topic.name: topic
+    for topic in (
+        RecordedTopic("/clock", "rosgraph_msgs/Clock", rate="each step", node="/gazebo"),
+        RecordedTopic("/ariac/orders", "std_msgs/String", rate="on event", latch=True, node="/gazebo"),
+        RecordedTopic("/ariac/arm/command", "std_msgs/String", "in", node="/gazebo"),
+        *(RecordedTopic(name, kind) for name, kind in OWN_TOPICS.items()),
+    )
+}
+
+
+@dataclass
+class Memory:
+    """Messages in the order of their times."""
+
+    list: list[RecordedMessage]
+    topics: dict[str, RecordedTopic] = field(default_factory=lambda: dict(TOPICS))
+    header: RecordingHeader = RecordingHeader("cell", "lesson", {"timestep": "1/500"})  # noqa: RUF009
+    scene: bytes | None = None
+    begin: int = 0
+
+    @property
+    def end_time(self) -> int:
+        """When the last message was written [ns]."""
+        return self.list[-1].time if self.list else 0
+
+    def messages(
+        self, topics: Collection[str] | None = None, *, start: int | None = None, until: int | None = None
+    ) -> Iterator[RecordedMessage]:
+        """Messages of some topics, or of all, between two times."""
+        first, last = 0 if start is None else start, self.end_time + 1 if until is None else until
+        return (e for e in self.list if first <= e.time < last and (topics is None or e.topic in topics))
+
+    def newest(self, topic: str, time: int) -> RecordedMessage | None:
+        """The newest of a topic by a time."""
+        found = [e for e in self.list if e.topic == topic and e.time <= time]
+        return found[-1] if found else None
+
+
+def said(time: int, topic: str, text: str) -> RecordedMessage:
+    """A text on a topic at a time [ns]."""
+    return RecordedMessage(topic, time, to_cdr(String(data=text)))
+
+
+def seen(time: int, data: bytes) -> RecordedMessage:
+    """A frame's bytes at a time [ns]."""
+    layout = message_type("std_msgs/MultiArrayLayout")([], 0)  # type: ignore[call-arg]
+    carrier = message_type("std_msgs/UInt8MultiArray")
+    return RecordedMessage(FRAME, time, to_cdr(carrier(layout, np.frombuffer(data, np.uint8))))  # type: ignore[call-arg]
+
+
+def frame_at(time: int) -> Frame:
+    """A frame in which the second body has come as far [m] as time has [s]; the third is there in odd seconds."""
+    poses = np.zeros((BODIES, 7), np.float32)
+    poses[:, 3] = 1.0
+    poses[1, 0] = time / SECOND
+    return Frame(time, poses, np.array([True, True, time // SECOND % 2 == 1]))
+
+
+def frames(until: int) -> list[RecordedMessage]:
+    """Frames of 25 a second up to a time [ns], whole ones each second."""
+    found, before = [], None
+    for number in range(until // (SECOND // 25) + 1):
+        frame = frame_at(number * SECOND // 25)
+        found.append(seen(frame.time, frame.encode(None if number % 25 == 0 else before)))
+        before = frame
+    return found
+
+
+def panels(until: int) -> list[RecordedMessage]:
+    """Twice a second what the panel shows: how many half seconds have passed."""
+    return [said(n * SECOND // 2, PANEL, f'{{"half": {n}}}') for n in range(2 * until // SECOND + 1)]
+
+
+def recording(seconds: int, *more: RecordedMessage) -> Memory:
+    """A recording with clock, frames, panels and whatever else."""
+    ticks = [
+        RecordedMessage("/clock", t, to_cdr(Clock(clock=Time(sec=t // SECOND, nanosec=t % SECOND))))
+        for t in range(0, seconds * SECOND + 1, SECOND // 50)
+    ]
+    entries = [*ticks, *frames(seconds * SECOND), *panels(seconds * SECOND), *more]
+    return Memory(sorted(entries, key=lambda entry: entry.time))

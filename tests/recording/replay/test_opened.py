@@ -1,0 +1,104 @@
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cellwright
+from cellwright.recording.replay.opened import OpenedRecording
+from cellwright.util.errors import RecordingError, UnknownNameError
+from tests.recording.replay.made import record, short_work
+
+STATES, GRIPPER = "/ariac/joint_states", "vacuum_gripper_link"
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return record(tmp_path_factory.mktemp("opened") / "run.mcap", short_work)
+
+
+@pytest.fixture
+def run(path: Path) -> Iterator[OpenedRecording]:
+    with cellwright.open_recording(path) as opened:
+        yield opened
+
+
+def test_what_it_is(run: OpenedRecording) -> None:
+    assert (run.kind, run.name, run.is_complete) == ("cell", "lesson", True)
+    assert run.header["versions"]["numpy"] == np.__version__
+    assert run.begin == 0.0
+    assert run.end == pytest.approx(3.0, abs=0.1)
+    assert run.topics[STATES] == "sensor_msgs/JointState"
+    assert "/cellwright/frame" not in run.topics
+    assert run.result == {"outcome": "done"}
+    assert run.score is None
+
+
+def test_messages_are_those_of_the_topics_and_the_time(run: OpenedRecording) -> None:
+    found = list(run.messages(STATES, "/ariac/orders", start=0.0, until=1.0))
+
+    times = [each.time for each in found]
+    assert times == sorted(times)
+    assert max(times) < 1.0
+    assert {each.topic for each in found} == {STATES, "/ariac/orders"}
+    order = next(each.message for each in found if each.topic == "/ariac/orders")
+    assert order.order_id == "order_0"
+    assert sum(1 for _ in run.messages(until=0.1)) > 200, "of all topics"
+
+
+def test_joint_states_as_arrays(run: OpenedRecording) -> None:
+    time, position, effort = run.arrays(STATES, "position", "effort", start=1.0)
+
+    assert time[0] == pytest.approx(1.0)
+    assert position.shape == effort.shape == (len(time), len(next(run.messages(STATES)).message.name))
+    assert np.ptp(position, axis=0).max() > 0.1, "the arm moved"
+
+
+def test_a_field_within_a_field(run: OpenedRecording) -> None:
+    time, stamp = run.arrays(STATES, "header.stamp.nanosec")
+
+    assert stamp == pytest.approx((time % 1.0) * 1e9, abs=2.0)
+
+
+def test_the_way_of_the_tool(run: OpenedRecording) -> None:
+    time, pose = run.path(GRIPPER)
+
+    assert pose.shape == (len(time), 7)
+    assert np.diff(time) == pytest.approx(0.04, abs=0.04)
+    assert np.linalg.norm(pose[:, 3:], axis=1) == pytest.approx(1.0, abs=1e-5)
+    assert np.linalg.norm(pose[-1, :3] - pose[0, :3]) > 0.05
+    late, same = run.path(GRIPPER, start=1.5, until=2.5)
+    chosen = (time >= 1.5) & (time < 2.5)
+    assert late.tolist() == time[chosen].tolist()
+    assert same.tolist() == pose[chosen].tolist()
+
+
+def test_frames_commands_and_events(run: OpenedRecording) -> None:
+    assert all(len(frame.poses) == len(run.scene.bodies) for frame in run.frames())
+    assert next(run.commands()).name == "/ariac/start_competition"
+    assert list(run.events()) == []
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda run: run.messages("/ariac/joint_state"),
+        lambda run: run.arrays(STATES, "positions"),
+        lambda run: run.path("vacuum_gripper"),
+    ],
+)
+def test_names_that_there_are_not_are_told_with_those_that_there_are(run: OpenedRecording, ask: object) -> None:
+    with pytest.raises(UnknownNameError, match="did you mean"):
+        ask(run)  # type: ignore[operator]
+
+
+def test_texts_are_no_arrays(run: OpenedRecording) -> None:
+    with pytest.raises(RecordingError, match="no rows of numbers"):
+        run.arrays("/ariac/competition_state", "data")
+
+
+def test_a_file_that_is_none(tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match="cannot be read"):
+        cellwright.open_recording(tmp_path / "no.mcap")

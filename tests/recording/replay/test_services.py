@@ -1,0 +1,126 @@
+from __future__ import annotations
+
+from base64 import b64decode
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from cellwright.engine.tempo import Tempo
+from cellwright.middleware.server import Server
+from cellwright.recording.format.format import FRAME
+from cellwright.recording.replay.playing import Playing
+from cellwright.recording.replay.recorded import Recorded
+from cellwright.recording.replay.services import RecordingServices
+from cellwright.rendering.scene import Form, Layer, Scene, Shape
+from cellwright.rendering.scene.encoded import decode_scene, encode_scene
+from cellwright.rendering.scene.frame import Frame, decode
+from cellwright.util.errors import RejectedCommandError, UnknownNameError
+from cellwright.util.pose import Pose
+from tests.recording.replay.memory import BODIES, SECOND, Memory, frame_at, recording
+
+BALL = Shape(1, Form.SPHERE, (0.1, 0.0, 0.0), Pose(), (1.0, 0.0, 0.0, 1.0), Layer.BOTH)
+
+
+@pytest.fixture
+def memory() -> Memory:
+    found = recording(2)
+    found.scene = encode_scene(Scene("lesson", ("world", "ball", "part"), (BALL,), ()))
+    return found
+
+
+@pytest.fixture
+def server(memory: Memory) -> Iterator[Server]:
+    server = Server(Recorded(memory), port=0)
+    yield server
+    server.close("the test is over")
+
+
+def services(memory: Memory, server: Server, **more: Any) -> RecordingServices:
+    return RecordingServices(Playing(Recorded(memory), server, tempo=Tempo(), **more))
+
+
+def frame_of(answer: dict[str, Any]) -> Frame:
+    return decode(b64decode(answer["frame"]))
+
+
+def test_scene_and_frame_are_those_that_were_recorded(memory: Memory, server: Server) -> None:
+    told = services(memory, server, first=SECOND)
+
+    scene, frame = told.scene({}), told.frame({})
+
+    assert decode_scene(b64decode(scene["scene"])).bodies == ("world", "ball", "part")
+    assert frame["digest"] == scene["digest"]
+    assert (frame["time"], frame["tick"]) == (SECOND, 500)
+    assert frame_of(frame).encode() == frame_at(SECOND).encode()
+
+
+def test_the_panel_is_that_of_the_moment(memory: Memory, server: Server) -> None:
+    told = services(memory, server, first=SECOND, last=3 * SECOND // 2).panel({})
+
+    assert told == {"kind": "recording", "name": "lesson", "time": 1.0, "begin": 1.0, "end": 1.5, "of": {"half": 2}}
+
+
+def test_seeking_is_a_cut(memory: Memory, server: Server) -> None:
+    told = services(memory, server)
+    before = told.frame({})["run"]
+
+    told.control.control({"action": "seek", "time": 1.48})
+
+    answer = told.frame({})
+    assert answer["run"] != before
+    assert answer["time"] == 1_480_000_000
+    assert told.panel({})["of"] == {"half": 2}
+
+
+@pytest.mark.parametrize(("asked", "time"), [(-5, 0.5), (99.0, 1.5), (1, 1.0)])
+def test_seeking_leads_no_further_than_what_is_played(
+    memory: Memory, server: Server, asked: float, time: float
+) -> None:
+    told = services(memory, server, first=SECOND // 2, last=3 * SECOND // 2)
+
+    told.control.control({"action": "seek", "time": asked})
+
+    assert told.panel({})["time"] == time
+
+
+@pytest.mark.parametrize("time", [None, "1", True, float("nan"), float("inf"), [1]])
+def test_a_time_that_is_none_is_refused(memory: Memory, server: Server, time: object) -> None:
+    with pytest.raises(RejectedCommandError, match="a number of seconds"):
+        services(memory, server).control.control({"action": "seek", "time": time})
+
+
+def test_reset_leads_to_the_start_and_so_does_going_on_at_the_end(memory: Memory, server: Server) -> None:
+    told = services(memory, server, first=SECOND // 2)
+    for action in ("reset", "resume"):
+        told.control.control({"action": "seek", "time": 2.0})
+        told.control.control({"action": action})
+        assert told.panel({})["time"] == 0.5
+
+
+def test_other_actions_are_those_of_a_cell(memory: Memory, server: Server) -> None:
+    control = services(memory, server).control
+
+    assert control.control({"action": "pause"})["paused"]
+    assert not control.control({"action": "resume"})["paused"]
+    assert control.control({"action": "speed", "factor": 4})["speed"] == 4.0
+    with pytest.raises(UnknownNameError, match="seek"):
+        control.control({"action": "sek"})
+
+
+def test_what_was_not_recorded_is_out_of_sight(memory: Memory, server: Server) -> None:
+    memory.list = [each for each in memory.list if each.topic != FRAME]
+
+    frame = frame_of(services(memory, server).frame({}))
+
+    assert len(frame.poses) == BODIES
+    assert frame.shown.tolist() == [True, False, False]
+
+
+@pytest.mark.parametrize("scene", [None, b"", b"nonsense"])
+def test_without_a_scene_there_is_an_empty_world(memory: Memory, server: Server, scene: bytes | None) -> None:
+    memory.scene = scene
+    told = services(memory, server)
+
+    assert decode_scene(b64decode(told.scene({})["scene"])).bodies == ("world",)
+    assert len(frame_of(told.frame({})).poses) == 1

@@ -1,0 +1,64 @@
+from __future__ import annotations
+
+from cellwright.recording.format.format import FRAME, PANEL
+from cellwright.recording.format.frames import frame_bytes
+from cellwright.recording.replay.sight import Sight
+from cellwright.rendering.scene.frame import is_whole
+from tests.recording.replay.memory import SECOND, Memory, frame_at, recording, said, seen
+
+
+def test_a_frame_is_that_of_the_moment() -> None:
+    sight = Sight(recording(3))
+
+    sight.seek(7 * SECOND // 5)
+
+    frame = sight.frame()
+    assert frame is not None
+    assert frame.encode() == frame_at(7 * SECOND // 5).encode()
+    assert sight.panel() == {"half": 2}
+
+
+def test_without_frames_there_is_none() -> None:
+    sight = Sight(Memory([]))
+
+    sight.seek(0)
+
+    assert sight.frame() is None
+    assert sight.panel() == {}
+
+
+def test_a_whole_frame_is_looked_for_far_back() -> None:
+    memory = recording(60)
+    memory.list = [
+        each for each in memory.list if each.topic != FRAME or each.time == 0 or not is_whole(frame_bytes(each.data))
+    ]
+    sight = Sight(memory)
+
+    sight.seek(60 * SECOND)
+
+    frame = sight.frame()
+    assert frame is not None
+    assert frame.poses[1, 0] == frame_at(60 * SECOND - SECOND // 25).poses[1, 0]
+
+
+def test_a_damaged_frame_costs_what_follows_until_the_next_whole_one() -> None:
+    memory = recording(2)
+    damaged = seen(SECOND // 2, b"\x01nonsense")
+    index = next(n for n, each in enumerate(memory.list) if each.topic == FRAME and each.time > SECOND // 2)
+    memory.list.insert(index, damaged)
+    memory.list.append(memory.list[-1]._replace(topic=FRAME, data=b"no message at all"))
+    sight = Sight(memory)
+
+    sight.seek(2 * SECOND)
+
+    frame = sight.frame()
+    assert frame is not None
+    assert frame.encode() == frame_at(2 * SECOND).encode()
+
+
+def test_a_panel_that_is_no_object_shows_nothing() -> None:
+    sight = Sight(Memory([said(0, PANEL, "[1]"), said(1, PANEL, "{"), said(2, PANEL, "")._replace(data=b"?")]))
+
+    for time in (0, 1, 2):
+        sight.seek(time)
+        assert sight.panel() == {}

@@ -1,0 +1,164 @@
+from __future__ import annotations
+
+import shutil
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cellwright
+from cellwright.cell.cell import Cell
+from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.middleware.messages.build import joint_state
+from cellwright.recording.format.commands import Command
+from cellwright.recording.format.header import RecordingHeader
+from cellwright.recording.format.reader import Recording
+from cellwright.recording.format.recorder import Recorder
+from cellwright.recording.replay.rebuilt import Rebuilt, Stamps
+from cellwright.recording.replay.steps import HashPoint, Step, steps
+from cellwright.recording.replay.verdict import Answer, Verdict
+from cellwright.recording.replay.verify import Verification
+from cellwright.robot.node import RobotNode
+from cellwright.robot.safety.settings import SafetySettings
+from cellwright.util.errors import RecordingError, RejectedCommandError
+from tests.recording.replay.made import record, short_work
+
+TICKS = 500  # a second
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A recording of three seconds' work."""
+    return record(tmp_path_factory.mktemp("verify") / "run.mcap", short_work)
+
+
+@pytest.fixture(scope="module")
+def taken(path: Path) -> list[Step]:
+    """Its steps."""
+    with Recording(path) as recording:
+        return list(steps(recording))
+
+
+def again(taken: list[Step], cell: Cell | None = None) -> Verdict:
+    """What comes of these steps in a new cell."""
+    return Verification(Rebuilt(cell or Cell(cellwright.load_trial("lesson")))).run(taken)
+
+
+@pytest.mark.slow
+def test_the_same_commands_come_to_the_same_state(taken: list[Step]) -> None:
+    times: list[int] = []
+    verdict = Verification(Rebuilt(Cell(cellwright.load_trial("lesson"))), times.append).run(taken)
+
+    assert verdict.answer is Answer.EQUAL
+    assert verdict.hashes == 4  # one a second, and one at the end
+    assert verdict.frames >= 70
+    assert verdict.commands == sum(isinstance(step, Command) for step in taken)
+    assert verdict.commands >= 3
+    assert verdict.equal_until == verdict.reached
+    assert verdict.factor > 0.0
+    assert times == sorted(times)
+    assert times[-1] == verdict.reached.time
+
+
+def test_other_servos_make_another_run(taken: list[Step]) -> None:
+    verdict = again(taken, Cell(cellwright.load_trial("lesson"), servo="precise"))
+
+    assert verdict.answer is Answer.DIFFERENT
+    assert verdict.equal_until is None
+    assert verdict.moved is not None
+    assert verdict.different is not None
+    assert verdict.first_difference == verdict.moved
+    assert verdict.moved.tick < verdict.different.tick
+    assert verdict.bodies
+
+
+def test_a_command_that_is_missing_is_told_by_where_things_are(taken: list[Step]) -> None:
+    goals = [step for step in taken if isinstance(step, Command) and step.name == "/ariac/arm/command"]
+
+    verdict = again([step for step in taken if step not in goals])
+
+    assert verdict.answer is Answer.DIFFERENT
+    assert verdict.moved is not None
+    assert goals[0].tick < verdict.moved.tick <= goals[0].tick + TICKS // 10
+
+
+@pytest.mark.slow
+def test_without_a_state_hash_nothing_is_known(taken: list[Step]) -> None:
+    verdict = again([step for step in taken if not isinstance(step, HashPoint)])
+
+    assert verdict.answer is Answer.UNKNOWN
+    assert verdict.frames >= 70
+
+
+@pytest.mark.slow
+def test_what_is_cut_anywhere_is_never_another_run(path: Path, tmp_path: Path) -> None:
+    whole = path.read_bytes()
+    answers = set()
+    for share in (0.5, 0.7, 0.9, 0.99):
+        cut = tmp_path / "cut.mcap"
+        cut.write_bytes(whole[: int(share * len(whole))])
+        with Recording(cut) as recording:
+            answers.add(again(list(steps(recording))).answer)
+    assert answers <= {Answer.EQUAL, Answer.UNKNOWN}
+
+
+def test_a_run_that_becomes_unstable_is_told(taken: list[Step]) -> None:
+    cell = Cell(cellwright.load_trial("lesson"))
+    cell.simulation.data.qvel[0] = np.nan
+
+    verdict = again(taken, cell)
+
+    assert verdict.answer is Answer.DIFFERENT
+    assert verdict.fault or verdict.moved is not None
+
+
+def test_commands_are_as_old_as_they_were_then(tmp_path: Path) -> None:
+    config = cellwright.load_robot("tandem")
+    safety = SafetySettings(max_age=0.5)
+    node = RobotNode(config, safety=safety, stamp=time.time_ns)
+    recorder = Recorder(node, tmp_path / "run.mcap", RecordingHeader("robot", node.name), stamp=node.told)
+    joint = config.robot.driven[0].name
+    program = InProcess(node, node="/operator")
+    program.publish("/io_teleop/joint_cmd", joint_state([joint], [0.2], time=time.time_ns()))
+    node.simulation.step_until(100_000_000)
+    with pytest.raises(RejectedCommandError, match="old"):
+        program.publish("/io_teleop/joint_cmd", joint_state([joint], [0.4], time=time.time_ns() - 10**9))
+    node.simulation.step_until(500_000_000)
+    recorder.end({})
+    state = node.simulation.state_hash()
+    node.close()
+
+    with Recording(tmp_path / "run.mcap") as recording:
+        taken = list(steps(recording))
+    stamps = Stamps()
+    anew = RobotNode(config, safety=safety, stamp=stamps)
+    verdict = Verification(Rebuilt(anew, stamps)).run(taken)
+
+    assert verdict.answer is Answer.EQUAL
+    assert verdict.commands == 2
+    assert anew.simulation.state_hash() == state
+    assert anew.refused == 1
+    anew.close()
+
+
+def test_a_hash_that_is_none_is_refused(path: Path, tmp_path: Path) -> None:
+    copy = tmp_path / "copy.mcap"
+    shutil.copy(path, copy)
+    with Recording(copy) as recording:
+        message = next(recording.messages(["/cellwright/state_hash"]))
+
+        class Odd:
+            def messages(self, *_: object, **__: object) -> list[object]:
+                return [message._replace(data=message.data.replace(b"tick", b"tock"))]
+
+        with pytest.raises(RecordingError, match=r"state_hash at .* makes no sense"):
+            list(steps(Odd()))  # type: ignore[arg-type]
+
+
+def test_a_command_that_makes_no_sense_is_told(taken: list[Step]) -> None:
+    command = next(step for step in taken if isinstance(step, Command))
+
+    with pytest.raises(RecordingError, match="makes no sense"):
+        again([replace(command, type="osrf_gear/Nonsense")])

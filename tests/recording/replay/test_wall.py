@@ -1,0 +1,55 @@
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from cellwright.middleware.messages import to_cdr
+from cellwright.middleware.messages.build import joint_state
+from cellwright.recording.format.format import RecordedTopic
+from cellwright.recording.format.header import RecordingHeader
+from cellwright.recording.format.reader import RecordedMessage
+from cellwright.recording.replay.recorded import Recorded
+from cellwright.recording.replay.wall import stamps_ahead
+from tests.recording.replay.memory import SECOND, Memory, recording, said
+
+STATES = "/io_teleop/joint_states"
+WALL = 1_700_000_000 * SECOND  # [ns]
+
+
+def of_robot(ahead: int) -> Memory:
+    """A second of a robot whose messages are stamped by another clock."""
+    states = [
+        RecordedMessage(STATES, time, to_cdr(joint_state(["a"], [0.0], time=time + ahead)))
+        for time in range(0, SECOND + 1, SECOND // 100)
+    ]
+    topics = {STATES: RecordedTopic(STATES, "sensor_msgs/JointState")}
+    return Memory(states, topics, RecordingHeader("robot", "tandem", {"timestep": [1, 240]}))
+
+
+@pytest.mark.parametrize(("ahead", "found"), [(WALL, WALL), (0, 0), (2_000_000, 0)])
+def test_stamps_tell_which_clock_it_was(ahead: int, found: int) -> None:
+    assert stamps_ahead(of_robot(ahead)) == found
+
+
+def test_without_stamps_it_is_simulation_time() -> None:
+    assert stamps_ahead(Memory([said(0, "/ariac/orders", "x"), said(1, "/ariac/orders", "y")._replace(data=b"?")])) == 0
+
+
+def test_a_robot_that_told_no_time_is_played_with_a_clock() -> None:
+    recorded = Recorded(of_robot(WALL))
+    came: list[Any] = []
+    recorded.bus.subscribe("/clock", came.append)
+
+    recorded.simulation.step_until(SECOND)
+
+    times = [message.clock.sec * SECOND + message.clock.nanosec - WALL for message in came]
+    assert len(times) == 100
+    assert times == sorted(times)
+    assert times[-1] == SECOND
+
+
+def test_a_recorded_clock_is_the_only_one() -> None:
+    recorded = Recorded(recording(1))
+
+    assert recorded.bus.topic("/clock").publishers == ("/gazebo",)

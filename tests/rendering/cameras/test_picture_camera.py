@@ -1,0 +1,331 @@
+"""Cameras that take pictures: when they are drawn and delivered, and what becomes of them when it is late."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.config.trial.trial import Camera, PictureNoise
+from cellwright.engine.simulation import Simulation
+from cellwright.engine.snapshot import restore_snapshot, take_snapshot
+from cellwright.rendering.cameras.picture_camera import Picture, PictureCamera
+from cellwright.rendering.cameras.studio import Studio
+from cellwright.util.errors import UsageError
+from cellwright.util.pose import Pose
+from tests.cell.devices.sensors.painters import FakePainter
+from tests.cell.devices.sensors.scene import add_part, empty_spec, make_simulation, push
+
+MS = 1_000_000  # [ns]
+SILENT = PictureNoise(0.0, 0.0, 0.0)
+EYE = Camera("eye", "rgbd_camera", Pose((2.0, 0.0, 0.0)), width=16, height=8, noise=SILENT)
+
+
+class Room:
+    """A part that glides by, a camera, and what it reported."""
+
+    def __init__(self, camera: Camera = EYE) -> None:
+        spec = empty_spec()
+        add_part(spec, "part", Pose((0.0, 0.0, 0.0)))
+        self.simulation: Simulation = make_simulation(spec)
+        self.painters: list[FakePainter] = []
+        self.lines: list[str] = []
+        self.studio = Studio(self.simulation, self._hire, report=self.lines.append)
+        self.camera = PictureCamera(camera, self.studio, report=self.lines.append)
+        self.simulation.add(self.camera)
+        self.simulation.reset()
+        push(self.simulation, "part", (0.1, 0.0, 0.0))
+        self.pictures: list[tuple[int, Picture]] = []
+
+    def _hire(self, scene: Any) -> FakePainter:
+        self.painters.append(FakePainter(scene))
+        return self.painters[-1]
+
+    @property
+    def painter(self) -> FakePainter:
+        return self.painters[-1]
+
+    def look(self, *, colour: bool = True, depth: bool = True) -> Callable[[], None]:
+        return self.camera.look(
+            lambda picture: self.pictures.append((self.simulation.now, picture)), colour=colour, depth=depth
+        )
+
+    def run(self, milliseconds: int) -> None:
+        self.simulation.step_until(milliseconds * MS)
+
+
+def test_a_picture_comes_a_period_after_the_tick_that_it_shows() -> None:
+    room = Room()
+    room.look()
+    room.run(420)
+    assert [(now // MS, picture.time_ns // MS, picture.sample) for now, picture in room.pictures] == [
+        (200, 100, 1),
+        (300, 200, 2),
+        (400, 300, 3),
+    ]
+    colour = room.pictures[0][1].colour
+    assert colour is not None
+    assert colour.shape == (8, 16, 3)
+    assert (colour == 100).all()
+    assert not colour.flags.writeable
+
+
+@pytest.mark.parametrize(("latency", "due"), [(0.0, [100, 200]), (0.03, [130, 230]), (0.25, [350, 450])])
+def test_latency_is_kept_whatever_drawing_takes(latency: float, due: list[int]) -> None:
+    room = Room(replace(EYE, latency=latency))
+    room.look()
+    room.run(2)
+    room.run(470)
+    assert [now // MS for now, _ in room.pictures][:2] == due
+    assert [picture.time_ns // MS for _, picture in room.pictures][:2] == [100, 200]
+
+
+def test_nothing_is_drawn_for_nobody() -> None:
+    room = Room()
+    room.run(300)
+    assert not room.painters
+    leave = room.look()
+    room.run(450)
+    assert room.painter.count == 1
+    leave()
+    leave()
+    assert room.painter.forgotten == [1]  # it was being drawn
+    room.run(900)
+    assert room.painter.count == 1
+    assert not room.pictures
+
+
+@pytest.mark.parametrize(("colour", "depth"), [(True, False), (False, True), (True, True), (False, False)])
+def test_only_what_somebody_wants_is_drawn(colour: bool, depth: bool) -> None:
+    room = Room()
+    room.look(colour=colour, depth=depth)
+    room.run(250)
+    ((_, picture),) = room.pictures
+    assert (picture.colour is not None, picture.depth is not None) == (colour, depth)
+    if not (colour or depth):
+        assert not room.painters
+
+
+def test_what_several_want_is_drawn_once() -> None:
+    room = Room()
+    leave = room.look(colour=True, depth=False)
+    room.look(colour=False, depth=True)
+    room.run(150)
+    assert [(view.colour, view.depth) for _, view in room.painter.asked.values()] == [(True, True)]
+    leave()
+    room.run(250)
+    assert [(view.colour, view.depth) for _, view in room.painter.asked.values()] == [(False, True)]
+    ((_, picture),) = room.pictures  # the one that is still there gets what was begun for both
+    assert picture.colour is not None
+
+
+@pytest.mark.parametrize(("kind", "wanted"), [("rgb_camera", "depth"), ("depth_camera", "colour")])
+def test_what_a_camera_cannot_take(kind: str, wanted: str) -> None:
+    room = Room(replace(EYE, type=kind))
+    with pytest.raises(UsageError, match=f"a {kind} takes no such pictures"):
+        room.look(colour=wanted == "colour", depth=wanted == "depth")
+
+
+def test_listening_asks_for_all_that_it_can_take() -> None:
+    room = Room(replace(EYE, type="depth_camera"))
+    found: list[Picture] = []
+    room.camera.listen(found.append)
+    room.run(210)
+    assert found[0].colour is None
+    assert found[0].depth is not None
+
+
+def test_depths_out_of_range_are_none() -> None:
+    for x, measured in ((0.05, False), (0.1001, True), (9.9, True), (10.1, False)):
+        room = Room(replace(EYE, pose=Pose((x, 0.0, 0.0))))
+        room.look()
+        room.run(210)
+        depth = room.pictures[0][1].depth
+        assert depth is not None
+        assert np.isfinite(depth).all() == measured
+        assert np.isnan(depth).all() != measured
+
+
+def test_noise_belongs_to_the_sample() -> None:
+    noisy = replace(EYE, noise=PictureNoise(0.02, 0.01, 0.0))
+
+    def taken(from_the_start: bool) -> Picture:
+        room = Room(noisy)
+        if not from_the_start:
+            room.run(350)
+        room.look()
+        room.run(510)
+        return room.pictures[-1][1]
+
+    one, other = taken(from_the_start=True), taken(from_the_start=False)
+    assert one.sample == other.sample == 4
+    assert one.colour is not None
+    assert one.depth is not None
+    np.testing.assert_array_equal(one.colour, other.colour)
+    np.testing.assert_array_equal(one.depth, other.depth)
+    assert np.std(one.colour) > 2
+    assert 0.005 < np.std(one.depth) < 0.02
+
+
+def test_it_moves_with_what_it_is_fixed_to() -> None:
+    room = Room(replace(EYE, frame="part", pose=Pose((1.0, 0.0, 0.0))))
+    room.look()
+    room.run(310)
+    stood = [picture.world_T_camera.position[0] for _, picture in room.pictures]
+    assert stood == pytest.approx([1.01, 1.02], abs=1e-4)
+
+
+def test_read_waits_for_a_picture_of_now() -> None:
+    room = Room()
+    room.run(50)
+    picture = room.camera.read()
+    assert picture.time_ns == 50 * MS
+    assert picture.colour is not None
+    assert picture.depth is not None
+
+
+# ---------------------------------------------------------------- being late
+
+
+def test_time_waits_for_a_picture() -> None:
+    room = Room(replace(EYE, when_late="wait"))
+    room.simulation.is_paced = True
+    room.look()
+    room.run(150)
+    room.painter.is_quick = False  # what is fetched then is waited for
+    room.run(410)
+    assert [picture.sample for _, picture in room.pictures] == [1, 2, 3]
+    assert room.camera.dropped == 0
+
+
+def test_a_late_picture_comes_later_and_others_are_left_out_for_it() -> None:
+    room = Room(replace(EYE, when_late="drop"))
+    room.look()
+    room.run(150)
+    room.painter.is_quick = False
+    room.run(350)
+    assert not room.pictures
+    assert (room.painter.count, room.camera.dropped) == (1, 2)  # none was begun meanwhile
+    room.painter.is_quick = True
+    room.run(510)
+    assert [(now // MS, picture.sample) for now, picture in room.pictures] == [(352, 1), (500, 4)]
+
+
+def test_without_latency_time_always_waits() -> None:
+    room = Room(replace(EYE, when_late="drop", latency=0.0))
+    room.look()
+    room.run(110)
+    room.painter.is_quick = False
+    room.run(310)
+    assert [(now // MS, picture.sample) for now, picture in room.pictures] == [(100, 1), (200, 2), (300, 3)]
+    assert room.camera.dropped == 0
+
+
+def test_pictures_left_out_are_reported_at_most_once_a_second() -> None:
+    room = Room(replace(EYE, when_late="drop"))
+    room.look()
+    room.run(110)
+    room.painter.is_quick = False
+    room.run(2500)
+    assert room.lines[0] == ("camera eye: 1 picture left out, 1 in all: drawing takes longer than the time between two")
+    assert len(room.lines) == 3
+    assert "pictures left out" in room.lines[1]
+
+
+def test_nothing_is_reported_while_the_painter_gets_ready() -> None:
+    room = Room(replace(EYE, when_late="drop"))
+    room.look()
+    room.run(110)
+    room.painter.is_quick = room.painter.has_begun = False
+    room.run(2500)
+    assert room.camera.dropped > 10
+    assert not room.lines
+
+
+@pytest.mark.parametrize("is_paced", [False, True])
+def test_auto_drops_where_time_goes_by_the_wall_clock(is_paced: bool) -> None:
+    room = Room()
+    room.simulation.is_paced = is_paced
+    room.look()
+    room.run(150)
+    room.painter.is_quick = False
+    room.run(210)
+    assert (room.camera.dropped > 0, len(room.pictures)) == (is_paced, 0 if is_paced else 1)
+
+
+# ---------------------------------------------------------------- what goes wrong
+
+
+def test_a_painter_that_fails_is_told_once_and_the_run_goes_on() -> None:
+    room = Room()
+    room.look()
+    room.run(250)
+    room.painter.is_broken = True
+    room.run(900)
+    assert room.lines == ["cameras take no more pictures in this run: the brush is broken"]
+    assert room.painter.is_closed
+    assert len(room.pictures) == 1
+    with pytest.raises(UsageError, match="can take no picture"):
+        room.camera.read()
+
+
+def test_a_new_run_tries_again() -> None:
+    room = Room()
+    room.look()
+    room.run(150)
+    room.painter.is_broken = True
+    room.run(250)
+    room.simulation.reset()
+    room.run(210)
+    assert len(room.painters) == 2
+    assert [picture.sample for _, picture in room.pictures] == [1]
+
+
+def test_switched_off_it_takes_none_and_loses_those_under_way() -> None:
+    room = Room()
+    room.look()
+    room.run(150)
+    room.camera.enabled = False
+    room.run(350)
+    assert (room.painter.count, room.painter.forgotten, room.pictures) == (1, [1], [])
+    room.camera.enabled = True
+    room.run(510)
+    assert [picture.sample for _, picture in room.pictures] == [4]
+
+
+def test_going_back_in_time_loses_what_is_under_way() -> None:
+    room = Room()
+    room.run(50)
+    moment = take_snapshot(room.simulation)
+    room.look()
+    room.run(250)
+    restore_snapshot(room.simulation, moment)
+    room.run(210)
+    assert [picture.time_ns // MS for _, picture in room.pictures] == [100, 100]
+    assert room.painter.forgotten == [2]
+
+
+def test_closing_lets_the_painter_go() -> None:
+    room = Room()
+    room.look()
+    room.run(150)
+    room.simulation.close()
+    assert room.painter.is_closed
+
+
+@given(rate=st.sampled_from([1.0, 7.5, 10.0, 29.97, 100.0]), latency=st.floats(0.0, 0.2), ticks=st.integers(1, 200))
+def test_each_picture_comes_at_the_first_tick_that_is_late_enough(rate: float, latency: float, ticks: int) -> None:
+    room = Room(replace(EYE, rate=rate, latency=latency))
+    room.look(colour=False, depth=True)
+    for _ in range(ticks):
+        room.simulation.step()
+    wait = round(Fraction(repr(latency)) * 10**9)
+    for now, picture in room.pictures:
+        assert now >= picture.time_ns + wait > now - 2 * MS
+        assert picture.time_ns >= picture.sample * Fraction(10**9) / Fraction(repr(rate)) - 1

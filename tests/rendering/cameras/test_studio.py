@@ -1,0 +1,106 @@
+"""Where pictures are drawn: a process, which may fail, and ends with those who need it."""
+
+from __future__ import annotations
+
+import gc
+import os
+import signal
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cellwright.engine.simulation import Simulation
+from cellwright.rendering.cameras.studio import Studio, hire_painter
+from cellwright.rendering.painter import View
+from cellwright.rendering.pinhole import Pinhole
+from cellwright.rendering.way import WAY
+from cellwright.util.pose import Pose
+from tests.cell.devices.sensors.painters import FakePainter
+from tests.cell.devices.sensors.scene import add_part, empty_spec, make_simulation, move
+
+VIEW = View(Pinhole(16, 12, 1.0), Pose((-1.0, 0.0, 0.0)), colour=False, depth=True)
+
+
+def room() -> Simulation:
+    spec = empty_spec()
+    add_part(spec, "part", Pose((0.0, 0.0, 0.0)))
+    spec.body("part").add_geom(type=6, size=[0.1, 0.1, 0.1], group=2, contype=0, conaffinity=0, mass=0)
+    return make_simulation(spec)
+
+
+def process_of(studio: Studio) -> Any:
+    return studio._painter._worker._process  # type: ignore[union-attr]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("way", ["", "rays"])
+def test_what_is_drawn_is_the_tick_that_it_was_asked_for_in(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(WAY, way)
+    simulation = room()
+    studio = Studio(simulation, hire_painter)
+    orders = []
+    for x in (0.0, 0.5):
+        move(simulation, "part", Pose((x, 0.0, 0.0)))
+        simulation.step()
+        orders.append(studio.ask(VIEW))
+    for order, distance in zip(orders, (0.8, 1.3), strict=True):  # what is drawn of a part is four times as large
+        assert order is not None
+        drawn = studio.fetch(order)
+        assert drawn is not None
+        assert drawn.depth is not None
+        assert drawn.depth[6, 8] == pytest.approx(distance, abs=1e-4)
+    process = process_of(studio)
+    studio.close()
+    assert process.poll() is not None
+
+
+@pytest.mark.slow
+def test_a_process_that_is_killed_is_told_once_and_nothing_more_is_drawn() -> None:
+    lines: list[str] = []
+    studio = Studio(room(), hire_painter, report=lines.append)
+    order = studio.ask(VIEW)
+    assert order is not None
+    assert studio.fetch(order) is not None
+    late = studio.ask(VIEW)
+    assert late is not None
+    os.kill(process_of(studio).pid, signal.SIGKILL)
+    found = [studio.fetch(late), *(None if order is None else studio.fetch(order) for order in [studio.ask(VIEW)] * 2)]
+    assert found[1:] == [None, None]
+    assert len(lines) == 1
+    assert lines[0].startswith("cameras take no more pictures in this run: the process that draws has ended")
+    assert studio.ask(VIEW) is None
+    studio.reopen()
+    again = studio.ask(VIEW)
+    assert again is not None
+    drawn = studio.fetch(again)
+    assert drawn is not None
+    assert np.isfinite(drawn.depth).any()  # type: ignore[arg-type]
+    studio.close()
+
+
+@pytest.mark.slow
+def test_a_studio_that_is_forgotten_lets_its_painter_go() -> None:
+    painters: list[FakePainter] = []
+
+    def hire(scene: Any) -> FakePainter:
+        painters.append(FakePainter(scene))
+        return painters[-1]
+
+    studio = Studio(room(), hire)
+    studio.ask(VIEW)
+    del studio
+    gc.collect()
+    assert painters[0].is_closed
+
+
+def test_cameras_of_one_tick_share_its_frame() -> None:
+    studio = Studio(simulation := room(), FakePainter)
+    for _ in range(2):
+        studio.ask(VIEW)
+    simulation.step()
+    studio.ask(VIEW)
+    painter: Any = studio._painter
+    first, second, third = (painter.asked[number][0] for number in (1, 2, 3))
+    assert first is second
+    assert (first.time, third.time) == (0, 2_000_000)

@@ -1,0 +1,59 @@
+"""A scene as bytes: what goes in comes out, and nonsense is refused."""
+
+import json
+import zlib
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.rendering.scene.encoded import decode_scene, encode_scene
+from cellwright.util.errors import MessageError
+from tests.rendering.scene.scenes import small
+
+
+def test_what_goes_in_comes_out() -> None:
+    scene = small()[2].scene
+    found = decode_scene(encode_scene(scene))
+    assert (found.name, found.bodies, found.shapes) == (scene.name, scene.bodies, scene.shapes)
+    assert np.array_equal(found.meshes[0].vertices, scene.meshes[0].vertices)
+    assert np.array_equal(found.meshes[0].faces, scene.meshes[0].faces)
+
+
+@given(st.binary(max_size=100))
+def test_nonsense_is_refused(data: bytes) -> None:
+    for text in (data, zlib.compress(data)):
+        with pytest.raises(MessageError, match="no scene"):
+            decode_scene(text)
+
+
+@given(st.data())
+def test_a_document_with_a_slip_is_refused(data: st.DataObject) -> None:
+    document = json.loads(zlib.decompress(encode_scene(small()[2].scene)))
+    slips = {
+        "format": st.just(99),
+        "bodies": st.sampled_from([[], [1, 2], 5]),
+        "meshes": st.sampled_from([[["AAAA", "AAAA"]], [["", "AAAAAAEAAAACAAAA"]], [1]]),
+        "shapes": st.sampled_from(
+            [
+                [[99, "box", [1, 1, 1], [0, 0, 0], [1, 0, 0, 0], [1, 1, 1, 1], 1, None]],
+                [[0, "box", [1, 1], [0, 0, 0], [1, 0, 0, 0], [1, 1, 1, 1], 1, None]],
+                [[0, "box", [1, 1, -1], [0, 0, 0], [1, 0, 0, 0], [1, 1, 1, 1], 1, None]],
+                [[0, "cone", [1, 1, 1], [0, 0, 0], [1, 0, 0, 0], [1, 1, 1, 1], 1, None]],
+                [[0, "mesh", [1, 1, 1], [0, 0, 0], [1, 0, 0, 0], [1, 1, 1, 1], 1, 7]],
+                [[0, "box", [1, 1, 1], [0, 0, 0], [1, 0, 0, 0], [1, 1, 1, 1], 9, None]],
+                [[0, "box"]],
+            ]
+        ),
+    }
+    key = data.draw(st.sampled_from(sorted(slips)))
+    document[key] = data.draw(slips[key])
+    with pytest.raises(MessageError, match="no scene"):
+        decode_scene(zlib.compress(json.dumps(document).encode()))
+
+
+def test_one_cut_short_is_refused() -> None:
+    text = encode_scene(small()[2].scene)
+    with pytest.raises(MessageError, match="cut short"):
+        decode_scene(text[:-5])

@@ -1,0 +1,52 @@
+"""A scene as a model of its own: it shows what the first model showed, and nothing in it touches."""
+
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from cellwright.rendering.scene.encoded import decode_scene, encode_scene
+from cellwright.rendering.scene.engine_scene import EngineScene
+from cellwright.rendering.scene.scene import SEEN, Layer
+from tests.rendering.scene.scenes import small
+
+
+def points(model: Any, data: Any, geom: int) -> Any:
+    """Where the corners of a mesh are, and the middle of what is none; in the world, in a fixed order."""
+    number = int(model.geom_dataid[geom])
+    if number < 0:
+        return data.geom_xpos[geom][None]
+    first, count = model.mesh_vertadr[number], model.mesh_vertnum[number]
+    corners = data.geom_xpos[geom] + model.mesh_vert[first : first + count] @ data.geom_xmat[geom].reshape(3, 3).T
+    return corners[np.lexsort(np.round(corners, 4).T)]
+
+
+def test_geoms_are_where_they_were() -> None:
+    model, data, taker = small()
+    shown = EngineScene(decode_scene(encode_scene(taker.scene)), layers=tuple(Layer))
+    data.joint("swing").qpos[0] = 1.0
+    data.qpos[1:4] = (1.0, 2.0, 3.0)
+    mujoco.mj_kinematics(model, data)
+    shown.show(taker.frame(data, 0))
+    seen = [geom for geom in range(model.ngeom) if model.geom_rgba[geom, 3] > 0]
+    assert len(seen) == shown.model.ngeom
+    for kind in set(model.geom_type[seen]):  # there is one of each
+        (before,) = (geom for geom in seen if model.geom_type[geom] == kind)
+        (after,) = np.flatnonzero(shown.model.geom_type == kind)
+        assert points(shown.model, shown.data, int(after)) == pytest.approx(points(model, data, before), abs=1e-5)
+
+
+def test_only_what_pictures_show_is_in_it() -> None:
+    shown = EngineScene(small()[2].scene)
+    assert set(shown.model.geom_group) == {int(layer) for layer in SEEN}
+    assert not shown.model.geom_contype.any()
+
+
+def test_what_is_not_shown_is_out_of_sight() -> None:
+    model, data, _ = small()
+    taker = type(small()[2])(model, hidden=lambda: [model.body("ball").id])
+    shown = EngineScene(taker.scene)
+    shown.show(taker.frame(data, 0))
+    ball = taker.scene.bodies.index("ball")
+    assert shown.data.xpos[ball, 2] == -1000.0

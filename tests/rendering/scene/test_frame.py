@@ -1,0 +1,74 @@
+"""Frames as bytes: what goes in comes out, in whole and in changes, and nonsense is refused."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.rendering.scene import Frame
+from cellwright.rendering.scene.frame import decode, is_whole
+from cellwright.util.errors import MessageError
+from cellwright.util.pose import Pose
+from tests.rendering.scene.scenes import frames
+
+POINTS = st.tuples(*[st.floats(-3, 3)] * 3)
+POSES = st.builds(Pose.from_rpy, POINTS, POINTS)
+
+
+def same(one: Frame, other: Frame) -> bool:
+    return one.time == other.time and np.array_equal(one.poses, other.poses) and np.array_equal(one.shown, other.shown)
+
+
+@given(frames(5))
+def test_a_whole_frame_needs_none_before_it(frame: Frame) -> None:
+    assert is_whole(frame.encode())
+    assert same(decode(frame.encode()), frame)
+
+
+@pytest.mark.slow
+@given(frames(4), frames(4), st.lists(st.booleans(), min_size=4, max_size=4))
+def test_changes_lead_from_one_frame_to_the_next(first: Frame, second: Frame, moved: list[bool]) -> None:
+    poses = np.where(np.array(moved)[:, None], second.poses, first.poses)
+    then = Frame(second.time, poses, np.where(moved, second.shown, first.shown))
+    data = then.encode(first)
+    assert not is_whole(data)
+    assert len(data) <= 17 + 33 * sum(moved)
+    assert same(decode(data, first), then)
+
+
+@given(frames(3), frames(4))
+def test_of_another_scene_the_whole_is_told(first: Frame, second: Frame) -> None:
+    assert same(decode(second.encode(first)), second)
+
+
+@given(POSES, POINTS)
+def test_what_is_on_a_body_is_where_its_pose_puts_it(pose: Pose, point: tuple[float, float, float]) -> None:
+    poses = np.array([(0, 0, 0, 1, 0, 0, 0), (*pose.position, *pose.quaternion)], np.float32)
+    frame = Frame(0, poses, np.ones(2, np.bool_))
+    for found in (frame.pose(1).transform(point), frame.placed(1, np.array([point]))[0]):
+        assert tuple(found) == pytest.approx(pose.transform(point), abs=1e-5)
+
+
+@pytest.mark.slow
+@given(st.binary(max_size=200))
+def test_nonsense_is_refused(data: bytes) -> None:
+    with pytest.raises(MessageError):
+        decode(data)
+
+
+@pytest.mark.slow
+@given(frames(3), st.data())
+def test_what_was_cut_or_changed_is_refused_or_is_another_frame(frame: Frame, data: st.DataObject) -> None:
+    text = bytearray(frame.encode())
+    text[data.draw(st.integers(0, len(text) - 1))] ^= data.draw(st.integers(1, 255))
+    try:
+        found = decode(bytes(text[: data.draw(st.integers(0, len(text)))]))
+    except MessageError:
+        return
+    assert np.isfinite(found.poses).all()
+
+
+def test_changes_without_what_came_before_are_refused() -> None:
+    frame = Frame(0, np.zeros((2, 7), np.float32), np.ones(2, np.bool_))
+    with pytest.raises(MessageError, match="does not fit"):
+        decode(frame.encode(frame))

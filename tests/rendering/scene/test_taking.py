@@ -1,0 +1,109 @@
+"""A scene of a model shows what the model is, and its frames where it is."""
+
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from cellwright.cell.cell import Cell
+from cellwright.config.robot.robots import load_robot
+from cellwright.rendering.scene import Form, Layer
+from cellwright.rendering.scene.frame import Frame
+from cellwright.rendering.scene.taking import SceneTaker
+from cellwright.robot.node import RobotNode
+from cellwright.running.api import load_trial
+from cellwright.util.pose import Pose
+from tests.rendering.scene.scenes import small
+
+
+def test_bodies_that_move_are_those_on_joints_and_those_that_are_put_somewhere() -> None:
+    taker = small()[2]
+    assert taker.scene.bodies == ("world", "arm", "hand", "cart", "load", "ball", "ghost")
+
+
+def test_what_stands_still_is_in_the_world_with_its_place_there() -> None:
+    _, _, taker = small()
+    box = next(shape for shape in taker.scene.shapes if shape.form is Form.BOX)
+    assert box.body == 0
+    assert box.pose.position == pytest.approx((1.0, 1.0, 0.0))
+    assert abs(box.pose.quaternion[3]) == pytest.approx(np.sqrt(0.5))
+
+
+def test_shapes_say_form_size_colour_and_why_they_are_there() -> None:
+    shapes = {shape.form: shape for shape in small()[2].scene.shapes}
+    assert shapes[Form.BOX].colour == (0.0, 0.0, 1.0, 1.0)  # its material's
+    assert shapes[Form.CAPSULE].size[:2] == pytest.approx((0.05, 0.3))
+    assert shapes[Form.CAPSULE].colour[3] == 0.5
+    assert {form: shape.layer for form, shape in shapes.items()} == {
+        Form.PLANE: Layer.LOOKS,
+        Form.BOX: Layer.BOTH,
+        Form.CAPSULE: Layer.TOUCH,
+        Form.MESH: Layer.LOOKS,
+        Form.ELLIPSOID: Layer.MARK,
+        Form.CYLINDER: Layer.BOTH,
+        Form.SPHERE: Layer.BOTH,
+    }
+
+
+def test_what_cannot_be_seen_at_all_is_left_out() -> None:
+    taker = small()[2]
+    ghost = taker.scene.bodies.index("ghost")
+    assert not [shape for shape in taker.scene.shapes if shape.body == ghost]
+
+
+def test_a_frame_says_where_bodies_are_and_which_are_there_to_be_seen() -> None:
+    model, data, _ = small()
+    ball = model.body("ball").id
+    taker = SceneTaker(model, hidden=lambda: [ball])
+    data.joint("swing").qpos[0] = np.pi / 2
+    mujoco.mj_kinematics(model, data)
+    frame = taker.frame(data, 7)
+    hand, at = taker.scene.bodies.index("hand"), taker.index(ball)
+    assert frame.time == 7
+    assert frame.poses[hand, :3] == pytest.approx((0.4, 0.0, 1.0), abs=1e-6)  # the stand is turned as well
+    assert frame.shown.tolist() == [index != at for index in range(len(taker.scene.bodies))]
+    assert taker.index(0) == taker.index(model.body("stand").id) == 0
+
+
+def _places(taker: SceneTaker, frame: Frame) -> Any:
+    bodies = [Pose(tuple(row[:3].tolist()), tuple(row[3:].tolist())) for row in frame.poses]
+    return np.array([(bodies[shape.body] @ shape.pose).position for shape in taker.scene.shapes])
+
+
+@pytest.mark.parametrize("kind", ["cell", "robot"])
+def test_shapes_on_bodies_are_where_the_engine_has_its_geoms(kind: str) -> None:
+    served: Cell | RobotNode = (
+        Cell(load_trial("lesson")) if kind == "cell" else RobotNode(load_robot("qinglong", print))
+    )
+    simulation = served.simulation
+    for _ in range(50):
+        simulation.step()
+    simulation.refresh()
+    taker = SceneTaker(simulation.model, hidden=served.out_of_sight)
+    frame = taker.frame(simulation.data, simulation.now)
+    drawn = simulation.model.geom_rgba[:, 3] > 0
+    assert _places(taker, frame) == pytest.approx(simulation.data.geom_xpos[drawn], abs=1e-4)
+
+
+def test_parts_out_of_play_are_not_shown() -> None:
+    cell = Cell(load_trial("lesson"))
+    taker = SceneTaker(cell.simulation.model, hidden=cell.out_of_sight)
+    cell.simulation.refresh()
+    frame = taker.frame(cell.simulation.data, 0)
+    for part in cell.parts.all:
+        assert frame.shown[taker.scene.bodies.index(part.name)] == (part.name in cell.parts.in_play)
+    assert not frame.shown.all()
+
+
+def test_what_is_shown_is_looked_at_in_each_frame() -> None:
+    simulation = Cell(load_trial("lesson")).simulation
+    hidden: list[int] = []
+    taker = SceneTaker(simulation.model, hidden=lambda: hidden)
+    bodies = [simulation.model.body(name).id for name in taker.scene.bodies[1:3]]
+    shown = []
+    for now in ([], bodies[:1], bodies[:1], bodies, []):
+        hidden[:] = now
+        shown.append(taker.frame(simulation.data, 0).shown)
+        assert (np.flatnonzero(~shown[-1]) == [taker.index(body) for body in now]).all()
+    assert shown[1] is shown[2]  # as long as it is the same, which spares comparing it

@@ -1,0 +1,115 @@
+"""Accelerations that drives can bear: figures that one can work out, and what they do to a robot."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from cellwright.config.robot.config import Posture, RobotConfig
+from cellwright.config.robot.config_reader import read_robot_config
+from cellwright.config.robot.model import Inertial, Joint, JointType, Limits, Link, RobotModel
+from cellwright.config.robot.urdf import read_urdf
+from cellwright.robot.checks.accelerations import RAMP, SHARE, bearable_accelerations, proposal
+from cellwright.robot.checks.check import check_motion
+from cellwright.robot.checks.findings import MotionReport
+from cellwright.robot.checks.rig import Rig
+from cellwright.util.pose import Pose
+from tests.config.robot import torso_robot
+
+
+def pendulum(*efforts: float, mass: float = 2.0, length: float = 0.5) -> RobotConfig:
+    """Point masses on rods, one after the other; all axes are parallel."""
+    links = {"base": Link("base")}
+    joints = []
+    for number, effort in enumerate(efforts):
+        name, parent = f"link{number}", tuple(links)[-1]
+        links[name] = Link(name, Inertial(mass, Pose((length, 0.0, 0.0)), (1e-6, 1e-6, 1e-6, 0, 0, 0)))
+        origin = Pose((length if number else 0.0, 0.0, 0.0))
+        limits = Limits(-0.001, 0.001, effort, 3.0)  # next to no range: the postures are all one
+        joints.append(Joint(f"j{number}", JointType.REVOLUTE, parent, name, origin, (0.0, 1.0, 0.0), limits))
+    return RobotConfig(RobotModel("rods", "base", links, tuple(joints)), "rods", Path("rods"), Path("rods.urdf"))
+
+
+def bearable(config: RobotConfig) -> dict[str, float]:
+    rig = Rig(config)
+    try:
+        return bearable_accelerations(rig, config)
+    finally:
+        rig.close()
+
+
+def test_a_joint_alone_is_borne_by_its_effort_over_its_inertia() -> None:
+    found = bearable(pendulum(4.0))
+    assert found["j0"] == pytest.approx(SHARE * 4.0 / (2.0 * 0.5**2), rel=1e-3)
+
+
+def test_no_joint_needs_more_than_brings_it_to_its_speed_in_a_moment() -> None:
+    assert bearable(pendulum(1e6))["j0"] == pytest.approx(3.0 / RAMP)
+
+
+def test_a_weak_joint_behind_holds_the_one_before_it_back() -> None:
+    """Stretched out, 1 rad/s^2 of the first joint takes m l 2l of the second one's effort."""
+    weak, strong = bearable(pendulum(100.0, 1.0)), bearable(pendulum(100.0, 100.0))
+    assert weak["j0"] < SHARE * 1.0 / (2.0 * 0.5 * 1.0)
+    assert weak["j0"] < 0.1 * strong["j0"]
+
+
+def test_the_head_has_a_place_for_each_axis() -> None:
+    config = replace(pendulum(4.0, 4.0), head=Posture(("j0", "j1"), (0.0, 0.0)), head_axes=(1, 2))
+    rig = Rig(config)
+    said = proposal(rig, config, ("j0",))
+    rig.close()
+    assert said.startswith(
+        "drives reach their limits of effort; write in the configuration: head.max_acceleration: [1, "
+    )
+    assert said.count(",") == 2
+
+
+# ---------------------------------------------------------------- what they do
+
+FILE = """\
+urdf_path: robot.urdf
+waist: {joint_index: [torso_joint1, torso_joint2, torso_joint3, torso_joint4], rest_j_pos: [0, 0, 0, 0]BOUND}
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("torso")
+    torso_robot.write(made, torso_robot.urdf())
+    return made
+
+
+def checked(folder: Path, bound: str = "") -> MotionReport:
+    path = folder / "vr_configs.yml"
+    path.write_text(FILE.replace("BOUND", bound))
+    return check_motion(read_robot_config(path, pytest.fail))
+
+
+@pytest.mark.slow
+def test_what_is_proposed_ends_overshoot_and_stray(folder: Path) -> None:
+    """A torso that carries two arms goes 40 % and more beyond a step, and is pushed away when its next joint moves."""
+    before = {finding.what: finding for finding in checked(folder).findings}
+    beyond, strays = before["the farthest goes beyond"], before["the farthest strays"]
+    assert not beyond.passed
+    assert not strays.passed
+    assert beyond.worst > 40.0
+    assert (beyond.where, strays.where) == ("torso_joint1", "torso_joint1, while torso_joint2 moves")
+    assert strays.worst > 80.0
+    name, _, figures = beyond.remedy.rpartition("configuration: ")[2].partition(": ")
+    assert (name, strays.remedy) == ("waist.max_acceleration", "")
+    after = checked(folder, f", max_acceleration: {figures}")
+    assert after.passed
+    left = {finding.what: finding.worst for finding in after.findings}
+    assert left["the farthest goes beyond"] < 2.0
+    assert left["the farthest strays"] < 10.0
+
+
+@pytest.mark.slow
+def test_joints_of_no_group_are_named_one_by_one(folder: Path) -> None:
+    robot = read_urdf(folder / "robot.urdf", warn=pytest.fail)
+    config = RobotConfig(robot, "plain", folder / "robot.urdf", folder / "robot.urdf")
+    (remedy,) = [finding.remedy for finding in check_motion(config).findings if finding.remedy]
+    assert "max_acceleration of a group with torso_joint1 " in remedy

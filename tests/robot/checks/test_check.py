@@ -1,0 +1,285 @@
+"""The check of a robot's motion: the QingLong passes it, and whatever moves otherwise does not."""
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cellwright.config.robot.config import Gripper, RobotConfig
+from cellwright.config.robot.model import Limits, Mimic
+from cellwright.config.robot.robots import load_robot
+from cellwright.robot.checks import joints as check_joints
+from cellwright.robot.checks import reference as check_reference
+from cellwright.robot.checks.check import check_motion
+from cellwright.robot.checks.findings import Finding, MotionReport
+from cellwright.robot.checks.recorded import FILE
+from cellwright.robot.servos import Motion
+from cellwright.util.errors import UsageError
+from tests.robot.robots import two_arms
+
+EMPTY = '{"steps_per_second": 240, "joints": [], "hands": [], "grippers": [], "closing": [], "steps": [], "sines": []}'
+
+
+@pytest.fixture(scope="module")
+def qinglong() -> RobotConfig:
+    return load_robot("qinglong", warn=pytest.fail)
+
+
+@pytest.fixture(scope="module")
+def report(qinglong: RobotConfig) -> MotionReport:
+    return check_motion(qinglong)
+
+
+# ---------------------------------------------------------------- against what was recorded
+
+
+@pytest.mark.slow
+def test_the_qinglong_moves_as_recorded(report: MotionReport) -> None:
+    assert report.passed, [finding for finding in report.findings if not finding.passed]
+    assert report.reference.endswith(FILE)
+
+
+def test_all_that_was_recorded_is_looked_at(report: MotionReport, qinglong: RobotConfig) -> None:
+    recorded = json.loads((qinglong.path.parent / FILE).read_text("utf-8"))
+    assert len(recorded["joints"]) == 75
+    names = [finding.what for finding in report.findings]
+    assert sum("step" in name for name in names) == len(recorded["steps"]) == 8
+    assert sum("sine" in name for name in names) == len(recorded["sines"]) == 1
+    assert sum("at home" in name for name in names) == 2 * len(recorded["hands"]) == 4
+    assert sum("gripper" in name for name in names) == len(recorded["grippers"]) + len(recorded["closing"]) == 3
+
+
+def test_limits_are_those_of_the_contract(report: MotionReport) -> None:
+    limits = {(finding.unit, finding.limit) for finding in report.findings}
+    assert limits == {("differ", 0), ("mm", 1.0), ("mrad", 1.0), ("%", 5.0), ("%", 3.0)}
+    assert check_reference.TIME == 0.02
+
+
+def test_what_passes_by_time_alone_is_told(report: MotionReport) -> None:
+    for finding in report.findings:
+        assert bool(finding.note) == (finding.unit == "%" and finding.worst > finding.limit)
+
+
+@pytest.mark.slow
+def test_motion_by_another_law_fails(qinglong: RobotConfig) -> None:
+    """Teleported joints end where they should, and fail every response on the way."""
+    findings = check_motion(qinglong, Motion.TELEPORT).findings
+    assert {finding.unit == "%" for finding in findings if not finding.passed} == {True}
+    assert all(not finding.passed for finding in findings if finding.unit == "%")
+
+
+@pytest.mark.slow
+def test_a_slower_joint_fails_its_steps_and_no_other(qinglong: RobotConfig) -> None:
+    robot = qinglong.robot
+    slow = tuple(
+        replace(joint, limits=replace(joint.limits, velocity=0.8 * joint.limits.velocity))
+        if joint.name == "J_arm_r_04"
+        else joint
+        for joint in robot.joints
+    )
+    findings = check_motion(replace(qinglong, robot=replace(robot, joints=slow))).findings
+    assert {finding.what.split(",")[0] for finding in findings if not finding.passed} == {"J_arm_r_04"}
+
+
+Change = Callable[[dict[str, Any]], object]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("change", "what", "where"),
+    [
+        (lambda read: read["joints"].reverse(), "order of 75 joint states", "0: J_head_yaw instead of J_ankle_l_roll"),
+        (lambda read: read["joints"].pop(), "order of 74 joint states", "74: J_ankle_l_roll instead of nothing"),
+        (lambda read: read["hands"][0]["position"].__setitem__(0, 0.2155), "io_teleop_ee_link_right at home", ""),
+        (lambda read: read["hands"][0]["orientation"].__setitem__(0, -0.7), "io_teleop_ee_link_right at home", ""),
+        (lambda read: read["hands"][0].update(link="hook"), "hook at home", "there is no such link"),
+        (lambda read: read["steps"][0].update(joint="J_tail"), "J_tail, step 0 to 0.5", "there is no such joint"),
+        (lambda read: read["steps"][0]["samples"][8].__setitem__(1, 0.4), "J_head_yaw, step 0 to 0.5", "0.037 s"),
+        (lambda read: read["grippers"][0]["joints"].reverse(), "right gripper, joints", "it has other joints"),
+        (lambda read: read["grippers"][0]["positions"][0]["joints"].__setitem__(2, 0.4), "right gripper", "rh_THJ2"),
+    ],
+)
+def test_one_figure_that_differs_is_found(
+    tmp_path: Path, qinglong: RobotConfig, change: Change, what: str, where: str
+) -> None:
+    """In a short recording, so that a case costs little."""
+    read = json.loads((qinglong.path.parent / FILE).read_text("utf-8"))
+    read.update(hands=read["hands"][:1], grippers=read["grippers"][:1], closing=[], sines=[])
+    read["steps"] = [{"joint": "J_head_yaw", "start": 0.0, "target": 0.5, "samples": read["steps"][3]["samples"][:16]}]
+    read["grippers"][0]["positions"] = read["grippers"][0]["positions"][2:3]
+    change(read)
+    (tmp_path / FILE).write_text(json.dumps(read), "utf-8")
+    bad = [
+        finding
+        for finding in check_motion(replace(qinglong, path=tmp_path / "vr_configs.yml")).findings
+        if not finding.passed
+    ]
+    assert len(bad) == 1
+    assert bad[0].what.startswith(what)
+    assert where in bad[0].where
+
+
+@settings(max_examples=40, deadline=None)
+@given(late=st.floats(-0.03, 0.03))
+def test_a_response_may_be_20_ms_early_or_late(late: float) -> None:
+    """A ramp of 1 rad in 0.5 s, sampled here and there."""
+    times = np.linspace(0.0, 2.0, 481)
+    at = np.linspace(0.25, 0.6, 8)
+
+    def ramp(time: Any) -> Any:
+        return np.clip((time - 0.2) / 0.5, 0.0, 1.0)
+
+    finding = check_reference._response("ramp", times, ramp(times), at, ramp(at - late), 1.0)
+    assert finding.worst == pytest.approx(100 * abs(late) / 0.5, abs=0.5)
+    if not math.isclose(abs(late), 0.0205, abs_tol=0.0015):
+        assert finding.passed == (abs(late) < 0.0205 or abs(late) / 0.5 < 0.05)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "[]",
+        "{}",
+        "\x00",
+        EMPTY.replace("240", '"fast"'),
+        EMPTY.replace('"joints": []', '"joints": 7'),
+        EMPTY.replace('"hands": []', '"hands": [{"link": "tip", "position": [0, 0], "orientation": [0, 0, 0, 1]}]'),
+        EMPTY.replace(
+            '"hands": []', '"hands": [{"link": "tip", "position": [0, 0, NaN], "orientation": [0, 0, 0, 1]}]'
+        ),
+        EMPTY.replace('"steps": []', '"steps": [{"joint": "waist", "start": 0, "target": 1, "samples": []}]'),
+        EMPTY.replace('"steps": []', '"steps": [{"joint": "waist", "start": 0, "target": 1, "samples": [[1, 1e999]]}]'),
+    ],
+)
+def test_a_file_that_is_no_recording_is_told(tmp_path: Path, text: str) -> None:
+    path = tmp_path / FILE
+    path.write_text(text, "utf-8")
+    with pytest.raises(UsageError, match=r"reference_motion\.json: this is no recorded motion"):
+        check_motion(replace(two_arms(), path=tmp_path / "vr_configs.yml"))
+
+
+def test_a_recording_may_be_as_good_as_empty(tmp_path: Path) -> None:
+    (tmp_path / FILE).write_text(EMPTY, "utf-8")
+    report = check_motion(replace(two_arms(), path=tmp_path / "vr_configs.yml"))
+    assert [finding.what for finding in report.findings] == ["order of 0 joint states"]
+
+
+def test_a_joint_that_did_not_move_is_to_stand_still(tmp_path: Path) -> None:
+    step = '{"joint": "waist", "start": 0, "target": %s, "samples": [[1, 0.0], [100, 0.0]]}'
+    verdicts = []
+    for target in ("0", "0.5"):
+        (tmp_path / FILE).write_text(EMPTY.replace('"steps": []', f'"steps": [{step % target}]'), "utf-8")
+        verdicts.append(check_motion(replace(two_arms(), path=tmp_path / "vr_configs.yml")).findings[-1].passed)
+    assert verdicts == [True, False]
+
+
+# ---------------------------------------------------------------- joint by joint
+
+
+def with_limits(joint: str, **values: float) -> RobotConfig:
+    config = two_arms()
+    joints = tuple(
+        replace(each, limits=replace(each.limits, **values)) if each.name == joint else each
+        for each in config.robot.joints
+    )
+    return replace(config, robot=replace(config.robot, joints=joints))
+
+
+def test_a_robot_without_a_recording_is_moved_joint_by_joint() -> None:
+    report = check_motion(two_arms())
+    assert (report.passed, report.reference) == (True, "")
+    driven = [joint for joint in two_arms().robot.driven if joint.mimic is None]
+    assert f"{len(driven)} joints step and settle" in [finding.what for finding in report.findings]
+    assert sum("gripper closes" in finding.what for finding in report.findings) == 2
+    assert report.findings[-1].what == "goes home on a reset"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("limits", "why"),
+    [
+        ({"effort": 0.0}, "its effort limit is 0"),
+        ({"velocity": 0.0}, "its velocity limit is 0"),
+        ({"effort": 1e-4}, "it does not come within 2 % of its target"),
+        ({"lower": 0.0, "upper": 0.0}, "its limits leave no way: 0 to 0"),
+    ],
+)
+def test_a_joint_that_cannot_move_is_named_with_the_reason(limits: dict[str, float], why: str) -> None:
+    found = [f for f in check_motion(with_limits("elbow_left", **limits)).findings if f.what == "elbow_left"]
+    assert [(finding.passed, finding.where) for finding in found] == [(False, why)]
+
+
+def test_a_robot_that_cannot_move_at_all_is_checked_too() -> None:
+    config = two_arms()
+    still = replace(config.robot, joints=(), links={"base": config.robot.links["base"]})
+    report = check_motion(RobotConfig(still, "stone", Path("stone.urdf"), Path("stone.urdf")))
+    assert [finding.what for finding in report.findings] == ["order of 0 joint states"]
+    assert report.passed
+
+
+def test_findings_are_told_as_they_are_made() -> None:
+    told: list[Finding] = []
+    report = check_motion(with_limits("wheel", upper=math.inf), tell=told.append)
+    assert tuple(told) == report.findings
+    assert Limits() == two_arms().robot.joint("wheel").limits  # a joint without limits is moved as well
+
+
+def test_a_joint_too_weak_to_brake_in_time_is_found() -> None:
+    findings = check_motion(with_limits("shoulder_left", effort=9.0)).findings
+    assert [(f.what, f.where) for f in findings if not f.passed and f.unit == "% of way"] == [
+        ("the farthest goes beyond", "shoulder_left")
+    ]
+
+
+def test_a_joint_that_does_not_settle_counts_among_the_farthest() -> None:
+    """With an effort of 2 N m the shoulder swings about its target for seconds."""
+    findings = {finding.what: finding for finding in check_motion(with_limits("shoulder_left", effort=2.0)).findings}
+    assert findings["shoulder_left"].where == "it does not come within 2 % of its target"
+    farthest = findings["the farthest goes beyond"]
+    assert (farthest.where, farthest.passed) == ("shoulder_left", False)
+    assert farthest.worst > 100 * check_joints.OVERSHOOT
+    assert farthest.remedy.startswith("drives reach their limits of effort; write in the configuration: arms[1].")
+
+
+def test_a_joint_that_is_pushed_away_is_found_with_the_one_that_pushes() -> None:
+    findings = {finding.what: finding for finding in check_motion(with_limits("elbow_left", effort=3.0)).findings}
+    strays = findings["the farthest strays"]
+    assert (strays.where, strays.passed) == ("elbow_left, while shoulder_left moves", False)
+    assert strays.worst > 1e3 * check_joints.STRAY
+    remedies = [finding.remedy for finding in findings.values() if finding.remedy]
+    assert len(remedies) == 1
+    assert "arms[1].max_acceleration: [" in remedies[0]
+
+
+def test_a_joint_with_a_bound_has_the_time_that_it_needs() -> None:
+    config = replace(two_arms(), max_accelerations={"waist": 0.3})  # 0.2 rad take 1.6 s
+    findings = {finding.what: finding for finding in check_motion(config).findings}
+    settles = next(finding for what, finding in findings.items() if what.endswith("step and settle"))
+    assert settles.passed
+    assert "waist" not in findings
+
+
+def test_a_home_beyond_the_limits_is_not_held() -> None:
+    config = two_arms()
+    right = replace(config.arms[0], home=(2.4, -1.0, 0.2))
+    holds = check_motion(replace(config, arms=(right, config.arms[1]))).findings[1]
+    assert (holds.what, holds.where, holds.passed) == ("holds where it is put up", "shoulder_right", False)
+
+
+def test_fingers_that_follow_may_close_towards_their_lower_limits() -> None:
+    config = two_arms()
+    thumb = config.robot.joint("thumb_left")
+    other_way = replace(thumb, limits=replace(thumb.limits, lower=-0.04, upper=0.0), mimic=Mimic("finger_left", -1.0))
+    joints = tuple(other_way if joint == thumb else joint for joint in config.robot.joints)
+    grippers = (config.grippers[0], Gripper(("finger_left", "thumb_left")))
+    changed = replace(config, robot=replace(config.robot, joints=joints), grippers=grippers)
+    closes = [finding for finding in check_motion(changed).findings if finding.what == "left gripper closes"]
+    assert [(each.where, each.passed) for each in closes] == [("finger_left", True)]

@@ -1,0 +1,155 @@
+"""The check of drivers: it passes the example, and finds what is wrong with others."""
+
+import threading
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cellwright.config.robot.config import RobotConfig
+from cellwright.robot.checks.driver import check_driver
+from cellwright.robot.servos import Array, JointReadings
+from tests.robot.drivers.test_live import NAMES, Hardware
+from tests.robot.robots import two_arms
+from tests.waiting import TIMEOUT
+
+pytestmark = pytest.mark.usefixtures("patient")
+
+EXAMPLE = Path(__file__).parents[3] / "examples" / "my_driver.py"
+
+
+@pytest.fixture(scope="module")
+def config() -> RobotConfig:
+    return two_arms()
+
+
+class Clock:
+    """The clock of a check: a nap takes as long as it says, and ends when the driver has been read once more."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+        self._was_read = threading.Event()
+
+    def monotonic(self) -> float:
+        return self.now
+
+    def sleep(self, seconds: float) -> None:
+        self.now += seconds
+        self._was_read.clear()
+        assert self._was_read.wait(TIMEOUT), "the driver is not read"
+
+    def watched(self, driver: Any) -> Any:
+        """A driver whose readings count here, and take their time."""
+        if not hasattr(driver, "read"):
+            return driver
+        read = driver.read
+
+        def read_and_note() -> Any:
+            self.now += getattr(driver, "pause", 0.0)
+            found = read()
+            self._was_read.set()
+            return found
+
+        driver.read = read_and_note
+        return driver
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    """The check goes by a clock of its own, so that a busy machine makes no driver slow."""
+    clock = Clock()
+    monkeypatch.setattr("cellwright.robot.checks.driver.time", clock)
+    return clock
+
+
+def test_the_example_passes_and_is_short(config: RobotConfig, clock: Clock) -> None:
+    source = EXAMPLE.read_text(encoding="utf-8")
+    room: dict[str, Any] = {}
+    exec(compile(source, str(EXAMPLE), "exec"), room)
+    room["LAG"] = 0.01
+    room["time"] = clock
+    assert check_driver(lambda config: clock.watched(room["MyDriver"](config)), config) == []
+    assert len(source.splitlines()) < 60
+
+
+@dataclass
+class Stiff(Hardware):
+    """Its lift does not move."""
+
+    def command(self, targets: Any) -> None:
+        self.positions = np.array([targets[0], 0.2])
+
+
+@dataclass
+class Coupled(Hardware):
+    """Its lift moves along with the elbow, and far."""
+
+    def command(self, targets: Any) -> None:
+        self.positions = np.array([targets[0], targets[1] + 10.0 * (targets[0] + 1.0)])
+
+
+@dataclass
+class Pair(Hardware):
+    """A finger, and a thumb that is bolted to it, whatever it is told itself."""
+
+    joints: tuple[str, ...] = ("thumb_left", "finger_left")
+    positions: Array = field(default_factory=lambda: np.zeros(2))
+
+    def command(self, targets: Any) -> None:
+        self.positions = np.array([targets[1], targets[1]])
+
+
+@dataclass
+class Slow(Hardware):
+    """It can be read twenty times a second."""
+
+    pause: float = 0.05
+
+
+def make(kind: type[Hardware], **more: Any) -> Any:
+    return lambda _config: kind(**more)
+
+
+def broken(_config: RobotConfig) -> Any:
+    raise OSError("no such bus")
+
+
+@pytest.mark.parametrize(
+    ("maker", "found"),
+    [
+        (make(Hardware), None),
+        (make(Pair), None),
+        (broken, "it cannot be made: OSError: no such bus"),
+        (lambda _config: object(), "it has no method command"),
+        (make(Hardware, joints=("arm",)), "unknown joint 'arm'"),
+        (make(Stiff), "lift did not go 0.02 within 0.2 s"),
+        (make(Coupled), "lift moved along with elbow_left"),
+        (make(Slow), "and 100 are needed"),
+    ],
+)
+def test_findings(config: RobotConfig, maker: Any, found: str | None, clock: Clock) -> None:
+    problems = check_driver(lambda config: clock.watched(maker(config)), config, within=0.2)
+    if found is None:
+        assert problems == []
+    else:
+        assert any(found in problem for problem in problems), problems
+
+
+@pytest.mark.parametrize(("upper", "begin"), [(0.015, 0.0), (0.015, 0.006), (0.015, 0.015), (0.03, 0.015), (0.0, 0.0)])
+def test_no_joint_is_sent_past_its_limits(config: RobotConfig, upper: float, begin: float, clock: Clock) -> None:
+    joints = tuple(
+        replace(joint, limits=replace(joint.limits, lower=0.0, upper=upper)) if joint.name == "finger_left" else joint
+        for joint in config.robot.joints
+    )
+    hardware = Hardware(joints=("finger_left",), positions=np.array([begin]))
+    narrow = replace(config, robot=replace(config.robot, joints=joints))
+    hardware.read = lambda: JointReadings(hardware.positions, np.zeros(1), np.zeros(1))  # type: ignore[method-assign]
+    assert check_driver(lambda _config: clock.watched(hardware), narrow) == []
+    assert len(hardware.told) == (2 if upper > 0.0 else 0)
+    assert all(0.0 <= position <= upper for (position,) in hardware.told), hardware.told
+
+
+def test_the_joints_of_the_tests_are_the_robots(config: RobotConfig) -> None:
+    assert set(NAMES) <= set(config.robot.joint_indices)

@@ -1,0 +1,290 @@
+"""A driver of one's own: what it is given, what is known of it, and what happens when it fails."""
+
+import sys
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cellwright.config.robot.config import RobotConfig
+from cellwright.robot.drivers.live import DriverError, LiveDriver
+from cellwright.robot.node import RobotNode
+from cellwright.robot.safety.settings import SafetySettings
+from cellwright.robot.servos import Array, JointReadings
+from cellwright.util.errors import DescriptionError, UnknownNameError
+from tests.robot.robots import two_arms
+from tests.robot.talk import Talk
+from tests.waiting import wait_until
+
+pytestmark = pytest.mark.usefixtures("patient")
+
+NAMES = ("elbow_left", "lift")  # neither all of the joints nor in their order
+
+
+@dataclass
+class Hardware:
+    """A robot that is where it was told to be, and fails as a test says."""
+
+    joints: tuple[str, ...] = NAMES
+    positions: Array = field(default_factory=lambda: np.array([-1.0, 0.2]))
+    told: list[list[float]] = field(default_factory=list)
+    closed: int = 0
+    on_read: Callable[[], object] = lambda: None
+    answer: object = None
+
+    def command(self, targets: Array) -> None:
+        self.positions = targets
+        self.told.append(targets.tolist())
+
+    def read(self) -> Any:
+        self.on_read()
+        if self.answer is not None:
+            return self.answer
+        return JointReadings(self.positions, np.array([0.1, 0.2]), np.array([3.0, 4.0]))
+
+    def close(self) -> None:
+        self.closed += 1
+
+
+def until(condition: Callable[[], object]) -> None:
+    """Wait for the thread of a driver."""
+    wait_until(condition, "effect of the driver's thread")
+
+
+def step_until(node: RobotNode, condition: Callable[[], object]) -> None:
+    """Step a node until a condition holds; the thread of its driver gets time between the steps."""
+
+    def stepped() -> object:
+        node.simulation.step()
+        return condition()
+
+    until(stepped)
+
+
+def fail() -> None:
+    raise OSError("the cable is\nout")
+
+
+def give_up() -> None:
+    sys.exit("no bus")  # as programs of vendors do
+
+
+class OwnError(BaseException):
+    """One that `except Exception` passes over."""
+
+
+def escape() -> None:
+    raise OwnError("gone")
+
+
+@pytest.fixture(scope="module")
+def config() -> RobotConfig:
+    return two_arms()
+
+
+def test_targets_and_readings_go_by_name(config: RobotConfig) -> None:
+    hardware = Hardware()
+    live = LiveDriver(config, hardware)
+    assert live.joints == tuple(joint.name for joint in config.robot.driven)
+    elbow, lift = (live.joints.index(name) for name in NAMES)
+    positions, velocities, efforts = live.read()
+    assert (positions[elbow], positions[lift]) == (-1.0, 0.2)
+    assert (velocities[elbow], velocities[lift], efforts[elbow], efforts[lift]) == (0.1, 0.2, 3.0, 4.0)
+    assert positions[live.joints.index("shoulder_right")] == 0.5  # nobody drives it: it is where it was put up
+    targets = np.zeros(len(live.joints))
+    targets[[elbow, lift]] = -0.5, 0.3
+    live.command(targets)
+    until(lambda: live.read().positions[elbow] == -0.5)
+    assert hardware.told == [[-0.5, 0.3]]
+    assert not live.fault
+    live.close()
+    until(lambda: hardware.closed)  # where the thread is late, `close` does not wait for it
+    assert hardware.closed == 1
+
+
+@pytest.mark.parametrize(
+    ("hardware", "reason"),
+    [
+        (Hardware(joints=("elbow",)), "unknown joint 'elbow'; did you mean elbow_"),
+        (Hardware(joints=()), "no joints"),
+        (Hardware(joints=("lift", "lift")), "twice"),
+        (Hardware(on_read=fail), "OSError: the cable is out"),
+        (Hardware(positions=np.array([np.nan, 0.0])), "positions of elbow_left are no finite number"),
+        (Hardware(positions=np.zeros(3)), "used: positions of 3 joints were read, and it has 2"),
+        (Hardware(on_read=give_up), "SystemExit: no bus"),
+        (Hardware(on_read=escape), "OwnError: gone"),
+        (Hardware(answer=[0.0, 0.0]), "three things, positions, velocities and efforts, and it gave a list of 2"),
+        (Hardware(answer=dict.fromkeys((*NAMES, "waist"), 0.0)), "it gave a dict of 3"),
+        (Hardware(answer=0.5), "it gave a float"),
+        (Hardware(answer=(0.0, 0.0, 0.0)), "each a number for each joint; positions: a float"),
+        (Hardware(answer=(np.zeros(2), {}, np.zeros(2))), "velocities: a dict of 0"),
+    ],
+)
+def test_what_is_no_driver_of_this_robot(config: RobotConfig, hardware: Hardware, reason: str) -> None:
+    with pytest.raises(DriverError, match=reason):
+        LiveDriver(config, hardware)
+    until(lambda: hardware.closed)  # where the thread is late, the constructor does not wait for it
+    assert hardware.closed == 1
+
+
+def test_a_node_that_cannot_be_lets_go_of_the_robot(config: RobotConfig) -> None:
+    hardware = Hardware()
+    with pytest.raises(UnknownNameError, match="tail"):
+        RobotNode(config, driver=hardware, safety=SafetySettings(max_speeds=(("tail", 1.0),)))
+    until(lambda: hardware.closed)
+    assert hardware.closed == 1
+    wheel, *others = config.robot.joints
+    twice = replace(config, robot=replace(config.robot, joints=(replace(wheel, name="lift"), *others)))
+    with pytest.raises(DescriptionError):
+        RobotNode(twice, driver=(hardware := Hardware()))
+    until(lambda: hardware.closed)
+    assert hardware.closed == 1
+
+
+@pytest.mark.parametrize(
+    ("failure", "reason"),
+    [(fail, "OSError: the cable is out"), (give_up, "SystemExit: no bus"), (escape, "OwnError: gone")],
+)
+def test_a_failure_holds_the_robot_until_it_is_cleared(
+    config: RobotConfig, failure: Callable[[], None], reason: str
+) -> None:
+    hardware = Hardware()
+    live = LiveDriver(config, hardware)
+    number = live.joints.index("lift")
+    hardware.on_read = failure
+    until(lambda: live.fault)
+    assert live.fault == reason
+    until(lambda: hardware.told)
+    assert hardware.told == [[-1.0, 0.2]]  # the posture that was read last
+    live.command(np.full(len(live.joints), 0.3))
+    hardware.on_read = lambda: None
+    before = live.count
+    until(lambda: live.read() and live.count > before + 2)
+    assert hardware.told == [[-1.0, 0.2]], "a target got through"
+    live.clear()
+    assert not live.fault
+    assert live.read().positions[number] == 0.2
+    live.close()
+
+
+def test_a_hold_that_does_not_get_through_is_said_again(config: RobotConfig) -> None:
+    @dataclass
+    class Loose(Hardware):
+        """A robot whose cable is out for its first three targets."""
+
+        refused: int = 0
+
+        def command(self, targets: Array) -> None:
+            if self.refused < 3:
+                self.refused += 1
+                fail()
+            super().command(targets)
+
+    hardware = Loose()
+    live = LiveDriver(config, hardware)
+    live.command(np.full(len(live.joints), 0.3))
+    until(lambda: live.read() and hardware.told)
+    assert live.fault == "OSError: the cable is out"
+    before = live.count
+    until(lambda: live.read() and live.count > before + 2)
+    assert hardware.told == [[-1.0, 0.2]]
+    live.close()
+
+
+def test_a_driver_that_is_stuck_is_not_waited_for(config: RobotConfig) -> None:
+    hardware = Hardware()
+    live = LiveDriver(config, hardware, patience=0.05)
+    stuck, free = threading.Event(), threading.Event()
+
+    def stick() -> None:
+        stuck.set()
+        free.wait()
+
+    hardware.on_read = stick
+    until(stuck.is_set)  # a slow machine is silent for so long without that
+    until(lambda: live.fault)
+    assert live.fault == "it has said nothing for 0.05 s"
+    live.close()
+    assert not hardware.closed, "it waited for the driver"
+    free.set()
+    until(lambda: hardware.closed)
+
+
+def test_a_node_drives_it_and_shows_it(config: RobotConfig) -> None:
+    hardware, lines = Hardware(), list[str]()
+    node = RobotNode(config, driver=hardware, report=lines.append)
+    lift = node.simulation.model.joint("lift").qposadr[0]
+    assert node.simulation.data.qpos[lift] == 0.2
+    number = node.commander.numbers["lift"]
+    node.commander.aim([number], [0.35])
+    step_until(node, lambda: node.simulation.data.qpos[lift] == 0.35)
+    assert hardware.told == [[-1.0, 0.35]]
+
+    hardware.on_read = fail
+    step_until(node, lambda: lines)
+    assert lines == [
+        "the driver has failed, and the robot holds: OSError: the cable is out; /io_teleop/clear_emergency_stop ends it"
+    ]
+    node.commander.aim([number], [0.1])
+    for _ in range(3):
+        node.simulation.step()
+    assert lines == lines[:1]
+    assert node.commander.desired[number] == 0.35, "it would jump when the driver is back"
+    assert all(told == [-1.0, 0.35] for told in hardware.told)
+    node.close()
+    until(lambda: hardware.closed)
+    assert hardware.closed == 1
+
+
+def test_joints_that_were_moved_by_hand_before_the_first_target_stay(config: RobotConfig) -> None:
+    hardware = Hardware()
+    talk = Talk(config, driver=hardware)
+    lift = talk.node.commander.numbers["lift"]
+    hardware.positions = np.array([-1.6, 0.25])
+    step_until(talk.node, lambda: talk.node.driver.read().positions[lift] == 0.25)
+    talk.steps(2)
+    talk.joints({"lift": 0.3})
+    step_until(talk.node, lambda: hardware.told)
+    assert hardware.told == [[-1.6, 0.3]], "the elbow jumps, and nobody has told it to"
+    hardware.positions = np.array([-1.5, 0.3])  # pushed: now it is held where it was told to be
+    step_until(talk.node, lambda: talk.node.driver.read().positions[lift] == 0.3)
+    talk.steps(2)
+    talk.joints({"lift": 0.2})
+    step_until(talk.node, lambda: hardware.told[-1][1] == 0.2)
+    assert hardware.told[-1] == [-1.6, 0.2]
+    talk.node.close()
+
+
+def test_after_a_failure_it_goes_on_from_where_it_stands(config: RobotConfig) -> None:
+    hardware = Hardware()
+    talk = Talk(config, driver=hardware)
+    hardware.on_read = fail
+
+    def count() -> int:
+        return sum(line.startswith("the driver has failed") for line in talk.lines)
+
+    step_until(talk.node, lambda: count() == 1)
+    until(lambda: hardware.told)
+    hardware.told.clear()
+    assert talk.clear().success
+    step_until(talk.node, lambda: count() == 2)  # nothing has changed
+    until(lambda: hardware.told)  # held again
+
+    hardware.on_read = lambda: None
+    lift = talk.node.commander.numbers["lift"]
+
+    def moved_by_hand() -> bool:
+        """Once is not enough: the command to hold the old posture may still be on its way."""
+        hardware.positions = np.array([-1.6, 0.25])
+        return bool(talk.node.driver.read().positions[lift] == 0.25)
+
+    step_until(talk.node, moved_by_hand)
+    hardware.told.clear()
+    assert talk.clear().success
+    talk.joints({"lift": 0.3})
+    step_until(talk.node, lambda: hardware.told and hardware.told[-1][1] == 0.3)
+    assert all(elbow == -1.6 for elbow, _ in hardware.told), "the elbow jumped"
+    talk.node.close()

@@ -1,0 +1,52 @@
+"""Drivers are found in files, and what is wrong with them is said in a line."""
+
+from pathlib import Path
+
+import pytest
+
+from cellwright.robot.drivers.live import DriverError
+from cellwright.robot.drivers.own import find_driver
+from tests.robot.robots import two_arms
+
+EXAMPLE = Path(__file__).parents[3] / "examples" / "my_driver.py"
+
+DRIVERS = """
+class Broken:
+    def __init__(self, config):
+        raise OSError(f"no {config.name} at\\n192.168.0.7")
+
+    def command(self, targets):
+        pass
+
+class NoDriver:
+    pass
+"""
+
+
+@pytest.fixture
+def drivers(tmp_path: Path) -> Path:
+    file = tmp_path / "drivers.py"
+    file.write_text(DRIVERS)
+    return file
+
+
+def test_a_class_in_a_file() -> None:
+    driver = find_driver(f"{EXAMPLE}:MyDriver")(two_arms())
+    assert "lift" in driver.joints
+
+
+def test_what_is_none(drivers: Path) -> None:
+    for name, said in {
+        "two_arms": "path.py:Class",
+        f"{drivers.with_name('none.py')}:MyDriver": "there is no such file",
+        f"{drivers}:Brocken": "did you mean Broken",
+        f"{drivers}:NoDriver": "a driver is a class with joints",
+        "no_such_module_of_mine:Driver": "cannot be imported: ModuleNotFoundError",
+    }.items():
+        with pytest.raises(DriverError, match=said):
+            find_driver(name)
+
+
+def test_one_that_cannot_be_made(drivers: Path) -> None:
+    with pytest.raises(DriverError, match=r"drivers.py:Broken: cannot be made: OSError: no two_arms at 192.168.0.7$"):
+        find_driver(f"{drivers}:Broken")(two_arms())

@@ -1,0 +1,28 @@
+from pathlib import Path
+
+from cellwright.robot.interface.page import BEGIN, END, renewed, tables
+from cellwright.robot.interface.rows import IO_TELEOP
+
+PAGE = Path(__file__).parents[3] / "docs" / "robot-node.md"
+
+
+def test_the_page_is_up_to_date() -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    assert BEGIN in text
+    assert END in text
+    assert text == renewed(text), "run: python -m cellwright.robot.interface.page docs/robot-node.md"
+
+
+def test_every_row_is_there_once() -> None:
+    lines = tables().splitlines()
+    for row in IO_TELEOP:
+        (line,) = [line for line in lines if line.startswith(f"| `{row.name}` |")]
+        assert row.type in line
+        assert row.rate_text in line
+        assert row.about in line
+        assert row.source in line
+
+
+def test_tables_are_even() -> None:
+    for table in tables().split("**")[2::2]:
+        assert len({line.count("|") for line in table.splitlines() if line}) == 1

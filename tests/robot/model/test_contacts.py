@@ -1,0 +1,78 @@
+"""Which links of a robot may touch each other."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from cellwright.config.models.model import ModelShape
+from cellwright.config.robot.model import Joint, JointType, Limits, Link
+from cellwright.robot.model.contacts import joined_pairs
+from cellwright.robot.model.robot import build_robot
+from cellwright.util.pose import Pose
+from tests.cell.model.robots import of_joints
+
+ROOM = Limits(-3.2, 3.2)
+LENGTH = 0.3
+
+
+def solid(name: str, radius: float = 0.05) -> Link:
+    """A link with a ball at its far end, which reaches back to no other."""
+    return Link(name, shapes=(ModelShape("sphere", (radius, 0.0, 0.0), Pose((0.0, 0.0, LENGTH))),))
+
+
+def joint(parent: str, child: str, kind: JointType = JointType.REVOLUTE) -> Joint:
+    return Joint(child, kind, parent, child, Pose((0.0, 0.0, LENGTH)), limits=ROOM)
+
+
+CHAIN = (joint("a", "b"), joint("b", "c"), joint("c", "d"))
+
+
+def touching(self_collision: bool, radius: float, posture: dict[str, float]) -> set[frozenset[str]]:
+    """The pairs of bodies in contact, of a chain of four links with balls."""
+    links = {name: solid(name, radius) for name in "abcd"}
+    world = build_robot(of_joints(*CHAIN, links=links), self_collision=self_collision)
+    data = mujoco.MjData(world.model)
+    for name, value in posture.items():
+        data.qpos[world.model.joint(name).qposadr[0]] = value
+    mujoco.mj_forward(world.model, data)
+    bodies = world.model.geom_bodyid[data.contact.geom[: data.ncon]]
+    return {frozenset(world.model.body(body).name for body in pair) for pair in np.atleast_2d(bodies) if len(pair)}
+
+
+FOLDED = {"b": 2.0, "c": 2.0 * np.pi / 3, "d": 2.0 * np.pi / 3}
+
+
+def test_links_pass_through_each_other_unless_asked_otherwise() -> None:
+    assert touching(False, 0.05, FOLDED) == set()
+
+
+def test_links_that_are_not_joined_touch() -> None:
+    # a triangle: the ball of d is where that of a is
+    assert touching(True, 0.05, FOLDED) == {frozenset("ad")}
+
+
+def test_joined_links_never_touch() -> None:
+    # each folded onto the link before
+    assert touching(True, 0.05, {"b": np.pi, "c": np.pi, "d": np.pi}) == {frozenset("ac"), frozenset("bd")}
+
+
+def test_what_overlaps_in_the_first_posture_never_touches() -> None:
+    # balls of 0.31 m reach the next but one from the beginning, and never count
+    assert touching(True, 0.31, FOLDED) == {frozenset("ad")}
+
+
+@pytest.mark.parametrize(
+    ("joints", "moved", "pairs"),
+    [
+        (CHAIN, "bcd", {"ab", "bc", "cd"}),
+        (CHAIN, "bd", {"ab", "ac", "bc", "bd", "cd"}),  # b and c are one
+        (CHAIN, "", {"ab", "ac", "ad", "bc", "bd", "cd"}),
+        ((joint("a", "b"), joint("a", "c"), joint("c", "d")), "bcd", {"ab", "ac", "cd"}),
+    ],
+)
+def test_links_that_are_fixed_to_each_other_are_one(joints: tuple[Joint, ...], moved: str, pairs: set[str]) -> None:
+    robot = of_joints(*joints).robot
+    found = joined_pairs(robot, frozenset(moved), frozenset("abcd"))
+    assert {"".join(sorted(pair)) for pair in found} == pairs
+    assert len(found) == len(pairs)
+    assert joined_pairs(robot, frozenset(moved), frozenset("a")) == []

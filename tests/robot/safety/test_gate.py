@@ -1,0 +1,120 @@
+"""Who is let through, and how old a command may be."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from cellwright.robot.safety.gate import Gate
+from cellwright.robot.safety.settings import SafetySettings
+from cellwright.util.errors import RejectedCommandError
+
+SECOND = 1_000_000_000
+TOPIC = "/io_teleop/joint_cmd"
+
+
+class Watched:
+    """A gate whose clocks are set by hand [s]."""
+
+    def __init__(self, **safety: float) -> None:
+        self.time = 100.0
+        self.gate = Gate(SafetySettings(**safety), self.now, self.now)  # type: ignore[arg-type]
+
+    def now(self) -> int:
+        return round(self.time * SECOND)
+
+    def take(self, node: str, stamp: float = 0.0, topic: str = TOPIC) -> None:
+        self.gate.check(topic, node, round(stamp * SECOND))
+        self.gate.confirm(topic, node, round(stamp * SECOND))
+
+
+def test_it_lets_everybody_through_when_nothing_was_asked_for() -> None:
+    watched = Watched()
+    watched.take("/a", stamp=1.0)
+    watched.take("/b", stamp=500.0)
+    watched.take("/a", stamp=0.5)
+    assert watched.gate.commanders == ("/a",)
+    assert not watched.gate.is_silent(TOPIC)
+
+
+def test_a_second_commander_has_to_wait_until_the_first_is_silent() -> None:
+    watched = Watched(one_commander=0.5)
+    watched.take("/a")
+    watched.time += 0.5
+    with pytest.raises(RejectedCommandError, match=r"/a commands here; another may when .* silent for 0.5 s"):
+        watched.take("/b")
+    watched.take("/a")
+    watched.take("/b", topic="/io_teleop/target_joint_from_vr")
+    watched.time += 0.51
+    watched.take("/b")
+    with pytest.raises(RejectedCommandError, match="/b commands here"):
+        watched.take("/a")
+
+
+def test_who_is_refused_does_not_keep_the_place() -> None:
+    watched = Watched(one_commander=0.5)
+    watched.take("/a")
+    for _ in range(6):
+        watched.time += 0.1
+        if watched.time - 100.0 <= 0.5:
+            with pytest.raises(RejectedCommandError):
+                watched.take("/b")
+    watched.take("/b")
+
+
+@pytest.mark.parametrize(
+    ("stamp", "reason"),
+    [(99.0, "it is 1 s old, and 0.2 s are allowed"), (101.0, "its stamp is 1 s ahead of the node's clock")],
+)
+def test_stale_commands_and_those_of_the_future_are_refused(stamp: float, reason: str) -> None:
+    watched = Watched(max_age=0.2)
+    with pytest.raises(RejectedCommandError, match=reason):
+        watched.take("/a", stamp)
+    watched.take("/a", 99.9)
+    watched.take("/a", 0.0)  # without a stamp its age is not known
+
+
+def test_what_comes_out_of_order_is_refused() -> None:
+    watched = Watched(max_age=0.2)
+    watched.take("/a", 99.95)
+    watched.take("/a", 99.95)
+    with pytest.raises(RejectedCommandError, match=r"it is 0.05 s older than the one before it"):
+        watched.take("/a", 99.9)
+    watched.take("/b", 99.9)
+
+
+def test_a_node_that_was_started_anew_may_begin_with_older_stamps() -> None:
+    watched = Watched(max_age=10.0)
+    watched.take("/a", 100.0)
+    watched.time += 1.5
+    watched.take("/a", 95.0)
+
+
+def test_silence_is_known_only_where_something_was_heard() -> None:
+    watched = Watched(silence=0.5)
+    assert not watched.gate.is_silent(TOPIC)
+    watched.take("/a")
+    watched.time += 0.5
+    assert not watched.gate.is_silent(TOPIC)
+    watched.time += 0.01
+    assert watched.gate.is_silent(TOPIC)
+
+
+def test_commanders_are_those_of_a_moment_ago() -> None:
+    watched = Watched()
+    watched.take("/b")
+    watched.take("/a", topic="/io_teleop/target_gripper_status")
+    assert list(watched.gate.commanders) == ["/a", "/b"]
+    watched.time += 1.1
+    assert not watched.gate.commanders
+
+
+def test_its_state_is_json() -> None:
+    first, second = Watched(one_commander=0.5), Watched(one_commander=0.5)
+    first.take("/a", 99.0)
+    second.gate.set_state(json.loads(json.dumps(first.gate.get_state())))
+    with pytest.raises(RejectedCommandError):
+        second.take("/b")
+    second.gate.forget()
+    second.take("/b")

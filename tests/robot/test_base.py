@@ -1,0 +1,103 @@
+"""Where the base goes."""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.util.errors import RejectedCommandError, UnknownNameError
+from cellwright.util.pose import Pose
+from tests.robot.robots import fixed, two_arms
+from tests.robot.talk import Talk
+
+QUARTER = math.pi / 2
+
+
+def torso(talk: Talk) -> tuple[float, ...]:
+    talk.node.simulation.refresh()
+    return tuple(talk.node.simulation.data.body("base").xpos.tolist())
+
+
+def test_it_turns_and_moves_along_its_own_y_axis_by_so_much() -> None:
+    talk = Talk()
+    assert torso(talk) == pytest.approx((0.0, 0.0, 0.5))
+    talk.base(QUARTER, 0.2)
+    talk.base(0.0, 0.3)  # along y, which is -x of the world by now
+    talk.steps(2)
+    assert torso(talk) == pytest.approx((-0.3, 0.2, 0.5))
+    assert talk.node.base.pose.yaw == pytest.approx(QUARTER)
+    assert talk.at("shoulder_right") == pytest.approx(0.5, abs=1e-3), "joints stay as they are"
+
+
+@pytest.mark.parametrize(
+    ("numbers", "reason"),
+    [
+        ((), "2 numbers are needed, not 0"),
+        ((0.1,), "2 numbers are needed, not 1"),
+        ((0.1, 0.1, 0.1), "2 numbers are needed, not 3"),
+        ((0.0, math.nan), "must be finite"),
+        ((math.inf, 0.0), "must be finite"),
+        ((0.0, 10.1), "no number of a base's command may be beyond 10"),
+    ],
+)
+def test_what_makes_no_sense_is_refused_whole(numbers: tuple[float, ...], reason: str) -> None:
+    talk = Talk()
+    with pytest.raises(RejectedCommandError, match=reason):
+        talk.base(*numbers)
+    assert talk.node.base.pose == two_arms().base_pose
+
+
+@given(st.lists(st.tuples(st.floats(-10, 10), st.floats(-10, 10)), max_size=12))
+def test_wherever_it_goes_its_pose_is_one_and_within_bounds(moves: list[tuple[float, float]]) -> None:
+    for move in moves:
+        with suppress(RejectedCommandError):  # beyond 1000 m
+            SHARED.base(*move)
+    pose = SHARED.node.base.pose
+    assert math.hypot(*pose.quaternion) == pytest.approx(1.0)
+    assert max(map(abs, pose.position)) <= 1000.0
+
+
+SHARED = Talk()
+
+
+def test_a_robot_that_is_fastened_takes_no_such_command() -> None:
+    talk = Talk(fixed(two_arms()))
+    with pytest.raises(UnknownNameError):
+        talk.base(0.0, 0.1)
+
+
+def test_three_numbers_where_the_configuration_says_so() -> None:
+    talk = Talk(replace(two_arms(), others={"base_command_mode": "delta"}))
+    talk.base(QUARTER, 0.2, 0.1)
+    assert talk.node.base.pose.position == pytest.approx((0.2, 0.1, 0.5))
+    with pytest.raises(RejectedCommandError, match=r"3 numbers are needed, not 2: turn .rad., move along x and y"):
+        talk.base(0.0, 0.1)
+
+
+def test_speeds_where_the_configuration_says_so_which_end_after_a_moment() -> None:
+    talk = Talk(replace(two_arms(), others={"base_command_mode": "velocity"}))
+    for _ in range(10):
+        talk.base(0.0, 0.5, -0.25)
+        talk.seconds(0.1)
+    assert talk.node.base.pose.position[:2] == pytest.approx((0.5, -0.25), abs=0.01)
+    talk.seconds(2.0)
+    assert talk.node.base.pose.position[:2] == pytest.approx((0.55, -0.275), abs=0.01)
+    talk.base(0.0, 0.5, 0.0)
+    talk.steps(2)
+    talk.stop()
+    stopped = talk.node.base.pose
+    talk.seconds(0.5)
+    assert talk.node.base.pose == stopped
+
+
+def test_a_run_that_begins_anew_begins_at_the_first_place() -> None:
+    talk = Talk()
+    talk.base(1.0, 1.0)
+    talk.node.simulation.reset()
+    assert talk.node.base.pose == Pose((0.0, 0.0, 0.5))
+    assert torso(talk) == pytest.approx((0.0, 0.0, 0.5))

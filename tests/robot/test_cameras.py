@@ -1,0 +1,72 @@
+"""The cameras of a robot's node: pictures on its topics, while somebody listens."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cellwright.config.robot.config import Camera
+from cellwright.config.robot.robots import load_robot
+from cellwright.robot.node import RobotNode
+
+SMALL = {"img_width": 64, "img_height": 48}
+BEFORE = {"pos_offset": [2.0, 0.0, 0.3], "target_offset": [0.0, 0.0, 0.0]}
+CAMERAS = (
+    Camera("first_person", {"name": "first_person", **SMALL, **BEFORE}),
+    Camera("hand_eye", {"name": "hand_eye", **SMALL, "up_axis": "x"}),
+    Camera("first_person", {"name": "first_person"}),
+)
+TANDEM = load_robot("tandem", lambda _line: None)
+TOPIC = "/io_teleop/camera_first_person"
+
+
+@pytest.mark.slow
+def test_pictures_go_out_with_the_times_that_the_node_tells() -> None:
+    lines: list[str] = []
+    wall = 1_000_000_000_000
+    made: list[RobotNode] = []
+
+    def stamp() -> int:
+        return wall + (made[0].simulation.now if made else 0)
+
+    node = RobotNode(replace(TANDEM, cameras=CAMERAS), report=lines.append, stamp=stamp)
+    made.append(node)
+    assert lines == [
+        "camera 'hand_eye' takes no pictures: what is up for it lies along its line of sight",
+        "camera 'first_person' takes no pictures: there are two of this name",
+    ]
+    topics = {topic.name: topic.type for topic in node.bus.topics() if "camera" in topic.name}
+    assert topics == {
+        f"{TOPIC}/color": "sensor_msgs/Image",
+        f"{TOPIC}/depth": "sensor_msgs/Image",
+        f"{TOPIC}/camera_info": "sensor_msgs/CameraInfo",
+    }
+    came: dict[str, list[Any]] = {name: [] for name in topics}
+    for name in topics:
+        node.bus.subscribe(name, came[name].append)
+    node.simulation.step_until(110_000_000)
+    colour, depth, info = (came[f"{TOPIC}/{name}"] for name in ("color", "depth", "camera_info"))
+    stamps = [message.header.stamp.sec * 10**9 + message.header.stamp.nanosec - wall for message in colour]
+    assert stamps == pytest.approx([33_333_333, 66_666_667], abs=1_000_000_000 // 240)
+    assert [message.header.stamp for message in depth] == [message.header.stamp for message in colour]
+    far = depth[0].data.view(np.float32).reshape(48, 64)
+    assert 1.0 < np.nanmin(far[16:32, 24:40]) < 2.1  # the robot itself, which it looks back at
+    assert (info[0].width, info[0].height) == (64, 48)
+    assert np.ptp(colour[0].data.astype(int)) > 60
+    node.close()
+
+
+@pytest.mark.slow
+def test_listening_changes_nothing() -> None:
+    hashes = []
+    for listens in (False, True):
+        node = RobotNode(replace(TANDEM, cameras=CAMERAS[:1]))
+        if listens:
+            node.bus.subscribe(f"{TOPIC}/depth", lambda _: None)
+        node.simulation.step_until(100_000_000)
+        hashes.append(node.simulation.state_hash())
+        node.close()
+    assert hashes[0] == hashes[1]

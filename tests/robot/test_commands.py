@@ -1,0 +1,287 @@
+"""What each topic and service does, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.config.robot.config import RobotConfig
+from cellwright.config.robot.model import Mimic
+from cellwright.middleware.messages.build import joint_state
+from cellwright.middleware.messages.standard import String
+from cellwright.robot.joint_targets import MOST, targets
+from cellwright.robot.safety.settings import SafetySettings
+from cellwright.util.errors import MessageError, RejectedCommandError
+from tests.robot.robots import bare, fixed, two_arms
+from tests.robot.talk import RESET, Talk
+
+
+@pytest.fixture
+def talk() -> Talk:
+    return Talk()
+
+
+@pytest.mark.parametrize("topic", ["joint_cmd", "target_joint_from_vr", "target_finger_joints"])
+def test_joints_go_where_they_are_told_and_the_others_stay(topic: str, talk: Talk) -> None:
+    talk.joints({"wrist_left": 0.4, "shoulder_right": -0.3}, topic)
+    talk.seconds(1.0)
+    assert talk.at("wrist_left") == pytest.approx(0.4, abs=1e-4)
+    assert talk.at("shoulder_right") == pytest.approx(-0.3, abs=1e-4)
+    assert talk.at("elbow_right") == pytest.approx(-1.0, abs=1e-3)
+    assert (talk.node.counts.taken, talk.node.refused, talk.node.counts.ignored) == (1, 0, 0)
+
+
+def test_a_later_message_leaves_joints_that_it_does_not_name_on_their_way(talk: Talk) -> None:
+    talk.joints({"waist": 0.8})
+    talk.seconds(0.1)
+    talk.joints({"head": 0.2})
+    talk.seconds(1.0)
+    assert talk.at("waist") == pytest.approx(0.8, abs=1e-4)
+    assert talk.at("head") == pytest.approx(0.2, abs=1e-4)
+
+
+def test_names_that_the_robot_lacks_are_passed_over_and_told_once(talk: Talk) -> None:
+    for _ in range(100):
+        talk.joints({"waist": 0.1, "no such joint": 1.0, "tip_left": 0.0, "antenna": 0.0, "thumb_left": 0.01})
+        talk.seconds(0.1)
+    assert talk.at("waist") == pytest.approx(0.1, abs=1e-4)
+    assert talk.node.commander.notices.unknown == ["no such joint", "tip_left", "antenna"]
+    assert len(talk.lines) == 2
+    assert "thumb_left follows finger_left" in talk.lines[0]
+    assert "'no such joint' is no joint of this robot, 'tip_left' is a fixed joint" in talk.lines[1]
+    assert talk.node.refused == 0
+
+
+def test_a_message_of_nothing_but_unknown_names_is_no_command(talk: Talk) -> None:
+    talk.joints({"nobody": 1.0})
+    talk.joints({})
+    assert (talk.node.counts.taken, talk.node.counts.ignored) == (0, 2)
+    assert talk.node.commander.gate.commanders == ()
+
+
+@pytest.mark.parametrize(
+    ("names", "positions", "reason"),
+    [
+        (["waist", "head"], [0.5], "2 names and 1 positions"),
+        (["waist"], [0.5, 0.5], "1 names and 2 positions"),
+        (["waist", "head"], [0.5, math.nan], "the position of 'head' is nan"),
+        (["head", "waist"], [math.inf, 0.5], "the position of 'head' is inf"),
+        (["waist", "waist"], [0.5, 0.5], "'waist' is named twice"),
+        (["waist", "x" * 10_000], [0.5, math.nan], "xxx"),
+        ([f"joint{number}" for number in range(5000)], [0.0] * 5000, "5000 entries are too many"),
+    ],
+)
+def test_what_makes_no_sense_is_refused_whole(
+    names: list[str], positions: list[float], reason: str, talk: Talk
+) -> None:
+    with pytest.raises(RejectedCommandError, match=reason) as refusal:
+        talk.state("joint_cmd", names, positions)
+    assert len(str(refusal.value)) < 200
+    talk.seconds(0.2)
+    assert talk.at("waist") == pytest.approx(0.0, abs=1e-6)
+    assert (talk.node.counts.taken, talk.node.refused) == (0, 1)
+
+
+def test_the_work_for_a_message_that_is_refused_grows_with_its_length_alone() -> None:
+    class Name(str):
+        """A name that counts how often it is looked at."""
+
+        __slots__ = ()
+        looks = 0
+
+        def __eq__(self, other: object) -> bool:
+            Name.looks += 1
+            return str.__eq__(self, other)
+
+        def __hash__(self) -> int:
+            Name.looks += 1
+            return str.__hash__(self)
+
+    names = [Name(f"joint{number}") for number in range(MOST)]
+    with pytest.raises(RejectedCommandError, match="is named twice"):
+        targets(joint_state([*names[:-1], Name(names[-2])], [0.0] * MOST, time=0))
+    assert MOST <= Name.looks < 20 * MOST  # a walk over all names for each of them would be MOST * MOST
+
+
+def test_another_type_is_refused(talk: Talk) -> None:
+    with pytest.raises(MessageError):
+        talk.node.bus.publish("/io_teleop/joint_cmd", String("waist"), node="/op")
+
+
+def followed(multiplier: float, offset: float) -> RobotConfig:
+    """The robot of the tests, the head of which follows its right shoulder, which is put up at 0.5 rad."""
+    config = two_arms()
+    mimic = Mimic("shoulder_right", multiplier, offset)
+    joints = (replace(joint, mimic=mimic) if joint.name == "head" else joint for joint in config.robot.joints)
+    return replace(config, robot=replace(config.robot, joints=tuple(joints)), head=None, head_axes=())
+
+
+def test_a_joint_that_follows_begins_where_it_belongs() -> None:
+    talk = Talk(followed(-0.5, 0.3))
+    applied = talk.listen("applied_joint_cmd")
+    for _ in range(10):
+        assert talk.at("head") == pytest.approx(0.05, abs=1e-6), "it moves and nobody has told it to"
+        talk.steps(1)
+    told = dict(zip(applied[-1].name, applied[-1].position.tolist(), strict=True))
+    assert told["head"] == pytest.approx(0.05)
+
+
+def test_a_joint_that_follows_keeps_within_its_own_limits() -> None:
+    talk = Talk(followed(2.0, 0.0))  # the head turns to 1.5 rad
+    applied = talk.listen("applied_joint_cmd")
+    talk.joints({"shoulder_right": 1.9})
+    for _ in range(240):
+        talk.steps(1)
+        assert talk.at("head") < 1.5 + 0.01
+    assert talk.at("shoulder_right") == pytest.approx(1.9, abs=1e-3)
+    assert talk.at("head") == pytest.approx(1.5, abs=1e-3)
+    told = dict(zip(applied[-1].name, applied[-1].position.tolist(), strict=True))
+    assert told["head"] == 1.5
+    talk.joints({"shoulder_right": 0.2})
+    talk.seconds(1.5)
+    assert talk.at("head") == pytest.approx(0.4, abs=1e-3)
+
+
+def test_targets_are_kept_within_limits_and_told(talk: Talk) -> None:
+    applied = talk.listen("applied_joint_cmd")
+    for _ in range(50):
+        talk.joints({"waist": 7.0, "lift": -1.0, "elbow_left": -2.0001})
+        talk.steps(2)
+    talk.seconds(1.0)
+    assert talk.at("waist") == pytest.approx(1.0, abs=1e-4)
+    assert talk.at("lift") == pytest.approx(0.0, abs=1e-4)
+    assert len(talk.lines) == 1, "a kind of line comes at most once a second"
+    assert "waist was asked for 7, and goes from -1 to 1; lift was asked for -1" in talk.lines[0]
+    assert "elbow_left" not in talk.lines[0], "a rounded limit is not worth a line"
+    last = dict(zip(applied[-1].name, applied[-1].position.tolist(), strict=True))
+    assert (last["waist"], last["lift"], last["elbow_left"]) == (1.0, 0.0, -2.0)
+
+
+@given(st.dictionaries(st.sampled_from(sorted(two_arms().robot.joint_indices)), st.floats(allow_nan=False), max_size=6))
+def test_whatever_is_asked_for_what_is_applied_is_within_limits(targets: dict[str, float]) -> None:
+    if any(map(math.isinf, targets.values())):
+        with pytest.raises(RejectedCommandError):
+            SHARED.joints(targets)
+    else:
+        SHARED.joints(targets)
+    SHARED.steps(2)
+    commander = SHARED.node.commander
+    assert (commander.lower <= commander.applied).all()
+    assert (commander.applied <= commander.upper).all()
+
+
+SHARED = Talk()
+
+
+# ---------------------------------------------------------------- hands and grippers
+
+
+def test_a_hand_takes_the_joints_below_its_wrist(talk: Talk) -> None:
+    talk.joints({"finger_right": 0.03, "finger_left": 0.03, "shoulder_right": 1.0}, "joint_cmd_finger_right")
+    talk.seconds(1.0)
+    assert talk.at("finger_right") == pytest.approx(0.03, abs=1e-5)
+    assert talk.at("thumb_right") == pytest.approx(0.03, abs=1e-4), "it follows"
+    assert talk.at("finger_left") == pytest.approx(0.0, abs=1e-5)
+    assert talk.at("shoulder_right") == pytest.approx(0.5, abs=1e-3)
+    assert "'finger_left' is no joint of that hand" in talk.lines[0]
+    talk.joints({"finger_left": 0.02}, "joint_cmd_finger_left")
+    talk.seconds(0.5)
+    assert talk.at("finger_left") == pytest.approx(0.02, abs=1e-5)
+
+
+def test_grippers_go_right_left_from_open_to_closed(talk: Talk) -> None:
+    states = talk.listen("gripper_states")
+    talk.grippers(1.0, 0.25)
+    talk.seconds(1.0)
+    assert talk.at("finger_right") == pytest.approx(0.04, abs=1e-5)
+    assert talk.at("finger_left") == pytest.approx(0.01, abs=1e-5)
+    assert states[-1].name == ["gripper_0", "gripper_1"]
+    assert states[-1].position.tolist() == pytest.approx([1.0, 0.25], abs=1e-3)
+
+
+def test_a_gripper_status_is_kept_between_0_and_1(talk: Talk) -> None:
+    talk.grippers(1.3, -0.2, 0.0)
+    talk.seconds(1.0)
+    assert talk.at("finger_right") == pytest.approx(0.04, abs=1e-5)
+    assert talk.at("finger_left") == pytest.approx(0.0, abs=1e-5)
+    assert any("kept within 0 and 1: 1.3, -0.2" in line for line in talk.lines)
+    assert any("3 numbers for 2 grippers" in line for line in talk.lines)
+
+
+@pytest.mark.parametrize(("statuses", "reason"), [([0.5], "1 of 2 grippers"), ([0.5, math.nan], "from 0 to 1, not")])
+def test_a_gripper_message_that_does_not_fit_is_refused_whole(statuses: list[float], reason: str, talk: Talk) -> None:
+    with pytest.raises(RejectedCommandError, match=reason):
+        talk.grippers(*statuses)
+    talk.seconds(0.2)
+    assert talk.at("finger_right") == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_plain_robot_has_no_grippers_and_all_joints_are_fingers() -> None:
+    talk = Talk(bare(two_arms()))
+    names = [info.name for info in talk.node.bus.topics()]
+    assert "/io_teleop/target_gripper_status" not in names
+    assert "/io_teleop/gripper_states" not in names
+    talk.joints({"finger_left": 0.02}, "joint_cmd_finger_right")
+    talk.seconds(0.5)
+    assert talk.at("finger_left") == pytest.approx(0.02, abs=1e-5)
+
+
+# ---------------------------------------------------------------- services
+
+
+def test_switched_off_it_holds_and_counts_what_it_ignores(talk: Talk) -> None:
+    talk.joints({"waist": 1.0})
+    talk.seconds(0.1)
+    assert talk.enable(wanted=False).success
+    held = talk.at("waist")
+    talk.joints({"waist": -1.0})
+    talk.grippers(1.0, 1.0)
+    talk.base(0.0, 1.0)
+    talk.seconds(0.5)
+    assert abs(talk.at("waist") - held) < 0.02
+    assert talk.node.counts.ignored == 3
+    assert talk.reset().message.startswith("commands are switched off")
+    assert talk.enable().success
+    talk.joints({"waist": -0.5})
+    talk.seconds(4.0)
+    assert talk.at("waist") == pytest.approx(-0.5, abs=1e-4)
+
+
+def test_why_commands_are_ignored_is_told_once_for_each_reason() -> None:
+    talk = Talk(safety=SafetySettings(start_disabled=True))
+    for _ in range(20):
+        talk.joints({"waist": 0.5})
+        talk.seconds(0.2)
+    (line,) = talk.lines
+    assert line.startswith("ignored /io_teleop/joint_cmd from /op, and what follows: commands are switched off (")
+    talk.stop()
+    talk.joints({"waist": 0.5})
+    assert talk.lines[-1].endswith("the emergency stop is on (/io_teleop/clear_emergency_stop ends it)")
+    talk.clear()
+    talk.enable()
+    talk.joints({"waist": 0.5})
+    talk.enable(wanted=False)
+    talk.joints({"waist": 0.5})
+    assert sum("commands are switched off (" in line for line in talk.lines) == 2
+
+
+def test_what_makes_no_sense_is_refused_also_when_it_would_be_ignored(talk: Talk) -> None:
+    talk.enable(wanted=False)
+    with pytest.raises(RejectedCommandError):
+        talk.state("joint_cmd", ["waist"], [math.nan])
+
+
+def test_names_and_types_are_those_of_the_contract(talk: Talk) -> None:
+    services = {info.name: info.type for info in talk.node.bus.services()}
+    assert services == {
+        RESET: "std_srvs/Trigger",
+        "/io_teleop/set_enabled": "std_srvs/SetBool",
+        "/io_teleop/clear_emergency_stop": "std_srvs/Trigger",
+    }
+    topics = {info.name for info in talk.node.bus.topics()}
+    assert {"/io_teleop/joint_cmd", "/io_teleop/joint_states", "/io_teleop/target_base_move", "/clock"} <= topics
+    assert "/io_teleop/target_base_move" not in {info.name for info in Talk(fixed(two_arms())).node.bus.topics()}

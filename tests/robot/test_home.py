@@ -1,0 +1,191 @@
+"""The way home: answered when the robot is there, or will not be."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from cellwright.robot.home import DONE, MOST_WAITING, NEAR
+from cellwright.robot.safety.settings import SafetySettings
+from cellwright.robot.servos import Motion
+from tests.robot.robots import bare, two_arms
+from tests.robot.talk import Talk
+
+FAR = {"shoulder_right": -1.8, "elbow_left": 1.9, "waist": 0.9, "lift": 0.4, "head": -1.4, "wheel": 2.0}
+
+
+def far_off(**more: object) -> Talk:
+    talk = Talk(**more)  # type: ignore[arg-type]
+    talk.joints(FAR)
+    talk.grippers(1.0, 0.5)
+    talk.seconds(2.0)
+    return talk
+
+
+@pytest.mark.parametrize("motion", list(Motion))
+def test_it_is_answered_when_arms_waist_head_lift_and_grippers_are_at_home(motion: Motion) -> None:
+    talk = far_off(motion=motion)
+    begun = talk.node.simulation.time
+    answer = talk.wait_for(talk.reset())
+    assert (answer.success, answer.message) == (True, "Service successfully triggered!")
+    assert answer.message == DONE
+    assert talk.node.simulation.time - begun < (2.0 if motion is Motion.SERVO else 0.1)
+    home = {"shoulder_right": 0.5, "elbow_left": -1.0, "waist": 0.0, "lift": 0.1, "head": 0.1, "finger_right": 0.0}
+    assert {name: talk.at(name) for name in home} == pytest.approx(home, abs=NEAR)
+    assert talk.at("wheel") == pytest.approx(2.0, abs=1e-3), "it belongs to no group, and stays"
+
+
+def test_commands_meanwhile_are_ignored_and_counted_and_nothing_jumps_back() -> None:
+    talk = far_off()
+    later = talk.reset()
+    taken = talk.node.counts.taken
+    while later.response is None:
+        talk.joints(FAR)
+        talk.steps()
+    assert later.response.success
+    assert talk.node.counts.taken == taken
+    assert talk.node.counts.ignored > 50
+    talk.seconds(1.0)
+    assert talk.at("shoulder_right") == pytest.approx(0.5, abs=1e-3), "old targets are forgotten"
+    talk.joints({"shoulder_right": 1.0})
+    talk.seconds(1.0)
+    assert talk.at("shoulder_right") == pytest.approx(1.0, abs=1e-3)
+
+
+def test_calls_without_end_do_not_eat_the_memory() -> None:
+    talk = far_off()
+    laters = [talk.reset() for _ in range(MOST_WAITING)]
+    answer = talk.reset()
+    assert (answer.success, answer.message) == (False, "the robot goes home, and 1000 calls wait for it already")
+    talk.wait_for(laters[-1])
+    assert all(later.response.success for later in laters)
+    assert talk.wait_for(talk.reset()).success
+
+
+def test_in_the_middle_of_motion_and_twice_at_once() -> None:
+    talk = Talk()
+    talk.joints(FAR)
+    talk.seconds(0.15)
+    assert abs(talk.velocity("shoulder_right")) > 1.0
+    first = talk.reset()
+    talk.seconds(0.1)
+    second = talk.reset()
+    assert talk.wait_for(first).success
+    assert second.response.success, "they are one way home"
+    assert sum("going home" in line for line in talk.lines) == 1
+
+
+def test_at_home_already_it_is_answered_in_the_next_tick() -> None:
+    talk = far_off()
+    talk.wait_for(talk.reset())
+    later = talk.reset()
+    talk.steps(1)
+    assert later.response.success
+
+
+@pytest.mark.slow
+def test_a_way_that_takes_too_long_fails_and_the_robot_holds() -> None:
+    talk = far_off(safety=SafetySettings(max_speeds=(("shoulder_*", 0.1),)))
+    talk.joints({"shoulder_right": -1.8})
+    talk.seconds(20.0)
+    begun = talk.node.simulation.time
+    answer = talk.wait_for(talk.reset())
+    assert talk.node.simulation.time - begun == pytest.approx(5.0, abs=0.01)
+    assert not answer.success
+    assert answer.message.startswith("not at home after 5 s: shoulder_right is 1.7")
+    held = talk.at("shoulder_right")
+    talk.seconds(1.0)
+    assert talk.at("shoulder_right") == pytest.approx(held, abs=0.02)
+    assert talk.wait_for(talk.reset()).success is False
+    assert talk.at("shoulder_right") > held + 0.4, "it goes on from there when it is asked again"
+
+
+def test_it_is_not_at_home_because_it_moves_slowly() -> None:
+    talk = Talk(safety=SafetySettings(max_speeds=(("waist", 0.008),)))
+    talk.wait_for(talk.reset())
+    talk.joints({"waist": 0.02})
+    talk.seconds(3.0)
+    begun = talk.node.simulation.time
+    assert talk.wait_for(talk.reset()).success
+    assert talk.node.simulation.time - begun > 2.0
+
+
+def test_joints_that_belong_to_no_group_go_on_whatever_the_watchdog_says() -> None:
+    talk = Talk(safety=SafetySettings(silence=0.2, max_speeds=(("wheel", 1.0), ("shoulder_right", 0.5))))
+    talk.joints({"wheel": 1.5, "shoulder_right": 0.45})
+    talk.seconds(0.15)
+    talk.joints({"shoulder_right": -0.2})
+    talk.seconds(0.15)
+    talk.joints({"shoulder_right": -0.2})
+    talk.wait_for(talk.reset())
+    talk.seconds(2.0)
+    assert talk.at("wheel") == pytest.approx(1.5, abs=1e-3)
+
+
+def test_stopped_or_switched_off_on_the_way_it_fails_with_the_reason() -> None:
+    talk = far_off()
+    later = talk.reset()
+    talk.seconds(0.1)
+    talk.stop()
+    talk.steps(1)
+    assert not later.response.success
+    assert later.response.message == "the robot was held on its way: emergency stop by /op"
+    assert talk.reset().message.startswith("the emergency stop is on")
+    talk.clear()
+    later = talk.reset()
+    talk.seconds(0.05)
+    talk.enable(wanted=False)
+    talk.steps(1)
+    assert later.response.message == "the robot was held on its way: commands are switched off"
+
+
+def test_a_new_way_home_may_begin_before_the_old_one_is_known_to_have_ended() -> None:
+    talk = far_off()
+    first = talk.reset()
+    talk.stop()
+    talk.clear()
+    second = talk.reset()
+    assert not first.response.success
+    assert talk.wait_for(second).success
+
+
+def test_who_waits_is_told_when_the_node_ends_or_begins_anew() -> None:
+    talk = far_off()
+    later = talk.reset()
+    talk.node.simulation.reset()
+    assert later.response.message == "the node has begun anew"
+    talk.joints(FAR)
+    talk.seconds(1.0)
+    later = talk.reset()
+    talk.node.close()
+    assert later.response.message == "the node has stopped"
+
+
+def test_a_home_beyond_the_limits_is_at_the_limit() -> None:
+    config = two_arms()
+    right = replace(config.arms[0], home=(0.5, -7.0, 0.2))
+    talk = Talk(replace(config, arms=(right, config.arms[1])))
+    talk.joints({"elbow_right": 0.0})
+    talk.seconds(1.0)
+    assert talk.wait_for(talk.reset()).success
+    assert talk.at("elbow_right") == pytest.approx(-2.0, abs=NEAR)
+
+
+def test_a_robot_without_groups_is_always_at_home() -> None:
+    talk = Talk(bare(two_arms()))
+    talk.joints({"waist": 0.5})
+    talk.seconds(1.0)
+    assert talk.wait_for(talk.reset()).success
+    assert talk.at("waist") == pytest.approx(0.5, abs=1e-3)
+
+
+def test_status_tells_of_it() -> None:
+    talk = far_off()
+    heard = talk.listen("status")
+    talk.reset()
+    talk.seconds(0.15)
+    assert heard[-1].resetting
+    assert heard[-1].message == "on its way home; commands are ignored meanwhile"
+    talk.seconds(2.0)
+    assert not heard[-1].resetting

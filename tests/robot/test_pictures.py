@@ -1,0 +1,72 @@
+"""Pictures of robots: all of the robot is in them, and it fills them."""
+
+import math
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cellwright.config.models.model import ModelShape
+from cellwright.robot.model.floor import seen_corners
+from cellwright.robot.model.robot import build_robot
+from cellwright.robot.pictures import camera_on, robot_camera, save_robot_picture
+from cellwright.util.errors import UsageError
+from cellwright.util.pose import Pose
+from tests.cell.model.robots import one_link
+
+NUMBERS = st.floats(-3.0, 3.0)
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    centre=st.tuples(NUMBERS, NUMBERS, NUMBERS),
+    size=st.tuples(*[st.floats(0.01, 3.0)] * 3),
+    heading=st.floats(-math.pi, math.pi),
+    tilt=st.floats(-1.2, 1.2),
+    shape=st.sampled_from([(100, 300), (300, 300), (640, 200)]),
+)
+def test_the_whole_robot_is_in_the_picture_and_fills_it(
+    centre: tuple[float, float, float],
+    size: tuple[float, float, float],
+    heading: float,
+    tilt: float,
+    shape: tuple[int, int],
+) -> None:
+    world = build_robot(one_link(ModelShape("box", size, Pose(centre))))
+    data = mujoco.MjData(world.model)
+    camera = camera_on(world.model, data, heading, tilt, *shape)
+    column, row, depth = camera.project(seen_corners(world.model, data), *shape).T
+    assert np.all(depth > 0)
+    assert 0.02 <= column.min() / shape[0] <= column.max() / shape[0] <= 0.98
+    assert 0.02 <= row.min() / shape[1] <= row.max() / shape[1] <= 0.98
+    assert max(np.ptp(column) / shape[0], np.ptp(row) / shape[1]) == pytest.approx(0.94)
+    line = np.subtract(camera.eye, camera.target)
+    assert line[2] / np.linalg.norm(line) == pytest.approx(math.sin(tilt), abs=1e-9)
+
+
+@pytest.mark.parametrize("yaw", [0.0, math.pi / 2, 2.0])
+def test_the_camera_stands_before_the_robot_wherever_it_faces(yaw: float) -> None:
+    ball = ModelShape("sphere", (0.45, 0.0, 0.0))
+    world = build_robot(one_link(ball, base_pose=Pose.from_rpy((1.0, 2.0, 3.0), (0.0, 0.0, yaw))))
+    for turn in (0.0, math.pi / 2):
+        camera = robot_camera(world, mujoco.MjData(world.model), turn=turn, tilt=0.0)
+        assert camera.target == pytest.approx((1.0, 2.0, 3.0), abs=1e-6)
+        x, y, z = np.subtract(camera.eye, camera.target)
+        assert (math.cos(yaw + turn), math.sin(yaw + turn)) == pytest.approx((x, y) / np.hypot(x, y))
+        assert z == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_robot_of_which_nothing_is_seen_still_gives_a_picture(tmp_path: Path) -> None:
+    world = build_robot(one_link())
+    save_robot_picture(tmp_path / "nothing.png", world, mujoco.MjData(world.model), 20, 20)
+    assert (tmp_path / "nothing.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("shape", [(0, 100), (100, 0), (100, 100_000)])
+def test_an_impossible_size_is_told(tmp_path: Path, shape: tuple[int, int]) -> None:
+    world = build_robot(one_link())
+    with pytest.raises(UsageError, match="picture"):
+        save_robot_picture(tmp_path / "x.png", world, mujoco.MjData(world.model), *shape)

@@ -1,0 +1,193 @@
+"""What the node says, and that saying it changes nothing."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import pytest
+
+from cellwright.engine.snapshot import restore_snapshot, take_snapshot
+from cellwright.robot.safety.settings import SafetySettings
+from cellwright.util.errors import RejectedCommandError
+from tests.robot.talk import Talk
+
+
+def test_joint_states_tell_of_all_movable_joints_in_the_order_of_their_indices() -> None:
+    talk = Talk()
+    heard = talk.listen("joint_states")
+    talk.joints({"waist": 0.5})
+    talk.seconds(0.1)
+    robot = talk.node.config.robot
+    last = heard[-1]
+    assert last.name == [joint.name for joint in robot.joints if joint.type.value != "fixed"]
+    assert "antenna" in last.name, "a ball joint says 0, but it has its place"
+    assert len(last.position) == len(last.velocity) == len(last.effort) == len(last.name)
+    place = last.name.index("waist")
+    assert last.position[place] == pytest.approx(talk.at("waist"))
+    assert last.velocity[place] == pytest.approx(talk.velocity("waist"))
+    assert last.velocity[place] > 1.0
+    assert max(abs(last.effort)) > 0.0
+    assert not any(math.copysign(1.0, value) < 0.0 for value in last.position.tolist() if value == 0.0)
+    assert (last.header.stamp.sec, last.header.stamp.nanosec) == (0, 100_000_000)
+
+
+def test_a_hundred_times_a_second_and_the_clock_each_step() -> None:
+    talk = Talk()
+    states, applied, clock = (talk.listen(name) for name in ("joint_states", "applied_joint_cmd", "/clock"))
+    talk.seconds(2.0)
+    assert (len(states), len(applied), len(clock)) == (200, 200, 480)
+    assert clock[-1].clock.sec == 2
+
+
+def test_no_message_comes_before_the_clock_that_it_is_stamped_with() -> None:
+    talk, told = Talk(), list[float]()
+    clock = 0.0
+
+    def tick(message: Any) -> None:
+        nonlocal clock
+        clock = message.clock.sec + message.clock.nanosec / 1e9
+
+    def state(message: Any) -> None:
+        told.append(message.header.stamp.sec + message.header.stamp.nanosec / 1e9 - clock)
+
+    talk.node.bus.subscribe("/io_teleop/joint_states", state)
+    talk.node.bus.subscribe("/clock", tick)
+    talk.seconds(0.5)
+    assert told == [0.0] * 50
+
+
+def test_what_is_applied_is_told_with_those_that_follow() -> None:
+    talk = Talk()
+    heard = talk.listen("applied_joint_cmd")
+    talk.joints({"finger_left": 0.03})
+    talk.seconds(0.05)
+    told = dict(zip(heard[-1].name, heard[-1].position.tolist(), strict=True))
+    assert told["finger_left"] == told["thumb_left"] == 0.03
+    assert "antenna" not in told
+
+
+def test_stamps_are_of_the_time_that_was_asked_for() -> None:
+    talk = Talk()
+    later = Talk(stamp=lambda: 1_700_000_000_000_000_001)
+    first, second = talk.listen("joint_states"), later.listen("joint_states")
+    talk.seconds(0.02)
+    later.seconds(0.02)
+    assert first[0].header.stamp.nanosec == 12_500_000
+    assert second[0].header.stamp.nanosec == 12_500_000, "with simulation time on /clock no other is told"
+
+
+def test_the_status_comes_when_it_has_changed_and_ten_times_a_second_at_most() -> None:
+    talk = Talk()
+    heard = talk.listen("status")
+    talk.seconds(1.0)
+    assert [status.message for status in heard] == ["waits for commands"]
+    for _ in range(120):
+        talk.joints({"waist": 0.1})
+        talk.steps(2)
+    assert 9 <= len(heard) - 1 <= 11
+    assert (heard[-1].commander, heard[-1].message) == ("/op", "follows /op")
+    assert heard[-1].enabled
+    talk.seconds(2.0)
+    assert heard[-1].taken == 120
+    assert heard[-1].commander == ""
+    count = len(heard)
+    talk.seconds(1.0)
+    assert len(heard) == count
+    late = talk.listen("status")
+    assert late == [heard[-1]], "it is latched"
+
+
+def test_the_status_counts_and_names_what_was_refused_and_passed_over() -> None:
+    talk = Talk()
+    talk.joints({"nobody": 1.0, "waist": 0.1})
+    with pytest.raises(Exception, match="names and"):
+        talk.state("joint_cmd", ["waist"], [])
+    talk.stop()
+    talk.joints({"waist": 0.2})
+    heard = talk.listen("status")
+    talk.seconds(0.2)
+    status = heard[-1]
+    assert (status.taken, status.refused, status.ignored) == (1, 1, 1)
+    assert status.unknown_names == ["nobody"]
+    assert status.emergency_stop
+    assert status.message == "emergency stop by /op; /io_teleop/clear_emergency_stop ends it"
+    talk.clear()
+    talk.seconds(0.2)
+    assert heard[-1].message == "holds where it was stopped, until the next command"
+    talk.enable(wanted=False)
+    talk.seconds(0.2)
+    assert heard[-1].message == "takes no commands: /io_teleop/set_enabled switches them on"
+    talk.enable()
+    talk.seconds(2.0)
+    assert heard[-1].message == "waits for commands"
+
+
+def scene(talk: Talk) -> str:
+    """Something of everything; the hash of the state in the end."""
+    for number in range(60):
+        talk.joints({"waist": 0.5 - 0.01 * number, "elbow_left": 3.0}, node=f"/op{number % 2}")
+        talk.steps(2)
+        if number == 20:
+            talk.grippers(0.5, 1.0)
+            talk.base(0.1, 0.2)
+        if number == 30:
+            talk.stop()
+        if number == 33:
+            talk.clear()
+        if number == 45:
+            talk.reset()
+    return talk.node.simulation.state_hash()
+
+
+SAFETY = SafetySettings(silence=0.1, max_speeds=(("*", 1.0),), max_age=None)
+
+
+def test_watching_changes_nothing_and_the_same_commands_give_the_same_state() -> None:
+    alone, watched = Talk(safety=SAFETY), Talk(safety=SAFETY)
+    for info in watched.node.bus.topics():
+        watched.listen(info.name)
+    assert scene(alone) == scene(watched) == scene(Talk(safety=SAFETY))
+
+
+def test_a_snapshot_goes_on_as_the_run_itself_did() -> None:
+    talk = Talk(safety=SAFETY)
+    talk.joints({"waist": 0.9, "elbow_left": -1.9})
+    talk.base(0.3, 0.4)
+    talk.steps(20)
+    snapshot = take_snapshot(talk.node.simulation)
+    json.dumps(snapshot.state)
+    talk.base(0.1, 0.1)
+    first = scene(talk)
+    talk.stop()
+    restore_snapshot(talk.node.simulation, snapshot)
+    assert not talk.node.commander.is_stopped
+    talk.base(0.1, 0.1)
+    assert scene(talk) == first
+
+
+def test_a_snapshot_of_a_stop_is_a_stop() -> None:
+    talk = Talk()
+    talk.stop()
+    snapshot = take_snapshot(talk.node.simulation)
+    talk.clear()
+    restore_snapshot(talk.node.simulation, snapshot)
+    assert talk.node.commander.is_stopped
+
+
+def test_a_snapshot_knows_who_commands() -> None:
+    talk = Talk(safety=SafetySettings(one_commander=0.5))
+    talk.joints({"waist": 0.1}, node="/a")
+    snapshot = take_snapshot(talk.node.simulation)
+    talk.seconds(0.6)
+    talk.joints({"waist": 0.2}, node="/b")
+    restore_snapshot(talk.node.simulation, snapshot)
+    with pytest.raises(RejectedCommandError, match="/a commands here"):
+        talk.joints({"waist": 0.2}, node="/b")
+
+
+def test_the_state_tells_runs_apart_that_were_commanded_otherwise() -> None:
+    first, second = Talk(safety=SAFETY), Talk(safety=SAFETY)
+    second.joints({"waist": 0.5})
+    assert first.node.simulation.state_hash() != second.node.simulation.state_hash()

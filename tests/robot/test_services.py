@@ -1,0 +1,119 @@
+"""A robot past its topics: what strangers may ask of it, and what is refused."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cellwright.robot.node import RobotNode
+from cellwright.robot.services import RobotServices
+from cellwright.util.errors import CellwrightError, RejectedCommandError
+from tests.robot.robots import two_arms
+
+
+@pytest.fixture(scope="module")
+def node() -> RobotNode:
+    return RobotNode(two_arms())
+
+
+@pytest.fixture
+def services(node: RobotNode) -> RobotServices:
+    node.simulation.reset()
+    return RobotServices(node)
+
+
+def test_the_state_is_by_index_and_whole(node: RobotNode, services: RobotServices) -> None:
+    state = services.state({})
+    movable = [joint.name for joint in node.config.robot.movable]
+    assert state["positions"][movable.index("shoulder_right")] == 0.5
+    assert state["positions"][movable.index("antenna")] == 0.0  # a ball joint has no one position
+    assert state["driven"] == node.driver.read().positions.tolist()
+    assert state["targets"] == node.commander.applied.tolist()
+    assert state["carrier"] == [0.0, 0.0, 0.5, 1.0, 0.0, 0.0, 0.0]
+    assert "links" in state
+
+
+def test_looking_changes_nothing(node: RobotNode, services: RobotServices) -> None:
+    before = node.simulation.state_hash()
+    services.state({"links": [-1, 0, 1]})
+    services.describe({})
+    assert node.simulation.state_hash() == before
+
+
+def test_moving_and_placing(node: RobotNode, services: RobotServices) -> None:
+    lift = node.config.robot.joint_indices["lift"]
+    services.place({"joints": [lift], "positions": [0.2]})
+    number = node.commander.numbers["lift"]
+    assert node.driver.read().positions[number] == 0.2
+    services.move({"joints": [lift], "positions": [0.25]})
+    for _ in range(240):
+        node.simulation.step()
+    assert node.driver.read().positions[number] == pytest.approx(0.25, abs=1e-4)
+
+
+def test_a_tip_goes_to_a_pose_and_the_other_arm_goes_on(node: RobotNode, services: RobotServices) -> None:
+    robot = node.config.robot
+    arm = [robot.joint_indices[name] for name in node.config.arms[0].joints]
+    tip, elbow = robot.link_indices["tip_right"], robot.joint_indices["elbow_left"]
+    services.place({"joints": arm, "positions": [0.6, -0.9, 0.1]})
+    (goal,) = services.state({"links": [tip]})["links"]
+    services.place({"joints": arm, "positions": [0.5, -1.0, 0.2]})
+    services.move({"joints": [elbow], "positions": [-0.3]})
+    services.move_tip({"arm": 0, "pose": goal})
+    for _ in range(480):
+        node.simulation.step()
+    np.testing.assert_allclose(services.state({"links": [tip]})["links"][0][0], goal[0], atol=1e-3)
+    assert node.driver.read().positions[node.commander.numbers["elbow_left"]] == pytest.approx(-0.3, abs=1e-3)
+
+
+def test_a_tip_that_is_not_there(services: RobotServices) -> None:
+    for arm in (None, -1, 2, "right"):
+        with pytest.raises(CellwrightError, match="there is no arm"):
+            services.move_tip({"arm": arm, "pose": [[0, 0, 0], [0, 0, 0, 1]]})
+
+
+def test_while_it_is_stopped(node: RobotNode, services: RobotServices) -> None:
+    node.commander.stop("somebody pressed the button")
+    before = node.driver.read().positions.copy()
+    for service in (services.move, services.place):
+        with pytest.raises(CellwrightError, match="takes no commands now: somebody pressed the button"):
+            service({"joints": [1], "positions": [0.5]})
+    with pytest.raises(CellwrightError, match="takes no commands now: somebody pressed the button"):
+        services.place_base({"pose": [[1, 0, 0], [0, 0, 0, 1]]})
+    np.testing.assert_array_equal(node.driver.read().positions, before)
+    assert services.state({})["carrier"][0] == 0.0
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        {},
+        {"joints": 1, "positions": 0.0},
+        {"joints": [1, 2], "positions": [0.0]},
+        {"joints": [999], "positions": [0.0]},
+        {"joints": ["lift"], "positions": [0.0]},
+        {"joints": [[1]], "positions": [0.0]},
+        {"joints": [1], "positions": [float("nan")]},
+        {"joints": [1], "positions": ["0"]},
+        {"joints": [1], "positions": [None]},
+        {"joints": [1] * 5000, "positions": [0.0] * 5000},
+    ],
+)
+def test_nonsense_is_refused(services: RobotServices, asked: dict[str, Any]) -> None:
+    for service in (services.move, services.place):
+        with pytest.raises(CellwrightError):
+            service(asked)
+
+
+@pytest.mark.parametrize("pose", [None, [], [[0, 0, 0]], [[0, 0, 0], [0, 0, 0, 0]], [["a", 0, 0], [0, 0, 0, 1]], "x"])
+def test_a_pose_that_is_none(services: RobotServices, pose: Any) -> None:
+    with pytest.raises(CellwrightError, match="a pose is"):
+        services.place_base({"pose": pose})
+    with pytest.raises(CellwrightError):
+        services.state({"links": [1e9]})
+
+
+@pytest.mark.parametrize("links", [[0] * 5000, {"0": 1}, 7, None])
+def test_physics_is_not_held_up_by_long_questions(services: RobotServices, links: Any) -> None:
+    with pytest.raises(RejectedCommandError, match="a list of indices"):
+        services.state({"links": links})

@@ -1,0 +1,274 @@
+"""The servos against their law, written plainly; how near they come to the recorded robot is for its own tests."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import mujoco
+import numpy as np
+import pytest
+
+from cellwright.config.robot.config import RobotConfig
+from cellwright.config.robot.model import Joint, JointType, Limits, Link, RobotModel
+from cellwright.engine.device import Device
+from cellwright.engine.simulation import Simulation
+from cellwright.robot.model.robot import TIMESTEP, build_robot
+from cellwright.robot.servos import FASTEST, GAIN, JointServos, Motion, fastest
+from tests.robot.bundled import qinglong
+from tests.robot.robots import two_arms
+
+DRY_FRICTION = int(mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF)
+
+
+class Listener(Device):
+    """Looks at the constraints that the servos have set up in the step that is under way."""
+
+    def __init__(self, servos: JointServos) -> None:
+        super().__init__("listener")
+        self.servos = servos
+        self.steps = 0
+
+    def drive(self) -> None:
+        servos, data, model = self.servos, self.simulation.data, self.simulation.model
+        wanted = np.zeros(model.nv)
+        for number, name in enumerate(servos.joints):
+            joint = model.joint(name)
+            top = fastest(two_arms().robot.joint(name))
+            error = data.ctrl[model.actuator(name).id] - data.qpos[joint.qposadr[0]]
+            speed = min(max(GAIN * error, -top), top)
+            mimic = two_arms().robot.joint(name).mimic
+            if mimic is not None:
+                leader = servos.joints.index(mimic.joint)
+                ahead = data.ctrl[leader] - data.qpos[model.joint(mimic.joint).qposadr[0]]
+                most = fastest(two_arms().robot.joint(mimic.joint))
+                place = mimic.multiplier * data.qpos[model.joint(mimic.joint).qposadr[0]] + mimic.offset
+                speed = mimic.multiplier * min(max(GAIN * ahead, -most), most)
+                speed += GAIN * (place - data.qpos[joint.qposadr[0]])
+            wanted[joint.dofadr[0]] = (speed - data.qvel[joint.dofadr[0]]) / model.opt.timestep
+            assert number == model.actuator(name).id
+        count = data.ne + data.nf
+        drives = np.flatnonzero(data.efc_type[:count] == DRY_FRICTION)
+        assert len(drives) == model.nv
+        assert data.efc_aref[drives] == pytest.approx(wanted[data.efc_id[drives]], abs=1e-9)
+        self.steps += 1
+
+
+def simulated(
+    motion: Motion = Motion.SERVO, timestep: Fraction = TIMESTEP, config: RobotConfig | None = None
+) -> tuple[Simulation, JointServos]:
+    config = config or two_arms()
+    world = build_robot(config, timestep=timestep)
+    simulation = Simulation(world.model, timestep=timestep, first_pose=world.put_in_first_pose)
+    servos = JointServos(config.robot, motion)
+    simulation.add(servos)
+    simulation.reset()
+    return simulation, servos
+
+
+@pytest.mark.parametrize("timestep", [TIMESTEP, Fraction(1, 1000)])
+def test_each_drive_wants_the_velocity_of_the_law(timestep: Fraction) -> None:
+    simulation, servos = simulated(timestep=timestep)
+    listener = Listener(servos)
+    simulation.add(listener)
+    simulation.reset()
+    chance = np.random.default_rng(3)
+    for _ in range(4):
+        low, high = np.maximum(servos.lower, -3.0), np.minimum(servos.upper, 3.0)
+        servos.command(chance.uniform(low, high))
+        simulation.step_until(simulation.now + 20_000_000)
+    assert listener.steps >= 19
+
+
+def test_the_drives_are_found_again_when_other_constraints_come_and_go() -> None:
+    spec = mujoco.MjSpec()
+    for name in ("free", "held"):
+        body = spec.worldbody.add_body(name=f"link of {name}", mass=1.0, inertia=(0.1, 0.1, 0.1), explicitinertial=True)
+        body.add_joint(name=name, axis=(0.0, 0.0, 1.0))
+        spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    spec.option.gravity = (0.0, 0.0, 0.0)
+    spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT, name1="held", active=False)
+    limits = Limits(-1.0, 1.0, effort=50.0, velocity=3.0)
+    joints = tuple(
+        Joint(name, JointType.REVOLUTE, "root", f"link of {name}", limits=limits) for name in ("free", "held")
+    )
+    robot = RobotModel("pair", "root", {name: Link(name) for name in ("root", "link of free", "link of held")}, joints)
+    simulation = Simulation(spec.compile(), timestep=TIMESTEP)
+    servos = JointServos(robot)
+    simulation.add(servos)
+    simulation.reset()
+    for active, target in ((0, 0.2), (1, 0.4), (0, 0.6), (1, -0.3)):
+        simulation.data.eq_active[0] = active
+        servos.command(np.array([target, 0.0]))
+        simulation.step_until(simulation.now + 600_000_000)
+        assert simulation.data.ne == active
+        assert servos.read().positions == pytest.approx([target, 0.0], abs=1e-3)
+
+
+def test_efforts_are_what_the_engine_gave_and_stay_within_the_bounds() -> None:
+    simulation, servos = simulated()
+    target = servos.targets
+    target[servos.joints.index("shoulder_right")] = 1.2
+    servos.command(target)
+    most = np.array([two_arms().robot.joint(name).limits.effort for name in servos.joints])
+    largest = np.zeros(len(most))
+    for _ in range(60):
+        simulation.step()
+        positions, _, efforts = servos.read()
+        largest = np.maximum(largest, np.abs(efforts))
+        expected = simulation.data.qfrc_constraint[servos._dof]
+        alone = (positions > servos.lower + 0.01) & (positions < servos.upper - 0.01)  # no limit pushes, too
+        assert efforts[alone] == pytest.approx(expected[alone], abs=1e-9)
+    assert (largest <= most * (1 + 1e-9)).all()
+    assert largest[servos.joints.index("shoulder_right")] > 1.0
+
+
+def test_where_the_solver_begins_changes_nothing_but_the_effort_of_it() -> None:
+    paths, iterations = [], []
+    for is_told in (True, False):
+        simulation, servos = simulated(config=qinglong())
+        if not is_told:
+            servos._attainable = np.zeros(simulation.model.nv)
+        chance = np.random.default_rng(2)
+        middle = (servos.lower + servos.upper) / 2
+        count = 0
+        for _ in range(40):
+            servos.command(middle + chance.uniform(-0.05, 0.05, len(middle)))
+            for _ in range(3):
+                simulation.step()
+                count += int(simulation.data.solver_niter.sum())
+        paths.append(servos.read().positions)
+        iterations.append(count)
+    assert paths[0] == pytest.approx(paths[1], abs=1e-9)
+    assert iterations[0] < 0.7 * iterations[1]
+
+
+def test_teleporting_puts_joints_where_they_are_to_be() -> None:
+    simulation, servos = simulated(Motion.TELEPORT)
+    target = servos.targets
+    target[servos.joints.index("elbow_left")] = -5.0  # beyond its limit
+    servos.command(target)
+    simulation.step()
+    read = servos.read()
+    assert read.positions[servos.joints.index("elbow_left")] == pytest.approx(-2.0, abs=1e-6)
+    assert np.abs(read.velocities).max() < 1e-6
+
+
+def test_the_solver_is_let_go_on_until_all_drives_that_come_to_their_bounds_are_settled() -> None:
+    paths = []
+    for iterations in (None, 1000):
+        simulation, servos = simulated(config=qinglong())
+        if iterations is not None:
+            simulation.model.opt.iterations = iterations
+        chance = np.random.default_rng(0)
+        for _ in range(2):
+            servos.command(chance.uniform(servos.lower, servos.upper))
+            simulation.step_until(simulation.now + 500_000_000)
+        paths.append(servos.read().positions)
+    assert paths[0] == pytest.approx(paths[1], abs=1e-12)
+
+
+def step_for(simulation: Simulation, seconds: float) -> None:
+    simulation.step_until(simulation.now + round(seconds * 1e9))
+
+
+def sent(servos: JointServos, **targets: float) -> None:
+    """Have some joints go somewhere."""
+    wanted = servos.targets
+    for name, position in targets.items():
+        wanted[servos.joints.index(name)] = position
+    servos.command(wanted)
+
+
+def at(servos: JointServos, name: str) -> float:
+    return float(servos.read().positions[servos.joints.index(name)])
+
+
+@pytest.mark.parametrize("timestep", [TIMESTEP, Fraction(1, 1000)])
+def test_a_joint_goes_with_its_greatest_speed_and_arrives(timestep: Fraction) -> None:
+    simulation, servos = simulated(timestep=timestep)
+    sent(servos, waist=1.0, lift=0.3)
+    step_for(simulation, 0.25)
+    number = servos.joints.index("waist")
+    assert servos.read().velocities[number] == pytest.approx(2.0, rel=0.01)
+    assert at(servos, "waist") == pytest.approx(0.5, abs=0.02), "2 rad/s, less what the start took"
+    step_for(simulation, 1.0)
+    assert at(servos, "waist") == pytest.approx(1.0, abs=1e-4)
+    assert at(servos, "lift") == pytest.approx(0.3, abs=1e-4)
+
+
+def test_targets_are_cut_off_at_the_limits_of_the_joints() -> None:
+    simulation, servos = simulated()
+    sent(servos, waist=50.0, head=-50.0)
+    step_for(simulation, 2.0)
+    assert at(servos, "waist") == pytest.approx(1.0, abs=1e-4)
+    assert at(servos, "head") == pytest.approx(-1.5, abs=1e-4)
+
+
+def test_a_weak_drive_takes_its_time() -> None:
+    times = {}
+    for effort in (1.0, 80.0):
+        joints = tuple(
+            replace(joint, limits=replace(joint.limits, effort=effort)) if joint.name == "shoulder_left" else joint
+            for joint in two_arms().robot.joints
+        )
+        config = replace(two_arms(), robot=replace(two_arms().robot, joints=joints))
+        simulation, servos = simulated(config=config)
+        sent(servos, shoulder_left=1.5)
+        number = servos.joints.index("shoulder_left")
+        while abs(at(servos, "shoulder_left") - 1.5) > 0.02:
+            simulation.step()
+            assert abs(servos.read().efforts[number]) <= effort * (1 + 1e-6)
+            assert simulation.time < 10.0
+        times[effort] = simulation.time
+    assert times[1.0] > 1.5 * times[80.0]
+
+
+def test_a_joint_that_follows_goes_along_whatever_it_is_told() -> None:
+    simulation, servos = simulated()
+    sent(servos, finger_left=0.04, thumb_left=0.0)
+    for _ in range(60):
+        simulation.step()
+        assert at(servos, "thumb_left") == pytest.approx(at(servos, "finger_left"), abs=2e-3)
+    assert at(servos, "thumb_left") == pytest.approx(0.04, abs=1e-3)
+
+
+def test_a_joint_is_put_somewhere_at_rest_and_stays() -> None:
+    simulation, servos = simulated()
+    sent(servos, waist=1.0)
+    step_for(simulation, 0.1)
+    servos.place([servos.joints.index("waist"), servos.joints.index("finger_left")], [-0.7, 9.0])
+    assert (at(servos, "waist"), at(servos, "finger_left"), at(servos, "thumb_left")) == (-0.7, 0.04, 0.04)
+    step_for(simulation, 0.5)
+    assert at(servos, "waist") == pytest.approx(-0.7, abs=1e-3)
+
+
+@pytest.mark.parametrize("motion", list(Motion))
+def test_the_same_targets_give_the_same_motion(motion: Motion) -> None:
+    hashes = set()
+    for _ in range(2):
+        simulation, servos = simulated(motion)
+        for number in range(100):
+            sent(servos, waist=np.sin(number), elbow_right=-np.cos(number), finger_left=0.0002 * number)
+            simulation.step()
+        hashes.add(simulation.state_hash())
+    assert len(hashes) == 1
+
+
+@pytest.mark.parametrize("timestep", [Fraction(1, 100), TIMESTEP, Fraction(1, 10_000)])
+def test_joints_without_any_limit_do_not_break_the_engine(timestep: Fraction) -> None:
+    joints = tuple(replace(joint, limits=Limits()) for joint in two_arms().robot.joints)
+    config = replace(two_arms(), robot=replace(two_arms().robot, joints=joints), grippers=())
+    simulation, servos = simulated(timestep=timestep, config=config)
+    draw = np.random.default_rng(0)
+    for _ in range(60):
+        servos.command(draw.choice([-1e300, 1e4, 0.0, 1.0, -1e4], len(servos.joints)))
+        for _ in range(5):
+            simulation.step()
+        assert np.abs(servos.read().velocities).max() < 11.0
+
+
+def test_no_joint_is_driven_faster_than_the_engine_can_follow() -> None:
+    turning = Joint("a", JointType.REVOLUTE, "base", "link", limits=Limits(velocity=1e9))
+    assert fastest(turning) == FASTEST
+    assert fastest(replace(turning, limits=Limits(velocity=3.0))) == 3.0
+    assert fastest(replace(turning, limits=Limits())) == 10.0
+    assert fastest(replace(turning, limits=Limits(), type=JointType.PRISMATIC)) == 1.0

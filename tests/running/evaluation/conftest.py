@@ -1,0 +1,51 @@
+"""A folder with a tiny trial and programs of every sort, and what is needed to evaluate them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from cellwright.running.evaluation.evaluate import Evaluation
+from cellwright.running.evaluation.job import EvaluatedTrial, Job, make_jobs
+from cellwright.running.evaluation.limits import Limits
+from cellwright.running.evaluation.result import Result
+from cellwright.running.evaluation.results_file import ResultsFile
+from tests.running.evaluation.programs import PROGRAMS, TRIAL
+
+Judge = Callable[..., list[Result]]
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder, in which the evaluation is called."""
+    (tmp_path / "tiny.yaml").write_text(TRIAL, encoding="utf-8")
+    (tmp_path / "programs.py").write_text(PROGRAMS, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def tiny_jobs(folder: Path, program: str, seeds: int = 1) -> list[Job]:
+    """Jobs of the tiny trial."""
+    trial = EvaluatedTrial("tiny", (folder / "tiny.yaml",), 6.0, 6.0, 500.0)
+    return make_jobs([trial], f"programs.py:{program}", range(1, seeds + 1), vary=False)
+
+
+@pytest.fixture
+def judge(folder: Path) -> Judge:
+    """Evaluates a program of the folder."""
+
+    def evaluate(program: str, seeds: int = 1, workers: int = 1, **limits: float) -> list[Result]:
+        results: list[Result] = []
+        with ResultsFile(folder / "out") as store:
+            evaluation = Evaluation(
+                store,
+                limits=Limits(**limits),  # type: ignore[arg-type]
+                workers=workers,
+                on_result=results.append,
+            )
+            evaluation.run(tiny_jobs(folder, program, seeds))
+        return results
+
+    return evaluate

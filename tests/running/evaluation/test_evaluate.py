@@ -1,0 +1,286 @@
+"""Jobs in real processes: the good ones, and those that each cost only themselves."""
+
+from __future__ import annotations
+
+import errno
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from cellwright.running.evaluation.evaluate import Evaluation, Running
+from cellwright.running.evaluation.job import EvaluatedTrial, make_jobs
+from cellwright.running.evaluation.limits import MEMORY_IS_LIMITED, Limits
+from cellwright.running.evaluation.result import Result
+from cellwright.running.evaluation.results_file import ResultsFile
+from cellwright.util.errors import UsageError
+from cellwright.util.json_lines import read_json_lines
+from tests.processes import is_running
+from tests.quick_children import QUICK_WORKERS
+from tests.running.evaluation.conftest import Judge, tiny_jobs
+from tests.waiting import wait_until
+
+POSIX = pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
+LINUX = pytest.mark.skipif(not MEMORY_IS_LIMITED, reason="memory is not limited there")
+
+
+RODS = """
+options: {insert_models_over_bins: true}
+models_over_bins:
+  bin7:
+    models:
+      piston_rod_part:
+        {xyz_start: [0.1, 0.1, 0.0], xyz_end: [0.5, 0.5, 0.0], rpy: [0, 0, 0], num_models_x: 2, num_models_y: 2}
+"""
+
+
+@pytest.mark.slow
+def test_a_run_that_is_done(judge: Judge, folder: Path) -> None:
+    (result,) = judge("Deliver")
+    assert (result.outcome, result.points, result.best, result.reason, result.log) == ("done", 6.0, 6.0, "", ())
+    assert (result.trial, result.agent, result.seed, result.vary) == ("tiny", "programs.py:Deliver", 1, False)
+    assert result.simulated == pytest.approx(1.852)
+    assert result.wall > 0.0
+    assert len(result.state_hash) == 64
+    assert result.score["orders"][0]["kits"][0]["parts"][0]["verdict"] == "placed"
+    assert [kit["points"] for kit in result.timeline["kits"]] == [6.0]
+    referee, printed = sorted((folder / "out" / "logs").iterdir())
+    assert printed.name.startswith("tiny-1-")
+    assert printed.read_text().splitlines() == ["stdin: ", "sending the kit"]
+    assert read_json_lines(referee)[-1]["state_hash"] == result.state_hash
+    assert result.command.startswith("cellwright run ")
+    assert result.command.endswith("tiny.yaml --agent programs.py:Deliver --seed 1")
+
+
+@QUICK_WORKERS
+@pytest.mark.slow
+def test_a_varied_run_differs_by_its_seed(folder: Path) -> None:
+    (folder / "rods.yaml").write_text(RODS)
+    trial = EvaluatedTrial("rods", (folder / "rods.yaml",), 0.0, 0.0, 500.0)
+    hashes: dict[bool, set[str]] = {}
+    for vary in (False, True):
+        with ResultsFile(folder / "out") as store:
+            jobs = make_jobs([trial], "programs.py:GiveUp", [1, 2], vary=vary)
+            Evaluation(store).run(jobs)
+            hashes[vary] = {store.results[job.key].state_hash for job in jobs}
+            assert all(("--vary" in store.results[job.key].command) == vary for job in jobs)
+    assert "" not in hashes[True] | hashes[False]
+    assert len(hashes[True]) == 2
+    assert not hashes[True] & hashes[False]
+
+
+@pytest.mark.slow
+def test_results_are_the_same_in_any_number_of_processes(judge: Judge, folder: Path) -> None:
+    alone = judge("Deliver", seeds=2)
+    (folder / "out" / "results.jsonl").unlink()
+    together = judge("Deliver", seeds=2, workers=2)
+
+    def what_counts(results: list[Result]) -> Sequence[object]:
+        return sorted((each.key, each.state_hash, each.points, str(each.timeline), str(each.score)) for each in results)
+
+    assert what_counts(alone) == what_counts(together)
+
+
+@QUICK_WORKERS
+@pytest.mark.slow
+def test_a_settled_job_is_not_run_again(judge: Judge) -> None:
+    first = judge("Noted")
+    assert len(first) == 1
+    assert judge("Noted") == []
+    assert Path("notes.txt").read_text() == "run\n"
+
+
+@QUICK_WORKERS
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("program", "outcome", "reason", "logged"),
+    [
+        ("GiveUp", "gave_up", "the agent ended before the orders were complete", ""),
+        ("Crash", "crashed", "LookupError: the part <gone> & away \\x07", "in run"),
+        ("Exit", "crashed", "the agent exited with 3", "the agent exited with 3"),
+        ("Quit", "died", "the process ended without a result: exit status 0", "last words"),
+        pytest.param("Kill", "died", "the process ended without a result: killed by SIGKILL", "", marks=POSIX),
+    ],
+)
+def test_a_run_that_is_not_done_says_why(judge: Judge, program: str, outcome: str, reason: str, logged: str) -> None:
+    (result,) = judge(program)
+    assert (result.outcome, result.reason, result.points, result.best) == (outcome, reason, 0.0, 6.0)
+    assert result.is_lost == (outcome == "died")
+    assert logged in "\n".join(result.log)
+
+
+@QUICK_WORKERS
+@pytest.mark.slow
+def test_a_program_that_hangs(judge: Judge) -> None:
+    (result,) = judge("Hang", wall=2.0)
+    assert (result.outcome, result.reason) == ("wall_limit", "still at work after 2 s")
+    assert result.is_lost
+    assert any("programs.py" in line and "in run" in line for line in result.log)
+
+
+@QUICK_WORKERS
+@pytest.mark.slow
+@LINUX
+def test_a_program_that_eats_memory(judge: Judge) -> None:
+    (result,) = judge("Eat", memory=400 << 20)
+    assert (result.outcome, result.reason) == ("memory_limit", "wanted more than 400 MiB of memory: MemoryError")
+
+
+@QUICK_WORKERS
+@pytest.mark.slow
+@LINUX
+def test_what_its_children_have_counts_too(judge: Judge) -> None:
+    (result,) = judge("EatInChildren", memory=500 << 20)
+    assert (result.outcome, result.reason) == ("memory_limit", "wanted more than 500 MiB of memory")
+    assert result.simulated == 0.0
+
+
+@QUICK_WORKERS
+@pytest.mark.slow
+def test_a_program_that_cannot_stop_talking(judge: Judge) -> None:
+    (result,) = judge("Chatter", log=1 << 20)
+    assert (result.outcome, result.reason) == ("log_limit", "wrote more than 1 MiB to its log")
+    assert result.log
+
+
+@pytest.mark.slow
+@LINUX
+def test_what_a_program_leaves_behind_is_ended(judge: Judge) -> None:
+    (result,) = judge("LeaveBehind")
+    assert result.outcome == "done"
+    left = [int(number) for number in Path("left.txt").read_text().split()]
+    assert len(left) == 2
+    wait_until(lambda: not any(map(is_running, left)), "end of what the program left behind")
+
+
+@QUICK_WORKERS
+@pytest.mark.slow
+@POSIX
+def test_a_fork_that_holds_on_to_everything_delays_nothing(judge: Judge) -> None:
+    (result,) = judge("ForkAndDie")
+    assert result.reason == "the process ended without a result: exit status 7"
+
+
+@QUICK_WORKERS
+@pytest.mark.slow
+def test_a_lost_run_is_worked_again_under_other_limits(judge: Judge) -> None:
+    assert [each.outcome for each in judge("Quit")] == ["died"]
+    assert judge("Quit") == []
+    assert [each.outcome for each in judge("Quit", wall=300.0)] == ["died"]
+    assert [each.outcome for each in judge("GiveUp")] == ["gave_up"]
+    assert judge("GiveUp", wall=300.0) == []
+
+
+@pytest.mark.slow
+def test_interrupted_it_keeps_what_it_has_and_leaves_no_process(folder: Path) -> None:
+    results: list[Result] = []
+    seen: list[Running] = []
+
+    def interrupt_later(running: object) -> None:
+        assert isinstance(running, list)
+        seen.extend(running)
+        if results and running:
+            raise KeyboardInterrupt
+
+    jobs = tiny_jobs(folder, "Deliver") + tiny_jobs(folder, "Hang")
+    with ResultsFile(folder / "out") as store:
+        evaluation = Evaluation(store, on_result=results.append, on_look=interrupt_later)
+        with pytest.raises(KeyboardInterrupt):
+            evaluation.run(jobs)
+        assert [each.outcome for each in store.results.values()] == ["done"]
+        assert evaluation.is_settled(jobs[0])
+        assert not evaluation.is_settled(jobs[1])
+    assert seen[-1].job == jobs[1]
+    assert seen[-1].wall > 0.0
+
+
+@QUICK_WORKERS
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("program", "problem"),
+    [
+        ("programs.py:Deliver", ""),
+        ("programs.py:Delivers", "did you mean Deliver"),
+        ("programs.py:CannotBeMade", "cannot be made: OSError: no map found"),
+        ("programs.py:DiesWhenMade", "the process in which it was made did not live (exit status 9)"),
+        ("nobody", "unknown agent 'nobody'"),
+    ],
+)
+def test_an_agent_is_checked_before_anything_starts(folder: Path, program: str, problem: str) -> None:
+    with ResultsFile(folder / "out") as store:
+        said = Evaluation(store).check_agent(program)
+    assert problem in said
+    assert bool(said) == bool(problem)
+
+
+@QUICK_WORKERS
+@pytest.mark.slow
+def test_a_trial_that_has_gone_costs_only_itself(folder: Path) -> None:
+    jobs = tiny_jobs(folder, "Deliver")
+    (folder / "tiny.yaml").unlink()
+    with ResultsFile(folder / "out") as store:
+        Evaluation(store).run(jobs)
+        (result,) = store.results.values()
+    assert result.outcome == "died"
+    assert "tiny.yaml" in "\n".join(result.log)
+
+
+@QUICK_WORKERS
+@pytest.mark.slow
+def test_stopped_it_says_that_there_is_more_to_do(folder: Path) -> None:
+    jobs = tiny_jobs(folder, "Deliver", seeds=2)
+    with ResultsFile(folder / "out") as store:
+        evaluation = Evaluation(store, on_result=lambda _: evaluation.stop())
+        assert not evaluation.run(jobs)
+        assert [evaluation.is_settled(job) for job in jobs] == [True, False]
+        assert Evaluation(store).run(jobs)
+
+
+def test_at_least_one_process_is_needed(folder: Path) -> None:
+    with ResultsFile(folder / "out") as store, pytest.raises(UsageError, match="at least one"):
+        Evaluation(store, limits=Limits(), workers=0)
+
+
+def test_without_jobs_there_is_nothing_to_do(folder: Path) -> None:
+    with ResultsFile(folder / "out") as store:
+        Evaluation(store).run(make_jobs([], "lesson", [1], vary=False))
+        assert not store.results
+
+
+@QUICK_WORKERS
+@pytest.mark.slow
+def test_results_that_find_no_room_end_it_with_what_there_is(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    results: list[Result] = []
+
+    def full(_number: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with ResultsFile(folder / "out") as store:
+        monkeypatch.setattr("cellwright.running.evaluation.results_file.os.fsync", full)
+        evaluation = Evaluation(store, on_result=results.append)
+        assert not evaluation.run(tiny_jobs(folder, "Deliver", 3))
+        assert evaluation.failure == f"{store.path}: No space left on device"
+        assert [result.points for result in results] == [6.0]
+        assert list(store.results.values()) == results
+
+
+@QUICK_WORKERS
+@pytest.mark.slow
+def test_a_log_that_cannot_be_written_costs_no_run(judge: Judge, folder: Path) -> None:
+    (job,) = tiny_jobs(folder, "Deliver")
+    blocked = folder / "out" / "logs" / job.log_name
+    blocked.with_suffix(".jsonl").mkdir(parents=True)
+    (result,) = judge("Deliver")
+    assert (result.outcome, result.points) == ("done", 6.0)
+    assert "cannot be written" in blocked.read_text()
+
+
+def test_a_folder_of_logs_that_is_a_file_is_told_of(folder: Path) -> None:
+    (folder / "out").mkdir()
+    (folder / "out" / "logs").write_text("")
+    with ResultsFile(folder / "out") as store:
+        evaluation = Evaluation(store)
+        assert not evaluation.run(tiny_jobs(folder, "Deliver"))
+        assert str(folder / "out" / "logs") in evaluation.failure

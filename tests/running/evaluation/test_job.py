@@ -1,0 +1,109 @@
+"""Jobs and their keys."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cellwright.config.models.model import Furniture, Model, ModelShape
+from cellwright.config.trial.trial import Trial
+from cellwright.running.evaluation import job as job_module
+from cellwright.running.evaluation.job import EvaluatedTrial, agent_digest, make_jobs, models_digest
+
+
+def keys(folder: Path, agent: str = "robot.py:Robot", seeds: int = 1, *, vary: bool = False) -> list[str]:
+    trial = EvaluatedTrial("one", (folder / "one.yaml",), 3.0, 3.0, 500.0)
+    return [each.key for each in make_jobs([trial], agent, range(seeds), vary=vary)]
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    (tmp_path / "one.yaml").write_text("{}")
+    (tmp_path / "robot.py").write_text("class Robot: ...")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_a_job_for_each_trial_and_seed(folder: Path) -> None:
+    (folder / "other.yaml").write_text("a: 1")
+    trials = [EvaluatedTrial(name, (folder / f"{name}.yaml",), 3.0, 3.0, 500.0) for name in ("one", "other", "one")]
+    jobs = make_jobs(trials, "lesson", [1, 2], vary=True)
+    assert [each.name for each in jobs] == ["one seed 1", "one seed 2", "other seed 1", "other seed 2"]
+    assert len({each.key for each in jobs}) == 4
+    assert len({each.log_name for each in jobs}) == 4
+    assert all(each.vary for each in jobs)
+
+
+def test_a_key_is_the_same_until_something_that_matters_changes(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    first = keys(folder)
+    assert keys(folder) == first
+    assert keys(folder, vary=True) != first
+    assert keys(folder, "robot.py:Other") != first
+    assert keys(folder, seeds=2)[1] != first[0]
+    monkeypatch.setattr(job_module, "versions", lambda: {"cellwright": "9"})
+    assert keys(folder) != first
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("agent", ["robot.py:Robot", "robot:Robot"])
+@pytest.mark.parametrize("file", ["one.yaml", "robot.py", "beside.py"])
+def test_a_change_of_the_trial_or_the_program_is_another_job(folder: Path, file: str, agent: str) -> None:
+    first = keys(folder, agent)
+    (folder / file).write_text("# changed")
+    assert keys(folder, agent) != first
+
+
+def test_the_program_of_a_package_is_all_of_it(folder: Path) -> None:
+    (folder / "team" / "skills").mkdir(parents=True)
+    (folder / "team" / "__init__.py").write_text("raise RuntimeError('read, not run')")
+    (folder / "team" / "skills" / "pick.py").write_text("")
+    first = agent_digest("team.robot:Robot")
+    (folder / "team" / "skills" / "pick.py").write_text("# better")
+    assert agent_digest("team.robot:Robot") != first
+
+
+def test_bundled_and_installed_and_unknown_programs_have_a_digest(folder: Path) -> None:
+    digests = {agent_digest(agent) for agent in ("lesson", "json:Decoder", "hashlib:x", "nobody", "no.such:Robot", "")}
+    assert len(digests) == 6
+
+
+def test_a_model_of_ones_own_counts_with_its_files(folder: Path) -> None:
+    mesh = folder / "cup.stl"
+    mesh.write_bytes(b"one")
+    model = Model((ModelShape("mesh", (1.0, 1.0, 1.0), mesh=mesh),))
+    plain, own = Trial("own"), Trial("own", part_models={"cup": model})
+    first = models_digest(own)
+    assert models_digest(plain) == ""
+    assert models_digest(Trial("own", furniture=(Furniture("table", model),))) not in ("", first)
+    mesh.write_bytes(b"two")
+    assert models_digest(own) != first
+    keys = {
+        make_jobs([EvaluatedTrial("one", (folder / "one.yaml",), 3.0, 3.0, 500.0, models)], "lesson", [1], vary=False)[
+            0
+        ].key
+        for models in ("", first, models_digest(own))
+    }
+    assert len(keys) == 3
+
+
+def test_the_command_that_does_the_same_run(folder: Path) -> None:
+    trial = EvaluatedTrial("one", (folder / "one.yaml",), 3.0, 3.0, 500.0, given=("one two.yaml", "more.yaml"))
+    (job,) = make_jobs([trial], "robot.py:Robot", [7], vary=True)
+    assert job.command == "cellwright run 'one two.yaml' more.yaml --agent robot.py:Robot --seed 7 --vary"
+
+
+def test_a_link_that_leads_nowhere_is_no_program(tmp_path: Path) -> None:
+    program = tmp_path / "mine.py"
+    program.write_text("class Mine: ...")
+    before = agent_digest(f"{program}:Mine")
+    (tmp_path / ".#mine.py").symlink_to("nobody@nowhere.1234")  # an editor's lock
+    (tmp_path / "folder.py").mkdir()
+    assert agent_digest(f"{program}:Mine") == before
+
+
+def test_a_long_name_makes_a_file_that_can_be_written(tmp_path: Path) -> None:
+    file = tmp_path / "trial.yaml"
+    file.write_text("")
+    (job,) = make_jobs([EvaluatedTrial("配" * 80, (file,), 0.0, 0.0, 0.0)], "none", [1], vary=False)
+    (tmp_path / job.log_name).write_text("")

@@ -1,0 +1,20 @@
+import os
+
+import pytest
+
+from cellwright.running.evaluation.processors import usable_processors
+
+
+def test_as_many_as_this_process_may_use(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert 1 <= usable_processors() <= (os.cpu_count() or 1)
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _process: {0, 3, 5}, raising=False)
+    assert usable_processors() == 3
+
+
+@pytest.mark.parametrize(("told", "expected"), [(4, 4), (None, 1)])
+def test_where_the_system_tells_only_how_many_there_are(
+    told: int | None, expected: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delattr(os, "sched_getaffinity", raising=False)
+    monkeypatch.setattr(os, "cpu_count", lambda: told)
+    assert usable_processors() == expected

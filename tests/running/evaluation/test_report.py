@@ -1,0 +1,91 @@
+"""The report: whole, in one file, and with everything in its place."""
+
+from __future__ import annotations
+
+import re
+from html.parser import HTMLParser
+
+import pytest
+
+from cellwright.running.evaluation.report import report
+from cellwright.running.evaluation.result import Result
+from cellwright.running.evaluation.summary import Threshold
+from tests.running.evaluation.results import CRASHED, LOST, result, worked
+
+EMPTY = {"meta", "rect", "path", "line"}
+
+
+class Page(HTMLParser):
+    """Reads a page, and notes its text, its tags and whether they are closed in order."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.text = ""
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+        if tag not in EMPTY:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag not in EMPTY:
+            assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+RESULTS = [result(), worked(seed=4), CRASHED, LOST]
+
+
+@pytest.mark.parametrize(
+    "results", [[], [result()], RESULTS, [result(0.0, reachable=0.0)]], ids=["none", "one", "all", "0"]
+)
+def test_it_is_whole_and_needs_nothing_else(results: list[Result]) -> None:
+    text = report(results, Threshold.read("75%"))
+    page = Page(text)
+    assert page.open == []
+    assert not {"script", "link", "img", "iframe", "object"} & {tag for tag, _ in page.tags}
+    assert not any({"src", "href", "xlink:href", "srcset"} & set(attributes) for _, attributes in page.tags)
+    assert "://" not in text
+    assert not re.search(r"@import|url\(", text)
+
+
+def test_the_worst_come_first_and_are_open() -> None:
+    page = Page(report(RESULTS, None))
+    assert re.findall(r"tiny seed \d", page.text) == ["tiny seed 3", "tiny seed 2", "tiny seed 4", "tiny seed 1"]
+    assert ["open" in attributes for tag, attributes in page.tags if tag == "details"] == [True, True, True, False]
+
+
+def test_what_it_says() -> None:
+    page = Page(report(RESULTS, Threshold.read("75%")))
+    for text in (
+        "my.py:Mine",
+        "1 trial, 4 seeds; every run was to reach 75 % of the points",
+        "1 of 4",
+        "33.3%",
+        "2 of 12 points, but 75 % of the points were asked for",
+        "still at work after 5 s",
+        "ValueError: <no> & \x07 \x1b[31m",
+        "bin1|gear_part_1",
+        "besides: bin2|disk_part_1 (wrong type)",
+        "kit order_0_kit_0: 2 of 6 points",
+        "there 1 of 2, pose 1 of 2, bonus 0 of 2 (an ordered part is not there)",
+        "kit order_0_kit_1: 0 of 4 points within reach, 6 on paper",
+        "its kit was never submitted",
+        "none on the tray <when> submitted",
+    ):
+        assert text in page.text, text
+    assert "2 trials" in Page(report([result(), result(trial="other")], None)).text
+
+
+def test_a_run_that_told_nothing_has_no_timeline() -> None:
+    assert '<svg class="timeline"' not in report([LOST], None)
+    assert report([worked()], None).count('<svg class="timeline"') == 1

@@ -1,0 +1,83 @@
+"""What a report reads of a result is checked when the result is read."""
+
+from typing import Any
+
+import pytest
+
+from cellwright.running.evaluation.report import report
+from cellwright.running.evaluation.result import Result, ResultError
+
+PART: dict[str, Any] = {
+    "type": "gear_part", "sentence": "there", "presence": 1, "pose": 0.0, "reachable_presence": 1, "reachable_pose": 1,
+}  # fmt: skip
+KIT: dict[str, Any] = {
+    "kit_type": "order_0_kit_0", "submitted": True, "bonus_reason": "all there", "total": 1, "reachable": 2, "best": 3,
+    "part_presence": 1, "all_parts_bonus": 0, "part_pose": 0, "parts": [PART], "extras": [{"name": "a", "reason": "b"}],
+}  # fmt: skip
+SCORE: dict[str, Any] = {"orders": [{"order_id": "order_0", "kits": [KIT]}]}
+TIMELINE: dict[str, Any] = {
+    "end": 3.0,
+    "orders": [{"order": "order_0", "announced": 1.0, "completed": None}],
+    "kits": [{"time": 2.0, "agv": "1", "kit": "order_0_kit_0", "points": 1.0}],
+    "held": [{"begin": 1.0, "end": None, "part": "gear_part_1"}],
+    "agvs": {"1": [{"begin": 0.0, "end": 1, "state": "ready_to_deliver"}]},
+}
+WHOLE: dict[str, Any] = Result(
+    "k", "lesson", "a.py:A", 1, False, "done", 1.0, 2.0, 3.0, 4.0, 5.0, score=SCORE, timeline=TIMELINE, log=("x",)
+).as_json()
+
+
+def changed(way: str, value: object) -> dict[str, Any]:
+    """The result with one value of it replaced, or taken away where the value is ...; `way` is dotted."""
+
+    def renew(node: Any, steps: list[str]) -> Any:
+        if not steps:
+            return value
+        step: Any = int(steps[0]) if isinstance(node, list) else steps[0]
+        copy: Any = list(node) if isinstance(node, list) else dict(node)
+        if value is ... and len(steps) == 1:
+            del copy[step]
+        else:
+            copy[step] = renew(copy[step], steps[1:])
+        return copy
+
+    document: dict[str, Any] = renew({**WHOLE, "log": list(WHOLE["log"])}, way.split("."))
+    return document
+
+
+def test_a_whole_result_comes_back_and_makes_a_report() -> None:
+    read = Result.from_json(changed("log", ["x"]))
+    assert read.as_json() == WHOLE
+    assert "order_0_kit_0" in report([read], None)
+
+
+@pytest.mark.parametrize(
+    ("way", "value", "what"),
+    [
+        ("trial", 3, "trial should be a text"),
+        ("key", {}, "key should be a text"),
+        ("points", "8", "points should be a finite number"),
+        ("wall", float("nan"), "wall should be a finite number"),
+        ("best", 10**400, "best should be a finite number"),
+        ("seed", True, "seed should be a whole number"),
+        ("vary", 0, "vary should be true or false"),
+        ("log", "x", "log should be a list"),
+        ("log", [1], r"log\[0\] should be a text"),
+        ("limits", {"wall": "x"}, "limits.wall should be a finite number"),
+        ("limits", 3, "limits should be an object"),
+        ("score", [], "score should be an object"),
+        ("score.orders.0.kits.0.total", None, r"score.orders\[0\].kits\[0\].total should be a finite number"),
+        ("score.orders.0.kits.0.parts.0.sentence", ..., r"parts\[0\].sentence is missing"),
+        ("timeline.end", ..., "timeline.end is missing"),
+        ("timeline.held.0.end", "x", r"timeline.held\[0\].end should be a finite number"),
+        ("timeline.agvs.1", 3, "timeline.agvs.1 should be a list"),
+    ],
+)
+def test_what_does_not_fit_is_told(way: str, value: object, what: str) -> None:
+    with pytest.raises(ResultError, match=f"not a result of this version of Cellwright: .*{what}"):
+        Result.from_json(changed(way, value))
+
+
+def test_a_lost_run_has_no_score_and_no_timeline() -> None:
+    bare = {**WHOLE, "log": [], "score": {}, "timeline": {}}
+    assert "lesson" in report([Result.from_json(bare)], None)

@@ -1,0 +1,148 @@
+"""Results on disk."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.running.evaluation.results_file import RESULTS, ResultsFile
+from cellwright.util.errors import UsageError
+from tests.running.evaluation.results import CRASHED, LOST, result, worked
+
+
+def write(folder: Path) -> bytes:
+    with ResultsFile(folder) as store:
+        for each in (worked(), CRASHED, LOST):
+            store.append(each)
+        return store.path.read_bytes()
+
+
+def test_results_are_on_disk_at_once_and_come_back(tmp_path: Path) -> None:
+    lines = write(tmp_path / "new" / "folder").splitlines()
+    assert [json.loads(line)["outcome"] for line in lines] == ["done", "crashed", "wall_limit"]
+    with ResultsFile(tmp_path / "new" / "folder") as store:
+        assert list(store.results.values()) == [worked(), CRASHED, LOST]
+
+
+def test_of_two_results_the_later_counts(tmp_path: Path) -> None:
+    write(tmp_path)
+    with ResultsFile(tmp_path) as store:
+        store.append(replace(LOST, points=1.0))
+        assert store.results[LOST.key].points == 1.0
+    with ResultsFile(tmp_path) as store:
+        assert store.results[LOST.key].points == 1.0
+        assert len(store.results) == 3
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no such links and devices")
+@pytest.mark.parametrize("device", ["/dev/full", "/dev/zero", "."])
+def test_what_is_no_plain_file_is_not_read(tmp_path: Path, device: str) -> None:
+    (tmp_path / RESULTS).symlink_to(device)
+    with pytest.raises(UsageError, match=r"results\.jsonl: no plain file"):
+        ResultsFile(tmp_path)
+
+
+@pytest.mark.slow
+@given(cut=st.integers(min_value=0, max_value=10_000))
+def test_wherever_it_was_cut_off_whole_lines_count_and_it_goes_on(
+    cut: int, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    folder = tmp_path_factory.mktemp("cut")
+    whole = write(folder)
+    cut %= len(whole) + 1
+    file = folder / "results.jsonl"
+    file.write_bytes(whole[:cut])
+    complete = whole[:cut].count(b"\n")
+    with ResultsFile(folder) as store:
+        assert list(store.results.values()) == [worked(), CRASHED, LOST][:complete]
+        store.append(result(seed=9))
+    with ResultsFile(folder) as store:
+        assert len(store.results) == complete + 1
+        assert store.results[result(seed=9).key] == result(seed=9)
+
+
+@pytest.mark.parametrize("line", ["no json\n", "[]\n", "{}\n", '{"key": "a"}\n', "\n"])
+def test_another_file_is_refused_and_left_alone(line: str, tmp_path: Path) -> None:
+    first = write(tmp_path)
+    file = tmp_path / "results.jsonl"
+    file.write_bytes(first + line.encode() + first)
+    with pytest.raises(UsageError, match=r"results\.jsonl:4: .*remove the file to begin anew"):
+        ResultsFile(tmp_path)
+    assert file.read_bytes() == first + line.encode() + first
+
+
+def test_a_folder_is_for_one_at_a_time(tmp_path: Path) -> None:
+    with ResultsFile(tmp_path), pytest.raises(UsageError, match="another evaluation is at work"):
+        ResultsFile(tmp_path)
+    ResultsFile(tmp_path).close()
+
+
+def test_a_folder_that_cannot_be_made(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OSError, match="exists"):
+        ResultsFile(tmp_path / "file")
+
+
+@pytest.mark.parametrize("line", ["[" * 100_000, '{"a": NaN}', "1" * 5000, '"\\ud800"', "\x00"])
+def test_lines_that_are_no_results_are_refused_in_one_line(tmp_path: Path, line: str) -> None:
+    (tmp_path / RESULTS).write_text(f"{line}\n")
+    with pytest.raises(UsageError, match=r"results\.jsonl:1: ") as raised:
+        ResultsFile(tmp_path)
+    assert str(raised.value).isprintable()
+
+
+class FullDisk:
+    """A file on a disk that is full after some more bytes."""
+
+    def __init__(self, file: Any, room: int) -> None:
+        self._file, self._room = file, room
+
+    def write(self, data: memoryview) -> int:
+        if not self._room:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        count: int = self._file.write(data[: self._room])
+        self._room -= count
+        return count
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._file, name)
+
+
+@pytest.mark.parametrize("room", [0, 10])
+def test_a_full_disk_keeps_what_is_there_and_no_half(room: int, tmp_path: Path) -> None:
+    with ResultsFile(tmp_path) as store:
+        store.append(worked())
+        before = store.path.read_bytes()
+        store._file = FullDisk(store._file, room)  # type: ignore[assignment]
+        with pytest.raises(OSError, match="No space left"):
+            store.append(CRASHED)
+        assert store.results[CRASHED.key] == CRASHED
+        assert store.path.read_bytes() == before
+    with ResultsFile(tmp_path) as store:  # there is room again
+        store.append(LOST)
+        assert list(store.results.values()) == [worked(), LOST]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="what is open cannot be removed there")
+def test_a_file_that_was_removed_is_noticed(tmp_path: Path) -> None:
+    with ResultsFile(tmp_path) as store:
+        store.path.unlink()
+        with pytest.raises(FileNotFoundError):
+            store.append(worked())
+
+
+def test_a_return_within_a_line_cuts_nothing_off(tmp_path: Path) -> None:
+    file = tmp_path / RESULTS
+    file.write_bytes(b"a\rb\n")
+    with pytest.raises(UsageError, match=":1:"):
+        ResultsFile(tmp_path)
+    assert file.read_bytes() == b"a\rb\n"

@@ -1,0 +1,40 @@
+"""What the process of a robot makes of its order."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cellwright.running.remote.robot import configuration
+from cellwright.util.errors import CellwrightError
+from tests.clients.assembled.robots import configs, write_urdf
+
+
+def test_an_order_is_a_robot(tmp_path: Path) -> None:
+    config = configuration({"urdf": str(write_urdf(tmp_path)), "configs": configs()})
+    assert [arm.joints for arm in config.arms] == [("shoulder",)]
+    assert config.urdf_path == tmp_path / "small.urdf"
+
+
+@pytest.mark.parametrize(
+    ("urdf", "given", "said"),
+    [
+        ("none.urdf", configs(), r"none\.urdf"),
+        ("small.urdf", ["arms"], "a robot configuration is a dictionary"),
+        ("small.urdf", {**configs(), "dorsal": {"joint_index": 2}}, r"^configs: dorsal\.joint_index"),
+        (
+            "small.urdf",
+            {**configs(), "base_pose": {"position": [0, 0, float("nan")]}},
+            r"^configs: base_pose\.position",
+        ),
+    ],
+)
+def test_what_is_wrong_is_said_of_the_configuration(tmp_path: Path, urdf: str, given: Any, said: str) -> None:
+    write_urdf(tmp_path)
+    with pytest.raises(CellwrightError, match=said):
+        configuration({"urdf": str(tmp_path / urdf), "configs": given})
+
+
+def test_warnings_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    configuration({"urdf": str(write_urdf(tmp_path)), "configs": {**configs(), "gripper": 1}})
+    assert "robot: configs: gripper" in capsys.readouterr().err

@@ -1,0 +1,99 @@
+"""What the arm hits is told, and changes nothing."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from cellwright.cell.cell import Cell
+from cellwright.cell.model.arm import JOINT_NAMES
+from cellwright.clients.client import Client
+from cellwright.middleware.messages import from_cdr
+from cellwright.middleware.messages.standard import String
+from cellwright.recording.format.format import PANEL
+from cellwright.recording.format.reader import Recording
+from cellwright.recording.format.run_log import RunLog
+from cellwright.running.run import RecordOptions, RunOptions, run_cell
+from cellwright.running.run.collisions import MAX_SHOWN, Collision, CollisionWatch
+from tests.cell.model.arm_poses import ABOVE_BIN
+from tests.cells import ARM_ONLY
+
+
+def positions(rail: float) -> list[float]:
+    """The arm reaches out over the bins, with the rail at this place [m]."""
+    return [rail, *(ABOVE_BIN[name] for name in JOINT_NAMES[1:])]
+
+
+class IntoThePost:
+    """Drives along the bins with the arm reaching out, against the post at y 1.5 m, and back."""
+
+    def run(self, client: Client) -> None:
+        client.start_competition()
+        client.send_arm([positions(0.25), positions(1.9)], [2.0, 5.0], joints=JOINT_NAMES)
+        client.sleep(8.0)
+        client.send_arm([positions(0.25)], [2.0], joints=JOINT_NAMES)
+        client.sleep(3.0)
+
+
+@pytest.mark.slow
+def test_an_arm_that_is_held_up_by_a_post_is_told(tmp_path: Path) -> None:
+    log = RunLog(tmp_path / "run.jsonl")
+    cell = Cell(ARM_ONLY)
+    result = run_cell(cell, IntoThePost(), RunOptions(log=log, ends_when_done=False))
+    collisions = [each for each in result.collisions if each.deviation > 0.02]
+    assert {each.obstacle for each in collisions} == {"camera frame 2"}
+    (first, *_) = collisions
+    assert 2.0 < first.begin < 6.0
+    assert first.begin + 1.0 < first.end < 11.0
+    assert first.sentence().startswith(f"{first.link} against camera frame 2, {first.begin:.1f} to {first.end:.1f} s; ")
+    assert first.sentence().endswith(f"held up {first.deviation * 1e3:.0f} mm from its goal")
+    lines = [json.loads(line) for line in (tmp_path / "run.jsonl").read_text().splitlines()]
+    logged = [line for line in lines if line["kind"] == "collision"]
+    assert [line["obstacle"] for line in logged] == [each.obstacle for each in result.collisions]
+    assert logged[0]["deviation"] == result.collisions[0].deviation
+
+
+@pytest.mark.slow
+def test_a_recording_tells_on_its_panel_what_was_hit_and_how_the_run_ended(tmp_path: Path) -> None:
+    result = run_cell(
+        Cell(ARM_ONLY),
+        IntoThePost(),
+        RunOptions(record=RecordOptions([tmp_path / "run.mcap"]), ends_when_done=False),
+    )
+    with Recording(tmp_path / "run.mcap") as recording:
+        told = [json.loads(from_cdr(each.data, String).data) for each in recording.messages((PANEL,))]
+    counts = [panel["collisions"]["count"] for panel in told[1:]]  # the first one is from before the run
+    assert counts[0] == 0
+    assert counts[-1] == len(result.collisions) > 0
+    assert any(each["end"] is None for panel in told[1:] for each in panel["collisions"]["latest"]), "while it lasted"
+    assert [panel["result"] for panel in told[:-1]] == [None] * (len(told) - 1)
+    assert told[-1]["result"]["state_hash"] == result.state_hash
+
+
+def test_a_panel_shows_the_newest_collisions_and_counts_all() -> None:
+    watch = CollisionWatch(Cell(ARM_ONLY))
+    assert watch.panel() == {"count": 0, "latest": []}
+    watch.collisions = [Collision("forearm_link", "bin7", float(at), at + 0.5, 0.01234) for at in range(30)]
+    told = watch.panel()
+    assert (told["count"], len(told["latest"])) == (30, MAX_SHOWN)
+    assert told["latest"][-1] == {
+        "link": "forearm_link",
+        "obstacle": "bin7",
+        "begin": 29.0,
+        "end": 29.5,
+        "deviation": 0.012,
+    }
+
+
+class Nowhere:
+    """Stands where it is."""
+
+    def run(self, client: Client) -> None:
+        client.start_competition()
+        client.sleep(1.0)
+
+
+def test_an_arm_that_touches_nothing_has_no_collision() -> None:
+    assert run_cell(Cell(ARM_ONLY), Nowhere()).collisions == []

@@ -1,0 +1,164 @@
+"""Programs that fail in every way: the run ends with a result, and the process goes on as it was."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cellwright.cell.cell import Cell
+from cellwright.clients.client.client import Client
+from cellwright.running.run import Outcome
+from cellwright.util.errors import RunEndedError, UsageError
+from tests.cells import KITTING
+from tests.running.run.test_run import deliver, work
+
+
+class OwnError(BaseException):
+    """One that `except Exception` passes over."""
+
+
+class UnsaidError(Exception):
+    """One that fails when it is asked what it is."""
+
+    def __str__(self) -> str:
+        raise RuntimeError
+
+    __repr__ = __str__
+
+
+def in_a_callback(error: BaseException) -> Callable[[Client], object]:
+    def script(client: Client) -> None:
+        def fail(_message: object) -> None:
+            raise error
+
+        client.subscribe("/clock", fail)
+        client.sleep(0.1)
+
+    return script
+
+
+def at_once(error: BaseException) -> Callable[[Client], object]:
+    def script(_client: Client) -> None:
+        raise error
+
+    return script
+
+
+@pytest.mark.parametrize("how", [at_once, in_a_callback])
+@pytest.mark.parametrize(
+    "error",
+    [
+        OwnError,
+        GeneratorExit,
+        asyncio.CancelledError,
+        MemoryError,
+        RecursionError,
+        StopIteration,
+    ],
+)
+def test_whatever_it_raises_is_a_crash_and_the_score_stands(
+    error: type[BaseException], how: Callable[[BaseException], Callable[[Client], object]]
+) -> None:
+    result = work(how(error("mine")))
+    assert result.outcome is Outcome.CRASHED
+    assert result.error.splitlines()[-1].endswith(f"{error.__name__}: mine")
+    assert "working.py" not in result.error
+
+
+def test_what_it_says_can_be_shown_and_kept() -> None:
+    said = work(at_once(RuntimeError("\ud800 \x1b[2J\n\x00 <b>" + 5_000_000 * "long"))).error
+    assert len(said) < 30_000
+    assert all(sign.isprintable() or sign == "\n" for sign in said)
+    said.encode()
+    assert "\\ud800 \\x1b[2J\n\\x00 <b>longlong" in said
+
+
+@pytest.mark.parametrize("error", [UnsaidError(), SystemExit(UnsaidError())])
+def test_an_error_that_cannot_say_itself(error: BaseException) -> None:
+    result = work(at_once(error))
+    assert (result.outcome, "UnsaidError" in result.error) == (Outcome.CRASHED, True)
+
+
+def test_endless_recursion() -> None:
+    def script(client: Client) -> object:
+        return script(client)
+
+    assert work(script).outcome is Outcome.CRASHED
+
+
+def test_an_error_in_a_callback_that_it_catches_is_its_own_affair() -> None:
+    def script(client: Client) -> None:
+        def fail(_message: object) -> None:
+            raise OwnError
+
+        leave = client.subscribe("/clock", fail)
+        with pytest.raises(OwnError):
+            client.sleep(0.1)
+        leave()
+        deliver(client)
+
+    assert work(script).outcome is Outcome.DONE
+
+
+def test_what_it_changes_of_the_process_is_put_back_and_changes_nothing(tmp_path: Path) -> None:
+    folder, numbers = Path.cwd(), np.geterr()
+
+    def script(client: Client) -> None:
+        os.chdir(tmp_path)
+        np.seterr(all="raise")
+        np.random.seed(1)  # noqa: NPY002
+        deliver(client)
+
+    assert work(script).state_hash == work(deliver).state_hash
+    assert (Path.cwd(), np.geterr()) == (folder, numbers)
+
+
+def test_its_other_threads_cannot_touch_the_client() -> None:
+    told: list[BaseException] = []
+
+    def script(client: Client) -> None:
+        def meddle() -> None:
+            for act in (
+                lambda: client.sleep(1.0),
+                lambda: client.time,
+                lambda: client.control_agv(1, "order_0_kit_0"),
+                lambda: client.subscribe("/clock", print),
+                lambda: client.send_arm([]),
+            ):
+                try:
+                    act()
+                except BaseException as error:
+                    told.append(error)
+
+        thread = threading.Thread(target=meddle)
+        thread.start()
+        thread.join()
+        deliver(client)
+
+    assert work(script).state_hash == work(deliver).state_hash
+    assert len(told) == 5
+    assert all(isinstance(error, UsageError) and "for the thread that made it" in str(error) for error in told)
+
+
+def test_a_client_kept_past_the_end_moves_nothing() -> None:
+    kept: list[Client] = []
+    cell = Cell(KITTING)
+
+    def script(client: Client) -> None:
+        kept.append(client)
+        deliver(client)
+
+    work(script, cell)
+    before = cell.state_hash()
+    with pytest.raises(RunEndedError):
+        kept[0].sleep(1.0)
+    with pytest.raises(RunEndedError):
+        kept[0].control_agv(1, "")
+    kept[0].close()
+    assert cell.state_hash() == before

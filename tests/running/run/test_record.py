@@ -1,0 +1,92 @@
+"""A run that is recorded: what the recording says of it, and what it holds."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+
+from cellwright.cell.cell import Cell
+from cellwright.clients.client.client import Client
+from cellwright.config.parsing.sources import sources_collected
+from cellwright.config.trial.catalogue import find_trial
+from cellwright.recording.format.format import EVENT, PANEL, STATE_HASH
+from cellwright.recording.format.reader import Recording
+from cellwright.running.api import load_trial
+from cellwright.running.run import Course, Outcome, RecordOptions, RunOptions, conduct, run_cell
+from tests.cells import KITTING
+
+
+class Delivers:
+    """Sends the kit off that is there."""
+
+    def run(self, client: Client) -> None:
+        """Work."""
+        client.start_competition()
+        client.sleep(1.1)
+        client.control_agv(1, "order_0_kit_0")
+
+
+def test_a_run_is_told_with_its_score(tmp_path: Path) -> None:
+    options = RecordOptions([tmp_path / "a.mcap", tmp_path / "a.bag"], {"agent": "delivers"})
+    cell = Cell(KITTING, seed=3)
+    result = run_cell(cell, Delivers(), RunOptions(record=options))
+    assert result.is_recorded
+    assert result.recordings == [tmp_path / "a.mcap", tmp_path / "a.bag"]
+    assert result.state_hash == run_cell(Cell(KITTING, seed=3), Delivers()).state_hash
+    with Recording(tmp_path / "a.mcap") as recording:
+        facts = recording.header.facts
+        assert (recording.header.kind, recording.header.name) == ("cell", "kitting")
+        assert (facts["seed"], facts["agent"], facts["competition"], facts["timestep"]) == (
+            3,
+            "delivers",
+            True,
+            [1, 500],
+        )
+        events = [value["kind"] for _, value in recording.values(EVENT)]
+        assert events[0] == "run"
+        assert "kit" in events
+        assert events[-1] == "result"
+        assert recording.end is not None
+        assert (recording.end["outcome"], recording.end["score"]) == ("done", result.score.total)
+        assert list(recording.values(STATE_HASH))[-1][1]["hash"] == result.state_hash
+        panels = [value for _, value in recording.values(PANEL)]
+        assert panels[0]["state"] == "init"
+        assert panels[-1]["score"] != panels[0]["score"]
+        assert recording.start is None
+
+
+def test_what_a_run_began_from_and_read_is_in_it(tmp_path: Path) -> None:
+    with sources_collected() as sources:
+        trial = load_trial("lesson")
+    cell, start = Cell(trial), tmp_path / "start.npz"
+    run_cell(cell, None, RunOptions(until=0.1, checkpoints=[(Fraction("0.05"), start)]))
+    options = RecordOptions([tmp_path / "a.mcap"], sources=sources, files=[find_trial("lesson")], is_varied=True)
+    run_cell(cell, None, RunOptions(until=0.2, start=start, record=options, checkpoints=[(Fraction("0.15"), start)]))
+    with Recording(tmp_path / "a.mcap") as recording:
+        name = "bundled/config/trial/catalogue/lesson.yaml"
+        assert recording.sources == {name: find_trial("lesson").read_bytes()}
+        facts = recording.header.facts
+        assert (facts["files"], facts["varied"], facts["checkpoints"]) == ([name], True, [150_000_000])
+        assert recording.begin == 50_000_000
+        assert recording.start is not None
+
+
+def test_a_run_that_is_broken_off_is_ended(tmp_path: Path) -> None:
+    cell = Cell(KITTING)
+
+    class BreakOffError(BaseException):
+        pass
+
+    def break_off(_course: Course) -> tuple[Outcome, str]:
+        raise BreakOffError
+
+    options = RecordOptions([tmp_path / "a.mcap"])
+    with pytest.raises(BreakOffError):
+        conduct(cell, break_off, RunOptions(record=options))
+    with Recording(tmp_path / "a.mcap") as recording:
+        assert recording.is_complete
+        assert recording.end == {"outcome": "broken off"}
+    assert not cell.bus.on_given
+    assert not cell.simulation.on_reset

@@ -1,0 +1,298 @@
+"""Runs with an agent, from a cell to a result."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+
+from cellwright.cell.cell import Cell
+from cellwright.clients.client.client import Client
+from cellwright.middleware.messages.build import joint_trajectory, trajectory_point
+from cellwright.running.run import GRACE, Outcome, RunOptions, RunResult, run_cell, versions
+from cellwright.util.errors import RunEndedError, UnknownNameError, UsageError
+from tests.cells import ARM_ONLY, BARE, JOINTS, KITTING, run
+
+
+class Script:
+    """An agent made of one function."""
+
+    def __init__(self, work: Callable[[Client], object]) -> None:
+        self._work = work
+
+    def run(self, client: Client) -> None:
+        self._work(client)
+
+
+def work(script: Callable[[Client], object], cell: Cell | None = None, **options: object) -> RunResult:
+    return run_cell(cell or Cell(KITTING), Script(script), RunOptions(**options))  # type: ignore[arg-type]
+
+
+def deliver(client: Client) -> None:
+    client.start_competition()
+    client.sleep(1.1)
+    client.control_agv(1, "order_0_kit_0")
+
+
+def deliver_and_go_on(client: Client) -> None:
+    deliver(client)
+    while True:
+        client.sleep(0.1)
+
+
+# ---------------------------------------------------------------- how a run ends
+
+
+def test_a_kit_that_was_sent_off_is_waited_for() -> None:
+    result = work(deliver)
+    assert (result.outcome, result.competition_state, result.score.total) == (Outcome.DONE, "done", 6.0)
+    assert result.simulated == pytest.approx(1.1 + 0.75 + 0.004, abs=0.005)
+    assert result.steps == round(result.simulated * 500)
+    assert result.error == ""
+    assert result.wall > 0.0
+    assert result.real_time_factor == pytest.approx(result.simulated / result.wall)
+
+
+def test_an_endless_agent_is_ended_a_while_after_the_competition() -> None:
+    result = work(deliver_and_go_on)
+    assert (result.outcome, result.score.total) == (Outcome.DONE, 6.0)
+    assert result.simulated == pytest.approx(1.85 + GRACE, abs=0.1)
+
+
+def test_an_agent_that_catches_every_exception_is_ended_too() -> None:
+    caught: list[Exception] = []
+
+    def stubborn(client: Client) -> None:
+        deliver(client)
+        while True:
+            try:
+                client.sleep(0.1)
+            except Exception as error:  # the habit of many robot programs
+                caught.append(error)
+
+    assert work(stubborn).outcome is Outcome.DONE
+    assert caught == []
+
+
+def test_an_agent_may_clean_up_when_the_run_is_over() -> None:
+    reasons: list[str] = []
+
+    def tidy(client: Client) -> None:
+        try:
+            deliver_and_go_on(client)
+        except RunEndedError as end:
+            reasons.append(str(end))
+            raise
+
+    assert work(tidy).outcome is Outcome.DONE
+    assert reasons == ["the competition is done"]
+
+
+def test_the_time_limit() -> None:
+    def wait(client: Client) -> None:
+        client.start_competition()
+        client.sleep(100.0)
+
+    result = work(wait, Cell(replace(KITTING, time_limit=1.0)))
+    assert (result.outcome, result.competition_state, result.score.total) == (Outcome.TIME_LIMIT, "done", 0.0)
+    assert result.simulated == pytest.approx(1.0 + GRACE, abs=0.01)
+
+
+def test_an_agent_that_gives_up() -> None:
+    result = work(lambda client: client.start_competition())
+    assert (result.outcome, result.competition_state) == (Outcome.GAVE_UP, "go")
+
+
+def test_an_agent_that_crashes_is_told_of_and_the_score_stands() -> None:
+    def crash(client: Client) -> None:
+        deliver(client)
+        client.sleep(1.0)
+        raise LookupError("the part has gone")
+
+    result = work(crash)
+    assert (result.outcome, result.score.total) == (Outcome.CRASHED, 6.0)
+    assert result.error.startswith("Traceback")
+    assert "in crash" in result.error
+    assert result.error.endswith("LookupError: the part has gone\n")
+
+
+def test_an_agent_that_crashes_in_a_callback() -> None:
+    def crash(client: Client) -> None:
+        client.subscribe("/ariac/joint_states", lambda message: message.no_such_field)
+        client.sleep(1.0)
+
+    result = work(crash, Cell(ARM_ONLY))
+    assert result.outcome is Outcome.CRASHED
+    assert "no_such_field" in result.error
+    assert result.simulated == pytest.approx(0.02)
+
+
+@pytest.mark.parametrize(
+    ("status", "outcome", "error"),
+    [
+        (None, Outcome.DONE, ""),
+        (0, Outcome.DONE, ""),
+        (3, Outcome.CRASHED, "the agent exited with 3\n"),
+        ("no parts left", Outcome.CRASHED, "the agent exited with 'no parts left'\n"),
+    ],
+)
+def test_an_agent_that_exits_ends_the_run_and_nothing_else(status: object, outcome: Outcome, error: str) -> None:
+    def leave(client: Client) -> None:
+        deliver(client)
+        sys.exit(status)  # type: ignore[arg-type]
+
+    result = work(leave)
+    assert (result.outcome, result.error) == (outcome, error)
+
+
+def test_an_interrupted_run_has_a_result() -> None:
+    def interrupt(client: Client) -> None:
+        client.sleep(0.5)
+        raise KeyboardInterrupt
+
+    result = work(interrupt)
+    assert (result.outcome, result.simulated) == (Outcome.INTERRUPTED, 0.5)
+
+
+def test_until() -> None:
+    result = work(deliver_and_go_on, until=1.5)
+    assert (result.outcome, result.simulated, result.competition_state) == (Outcome.UNTIL, 1.5, "go")
+    assert work(deliver_and_go_on, until=10.0).outcome is Outcome.DONE
+
+
+def test_without_an_agent_a_run_needs_an_end() -> None:
+    with pytest.raises(UsageError, match="without an agent a run has no end"):
+        run_cell(Cell(BARE), None)
+    result = run_cell(Cell(BARE), None, RunOptions(until=0.25))
+    assert (result.outcome, result.steps, result.competition_state) == (Outcome.UNTIL, 125, "init")
+
+
+def test_a_trial_without_orders_is_done_as_soon_as_it_is_started() -> None:
+    def wait(client: Client) -> None:
+        client.start_competition()
+        client.wait_until(lambda: client.competition_state == "done")
+
+    result = work(wait, Cell(BARE))
+    assert result.outcome is Outcome.DONE
+    assert result.simulated == pytest.approx(0.1)
+
+
+# ---------------------------------------------------------------- what else a run is told
+
+
+def test_listeners_are_counted() -> None:
+    result = work(
+        deliver, listen=["/ariac/orders", "/clock", "/ariac/arm/command"], cell=Cell(replace(KITTING, has_arm=True))
+    )
+    assert result.heard == {"/ariac/orders": 1, "/clock": result.steps}
+    everything = work(deliver, listen=["all"])
+    assert everything.heard["/ariac/competition_state"] == 18
+    with pytest.raises(UnknownNameError, match="did you mean /ariac/orders"):
+        work(deliver, listen=["/ariac/order"])
+
+
+def test_listening_and_looking_leave_the_run_as_it_is() -> None:
+    plain = work(deliver)
+    looked: list[float] = []
+    watched = work(
+        deliver,
+        listen=["all"],
+        at=[
+            (Fraction(1, 3), lambda cell: looked.append(cell.simulation.time)),
+            (Fraction(0), lambda cell: looked.append(cell.simulation.time)),
+        ],
+        on_progress=lambda cell: looked.append(cell.simulation.time),
+    )
+    assert watched.state_hash == plain.state_hash
+    assert looked[0] == 0.0
+    assert looked[1:6] == [0.1, 0.2, 0.3, 0.334, 0.4]
+    assert len(looked) == 2 + 18
+
+
+def test_a_cell_can_be_run_again() -> None:
+    cell = Cell(KITTING)
+    looked: list[float] = []
+    first = work(
+        deliver,
+        cell,
+        listen=["all"],
+        at=[(Fraction(9), lambda cell: looked.append(cell.simulation.time))],
+        on_progress=lambda cell: looked.append(cell.simulation.time),
+    )
+    count = len(looked)
+    second = work(deliver, cell)
+    assert (second.state_hash, second.heard) == (first.state_hash, {})
+    run(cell, 9.0)
+    assert len(looked) == count
+    assert not any(topic.subscribers for topic in cell.bus.topics() if topic.publishers)
+    assert len(cell.competition.on_effect) == len(Cell(KITTING).competition.on_effect)
+
+
+def test_paced_by_the_wall_clock() -> None:
+    result = work(deliver, until=0.05, speed=1.0)
+    assert result.state_hash == work(deliver, until=0.05).state_hash
+    with pytest.raises(UsageError, match="a speed must be above 0"):
+        work(deliver, speed=0.0)
+
+
+def test_what_was_refused_is_told_to_the_last() -> None:
+    lines: list[str] = []
+
+    def clumsy(client: Client) -> None:
+        for _ in range(5):
+            with pytest.raises(Exception, match="has 0 positions"):
+                client.publish("/ariac/arm/command", bad)
+
+    bad = joint_trajectory(JOINTS, [trajectory_point(time_from_start=1)])
+    work(clumsy, Cell(ARM_ONLY, report=lines.append))
+    assert len(lines) == 2
+    assert lines[1] == "refused /ariac/arm/command from /agent: 4 more since the last report"
+
+
+# ---------------------------------------------------------------- checkpoints
+
+
+def test_a_run_goes_on_from_its_checkpoint(tmp_path: Path) -> None:
+    file = tmp_path / "1.5.npz"
+
+    def look_on(client: Client) -> None:
+        client.sleep(5.0)
+
+    whole = work(deliver_and_go_on, checkpoints=[(Fraction(3, 2), file)])
+    rest = work(look_on, start=file)
+    assert (rest.outcome, rest.state_hash, rest.score) == (whole.outcome, whole.state_hash, whole.score)
+    assert rest.simulated == pytest.approx(whole.simulated - 1.5)
+    assert rest.steps == whole.steps - 750
+
+
+def test_checkpoints_of_one_run_are_not_those_of_the_next(tmp_path: Path) -> None:
+    cell, file = Cell(KITTING), tmp_path / "file.npz"
+    saved = work(deliver, cell, checkpoints=[(Fraction(1), file)])
+    file.unlink()
+    plain = work(deliver, cell)
+    assert not file.exists()
+    assert plain.state_hash == work(deliver).state_hash != saved.state_hash
+
+
+def test_a_run_that_begins_when_all_is_done_ends(tmp_path: Path) -> None:
+    file = tmp_path / "late.npz"
+    work(deliver_and_go_on, checkpoints=[(Fraction(3), file)])
+    looked: list[float] = []
+
+    def look_on(client: Client) -> None:
+        while True:
+            client.sleep(1.0)
+
+    rest = work(look_on, start=file, at=[(Fraction(2), lambda cell: looked.append(cell.simulation.time))])
+    assert rest.outcome is Outcome.DONE
+    assert rest.simulated == pytest.approx(GRACE)
+    assert looked == [3.0]  # a moment that has gone by is now
+
+
+def test_versions_are_told() -> None:
+    assert {"cellwright", "mujoco", "numpy", "python", "platform"} == versions().keys()
+    assert all(versions().values())

@@ -1,0 +1,71 @@
+"""What a program changes of its process is put back when it has gone."""
+
+from __future__ import annotations
+
+import io
+import locale
+import os
+import signal
+import sys
+import threading
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cellwright.running.run.surroundings import surroundings_kept
+
+
+def upset(folder: Path) -> None:
+    os.chdir(folder)
+    np.seterr(all="raise")
+    locale.setlocale(locale.LC_ALL, "C")
+    sys.stdout = io.StringIO()
+    sys.setrecursionlimit(50_000)
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def state() -> tuple[object, ...]:
+    numbers = (np.geterr(), sys.getrecursionlimit(), signal.getsignal(signal.SIGINT))
+    return (Path.cwd(), *numbers, locale.setlocale(locale.LC_ALL), sys.stdout)
+
+
+def test_all_is_as_before_also_after_an_error(tmp_path: Path) -> None:
+    before = state()
+    with surroundings_kept():
+        upset(tmp_path)
+        assert state() != before
+    assert state() == before
+    with suppress(KeyError), surroundings_kept():
+        upset(tmp_path)
+        raise KeyError
+    assert state() == before
+
+
+def test_in_another_thread_handlers_are_left_alone(tmp_path: Path) -> None:
+    before, errors = state(), list[BaseException]()
+
+    def work() -> None:
+        try:
+            with surroundings_kept():
+                upset(tmp_path)
+        except BaseException as error:
+            errors.append(error)
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    assert not errors
+    assert state() == before
+
+
+def test_a_folder_that_is_gone_is_no_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    monkeypatch.chdir(gone)
+    gone.rmdir()
+    with surroundings_kept():
+        os.chdir(tmp_path)
+    assert Path.cwd() == tmp_path

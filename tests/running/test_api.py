@@ -1,0 +1,133 @@
+"""A trial, a robot and a run in one line each."""
+
+from pathlib import Path
+
+import pytest
+
+import cellwright
+from cellwright.clients.agents.agent import AgentError
+from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.config.trial.catalogue import find_trial
+from cellwright.running.api import DescriptionWarning
+from cellwright.util.errors import DescriptionError, UnknownNameError, UsageError
+
+UNKNOWN_OPTION = "arm: {type: ur10}\noptions: {insert_agv: true}\n"
+
+
+def test_a_trial_by_its_name_its_path_and_its_text() -> None:
+    by_name = cellwright.load_trial("lesson")
+    assert by_name == cellwright.load_trial(find_trial("lesson"))
+    assert by_name == cellwright.load_trial(str(find_trial("lesson")))
+    assert by_name.orders
+    assert cellwright.load_trial(text="time_limit: 7").time_limit == 7.0
+
+
+def test_files_are_joined() -> None:
+    assert not cellwright.load_trial("final01").has_arm
+    assert cellwright.load_trial("final01", "kitter_sensors").has_arm
+
+
+def test_what_cannot_be_a_trial() -> None:
+    with pytest.raises(UnknownNameError, match="lesson"):
+        cellwright.load_trial("leson")
+    with pytest.raises(UsageError):
+        cellwright.load_trial()
+    with pytest.raises(UsageError):
+        cellwright.load_trial("lesson", text="")
+    with pytest.raises(DescriptionError, match="arm"):
+        cellwright.load_trial(text="arm: 3")
+
+
+def test_what_an_author_should_know_is_a_warning_at_the_caller(tmp_path: Path) -> None:
+    file = tmp_path / "trial.yaml"
+    file.write_text(UNKNOWN_OPTION)
+    with pytest.warns(DescriptionWarning, match="insert_agvs") as said:
+        cellwright.load_trial(file)
+    assert said[0].filename == __file__
+    with pytest.warns(DescriptionWarning, match="insert_agvs") as said:
+        cellwright.run_trial(file, None, options=cellwright.RunOptions(until=0.01))
+    assert said[0].filename == __file__
+
+
+def test_a_robot_by_its_name_and_its_file(tmp_path: Path) -> None:
+    config = cellwright.load_robot("tandem")
+    assert config.name == "tandem"
+    file = tmp_path / "vr_configs.yml"
+    file.write_text(f"urdf_path: {config.urdf_path.as_posix()}\nroboname: x\n")
+    with pytest.warns(DescriptionWarning, match="robot_name") as said:
+        assert cellwright.load_robot(file).name == "tandem"
+    assert said[0].filename == __file__
+    with pytest.raises(UnknownNameError, match="tandem"):
+        cellwright.load_robot("tandm")
+
+
+class Ender:
+    """Waits for the order and ends the competition."""
+
+    def run(self, client: cellwright.Client) -> None:
+        assert isinstance(client.transport, InProcess)
+        cell = client.transport.cell
+        assert isinstance(cell, cellwright.Cell)
+        self.seed = cell.seed
+        client.start_competition()
+        client.wait_for_order(timeout=1.0)
+        client.end_competition()
+
+
+@pytest.mark.slow
+def test_a_run_in_one_line() -> None:
+    agent = Ender()
+    result = cellwright.run_trial("lesson", agent, seed=3)
+    assert agent.seed == 3
+    assert result.outcome is cellwright.Outcome.DONE
+    trial = cellwright.load_trial("lesson")
+    again = cellwright.run_cell(cellwright.Cell(trial, seed=3), Ender())
+    assert again.state_hash == result.state_hash
+
+
+def test_a_class_is_made() -> None:
+    assert cellwright.run_trial("lesson", Ender).outcome is cellwright.Outcome.DONE
+
+
+def test_a_class_that_makes_no_agent() -> None:
+    class Demanding(Ender):
+        def __init__(self, cell: object) -> None:
+            raise AssertionError
+
+    with pytest.raises(AgentError, match=r"Demanding: cannot be made: TypeError: .*'cell'"):
+        cellwright.run_trial("lesson", Demanding)
+    with pytest.raises(AgentError, match=r"an agent is a class with a method run\(client\)"):
+        cellwright.run_trial("lesson", int)  # type: ignore[arg-type]
+
+
+def test_an_agent_by_its_name() -> None:
+    options = cellwright.RunOptions(until=0.5)
+    result = cellwright.run_trial("lesson", "lesson", options=options)
+    assert result.outcome is cellwright.Outcome.UNTIL
+    with pytest.raises(AgentError, match="kitter"):
+        cellwright.run_trial("lesson", "kiter")
+    with pytest.raises(UsageError, match="until"):
+        cellwright.run_trial("lesson", None)
+
+
+def test_a_run_is_recorded_with_what_it_was_read_from(tmp_path: Path) -> None:
+    options = cellwright.RunOptions(until=0.05)
+    bare = cellwright.run_trial("lesson", None, options=options)
+    result = cellwright.run_trial("lesson", None, record=tmp_path / "a.mcap", options=options)
+    assert result.recordings == [tmp_path / "a.mcap"]
+    with cellwright.open_recording(tmp_path / "a.mcap") as opened:
+        recording = opened.recording
+        assert recording.end is not None
+        assert recording.end["state_hash"] == bare.state_hash
+        assert recording.header.facts["agent"] == "none"
+        assert list(recording.sources) == recording.header.facts["files"]
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no disk that is always full")
+def test_a_recording_that_finds_no_room_is_a_warning(tmp_path: Path) -> None:
+    (tmp_path / "a.mcap").symlink_to("/dev/full")
+    options = cellwright.RunOptions(until=0.05)
+    with pytest.warns(RuntimeWarning, match=r"a\.mcap: can be written no more"):
+        result = cellwright.run_trial("lesson", None, record=tmp_path / "a.mcap", options=options)
+    assert not result.is_recorded
+    assert result.simulated == pytest.approx(0.05)

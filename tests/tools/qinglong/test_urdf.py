@@ -1,0 +1,66 @@
+"""The URDF of the QingLong: the committed file is what figures and drawing make."""
+
+import math
+from xml.etree import ElementTree
+
+import pytest
+
+from cellwright.config.robot.posture import link_poses
+from cellwright.util.pose import Pose
+from tools.qinglong.__main__ import PATH
+from tools.qinglong.figures import figures
+from tools.qinglong.shapes import COLOURS, Shape
+from tools.qinglong.urdf import drawing, solids, urdf_text
+
+
+def test_the_committed_file_is_what_the_script_writes() -> None:
+    """If this fails: `python -m tools.qinglong`."""
+    assert PATH.read_text("utf-8") == urdf_text()
+
+
+def test_joints_stand_in_the_order_of_their_indices() -> None:
+    root = ElementTree.fromstring(PATH.read_text("utf-8"))
+    assert [element.get("name") for element in root.findall("joint")] == [joint.name for joint in figures().joints]
+
+
+def test_what_is_drawn_is_drawn_on_links_in_known_colours() -> None:
+    robot = figures()
+    assert set(drawing(robot)) <= set(robot.links)
+    assert {shape.colour for shapes in drawing(robot).values() for shape in shapes} == set(COLOURS)
+    assert set(solids(robot)) <= set(drawing(robot))
+
+
+def test_left_and_right_are_each_other_s_mirror_image() -> None:
+    robot = figures()
+    poses, drawn = link_poses(robot, {}), drawing(robot)
+    for right in [name for name in drawn if "_r_" in name]:
+        left = right.replace("_r_", "_l_")
+        for one, other in zip(drawn[right], drawn[left], strict=True):
+            x, y, z = (poses[right] @ one.pose).position
+            assert (poses[left] @ other.pose).position == pytest.approx((x, -y, z), abs=1e-9)
+
+
+def test_it_is_as_tall_as_the_robot_and_stands_on_both_soles() -> None:
+    robot = figures()
+    poses, drawn = link_poses(robot, {}), drawing(robot)
+    lowest = {foot: _ends(poses[foot], drawn[foot])[0] for foot in ("Link_ankle_r_roll", "Link_ankle_l_roll")}
+    assert lowest["Link_ankle_r_roll"] == pytest.approx(lowest["Link_ankle_l_roll"], abs=1e-6)
+    top = _ends(poses["Link_head_pitch"], drawn["Link_head_pitch"])[1]
+    assert top - lowest["Link_ankle_r_roll"] == pytest.approx(1.85, abs=0.03)
+    assert min(_ends(poses[name], shapes)[0] for name, shapes in drawn.items()) == min(lowest.values())
+
+
+def _ends(world_T_link: Pose, shapes: list[Shape]) -> tuple[float, float]:
+    """Lowest and highest point of shapes [m]."""
+    low, high = math.inf, -math.inf
+    for shape in shapes:
+        placed = world_T_link @ shape.pose
+        axes = [abs(placed.rotate(axis)[2]) for axis in ((1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0))]
+        if shape.kind == "box":
+            reach = sum(length / 2 * axis for length, axis in zip(shape.size, axes, strict=True))
+        elif shape.kind == "sphere":
+            reach = shape.size[0]
+        else:
+            reach = shape.size[1] / 2 * axes[2] + shape.size[0] * math.sqrt(max(0.0, 1 - axes[2] ** 2))
+        low, high = min(low, placed.position[2] - reach), max(high, placed.position[2] + reach)
+    return low, high

@@ -1,0 +1,192 @@
+"""The reference of configurations is made of what the readers look for."""
+
+import re
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from cellwright.config.parsing.keys import Keys
+from cellwright.config.robot import config_keys
+from cellwright.config.robot.robots import find_robot, load_robot
+from cellwright.config.trial import keys
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.config.trial.trial import ArmSettings, CellSettings, Options, Trial
+from cellwright.util.errors import DescriptionError, UnknownNameError
+from tools.configuration_pages import filled, tables
+
+DOCS = Path(__file__).parents[2] / "docs"
+PAGES = ["configuration.md", "robot-configuration.md"]
+POSE = {"xyz": [0, 0, 1]}
+WHOLE: dict[str, Any] = {
+    "arm": {"type": "ur10"},
+    "sensors": {"beam": {"type": "break_beam", "pose": POSE}},
+    "options": {"insert_models_over_bins": True, "spawn_extra_models": True},
+    "orders": {
+        "order_0": {
+            "announcement_condition": "time",
+            "announcement_condition_value": 0,
+            "parts": {"part_0": {"type": "gear_part", "pose": POSE}},
+            "kit_count": 1,
+        }
+    },
+    "models_over_bins": {
+        "bin1": {
+            "models": {
+                "gear_part": {
+                    "xyz_start": [0.1, 0.1, 0.0],
+                    "xyz_end": [0.5, 0.5, 0.0],
+                    "rpy": [0, 0, 0],
+                    "num_models_x": 2,
+                    "num_models_y": 2,
+                }
+            },
+            "xyz": [-1.3, -1.6, 0.75],
+        }
+    },
+    "models_to_spawn": {"world": {"models": {"one": {"type": "gear_part", "pose": POSE}}}},
+    "drops": {
+        "drop_regions": {
+            "one": {
+                "min": {"xyz": [0, 2.7, 0.6]},
+                "max": {"xyz": [0.6, 3.5, 1.5]},
+                "destination": POSE,
+                "part_type_to_drop": "gear_part",
+            }
+        }
+    },
+    "cellwright": {
+        "arm": {
+            "gains": {"elbow_joint": {"p": 1, "d": 1, "i": 1, "i_clamp": 1}},
+            "constraints": {"elbow_joint": {"trajectory": 0.1, "goal": 0.1}},
+        }
+    },
+}
+"""A trial with something in every section."""
+
+PLACES: dict[str, tuple[Keys, tuple[str, ...]]] = {
+    "sections": (keys.SECTIONS, ()),
+    "sensors": (keys.SENSOR, ("sensors", "beam")),
+    "options": (keys.OPTIONS, ("options",)),
+    "orders": (keys.ORDER, ("orders", "order_0")),
+    "parts": (keys.PART, ("orders", "order_0", "parts", "part_0")),
+    "bins": (keys.BIN, ("models_over_bins", "bin1")),
+    "grids": (keys.GRID, ("models_over_bins", "bin1", "models", "gear_part")),
+    "extras": (keys.PART, ("models_to_spawn", "world", "models", "one")),
+    "drop-regions": (keys.DROP_REGION, ("drops", "drop_regions", "one")),
+    "own-arm": (keys.OWN_ARM, ("cellwright", "arm")),
+    "gains": (keys.GAINS, ("cellwright", "arm", "gains", "elbow_joint")),
+    "constraints": (keys.CONSTRAINTS, ("cellwright", "arm", "constraints")),
+    "tolerances": (keys.TOLERANCE, ("cellwright", "arm", "constraints", "elbow_joint")),
+}
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_the_pages_are_up_to_date(name: str) -> None:
+    page = (DOCS / name).read_text(encoding="utf-8")
+    assert filled(page) == page, f"run: python -m tools.configuration_pages docs/{name}"
+
+
+def test_every_table_is_on_a_page_once() -> None:
+    asked = [name for page in PAGES for name in re.findall(r"^<!-- made: (\S+) -->$", (DOCS / page).read_text(), re.M)]
+    assert sorted(asked) == sorted(tables())
+
+
+def test_only_what_stands_between_the_marks_is_made_anew() -> None:
+    page = "above\n<!-- made: own -->\nold\n<!-- end -->\nbelow\n"
+    assert filled(page) == f"above\n<!-- made: own -->\n\n{keys.OWN.table()}\n<!-- end -->\nbelow\n"
+    with pytest.raises(UnknownNameError, match="own-arm"):
+        filled("<!-- made: own-arms -->\n<!-- end -->\n")
+
+
+def test_the_whole_trial_is_sound() -> None:
+    assert load_trial(text=yaml.safe_dump(WHOLE)).warnings == ()
+
+
+def changed(place: tuple[str, ...], name: str, value: object = None, *, less: bool = False) -> str:
+    """The whole trial with one more entry at a place, or one less."""
+    trial: dict[str, Any] = yaml.safe_load(yaml.safe_dump(WHOLE))
+    body = trial
+    for step in place:
+        body = body[step]
+    if less:
+        body.pop(name, None)
+    else:
+        body[name] = value
+    return yaml.safe_dump(trial)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("place", "name"), [(place, name) for place, (entries, _) in PLACES.items() for name in entries.names]
+)
+def test_what_is_required_must_be_there_and_nothing_else(place: str, name: str) -> None:
+    entries, where = PLACES[place]
+    text = changed(where, name, less=True)
+    if name in entries.required:
+        with pytest.raises(DescriptionError, match=f"the required entry '{name}' is missing"):
+            load_trial(text=text)
+    else:
+        load_trial(text=text)
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_what_is_not_declared_is_unknown(place: str) -> None:
+    try:
+        said = load_trial(text=changed(PLACES[place][1], "nonsense", 1)).warnings
+    except DescriptionError as error:
+        said = error.problems  # type: ignore[assignment]
+    assert any("nonsense" in str(problem) and "unknown" in str(problem) for problem in said)
+
+
+def test_what_is_declared_is_kept() -> None:
+    assert {*keys.SWITCHES.names, keys.CYCLES} == {field.name for field in fields(Options)}
+    kept = {*keys.OWN_ARM.names, *keys.CONSTRAINTS.names} - {"constraints", "initial_joint_states"}
+    assert kept | {"tolerances"} == {field.name for field in fields(ArmSettings)}
+    assert {"seed", "timestep", "arm"} == {field.name for field in fields(CellSettings)}
+
+
+def test_what_an_empty_file_comes_to_is_what_the_reference_says() -> None:
+    trial = load_trial(text="").trial
+    assert trial.options == Options()
+    assert trial.settings == CellSettings()
+    assert trial.time_limit == Trial("").time_limit
+    assert (
+        f"| `time_limit` | seconds | after so long the trial is over; negative: never | {trial.time_limit:g} |"
+        in (tables()["sections"])
+    )
+    assert "| 1/500 |" in tables()["own"]
+
+
+def test_the_entries_of_a_robot_that_must_be_there(tmp_path: Path) -> None:
+    text = find_robot("tandem").read_text()
+    whole = yaml.safe_load(text)
+    urdf = find_robot("tandem").parent / whole["urdf_path"]
+    file = tmp_path / "vr_configs.yml"
+    said: list[str] = []
+    for name in config_keys.READ:
+        body = {**whole, "urdf_path": urdf.as_posix()}
+        body.pop(name, None)
+        if name == "arms":
+            del body["controller_indices"]
+        file.write_text(yaml.safe_dump(body))
+        if name in config_keys.ENTRIES.required:
+            with pytest.raises(DescriptionError, match=name):
+                load_robot(file, said.append)
+        else:
+            load_robot(file, said.append)
+
+
+@pytest.mark.parametrize(("group", "entries"), [("arms", config_keys.ARMS), ("grippers", config_keys.GRIPPERS)])
+def test_the_entries_of_a_group_that_must_be_there(group: str, entries: Keys, tmp_path: Path) -> None:
+    whole = yaml.safe_load(find_robot("tandem").read_text())
+    urdf = find_robot("tandem").parent / whole["urdf_path"]
+    file = tmp_path / "vr_configs.yml"
+    for name in entries.required:
+        body = yaml.safe_load(yaml.safe_dump({**whole, "urdf_path": urdf.as_posix()}))
+        del body[group][0][name]
+        file.write_text(yaml.safe_dump(body))
+        with pytest.raises(DescriptionError, match=f"the required entry '{name}' is missing"):
+            load_robot(file, print)

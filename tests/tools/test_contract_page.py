@@ -1,0 +1,40 @@
+from pathlib import Path
+
+from cellwright.cell.interface.rows import GEAR, rows
+from cellwright.config.trial.trial import Trial
+from tools.contract_page import contract_page, markdown
+
+PAGE = Path(__file__).parents[2] / "docs" / "contract.md"
+
+
+def test_the_page_is_up_to_date() -> None:
+    command = "python -m tools.contract_page > docs/contract.md"
+    assert PAGE.read_text(encoding="utf-8") == contract_page(), f"run: {command}"
+
+
+def test_every_row_is_on_the_page() -> None:
+    lines = contract_page().splitlines()
+    for row in GEAR:
+        matching = [line for line in lines if line.startswith(f"| `{row.template}` | `{row.type}` |")]
+        assert any(row.rate_text in line and row.where.value in line and row.about in line for line in matching), row
+
+
+def test_tables_are_even() -> None:
+    width = 0
+    for line in contract_page().splitlines():
+        if not line.startswith("|"):
+            width = 0
+        elif width:
+            assert line.count("|") == width, line
+        else:
+            width = line.count("|")
+
+
+def test_the_rows_of_one_cell() -> None:
+    text = markdown(rows(Trial(""), competition=True))
+    assert "| `/ariac/agv1/state` | `std_msgs/String` | each step |  | for each AGV |" in text
+    assert "| `/ariac/orders` | `osrf_gear/Order` | on event | yes | always |" in text
+    assert "## Actions" not in text
+    assert "/ariac/arm/command" not in text
+    assert "| `/cellwright/intention` | `std_msgs/String` | always |" in text
+    assert "population" not in text

@@ -1,0 +1,286 @@
+"""What other packages bring along: found by name, refused by name, and nobody else is harmed."""
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from cellwright.cell.cell import Cell
+from cellwright.cli.main import main
+from cellwright.clients.agents.agent import Agent, AgentError, find_agent
+from cellwright.clients.client.client import Client
+from cellwright.config.trial.catalogue import find_trial
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.running.run import Outcome, RunOptions, run_cell
+from cellwright.util.errors import DescriptionError, UnknownNameError
+from cellwright.util.plugins import entry_points as plugins
+from cellwright.util.plugins.entry_points import PluginError
+from tests.workshop import describe, install
+
+BROKEN = """
+raise ImportError("no such\\nluck")
+"""
+ODD = """
+import pathlib
+from cellwright.cell.interface.plugin_sensors import SensorPlugin
+from cellwright.middleware.interface.table import Where, says
+
+def fails(*arguments):
+    raise ValueError("not today")
+
+def number(*arguments):
+    return 7
+
+NUMBER = 7
+ROW = says("/ariac/{sensor}", "std_msgs/Float32", 10, Where.ALWAYS, "x")
+FAILING = SensorPlugin(fails, ROW, fails)
+SEVEN = SensorPlugin(number, ROW, fails)
+"""
+
+
+@pytest.fixture
+def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A folder that packages are installed in, with the example in it."""
+    folder = tmp_path / "site"
+    folder.mkdir()
+    install(folder)
+    monkeypatch.syspath_prepend(str(folder))
+    before = set(sys.modules)
+    yield folder
+    for name in set(sys.modules) - before:
+        if name.partition(".")[0] in ("workshop", "broken", "odd"):
+            del sys.modules[name]
+
+
+@pytest.fixture
+def others(site: Path) -> Path:
+    """Beside the example, packages that cannot be used."""
+    (site / "broken.py").write_text(BROKEN)
+    (site / "odd.py").write_text(ODD)
+    groups = ("agents", "trials", "sensors", "devices")
+    describe(site, "broken", {f"cellwright.{group}": {"broken": "broken:X"} for group in groups})
+    describe(
+        site,
+        "odd",
+        {
+            "cellwright.agents": {"seven": "odd:NUMBER"},
+            "cellwright.trials": {"failing": "odd:fails", "seven": "odd:number", "lesson": "odd:NUMBER"},
+            "cellwright.sensors": {"failing": "odd:FAILING", "seven": "odd:SEVEN", "number": "odd:NUMBER"},
+            "cellwright.devices": {"failing": "odd:fails", "seven": "odd:number", "number": "odd:NUMBER"},
+        },
+    )
+    return site
+
+
+@pytest.mark.usefixtures("site")
+def test_names() -> None:
+    assert plugins.names("agents") == ["watchman"]
+    assert plugins.names("devices") == ["signal_lamp"]
+    assert plugins.package("trials", "counting") == "workshop"
+    assert "workshop" not in sys.modules
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("site")
+def test_all_of_the_example_at_work() -> None:
+    cell = Cell(load_trial([find_trial("counting")]).trial)
+    colours: list[str] = []
+    cell.bus.subscribe("/workshop/lamp", lambda message: colours.append(message.data))
+    result = run_cell(cell, find_agent("watchman")(), RunOptions(listen=["/ariac/counter"]))
+    assert result.outcome.name == "DONE"
+    assert result.heard == {"/ariac/counter": 20}
+    assert colours[-4:] == ["yellow", "green", "yellow", "yellow"]
+
+
+@pytest.mark.usefixtures("site")
+def test_a_checkpoint_has_the_device_in_it() -> None:
+    cell = Cell(load_trial([find_trial("counting")]).trial)
+    before = cell.state_hash()
+    lamp = cell.simulation.devices["lamp"]
+    lamp.set_state({"colour": "red"})
+    assert cell.state_hash() != before
+    lamp.set_state({"colour": "yellow"})
+    assert cell.state_hash() == before
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("site")
+def test_listening_to_the_sensor_changes_nothing() -> None:
+    def run(*, heard: bool) -> str:
+        cell = Cell(load_trial([find_trial("counting")]).trial)
+        if heard:
+            cell.bus.subscribe("/ariac/counter", lambda _: None)
+        for _ in range(200):
+            cell.step()
+        return cell.state_hash()
+
+    assert run(heard=True) == run(heard=False)
+
+
+@pytest.mark.usefixtures("others")
+def test_the_broken_do_not_harm_the_rest() -> None:
+    assert find_trial("counting").name == "counting.yaml"
+    assert isinstance(find_agent("watchman")(), Agent)
+    assert find_trial("lesson").name == "lesson.yaml"
+    assert load_trial([find_trial("counting")]).trial.devices[0].settings == {
+        "topic": "/workshop/lamp",
+        "running": "green",
+    }
+
+
+@pytest.mark.usefixtures("others")
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("broken", "trial 'broken' of the package broken cannot be imported: ImportError: no such luck"),
+        ("failing", "trial 'failing' of the package odd failed: ValueError: not today"),
+        ("seven", "trial 'seven' of the package odd must be the path of a file, and is of the type int"),
+    ],
+)
+def test_trials_refused(name: str, said: str) -> None:
+    with pytest.raises(PluginError) as raised:
+        find_trial(name)
+    assert str(raised.value) == said
+
+
+@pytest.mark.usefixtures("others")
+def test_agents_refused() -> None:
+    with pytest.raises(PluginError, match="agent 'broken' of the package broken cannot be imported"):
+        find_agent("broken")
+    with pytest.raises(AgentError, match=r"agent seven: an agent is a class with a method run\(client\)"):
+        find_agent("seven")
+    with pytest.raises(AgentError, match=r"unknown agent 'watchmn'; did you mean watchman \(known: .*watchman\)"):
+        find_agent("watchmn")
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("others")
+@pytest.mark.parametrize(
+    ("kind", "said"),
+    [
+        ("broken", "cannot be imported: ImportError: no such luck"),
+        ("failing", "cannot be made: ValueError: not today"),
+        ("seven", "must make a "),
+        ("number", "must be a "),
+    ],
+)
+@pytest.mark.parametrize("group", ["sensor", "device"])
+def test_sensors_and_devices_refused(group: str, kind: str, said: str) -> None:
+    section = f"sensors: {{a: {{type: {kind}, pose: {{}}}}}}"
+    if group == "device":
+        section = f"cellwright: {{devices: {{a: {{type: {kind}}}}}}}"
+    trial = load_trial(text=section).trial
+    with pytest.raises(PluginError) as raised:
+        Cell(trial)
+    package = "broken" if kind == "broken" else "odd"
+    assert str(raised.value).startswith(f"{group} '{kind}' of the package {package} {said}")
+
+
+@pytest.mark.usefixtures("site")
+def test_unknown_types_are_told_those_that_are_there() -> None:
+    (warning,) = load_trial(text="sensors: {a: {type: part_countr, pose: {}}}").warnings
+    assert "did you mean part_counter" in warning.message
+    with pytest.raises(DescriptionError, match=r"unknown device type 'signal_lmp'; did you mean signal_lamp"):
+        load_trial(text="cellwright: {devices: {a: {type: signal_lmp}}}")
+    with pytest.raises(UnknownNameError, match="unknown trial 'countin'; did you mean counting"):
+        find_trial("countin")
+
+
+def test_without_packages_there_are_none() -> None:
+    with pytest.raises(DescriptionError, match=r"unknown device type 'signal_lamp' \(known: none\)"):
+        load_trial(text="cellwright: {devices: {a: {type: signal_lamp}}}")
+
+
+def test_one_name_from_two_packages(site: Path) -> None:
+    describe(site, "second", {"cellwright.agents": {"watchman": "odd:NUMBER"}})
+    with pytest.raises(PluginError, match="agent 'watchman' comes with more than one package: second, workshop"):
+        find_agent("watchman")
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("others")
+def test_the_list_of_trials(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["trials"]) == 0
+    out, err = capsys.readouterr()
+    assert "of the package workshop" in out
+    assert "counting" in out
+    assert [line.partition(" of the package")[0] for line in err.splitlines()] == [
+        "warning: trial 'broken'",
+        "warning: trial 'failing'",
+        "warning: trial 'lesson'",
+        "warning: trial 'seven'",
+    ]
+
+
+FAILING_AT_WORK = """
+from cellwright.engine.device import Device
+import workshop.part_counter as workshop
+from dataclasses import replace
+
+class Late(Device):
+    def __init__(self, name, settings, cell):
+        super().__init__(name)
+        self.when = settings
+
+    def after_step(self):
+        if self.simulation.time > 0.1 and self.when["at"] == "step":
+            raise ZeroDivisionError("out of oil")
+
+    def get_state(self):
+        if self.simulation.time > 0.1 and self.when["at"] == "state":
+            raise KeyError("oil")
+        return {}
+
+def message(reading, sensor):
+    raise AttributeError("no such field")
+
+def make(description, scene):
+    sensor = workshop.PART_COUNTER.make(description, scene)
+    def measure(index):
+        raise OverflowError("too many")
+    if description.name == "blind":
+        sensor.measure = measure
+    return sensor
+
+COUNTER = replace(workshop.PART_COUNTER, make=make, message=message)
+"""
+
+
+@pytest.fixture
+def late(site: Path) -> Path:
+    """Beside the example, a package whose things fail while they are at work."""
+    (site / "broken.py").write_text(FAILING_AT_WORK)
+    described = {"cellwright.devices": {"late": "broken:Late"}, "cellwright.sensors": {"late": "broken:COUNTER"}}
+    describe(site, "broken", described)
+    return site
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("late")
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            "cellwright: {devices: {a: {type: late, at: step}}}",
+            "device 'late' of the package broken failed in after_step: ZeroDivisionError: out of oil",
+        ),
+        (
+            "sensors: {dumb: {type: late, pose: {}}}",
+            "sensor 'late' of the package broken failed in message: AttributeError: no such field",
+        ),
+        (
+            "sensors: {blind: {type: late, pose: {}}}",
+            "sensor 'late' of the package broken failed in measure: OverflowError: too many",
+        ),
+    ],
+)
+def test_what_fails_at_work_ends_the_run_and_is_told_whose_it_is(text: str, said: str) -> None:
+    class Waiting:
+        def run(self, client: Client) -> None:
+            client.sleep(10.0)
+
+    cell = Cell(load_trial(text=text).trial)
+    result = run_cell(cell, Waiting(), RunOptions(listen=["all"]))
+    assert (result.outcome, result.error) == (Outcome.UNSTABLE, f"{said}\n")
+    assert result.simulated < 1.0

@@ -1,0 +1,57 @@
+"""What things of other packages raise at work."""
+
+from pathlib import Path
+
+import pytest
+
+from cellwright.util.errors import RunEndedError, SimulationError
+from cellwright.util.plugins.guarded import PluginFailedError, call, guard
+from tests.workshop import describe
+
+
+@pytest.fixture(autouse=True)
+def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A package that says that it brings a pump along."""
+    describe(tmp_path, "waterworks", {"cellwright.devices": {"pump": "waterworks:Pump"}})
+    monkeypatch.syspath_prepend(str(tmp_path))
+
+
+class Thing:
+    """Raises what it was made with."""
+
+    def __init__(self, error: BaseException | None = None) -> None:
+        self.error = error
+
+    def work(self, number: int) -> int:
+        if self.error is not None:
+            raise self.error
+        return number + 1
+
+
+def test_what_works_works_as_before() -> None:
+    thing = Thing()
+    assert guard(thing, "devices", "pump", ["work"]) is thing
+    assert thing.work(1) == 2
+    assert call("devices", "pump", len, "abc") == 3
+
+
+class OwnError(BaseException):
+    """One that `except Exception` passes over."""
+
+
+@pytest.mark.parametrize("error", [ValueError("dry"), SystemExit("dry"), OwnError("dry")])
+def test_what_fails_is_told_by_name(error: BaseException) -> None:
+    thing = guard(Thing(error), "devices", "pump", ["work"])
+    with pytest.raises(
+        PluginFailedError,
+        match=f"^device 'pump' of the package waterworks failed in work: {type(error).__name__}: dry$",
+    ):
+        thing.work(1)
+
+
+@pytest.mark.parametrize("error", [SimulationError("unstable"), RunEndedError("over"), KeyboardInterrupt()])
+def test_what_is_not_its_own_comes_out_as_it_is(error: BaseException) -> None:
+    thing = guard(Thing(error), "devices", "pump", ["work"])
+    with pytest.raises(type(error)) as caught:
+        thing.work(1)
+    assert caught.value is error

@@ -1,0 +1,181 @@
+from __future__ import annotations
+
+import errno
+import os
+import stat
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.recording.replay.opened import open_recording
+from cellwright.util.atomic_file import in_its_place, open_to_read, whole_file, write_whole
+from cellwright.util.errors import DescriptionError, RecordingError
+
+
+class DiskFullError(Exception):
+    """Stands for whatever ends a program half-way."""
+
+
+@given(st.text() | st.binary(), st.binary())
+def test_what_is_written_is_there(content: str | bytes, before: bytes) -> None:
+    import tempfile
+
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "a"
+        file.write_bytes(before)
+        try:
+            expected = content.encode() if isinstance(content, str) else content
+        except UnicodeEncodeError:
+            expected = before
+            with pytest.raises(UnicodeEncodeError):
+                write_whole(file, content)
+        else:
+            write_whole(file, content)
+        assert file.read_bytes() == expected
+        assert [each.name for each in Path(folder).iterdir()] == ["a"]
+
+
+@pytest.mark.parametrize("is_there", [False, True])
+def test_what_ends_half_way_leaves_all_as_it_was(tmp_path: Path, *, is_there: bool) -> None:
+    file = tmp_path / "a"
+    if is_there:
+        file.write_text("before")
+
+    def write_half() -> None:
+        with whole_file(file) as stream:
+            stream.write(b"half")
+            raise DiskFullError
+
+    with pytest.raises(DiskFullError):
+        write_half()
+    assert [each.read_text() for each in tmp_path.iterdir()] == (["before"] if is_there else [])
+
+
+def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError) as caught:
+        write_whole(tmp_path / "none" / "a.png", b"")
+    assert caught.value.filename == str(tmp_path / "none" / "a.png")
+
+
+def test_a_name_too_long(tmp_path: Path) -> None:
+    with pytest.raises(OSError, match="name too long") as caught:
+        write_whole(tmp_path / ("a" * 300), b"")
+    assert caught.value.errno == errno.ENAMETOOLONG
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_longest_name(tmp_path: Path) -> None:
+    write_whole(tmp_path / ("a" * 255), b"x")
+    assert [each.read_bytes() for each in tmp_path.iterdir()] == [b"x"]
+
+
+def test_a_folder_is_no_file(tmp_path: Path) -> None:
+    with pytest.raises(IsADirectoryError):
+        write_whole(tmp_path, b"")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such files there")
+class TestOnPosix:
+    def test_a_device_stays_one(self) -> None:
+        write_whole(Path("/dev/null"), b"x")
+        assert stat.S_ISCHR(os.stat("/dev/null").st_mode)
+
+    def test_a_link_stays(self, tmp_path: Path) -> None:
+        (tmp_path / "link").symlink_to(tmp_path / "real")
+        write_whole(tmp_path / "link", b"1")
+        write_whole(tmp_path / "link", b"2")
+        assert (tmp_path / "link").is_symlink()
+        assert (tmp_path / "real").read_bytes() == b"2"
+
+    def test_rights_stay(self, tmp_path: Path) -> None:
+        file = tmp_path / "a"
+        file.touch()
+        file.chmod(0o640)
+        write_whole(file, b"x")
+        assert stat.S_IMODE(file.stat().st_mode) == 0o640
+
+    @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no disk that is always full")
+    def test_a_full_disk(self) -> None:
+        with pytest.raises(OSError, match="No space left"):
+            write_whole(Path("/dev/full"), b"x")
+
+    def test_one_that_must_not_be_written_is_not_replaced_either(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        file = tmp_path / "a"
+        file.write_text("kept")
+        openers = Path.open
+
+        def open_or_not(path: Path, mode: str = "r", *more: object, **others: object) -> object:
+            if path == file and mode != "r":  # as where the file's rights say so, and the folder's do not
+                raise PermissionError(errno.EACCES, "Permission denied", str(path))
+            return openers(path, mode, *more, **others)  # type: ignore[call-overload]
+
+        monkeypatch.setattr(Path, "open", open_or_not)
+        with pytest.raises(PermissionError):
+            write_whole(file, b"new")
+        assert [each.read_text() for each in tmp_path.iterdir()] == ["kept"]
+
+    def test_a_file_in_a_folder_where_none_can_be_made(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        file = tmp_path / "a"
+        file.write_text("a long text")
+        openers = Path.open
+
+        def open_or_not(path: Path, mode: str = "r", *more: object, **others: object) -> object:
+            if mode == "xb":
+                raise PermissionError(errno.EACCES, "Permission denied", str(path))
+            return openers(path, mode, *more, **others)  # type: ignore[call-overload]
+
+        monkeypatch.setattr(Path, "open", open_or_not)
+        write_whole(file, b"short")
+        assert file.read_bytes() == b"short"
+        with pytest.raises(PermissionError) as caught:
+            write_whole(tmp_path / "b", b"x")
+        assert caught.value.filename == str(tmp_path / "b")
+
+
+def test_a_writer_that_opens_its_file_itself(tmp_path: Path) -> None:
+    file = tmp_path / "a.bag"
+    with in_its_place(file) as unfinished:
+        unfinished.write_text("new")
+        assert not file.exists()
+
+    def write_half() -> None:
+        with in_its_place(file) as unfinished:
+            unfinished.write_text("half")
+            raise DiskFullError
+
+    with pytest.raises(DiskFullError):
+        write_half()
+    assert [(each.name, each.read_text()) for each in tmp_path.iterdir()] == [("a.bag", "new")]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
+def test_a_named_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    with pytest.raises(OSError, match="it is a named pipe, not a file"):
+        open_to_read(pipe)
+    with pytest.raises(DescriptionError, match="pipe: cannot be read: it is a named pipe, not a file"):
+        load_trial([pipe])
+    with pytest.raises(RecordingError, match="it is a named pipe, not a file"):
+        open_recording(pipe)
+
+
+@pytest.mark.skipif(not os.path.isdir("/dev/fd"), reason="pipes without a name have no path")
+def test_a_pipe_that_a_shell_passes_on_is_read() -> None:
+    read, write = os.pipe()
+    os.write(write, b"time_limit: 7\n")
+    os.close(write)
+    with open_to_read(Path(f"/dev/fd/{read}")) as file:
+        assert file.read() == b"time_limit: 7\n"
+    os.close(read)
+
+
+def test_a_folder_cannot_be_read(tmp_path: Path) -> None:
+    with pytest.raises(IsADirectoryError):
+        open_to_read(tmp_path)

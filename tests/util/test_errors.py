@@ -1,0 +1,47 @@
+"""What is told of errors."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.util.errors import did_you_mean, in_a_line, showable
+
+ANYTHING = st.text(st.characters(exclude_categories=()))
+
+
+@given(ANYTHING, st.integers(10, 50))
+def test_what_is_showable_can_be_printed_written_and_is_short(text: str, most: int) -> None:
+    shown = showable(text, most)
+    shown.encode()
+    assert all(sign.isprintable() or sign in "\n\t" for sign in shown)
+    assert len(shown) <= 10 * (most + 3)  # a sign that cannot be shown takes up to ten
+
+
+@given(st.text(st.characters(categories=["L", "N", "P"]), max_size=100))
+def test_an_ordinary_text_stays_as_it_is(text: str) -> None:
+    assert showable(text, 100) == text
+
+
+def test_of_a_long_text_both_ends_are_kept() -> None:
+    assert showable("begin" + 1000 * "-" + "end!!", 10) == "begin … end!!"
+
+
+@given(ANYTHING)
+def test_an_error_is_one_line(text: str) -> None:
+    line = in_a_line(ValueError(text))
+    assert line.startswith("ValueError")
+    assert line.isprintable()
+
+
+def test_an_error_in_a_line() -> None:
+    assert in_a_line(ValueError("no\n  part")) == "ValueError: no part"
+    assert in_a_line(KeyError()) == "KeyError"
+    assert in_a_line(SyntaxError("wrong", ("file.py", 1, 2, "text"))) == "SyntaxError: wrong"
+    assert in_a_line(SyntaxError()) == "SyntaxError"
+
+
+def test_the_name_with_the_same_number_is_meant() -> None:
+    names = ["final15", "final01", "final10"]
+    assert did_you_mean("final1", names) == "; did you mean final01"
+    assert did_you_mean("Final001", names) == "; did you mean final01"
+    assert did_you_mean("final10x", names) == "; did you mean final10"
+    assert did_you_mean("x", names) == ""

@@ -1,0 +1,74 @@
+"""Lines of JSON on disk: whole or not at all, and a full disk is said once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.util.errors import UsageError
+from cellwright.util.json_lines import JsonLines, read_json_lines
+
+FULL = Path("/dev/full")
+
+
+def test_every_line_is_in_the_file_at_once(tmp_path: Path) -> None:
+    path = tmp_path / "a.jsonl"
+    with JsonLines(path) as lines:
+        for number in range(3):
+            lines.write({"n": number, "text": "ä\nb"})
+            assert read_json_lines(path) == [{"n": n, "text": "ä\nb"} for n in range(number + 1)]
+    assert not lines.is_writing
+    lines.write({"n": 9})  # nothing is written behind the end
+    assert len(read_json_lines(path)) == 3
+
+
+def test_a_file_is_begun_anew_or_gone_on_with(tmp_path: Path) -> None:
+    path = tmp_path / "a.jsonl"
+    for append, expected in ((False, [1]), (True, [1, 2]), (False, [3])):
+        with JsonLines(path, append=append) as lines:
+            lines.write({"n": expected[-1]})
+        assert [value["n"] for value in read_json_lines(path)] == expected
+
+
+@pytest.mark.parametrize("cut", ['{"n": 1', "[1]", "", "\n", "\x00\x00", "12"])
+def test_what_was_cut_short_is_left_out_and_spoils_nothing(cut: str, tmp_path: Path) -> None:
+    path = tmp_path / "a.jsonl"
+    path.write_text('{"n": 0}\n' + cut)
+    assert read_json_lines(path) == [{"n": 0}]
+    with JsonLines(path, append=True) as lines:
+        lines.write({"n": 2})
+    assert read_json_lines(path) == [{"n": 0}, {"n": 2}]
+
+
+@given(size=st.integers(0, 200))
+def test_a_file_cut_anywhere_holds_its_whole_lines(size: int, tmp_path_factory: pytest.TempPathFactory) -> None:
+    cut = b"".join(b'{"n": %d}\n' % n for n in range(20))[:size]
+    path = tmp_path_factory.getbasetemp() / "cut.jsonl"
+    path.write_bytes(cut)
+    whole = cut.count(b"\n") + cut.endswith(b"}")
+    assert [value["n"] for value in read_json_lines(path)] == list(range(whole))
+
+
+@pytest.mark.skipif(not FULL.exists(), reason="this system has no device that is always full")
+def test_a_full_disk_is_said_once() -> None:
+    said: list[str] = []
+    with JsonLines(FULL, append=True, report=said.append) as lines:
+        lines.write({"n": 1})
+        assert not lines.is_writing
+        lines.write({"n": 2})
+    assert said == ["/dev/full: can be written no more: No space left on device"]
+
+
+def test_what_cannot_be_opened_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="cannot be written"):
+        JsonLines(tmp_path)
+    with pytest.raises(UsageError, match="cannot be read"):
+        read_json_lines(tmp_path / "none.jsonl")
+
+
+def test_what_is_no_json_is_refused(tmp_path: Path) -> None:
+    with JsonLines(tmp_path / "a.jsonl") as lines, pytest.raises(ValueError, match="not JSON compliant"):
+        lines.write({"x": float("nan")})

@@ -1,0 +1,62 @@
+"""A file that grows line by line and keeps what was written."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from cellwright.util.line_file import LineFile
+from tests.waiting import TIMEOUT
+
+FULL = Path("/dev/full")
+
+
+def test_several_lines_that_belong_together_are_written_at_once(tmp_path: Path) -> None:
+    file = LineFile(tmp_path / "a.log")
+    file.write("one\ntwo")
+    assert (tmp_path / "a.log").read_text() == "one\ntwo\n"
+    file.close()
+    file.write("behind the end")
+    file.close()
+    assert (tmp_path / "a.log").read_text() == "one\ntwo\n"
+
+
+def test_a_line_that_was_cut_short_is_ended_before_going_on(tmp_path: Path) -> None:
+    path = tmp_path / "a.log"
+    path.write_text("whole\ncut sho")
+    LineFile(path, append=True).write("next")
+    assert path.read_text() == "whole\ncut sho\nnext\n"
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="there is no SIGKILL here")
+def test_what_was_written_outlives_a_program_that_is_killed(tmp_path: Path) -> None:
+    path = tmp_path / "a.log"
+    code = (
+        "import os, signal, sys; from pathlib import Path; from cellwright.util.line_file import LineFile\n"
+        "file = LineFile(Path(sys.argv[1]))\n"
+        "for number in range(100): file.write(str(number))\n"
+        "os.kill(os.getpid(), signal.SIGKILL)"
+    )
+    killed = subprocess.run([sys.executable, "-c", code, str(path)], check=False, timeout=TIMEOUT, env=dict(os.environ))
+    assert killed.returncode == -signal.SIGKILL
+    assert path.read_text().split() == [str(number) for number in range(100)]
+
+
+@pytest.mark.skipif(not FULL.exists(), reason="this system has no device that is always full")
+def test_a_full_disk_is_said_once() -> None:
+    said: list[str] = []
+    file = LineFile(FULL, append=True, report=said.append)
+    file.write("one")
+    file.write("two")
+    assert not file.is_writing
+    assert said == ["/dev/full: can be written no more: No space left on device"]
+
+
+def test_a_file_that_cannot_be_opened_is_for_the_caller_to_tell(tmp_path: Path) -> None:
+    with pytest.raises(OSError, match="directory"):
+        LineFile(tmp_path)

@@ -1,0 +1,50 @@
+import signal
+import threading
+from collections.abc import Iterator
+
+import pytest
+
+from cellwright.util.loading import interrupts_end_the_process
+
+
+@pytest.fixture(autouse=True)
+def _same_afterwards() -> Iterator[None]:
+    before = signal.getsignal(signal.SIGINT)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_ctrl_c_ends_a_process_that_is_loading() -> None:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    with interrupts_end_the_process():
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_DFL
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_also_where_loading_fails() -> None:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    with pytest.raises(ImportError), interrupts_end_the_process():
+        raise ImportError
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+@pytest.mark.parametrize("own", [signal.SIG_IGN, signal.SIG_DFL, lambda _number, _frame: None])
+def test_a_handler_of_the_caller_stands(own: signal.Handlers) -> None:
+    signal.signal(signal.SIGINT, own)
+    with interrupts_end_the_process():
+        assert signal.getsignal(signal.SIGINT) is own
+    assert signal.getsignal(signal.SIGINT) is own
+
+
+def test_in_a_thread_nothing_is_changed() -> None:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    found: list[object] = []
+
+    def load() -> None:
+        with interrupts_end_the_process():
+            found.append(signal.getsignal(signal.SIGINT))
+
+    thread = threading.Thread(target=load)
+    thread.start()
+    thread.join()
+    assert found == [signal.default_int_handler]

@@ -1,0 +1,41 @@
+"""MUJOCO_GL keeps nothing from working."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from cellwright.util import mujoco_gl
+from tests.waiting import TIMEOUT
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("value", ["osmesa", "bogus", "", "Disable"])
+def test_a_way_of_drawing_that_there_is_not_keeps_nothing_from_working(value: str) -> None:
+    program = "import cellwright; print(cellwright.Cell.__name__)"
+    ran = subprocess.run(
+        [sys.executable, "-c", program],
+        env={**os.environ, "MUJOCO_GL": value},
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT,
+        check=False,
+    )
+    assert (ran.returncode, ran.stdout, ran.stderr) == (0, "Cell\n", "")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other libraries there")
+@pytest.mark.parametrize(
+    ("value", "found", "settled"),
+    [("EGL", "libEGL.so.1", "EGL"), ("egl", None, "disable"), ("glfw", None, "glfw"), ("cgl", None, "disable")],
+)
+def test_a_value_stands_where_its_library_is_there(
+    monkeypatch: pytest.MonkeyPatch, value: str, found: str | None, settled: str
+) -> None:
+    monkeypatch.setenv("MUJOCO_GL", value)
+    monkeypatch.setattr(mujoco_gl, "find_library", {"EGL": found}.get)
+    mujoco_gl.settle()
+    assert os.environ["MUJOCO_GL"] == settled

@@ -1,0 +1,184 @@
+"""What is told of a cell: all that one may know, and nothing that a competition keeps secret."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from cellwright.cell.cell import Cell
+from cellwright.middleware.messages.osrf_gear import AGVControlRequest
+from cellwright.middleware.messages.standard import String
+from cellwright.viewer.services.cell_panel import CellPanel
+from tests.cells import KITTING, WHOLE, call, order, publish, run, start
+
+FAULTY = replace(KITTING, faulty_parts=frozenset({"gear_part_2"}))
+
+
+def panel(cell: Cell) -> dict[str, Any]:
+    """The panel, as it comes over a wire."""
+    told: dict[str, Any] = json.loads(json.dumps(CellPanel(cell, {"agent": "me"}).panel(), allow_nan=False))
+    return told
+
+
+def deliver(cell: Cell) -> None:
+    """Have the kit on tray 1 judged."""
+    assert call(cell, "agv1", AGVControlRequest(kit_type="order_0_kit_0")).success
+    run(cell, 1.0)
+
+
+def test_before_the_start_nothing_is_ordered() -> None:
+    told = panel(Cell(KITTING))
+    assert (told["kind"], told["name"], told["state"], told["orders"]) == ("cell", "kitting", "init", [])
+    assert told["about"]["agent"] == "me"
+    assert told["score"]["total"] == 0.0
+    assert told["result"] is None
+    assert told["gripper"] is None
+
+
+def test_a_tray_is_held_against_the_order_before_it_is_sent_off() -> None:
+    cell = Cell(KITTING)
+    start(cell)
+    run(cell, 1.1)
+    told = panel(cell)
+    (found,) = told["orders"]
+    assert (found["status"], found["kits"][0]["submitted"]) == ("active", False)
+    first, second = told["trays"]
+    assert [part["type"] for part in first["parts"]] == ["gear_part", "gear_part"]
+    (preview,) = first["as_kits"]
+    assert (preview["kit_type"], preview["total"], preview["best"]) == ("order_0_kit_0", 6.0, 6.0)
+    assert second["as_kits"][0]["total"] == 0.0
+    assert told["score"]["total"] == 0.0, "a preview is not a submission"
+
+
+def test_looking_is_no_submission() -> None:
+    cell, other = Cell(KITTING), Cell(KITTING)
+    for each in (cell, other):
+        start(each)
+    for _ in range(11):
+        run(cell, 0.1)
+        run(other, 0.1)
+        panel(cell)
+    assert cell.state_hash() == other.state_hash()
+
+
+@pytest.mark.parametrize("competition", [True, False])
+def test_who_looks_on_all_along_sees_what_somebody_new_sees(*, competition: bool) -> None:
+    """What is kept from one look to the next is not what was true then."""
+    cell = Cell(FAULTY, competition=competition)
+    watching = CellPanel(cell, {"agent": "me"})
+    seen = []
+
+    def look() -> None:
+        seen.append(json.loads(json.dumps(watching.panel())))
+        assert seen[-1] == panel(cell)
+
+    look()
+    start(cell)
+    for _ in range(6):
+        run(cell, 0.3)
+        look()
+    deliver(cell)
+    look()
+    previews = [told["trays"][0]["as_kits"] for told in seen]
+    assert [] in previews
+    assert any(previews)
+
+
+def test_a_kit_that_was_judged_has_its_points_and_a_reason_for_each() -> None:
+    cell = Cell(KITTING)
+    start(cell)
+    run(cell, 1.1)
+    deliver(cell)
+    told = panel(cell)
+    assert told["score"]["total"] == 6.0
+    (kit,) = told["score"]["orders"][0]["kits"]
+    assert [part["cause"] for part in kit["parts"]] == ["placed", "placed"]
+    assert all("in its place" in part["sentence"] for part in kit["parts"])
+    assert told["orders"][0]["status"] == "complete"
+    assert (told["state"], told["end_reason"]) == ("done", "all orders complete")
+    assert told["trays"][0]["as_kits"] == []
+
+
+def test_what_changes_all_the_time_is_apart() -> None:
+    cell = Cell(KITTING)
+    start(cell)
+    run(cell, 1.5)
+    before = panel(cell)
+    run(cell, 0.25)
+    after = panel(cell)
+    assert before.pop("clock")["time"] < after.pop("clock")["time"]
+    assert before == after
+
+
+def test_a_competition_does_not_say_which_parts_are_faulty_before_the_referee_has() -> None:
+    cell = Cell(FAULTY)
+    start(cell)
+    run(cell, 1.1)
+    told = panel(cell)
+    assert told["trays"][0]["as_kits"][0]["total"] == 6.0
+    assert "faulty" not in json.dumps(told).replace('"faulty": false', "")
+    assert told["score"]["reachable"] == 6.0, "fewer would tell that a good part is missing"
+    deliver(cell)
+    told = panel(cell)
+    assert told["score"]["total"] == 2.0
+    assert [part["cause"] for part in told["score"]["orders"][0]["kits"][0]["parts"]] == ["placed", "faulty"]
+
+
+def test_in_development_mode_it_says_so_at_once() -> None:
+    cell = Cell(FAULTY, competition=False)
+    start(cell)
+    run(cell, 1.1)
+    told = panel(cell)
+    assert [part["faulty"] for part in told["trays"][0]["parts"]] == [False, True]
+    assert told["trays"][0]["as_kits"][0]["total"] == 2.0
+
+
+@pytest.mark.parametrize("competition", [True, False])
+def test_orders_to_come_are_for_development_mode_alone(competition: bool) -> None:
+    trial = replace(KITTING, orders=(order(), order(1, start_time=100.0)))
+    cell = Cell(trial, competition=competition)
+    start(cell)
+    run(cell, 0.1)
+    told = panel(cell)
+    known = [(each["order_id"], each["status"]) for each in told["orders"]]
+    assert known == [("order_0", "active"), ("order_1", "to come")][: 1 if competition else 2]
+    assert ("order_1" in json.dumps(told)) is not competition
+
+
+def test_an_order_that_is_interrupted_waits_and_its_kit_can_still_be_sent() -> None:
+    cell = Cell(replace(KITTING, orders=(order(), order(1, start_time=0.5))))
+    start(cell)
+    run(cell, 1.1)
+    told = panel(cell)
+    assert [each["status"] for each in told["orders"]] == ["interrupted", "active"]
+    assert [each["kit_type"] for each in told["trays"][0]["as_kits"]] == ["order_0_kit_0", "order_1_kit_0"]
+
+
+def test_a_game_that_was_ended_leaves_its_order_open() -> None:
+    cell = Cell(KITTING)
+    start(cell)
+    run(cell, 0.1)
+    call(cell, "end_competition")
+    assert panel(cell)["orders"][0]["status"] == "open"
+
+
+def test_what_stands_where_is_told_too() -> None:
+    cell = Cell(WHOLE)
+    start(cell)
+    told = panel(cell)
+    assert told["belt"] == {"power": 100.0, "population": True}
+    assert [agv["state"] for agv in told["agvs"]] == ["ready_to_deliver", "ready_to_deliver"]
+    assert told["gripper"] == {"enabled": False, "attached": False, "part": None}
+    assert told["refused"]["belt"].startswith("not in a competition")
+    assert panel(Cell(WHOLE, competition=False))["refused"] == {}
+
+
+def test_what_the_agent_is_about_is_told_with_its_time() -> None:
+    cell = Cell(KITTING)
+    assert panel(cell)["intention"] is None
+    run(cell, 0.5)
+    publish(cell, "/cellwright/intention", String("fetching a gear"), node="/robot")
+    assert panel(cell)["intention"] == {"text": "fetching a gear", "node": "/robot", "time": 0.5}

@@ -1,0 +1,119 @@
+"""How time passes is told and changed by guests, and nonsense is refused."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.engine.tempo import Tempo
+from cellwright.middleware.wire.frames import Frame, Kind
+from cellwright.util.errors import CellwrightError, RejectedCommandError, UnknownNameError
+from cellwright.viewer.services.control import FASTEST, MOST_TICKS, SLOWEST, Control, Reset
+from cellwright.viewer.services.names import CONTROL, PANEL
+from cellwright.viewer.services.panel import offer_panel
+from tests.middleware.server.talk import served
+from tests.robot.talk import Talk
+
+
+def control(tempo: Tempo | None = None, **more: Any) -> Control:
+    return Control(tempo or Tempo(1.0), **more)
+
+
+def test_time_is_paused_stepped_and_let_go_again() -> None:
+    desk = control()
+    assert desk.control({"action": "pause"})["paused"]
+    told = desk.control({"action": "step", "ticks": 7})
+    assert (told["paused"], told["ticks_left"]) == (True, 7)
+    assert desk.control({"action": "step"})["ticks_left"] == 8
+    assert not desk.control({"action": "resume"})["paused"]
+
+
+@pytest.mark.parametrize(("factor", "speed"), [(0.1, 0.1), (5, 5.0), ("max", None), (SLOWEST, 0.01), (FASTEST, 1000.0)])
+def test_a_speed_is_taken(factor: Any, speed: float | None) -> None:
+    desk = control()
+    assert desk.control({"action": "speed", "factor": factor})["speed"] == factor
+    assert desk.tempo.speed == speed
+
+
+@pytest.mark.parametrize("factor", [0, -1, 1e9, float("nan"), float("inf"), True, None, "fast", [1], {}])
+def test_a_speed_that_is_none_is_refused(factor: Any) -> None:
+    desk = control()
+    with pytest.raises(RejectedCommandError, match="factor"):
+        desk.control({"action": "speed", "factor": factor})
+    assert desk.tempo.speed == 1.0
+
+
+@pytest.mark.parametrize("ticks", [0, -3, 1.5, MOST_TICKS + 1, True, "all", None])
+def test_ticks_that_are_none_are_refused(ticks: Any) -> None:
+    desk = control()
+    with pytest.raises(RejectedCommandError, match="ticks"):
+        desk.control({"action": "step", "ticks": ticks})
+    assert not desk.tempo.is_paused
+
+
+def test_when_the_run_is_over_its_time_obeys_nobody_but_it_may_begin_anew() -> None:
+    desk = control(reset=Reset(lambda: None))
+    assert desk.state()["over"] == ""
+    desk.over = "the run is over"
+    for action in ("pause", "resume", "step", "speed"):
+        with pytest.raises(RejectedCommandError, match="the run is over"):
+            desk.control({"action": action})
+    assert desk.control({"action": "state"})["over"] == "the run is over"
+    assert desk.control({"action": "reset"})["resets"] == 1
+
+
+@given(st.dictionaries(st.sampled_from(["action", "ticks", "factor", "x"]), st.none() | st.text() | st.integers()))
+def test_nonsense_is_refused_and_nothing_else_happens(asked: dict[str, Any]) -> None:
+    desk = control()
+    if asked.get("action") not in ("pause", "resume", "step", "speed", "reset", "state"):
+        with pytest.raises(UnknownNameError, match="action"):
+            desk.control(asked)
+        assert not desk.tempo.is_paused
+
+
+def test_where_it_cannot_begin_anew_the_reason_is_told() -> None:
+    desk = control()
+    assert "reset" in desk.state()["refused"]
+    with pytest.raises(RejectedCommandError, match="cannot begin anew"):
+        desk.control({"action": "reset"})
+    assert desk.state()["resets"] == 0
+
+
+def test_it_begins_anew_and_counts_that() -> None:
+    done: list[bool] = []
+    desk = control(reset=Reset(lambda: done.append(True)))
+    before = desk.tempo.changes
+    assert desk.control({"action": "reset"})["resets"] == 1
+    assert done == [True]
+    assert desk.tempo.changes > before
+
+
+@pytest.mark.parametrize("action", ["pause", "resume", "step", "speed"])
+def test_the_time_of_a_real_robot_cannot_be_changed(action: str) -> None:
+    desk = control(refused={action: "a real robot keeps real time"})
+    with pytest.raises(RejectedCommandError, match="real robot"):
+        desk.control({"action": action, "factor": 2})
+    assert desk.state()["refused"][action] == "a real robot keeps real time"
+
+
+def test_over_a_server_a_refusal_says_why_and_the_panel_tells_the_state() -> None:
+    talk, tempo = Talk(), Tempo(1.0)
+    with served(talk.node) as hall:
+        offer_panel(hall.server, lambda asked: {"kind": "robot", "asked": asked}, Control(tempo))
+        guest = hall.guest()
+
+        def ask(service: str, **asked: Any) -> Frame:
+            return guest.ask(Frame(Kind.CALL, 3, service, payload=json.dumps(asked).encode()))
+
+        assert ask(CONTROL, action="pause").json()["paused"]
+        refused = ask(CONTROL, action="sleep")
+        assert refused.kind is Kind.REFUSED
+        assert issubclass(UnknownNameError, CellwrightError)
+        assert b"pause" in refused.payload
+        panel = ask(PANEL, robot="x").json()
+        assert panel["asked"] == {"robot": "x"}
+        assert panel["control"]["paused"]

@@ -1,0 +1,96 @@
+"""Who is told what there is to be seen: anybody in development mode, the server's own page alone in a competition."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.cell.cell import Cell
+from cellwright.engine.tempo import Tempo
+from cellwright.middleware.bus.served import Served
+from cellwright.middleware.wire.frames import PROTOCOL, Frame, Kind
+from cellwright.robot.node import RobotNode
+from cellwright.viewer.services import onlookers
+from cellwright.viewer.services.control import Control
+from cellwright.viewer.services.names import CONTROL, FOR_ONLOOKERS, FRAME
+from tests.cells import KITTING
+from tests.middleware.server.talk import Hall, Talker, served
+from tests.robot.robots import two_arms
+
+
+def offered(hall: Hall, what: Served, tempo: Tempo | None = None) -> None:
+    onlookers.offer(hall.server, what, lambda _: {"kind": "any"}, Control(tempo or Tempo()))
+
+
+def asked(guest: Talker, service: str, **asked: Any) -> Frame:
+    return guest.ask(Frame(Kind.CALL, 5, service, payload=json.dumps({"action": "state", **asked}).encode()))
+
+
+def shows(hall: Hall, key: Any) -> Talker:
+    """A guest that shows something in place of a key."""
+    guest = hall.guest("")
+    said = {"protocol": PROTOCOL, "node": "/page_1", "encoding": "cdr", "key": key}
+    guest.say(Frame(Kind.HELLO, payload=json.dumps(said).encode()))
+    guest.wait_for(Kind.WELCOME)
+    return guest
+
+
+@pytest.mark.parametrize("service", FOR_ONLOOKERS)
+def test_a_competition_answers_its_own_page_and_nobody_else(service: str) -> None:
+    cell = Cell(KITTING)
+    with served(cell) as hall:
+        offered(hall, cell)
+        other, page = hall.guest("/page_2"), shows(hall, hall.server.key)
+        refused = asked(other, service)
+        assert (refused.kind, refused.name) == (Kind.REFUSED, "RejectedCommandError")
+        assert refused.text() == onlookers.ITS_OWN_PAGE
+        assert asked(page, service).kind is Kind.ANSWER
+
+
+@pytest.mark.parametrize("what", [lambda: Cell(KITTING, competition=False), lambda: RobotNode(two_arms())])
+def test_in_development_mode_and_of_a_robot_anybody_is_told(what: Any) -> None:
+    cell = what()
+    with served(cell) as hall:
+        offered(hall, cell)
+        assert hall.server.key == ""
+        for guest in (hall.guest(), shows(hall, "an old key")):
+            assert {asked(guest, service).kind for service in FOR_ONLOOKERS} == {Kind.ANSWER}
+
+
+def test_who_has_no_key_lets_no_time_stand() -> None:
+    cell, tempo = Cell(KITTING), Tempo(1.0)
+    with served(cell) as hall:
+        offered(hall, cell, tempo)
+        assert asked(hall.guest(), CONTROL, action="pause").kind is Kind.REFUSED
+        assert not tempo.is_paused
+
+
+NO_KEYS = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.text() | st.text(st.characters(categories=["Cs"]), min_size=1),
+    lambda each: st.lists(each, max_size=3) | st.dictionaries(st.text(), each, max_size=3),
+)
+
+
+@pytest.mark.slow
+@given(NO_KEYS)
+def test_what_is_no_key_is_none_and_the_guest_is_welcome_all_the_same(shown: Any) -> None:
+    cell = _CELL
+    with served(cell) as hall:
+        offered(hall, cell)
+        assert asked(shows(hall, shown), FRAME).kind is Kind.REFUSED
+
+
+def test_a_key_is_good_for_one_server() -> None:
+    cell = Cell(KITTING)
+    with served(cell) as hall, served(cell) as later:
+        for each in (hall, later):
+            offered(each, cell)
+        guest = shows(later, hall.server.key)
+        assert asked(guest, FRAME).kind is Kind.REFUSED
+
+
+_CELL = Cell(KITTING)

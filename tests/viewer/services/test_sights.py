@@ -1,0 +1,99 @@
+"""What else there is to be seen of a cell and of a robot."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from cellwright.cell.cell import Cell
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.rendering.scene.taking import SceneTaker
+from cellwright.robot.node import RobotNode
+from cellwright.viewer.services import sights
+from cellwright.viewer.services.scene import SceneServices
+from tests.cells import BARE, KITTING, SENSORS, WHOLE
+from tests.robot.robots import two_arms
+
+
+def about(served: Cell | RobotNode) -> tuple[dict[str, object], SceneTaker]:
+    taker = SceneTaker(served.simulation.model)
+    return json.loads(json.dumps(sights.about(served, taker))), taker
+
+
+def test_a_cell_tells_of_its_sensors_and_its_cup() -> None:
+    told, taker = about(Cell(WHOLE))
+    assert told["kind"] == "cell"
+    sensors = {each["name"]: each for each in told["sensors"]}  # type: ignore[attr-defined]
+    assert {name: each["form"] for name, each in sensors.items()} == {
+        "break_beam_1": "beam",
+        "proximity_sensor_1": "cone",
+        "laser_profiler_1": "fan",
+        "logical_camera_1": "frustum",
+        "logical_camera_2": "frustum",
+    }
+    assert sensors["break_beam_1"]["position"] == pytest.approx(SENSORS[0].pose.position)
+    [[body, place]] = told["tools"]  # type: ignore[misc]
+    assert taker.scene.bodies[body] == "vacuum_gripper_link"  # type: ignore[has-type]
+    assert len(place) == 3  # type: ignore[has-type]
+
+
+def test_a_robot_tells_of_its_tips_and_a_bare_cell_of_nothing() -> None:
+    told, taker = about(RobotNode(two_arms()))
+    assert told["kind"] == "robot"
+    assert [taker.scene.bodies[body] for body, _ in told["tools"]] == ["tip_right", "tip_left"]  # type: ignore[attr-defined]
+    bare, _ = about(Cell(BARE))
+    assert bare == {"kind": "cell", "sensors": [], "tools": []}
+
+
+def test_what_sensors_find_is_what_they_would_tell() -> None:
+    cell = Cell(WHOLE)
+    for _ in range(50):
+        cell.step()
+    cell.sensors["break_beam_1"].enabled = False
+    found = json.loads(json.dumps(sights.sensors(cell)))
+    assert found["break_beam_1"] is None
+    reading = cell.sensors["logical_camera_2"].read()
+    assert found["logical_camera_2"]["sees"] == bool(reading.detections)
+    assert found["logical_camera_2"]["sees"]
+    assert len(found["laser_profiler_1"]["ranges"]) == 50
+    near = cell.sensors["proximity_sensor_1"].read().range
+    assert found["proximity_sensor_1"]["ranges"] == [pytest.approx(near, abs=1e-4)]
+    assert sights.sensors(RobotNode(two_arms())) == {}
+
+
+def test_contacts_carry_what_lies_there() -> None:
+    cell = Cell(KITTING)
+    for _ in range(10):
+        cell.step()
+    rows = np.array(sights.contacts(cell))
+    assert 0 < len(rows) <= sights.MOST_CONTACTS
+    strengths = np.linalg.norm(rows[:, 3:], axis=1)
+    assert (np.diff(strengths) <= 1e-3).all()
+    assert all(math.isfinite(value) for value in rows.reshape(-1).tolist())
+
+
+def test_nothing_more_is_told_than_was_asked_for_and_asking_leaves_no_trace() -> None:
+    watched, alone = Cell(WHOLE), Cell(WHOLE)
+    services = SceneServices(watched)
+    assert not {"contacts", "sensors"} & services.frame({"contacts": 1, "sensors": "yes"}).keys()
+    for _ in range(150):
+        watched.step()
+        alone.step()
+        assert {"contacts", "sensors"} <= services.frame({"contacts": True, "sensors": True}).keys()
+    assert watched.state_hash() == alone.state_hash()
+
+
+def test_a_camera_tells_where_it_is_and_draws_nothing_for_it() -> None:
+    camera = "{type: rgb_camera, frame: vacuum_gripper_link, pose: {xyz: [0.08, 0, 0]}, fov: 1.0, near: 0.2, far: 9}"
+    cell = Cell(load_trial(text=f"arm: {{type: ur10}}\ncellwright: {{sensors: {{wrist: {camera}}}}}").trial)
+    told, _ = about(cell)
+    described = told["sensors"][0]  # type: ignore[index]
+    assert [described[name] for name in ("form", "angle", "near", "far")] == ["frustum", 0.5, 0.2, 1.0]
+    for _ in range(20):
+        cell.step()
+    cell.simulation.refresh()
+    found = json.loads(json.dumps(sights.sensors(cell)))["wrist"]
+    tool = cell.simulation.data.body("vacuum_gripper_link")
+    assert found["position"] == pytest.approx((tool.xpos + 0.08 * tool.xmat.reshape(3, 3)[:, 0]).tolist(), abs=1e-3)
+    assert cell.studio._painter is None

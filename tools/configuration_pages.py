@@ -1,0 +1,138 @@
+"""The tables of the pages on configurations: `python -m tools.configuration_pages docs/*configuration.md`.
+
+They are made of what the readers look for. In a page a table stands between `<!-- made: NAME -->` and `<!-- end -->`;
+all else there is written by hand.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+from cellwright.config.models.files import MAX_ASSET_BYTES
+from cellwright.config.models.section import MOST_FURNITURE, MOST_TYPES
+from cellwright.config.models.xml import MOST_SHAPES
+from cellwright.config.parsing.expressions import MAX_BITS, MAX_LENGTH
+from cellwright.config.parsing.problems import MOST_TOLD
+from cellwright.config.parsing.reader import FARTHEST, LONGEST_NAME, MAX_MESH_BYTES
+from cellwright.config.parsing.texts import MAX_BYTES
+from cellwright.config.parsing.yaml_source import MAX_DEPTH, MAX_NODES
+from cellwright.config.robot import config_keys, meshes, urdf, urdf_file
+from cellwright.config.trial import keys
+from cellwright.config.trial.cameras import (
+    FASTEST,
+    LARGEST,
+    LONGEST_LATENCY,
+    MOST_CAMERAS,
+    MOST_DEPTHS,
+    SLOWEST,
+    WIDEST,
+)
+from cellwright.config.trial.models import MAX_PARTS
+from cellwright.config.trial.orders import MOST_KITS
+from cellwright.config.trial.sensors import MOST_SENSORS
+from cellwright.util.errors import UnknownNameError
+
+_MADE = re.compile(
+    r"(?<=^<!-- made: )(?P<name>[a-z0-9-]+)(?P<open> -->\n).*?(?=^<!-- end -->$)", re.MULTILINE | re.DOTALL
+)
+
+
+def tables() -> Mapping[str, str]:
+    """Every table, by its name."""
+    return {
+        "trial-bounds": _trial_bounds(),
+        "sections": keys.SECTIONS.table(),
+        "sensors": keys.SENSOR.table(),
+        "options": keys.OPTIONS.table(),
+        "orders": keys.ORDER.table(),
+        "bins": keys.BIN.table(),
+        "grids": keys.GRID.table(),
+        "drop-regions": keys.DROP_REGION.table(),
+        "extras": keys.PART.table(),
+        "own": keys.OWN.table(),
+        "own-arm": keys.OWN_ARM.table("arm."),
+        "own-sensors": keys.CAMERA.table(),
+        "own-noise": keys.NOISE.table("noise."),
+        "gains": keys.GAINS.table("arm.gains.<joint>."),
+        "constraints": keys.CONSTRAINTS.table("arm.constraints."),
+        "tolerances": keys.TOLERANCE.table("arm.constraints.<joint>."),
+        "robot": config_keys.ENTRIES.table(),
+        "robot-base-pose": config_keys.BASE_POSES.table("base_pose."),
+        "robot-arms": config_keys.ARMS.table("arms[]."),
+        "robot-grippers": config_keys.GRIPPERS.table("grippers[]."),
+        "robot-controller": config_keys.CONTROLLERS.table("controller_indices."),
+        "robot-cameras": config_keys.CAMERAS.table("cameras[]."),
+        "robot-unused": _unused(),
+        "robot-bounds": _robot_bounds(),
+    }
+
+
+def filled(page: str) -> str:
+    """A page with its tables made anew.
+
+    Raises:
+        UnknownNameError: it asks for a table that there is not.
+    """
+    made = tables()
+
+    def fill(found: re.Match[str]) -> str:
+        if found["name"] not in made:
+            raise UnknownNameError("table", found["name"], made)
+        return f"{found['name']}{found['open']}\n{made[found['name']]}\n"
+
+    return _MADE.sub(fill, page)
+
+
+def _bounds(rows: Mapping[str, str]) -> str:
+    return "\n".join(["| bound | value |", "|---|---|", *(f"| {what} | {value} |" for what, value in rows.items()), ""])
+
+
+def _trial_bounds() -> str:
+    return _bounds(
+        {
+            "all files together": f"{MAX_BYTES >> 10} KiB",
+            "values in a file, each use of an anchor counted": f"{MAX_NODES:,}".replace(",", " "),
+            "nesting": f"{MAX_DEPTH} levels",
+            "parts in a cell, those that the belt will bring included; parts of one order": f"{MAX_PARTS}",
+            "kits that all orders ask for, each part in one counted as well": f"{MOST_KITS:,}".replace(",", " "),
+            "sensors; cameras that take pictures": f"{MOST_SENSORS}; {MOST_CAMERAS}",
+            "a camera's pictures": f"{LARGEST[0]} × {LARGEST[1]} pixels, {MOST_DEPTHS / 1e6:g} million where depth is "
+            f"measured; {SLOWEST:g} to {FASTEST:g} Hz; {WIDEST:g} rad wide; {LONGEST_LATENCY:g} s late",
+            "part types of your own; pieces of furniture": f"{MOST_TYPES}; {MOST_FURNITURE}",
+            "shapes of one model; its meshes, each and those of a trial together": f"{MOST_SHAPES}; "
+            f"{MAX_ASSET_BYTES >> 20} and {MAX_MESH_BYTES >> 20} MiB",
+            "errors, and warnings, that are told; the others are counted": f"{MOST_TOLD}",
+            "a coordinate": f"±{FARTHEST:,.0f} m".replace(",", " "),
+            "an expression": f"{MAX_LENGTH} characters, whole numbers up to {MAX_BITS} bits on the way",
+            "a name": f"{LONGEST_NAME} characters",
+        }
+    )
+
+
+def _robot_bounds() -> str:
+    return _bounds(
+        {
+            "a robot configuration": f"{MAX_BYTES >> 10} KiB",
+            "a URDF": f"{urdf_file.MAX_BYTES >> 20} MiB, {urdf.MOST_LINKS} links, "
+            f"elements nested {urdf_file.MAX_DEPTH} deep",
+            "all meshes of a robot": f"{meshes.MAX_TOTAL_BYTES >> 20} MiB",
+        }
+    )
+
+
+def _unused() -> str:
+    rows = [f"| `{name}` | {what} |" for name, what in config_keys.UNUSED.items()]
+    names = [
+        *(f"grippers[].{name}" for name in config_keys.GRIPPER_UNUSED),
+        *(f"folding_waist.{name}" for name in config_keys.FOLDING_WAIST_UNUSED),
+    ]
+    rows += [f"| {', '.join(f'`{name}`' for name in names)} | |"]
+    return "\n".join(["| entry | what it is in the original |", "|---|---|", *rows, ""])
+
+
+if __name__ == "__main__":
+    for page in map(Path, sys.argv[1:]):
+        page.write_text(filled(page.read_text(encoding="utf-8")), encoding="utf-8")

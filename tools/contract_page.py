@@ -1,0 +1,99 @@
+"""The contract as a page for people: `python -m tools.contract_page > docs/contract.md`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Sequence
+
+from cellwright.cell.interface.rows import GEAR, PICTURES
+from cellwright.middleware.bus import Direction
+from cellwright.middleware.interface.table import Competition, Kind, Row
+from cellwright.middleware.messages import md5
+from cellwright.middleware.messages.names import short_name
+from cellwright.middleware.messages.sources import sources
+
+INTRODUCTION = """\
+# The contract of the kit-building cell
+
+Every name that the cell answers to, in a program's own process as over ROS 1. The names, types, rates and latches are
+those of the 2017 competition. Made from the table in `src/cellwright/cell/interface/rows.py` by
+`python -m tools.contract_page > docs/contract.md`; a test holds the two together.
+
+- Rates are in simulation time, and "each step" means the simulation's own step (2 ms unless the file says otherwise).
+- A latched topic gives a late listener its newest message.
+- `{sensor}` stands for the name of a sensor in the file, `{n}` for the number of an AGV, 1 or 2.
+- In messages a quaternion is (x, y, z, w).
+- In competition mode some names act otherwise, as their last column says. Listening never changes what the cell does,
+  not even to a topic that is silent then.
+- The original simulator's own services under `/gazebo` are no part of the contract.
+"""
+
+CAMERAS = """\
+## Cameras that take pictures
+
+They were not there in 2017, and are only where a file asks for them: [Cameras](cameras.md). None is latched; each
+comes at its camera's own rate, and only while somebody listens.
+"""
+
+
+def markdown(rows: Iterable[Row]) -> str:
+    """Rows as tables: what comes out of the cell, what goes in, actions and services."""
+    kinds: Sequence[tuple[str, Kind, Direction]] = (
+        ("Topics from the cell", Kind.TOPIC, Direction.OUT),
+        ("Topics to the cell", Kind.TOPIC, Direction.IN),
+        ("Actions", Kind.ACTION, Direction.IN),
+        ("Services", Kind.SERVICE, Direction.IN),
+    )
+    all_rows = tuple(rows)
+    parts = []
+    for title, kind, direction in kinds:
+        chosen = [row for row in all_rows if (row.kind, row.direction) == (kind, direction)]
+        if chosen:
+            parts.append(f"## {title}\n\n{_table(chosen, rated=direction is Direction.OUT)}")
+    return "\n".join(parts)
+
+
+def types_table() -> str:
+    """The types that the project defines itself, with their ROS 1 checksums."""
+    lines = ["| type | | MD5 |", "|---|---|---|"]
+    for name, text in sources().items():
+        about = text.splitlines()[0].removeprefix("# ")
+        lines.append(f"| `{short_name(name)}` | {about} | `{md5(name)}` |")
+    return "\n".join(lines) + "\n"
+
+
+def contract_page() -> str:
+    """The whole page."""
+    types = (
+        "## Types of its own\n\n"
+        "Standard types come from ROS itself; these are defined in `src/cellwright/messages/definitions`. "
+        "The checksum is ROS 1's.\n"
+    )
+    cameras = f"{CAMERAS}\n{_table(PICTURES, rated=False)}"
+    return "\n".join((INTRODUCTION, markdown(GEAR), cameras, types, types_table()))
+
+
+def _table(rows: Sequence[Row], *, rated: bool) -> str:
+    head = ["name", "type", *(["rate", "latched"] if rated else []), "there", "what it is", "in competition mode"]
+    lines = [_line(head), "|" + "---|" * len(head)]
+    lines += [_line(_cells(row, rated=rated)) for row in rows]
+    return "\n".join(lines) + "\n"
+
+
+def _cells(row: Row, *, rated: bool) -> list[str]:
+    return [
+        f"`{row.name}`",
+        f"`{row.type}`",
+        *([row.rate_text, "yes" if row.latch else ""] if rated else []),
+        row.where.value,
+        row.about,
+        "" if row.competition is Competition.SAME else row.competition.value,
+    ]
+
+
+def _line(cells: Sequence[str]) -> str:
+    return "| " + " | ".join(cells) + " |"
+
+
+if __name__ == "__main__":
+    sys.stdout.write(contract_page())
