@@ -9,7 +9,8 @@ from ipaddress import ip_address
 from typing import Any
 
 from cellwright.cli.view.arguments import PageWish, desktop
-from cellwright.middleware.server.server import LOOPBACK, Server
+from cellwright.middleware.server import Server
+from cellwright.middleware.server.server import LOOPBACK
 from cellwright.util.errors import UsageError
 from cellwright.viewer.services.cell_panel import OVER, CellPanel
 from cellwright.viewer.services.control import Control

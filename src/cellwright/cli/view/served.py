@@ -11,8 +11,7 @@ from cellwright.cli.signals import Stop, stopped_by_signals
 from cellwright.cli.view.arguments import PageWish
 from cellwright.cli.view.page import open_page
 from cellwright.util.errors import CellwrightError
-from cellwright.viewer.services.names import PANEL
-from cellwright.viewer.services.onlookers import PAGE
+from cellwright.viewer.services.names import PAGE, PANEL
 from cellwright.viewer.web.link import Link
 
 _NAP = 0.1  # [s]

@@ -19,7 +19,7 @@ from cellwright.running.remote.working import Parting, Worked
 from cellwright.running.run import Course, Outcome, RunOptions, RunResult, conduct, how_it_ended, wait_for_kits
 from cellwright.running.serving import Hooks, Serving
 from cellwright.util.errors import RunEndedError
-from cellwright.viewer.services import onlookers
+from cellwright.viewer.services import names
 
 NODE = "/agent"
 
@@ -109,7 +109,7 @@ class Host:
             if self.server is None:
                 server.close("the run is over")
             else:
-                server.dismiss("the run is over", keep=onlookers.is_onlooker)
+                server.dismiss("the run is over", keep=names.is_onlooker)
             if child is not None:
                 child.end()
         if self._is_interrupted or child is None:

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from cellwright.engine.tempo import Tempo
-from cellwright.middleware.server.server import Server
+from cellwright.middleware.server import Server
 from cellwright.util.errors import RejectedCommandError, UnknownNameError
 from cellwright.viewer.services.names import CONTROL
 

@@ -1,5 +1,7 @@
 """Names of the services for those who look on. Pages and other guests know them by these, and load nothing else."""
 
+from __future__ import annotations
+
 SCENE = "cellwright/scene"
 """What there is to be seen."""
 FRAME = "cellwright/frame"
@@ -11,3 +13,11 @@ CONTROL = "cellwright/control"
 
 FOR_ONLOOKERS = (SCENE, FRAME, PANEL, CONTROL)
 """All of them."""
+
+PAGE = "/page_"
+"""What the names of pages as guests begin with."""
+
+
+def is_onlooker(node: str) -> bool:
+    """Whether a guest of this name looks on, and does not work what is served."""
+    return node.startswith(PAGE)

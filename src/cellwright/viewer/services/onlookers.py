@@ -3,22 +3,14 @@
 from __future__ import annotations
 
 from cellwright.middleware.bus.served import Served
-from cellwright.middleware.server.server import Server
+from cellwright.middleware.server import Server
 from cellwright.viewer.services.control import Control
 from cellwright.viewer.services.names import FOR_ONLOOKERS
 from cellwright.viewer.services.panel import Tell, offer_panel
 from cellwright.viewer.services.scene import SceneServices
 
-PAGE = "/page_"
-"""What the names of pages as guests begin with."""
-
 ITS_OWN_PAGE = "a competition shows itself to its own page alone: start it with --view, or in development mode (-d)"
 """Why others are told nothing."""
-
-
-def is_onlooker(node: str) -> bool:
-    """Whether a guest of this name looks on, and does not work what is served."""
-    return node.startswith(PAGE)
 
 
 def offer(server: Server, served: Served, tell: Tell, control: Control) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from cellwright.middleware.server.server import Server
+from cellwright.middleware.server import Server
 from cellwright.viewer.services.control import Control
 from cellwright.viewer.services.names import PANEL
 

@@ -19,7 +19,7 @@ from functools import cached_property
 from typing import Any
 
 from cellwright.middleware.bus.served import Served
-from cellwright.middleware.server.server import Server
+from cellwright.middleware.server import Server
 from cellwright.rendering.scene.encoded import encode_scene
 from cellwright.rendering.scene.taking import SceneTaker
 from cellwright.viewer.services import sights

@@ -12,7 +12,7 @@ from cellwright.clients.client.transports.connection import Connection
 from cellwright.middleware.messages import from_cdr, service_type, to_cdr, type_of
 from cellwright.middleware.wire.frames import Frame, FrameError, Kind
 from cellwright.util.errors import CellwrightError, RunEndedError, UnknownNameError
-from cellwright.viewer.services.onlookers import PAGE
+from cellwright.viewer.services.names import PAGE
 
 _REQUEST = "_Request"
 _PATIENCE = 10.0  # [s] to wait for a greeting
