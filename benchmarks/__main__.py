@@ -19,9 +19,8 @@ from benchmarks.table import show
 from benchmarks.taking import Taken, take
 from cellwright.cli import options
 from cellwright.cli.arguments import OUTPUT
-from cellwright.cli.exit_status import DONE, NOT_DONE
-from cellwright.cli.main import main
-from cellwright.util.atomic_file import write_whole
+from cellwright.cli.main import DONE, NOT_DONE, main
+from cellwright.util.files import write_whole
 
 app = typer.Typer(add_completion=False, rich_markup_mode="markdown", pretty_exceptions_enable=False)
 _NAMES = ", ".join(f"`{each.name}`" for each in benchmarks.BENCHMARKS)

@@ -7,7 +7,7 @@ five seconds. The arm swings over the bins and touches nothing.
 from __future__ import annotations
 
 from cellwright.cell.cell import Cell
-from cellwright.cell.devices.trajectory.trajectory import JointTrajectory, TrajectoryPoint
+from cellwright.cell.devices.joint_trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.cell.model.arm import INITIAL_POSITIONS
 from cellwright.cell.model.frames import BELT_SURFACE, BIN_SURFACE
 from cellwright.config.layout import ARM_JOINTS, BIN_CENTRES

@@ -18,7 +18,7 @@ from benchmarks.timing import best_in_turn, processor_time
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.kitter.agent import KitterAgent
 from cellwright.clients.client.client import Client
-from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.clients.client.in_process import InProcess
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.engine.clock import NANOSECONDS

@@ -17,8 +17,8 @@ from cellwright.clients.client.client import Client
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.running.evaluation.evaluate import Evaluation
 from cellwright.running.evaluation.job import EvaluatedTrial, Job, make_jobs
-from cellwright.running.evaluation.processors import usable_processors
-from cellwright.running.evaluation.results_file import ResultsFile
+from cellwright.running.evaluation.process import usable_processors
+from cellwright.running.evaluation.result import ResultsFile
 from cellwright.util.errors import UsageError
 
 FINALS = [f"final{number:02d}" for number in range(1, 16)]

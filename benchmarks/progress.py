@@ -8,13 +8,13 @@ from contextlib import contextmanager
 from rich.console import Console
 
 from benchmarks.figures import Tell
-from cellwright.cli.bar import bar
+from cellwright.cli.output import progress_bar
 
 
 @contextmanager
 def telling(console: Console, title: str) -> Iterator[Tell]:
     """What takes lines about a benchmark, as long as it lasts."""
-    with bar(console, title, None) as moving:
+    with progress_bar(console, title, None) as moving:
 
         def tell(line: str) -> None:
             if moving is None:

@@ -21,7 +21,7 @@ from benchmarks.busy_cell import ON_BELT
 from benchmarks.figures import BenchmarkSkippedError
 from benchmarks.silence import without_output
 from cellwright.cell.cell import Cell
-from cellwright.cell.interface.urdf import robot_description
+from cellwright.cell.interface.parameters import robot_description
 from cellwright.cell.model.arm import GRIPPER, JOINTS
 from cellwright.cell.model.furniture import BELT_GEOM
 from cellwright.config.layout import ARM_JOINTS

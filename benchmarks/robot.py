@@ -24,7 +24,7 @@ from benchmarks.silence import without_output
 from benchmarks.timing import best_in_turn, processor_time
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.robots import load_robot
-from cellwright.middleware.messages.build import joint_state
+from cellwright.middleware.messages.conversions import joint_state
 from cellwright.robot.node import RobotNode
 from cellwright.util.pose import Pose
 

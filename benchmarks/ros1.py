@@ -24,11 +24,11 @@ from cellwright.cell.devices.arm import Arm
 from cellwright.cell.interface.parameters import parameters
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.engine.pacing import Pacer
+from cellwright.engine.rate_control import RealTimePacer
 from cellwright.middleware.interface.sampling import Sampled
 from cellwright.middleware.interface.table import Row
 from cellwright.middleware.messages import Message
-from cellwright.middleware.messages.build import joint_state
+from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.messages.std_srvs import TriggerResponse
 from cellwright.middleware.ros1.host import Ros1
 from cellwright.middleware.ros1.host.installation import find
@@ -111,7 +111,7 @@ def _bridged(clients: Clients, environment: Mapping[str, str], seconds: float) -
             raise ServiceFailedError("the bridge has ended")
         processes = {"the cell": os.getpid(), "the bridge": ros.bridge_pid}
         before, start = {name: busy(pid) for name, pid in processes.items()}, time.perf_counter()
-        pacer = Pacer(cell.simulation, 1.0, sleep=server.wait)
+        pacer = RealTimePacer(cell.simulation, 1.0, sleep=server.wait)
         polled = 0.0
         while not clients.is_done or cell.simulation.time < seconds:
             pacer.step()

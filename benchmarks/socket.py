@@ -19,11 +19,11 @@ from benchmarks.processes import Served
 from benchmarks.timing import percentile
 from cellwright.cell.cell import Cell
 from cellwright.clients.client import ARM_JOINTS
-from cellwright.clients.client.transports.socket import SocketTransport
+from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.middleware.messages.build import joint_trajectory, trajectory_point
 from cellwright.middleware.messages.control_msgs import FollowJointTrajectoryActionGoal, FollowJointTrajectoryGoal
+from cellwright.middleware.messages.conversions import joint_trajectory, trajectory_point
 from cellwright.middleware.messages.osrf_gear import GetMaterialLocationsRequest
 from cellwright.middleware.messages.standard import JointState
 from cellwright.middleware.messages.types import message_type

@@ -24,10 +24,10 @@ from typing import Any
 from benchmarks.figures import Figure, Tell
 from benchmarks.processes import Served, ros1_environment
 from benchmarks.timing import percentile
-from cellwright.clients.client.transports.socket import SocketTransport
+from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.config.robot.robots import load_robot
-from cellwright.engine.pacing import Pacer
-from cellwright.middleware.messages.build import joint_state
+from cellwright.engine.rate_control import RealTimePacer
+from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.ros1.host.installation import find
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import UsageError
@@ -91,7 +91,7 @@ def in_one_process(trials: int) -> tuple[list[float], list[float]]:
             moved.set()
 
     def run() -> None:
-        pacer = Pacer(node.simulation, 1.0)
+        pacer = RealTimePacer(node.simulation, 1.0)
         while not over.is_set():
             pacer.step()
 

@@ -17,7 +17,7 @@ from benchmarks.figures import Figure, Tell
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.kitter.agent import KitterAgent
 from cellwright.clients.client.client import Client
-from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.clients.client.in_process import InProcess
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.clock import NANOSECONDS

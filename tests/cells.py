@@ -25,7 +25,7 @@ from cellwright.config.trial.trial import (
     Trial,
 )
 from cellwright.engine.clock import NANOSECONDS, nanoseconds
-from cellwright.middleware.messages.build import joint_trajectory, trajectory_point
+from cellwright.middleware.messages.conversions import joint_trajectory, trajectory_point
 from cellwright.middleware.messages.standard import JointTrajectory
 from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.util.pose import Pose

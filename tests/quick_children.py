@@ -22,11 +22,10 @@ from tests.warm import WarmProcess, WarmStart, warm_start
 _PAGE = (
     "cellwright.viewer.web.operator.feature",
     "cellwright.viewer.web.page",
-    "cellwright.viewer.web.panels.cell",
-    "cellwright.viewer.web.panels.time_controls",
-    "cellwright.viewer.web.shadows",
-    "cellwright.viewer.web.stage",
-    "cellwright.viewer.web.tools",
+    "cellwright.viewer.web.cell_panels",
+    "cellwright.viewer.web.time_controls",
+    "cellwright.viewer.web.scene",
+    "cellwright.viewer.web.overlays",
     "cellwright.viewer.web.views",
 )
 """Modules of a page's process; they bring the others. The program itself is run, and is not among them."""
@@ -93,7 +92,7 @@ def quick_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def quick_agents(monkeypatch: pytest.MonkeyPatch) -> None:
     """Processes of agents."""
-    _replace(monkeypatch, "cellwright.running.remote.child", lambda _: warm_start())
+    _replace(monkeypatch, "cellwright.running.remote.hosting", lambda _: warm_start())
 
 
 @pytest.fixture
@@ -104,7 +103,7 @@ def quick_workers(monkeypatch: pytest.MonkeyPatch) -> None:
         modules = ("cellwright.running.evaluation.worker",)
         return warm_start("worker of an evaluation", lambda: WarmStart(modules, environment=environment))
 
-    _replace(monkeypatch, "cellwright.running.evaluation.worker_process", start)
+    _replace(monkeypatch, "cellwright.running.evaluation.process", start)
 
 
 @pytest.fixture

@@ -33,7 +33,7 @@ WHOLE = (
     "tests/running/evaluation/test_evaluate.py",
     "tests/recording/replay/exported/test_file.py",
     "tests/robot/checks/test_check.py",
-    "tests/robot/hands/test_poses.py",
+    "tests/robot/test_poses.py",
 )
 """Files whose tests share what takes some seconds to make; their turn comes in the order of the others."""
 

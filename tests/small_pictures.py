@@ -7,7 +7,7 @@ process that has loaded Cellwright.
 import sys
 from typing import Any
 
-from cellwright.util.loading import interrupts_end_the_process
+from cellwright.util.process import interrupts_end_the_process
 
 with interrupts_end_the_process():  # as the command itself loads
     from cellwright.rendering import picture

@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.engine.tempo import Tempo
+from cellwright.engine.rate_control import RateControl
 from cellwright.middleware.server import Server
 from cellwright.recording.format.run_log import RunLog
 from cellwright.running.run import Outcome, RunOptions
 from cellwright.running.serving import Hooks, Serving
 from cellwright.util.errors import UsageError
-from cellwright.util.json_lines import read_json_lines
+from cellwright.util.files import read_json_lines
 from tests.cells import KITTING, call
 
 
@@ -38,7 +38,7 @@ def test_it_begins_anew_once_and_ends_when_it_would_have(tmp_path: Path) -> None
         if len(times) > 3:
             tempo.set_speed(None)
 
-    tempo = Tempo(1.0)
+    tempo = RateControl(1.0)
     serving = Serving(cell, Server(cell, port=0), tempo=tempo, hooks=Hooks(on_poll=poll))
     log = RunLog(tmp_path / "a.jsonl")
     result = serving.run(RunOptions(until=1.5, log=log))

@@ -54,19 +54,7 @@ def test_a_name_that_there_is_not_is_refused() -> None:
         getattr(cellwright, "Robot")  # noqa: B009
 
 
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [
-        ("client", "clients.client"),
-        ("client.session", "clients.client.session"),
-        ("description.robot.robots", "config.robot.robots"),
-        ("description.trial", "config.trial.trial"),
-        ("devices.sensors.sensor", "engine.sensor"),
-        ("pose", "util.pose"),
-        ("recording.run_log", "recording.format.run_log"),
-        ("world.robot", "robot.model.robot"),
-    ],
-)
+@pytest.mark.parametrize(("old", "new"), cellwright._MOVED.items())
 def test_modules_of_version_0_1_work_under_their_old_names(old: str, new: str) -> None:
     before = set(sys.modules)
     with warnings.catch_warnings(record=True) as warned:

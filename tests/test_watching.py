@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from cellwright import load_trial
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.agent import Agent, find_agent
-from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.clients.client.in_process import InProcess
 from cellwright.running.run import RunOptions, run_cell
 from tests.clients.client.test_socket import connected, served
 from tests.watching import ACTIONS, TRIAL, WATCHERS, Action, Watcher, all_topics, nobody, recording, work

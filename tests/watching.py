@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.interface.rows import rows
-from cellwright.clients.client.transports.transport import Transport
+from cellwright.clients.client.in_process import Transport
 from cellwright.middleware.bus import Direction
 from cellwright.middleware.interface.table import Kind
 from cellwright.middleware.messages import to_cdr
 from cellwright.middleware.messages.osrf_gear import VacuumGripperControlRequest
 from cellwright.middleware.messages.std_srvs import TriggerRequest
-from cellwright.recording.format.header import RecordingHeader
+from cellwright.recording.format.format import RecordingHeader
 from cellwright.recording.format.recorder import Recorder
 from cellwright.util.pose import Pose
 from tests.cells import INITIAL, WHOLE, order, way

@@ -12,27 +12,27 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from cellwright.config.models.files import MAX_ASSET_BYTES
-from cellwright.config.models.section import MOST_FURNITURE, MOST_TYPES
+from cellwright.config.models.reader import MOST_FURNITURE, MOST_TYPES
 from cellwright.config.models.xml import MOST_SHAPES
 from cellwright.config.parsing.expressions import MAX_BITS, MAX_LENGTH
-from cellwright.config.parsing.problems import MOST_TOLD
 from cellwright.config.parsing.reader import FARTHEST, LONGEST_NAME, MAX_MESH_BYTES
-from cellwright.config.parsing.texts import MAX_BYTES
+from cellwright.config.parsing.sources import MAX_BYTES
+from cellwright.config.parsing.tree import MOST_TOLD
 from cellwright.config.parsing.yaml_source import MAX_DEPTH, MAX_NODES
 from cellwright.config.robot import config_keys, meshes, urdf, urdf_file
 from cellwright.config.trial import keys
-from cellwright.config.trial.cameras import (
-    FASTEST,
-    LARGEST,
-    LONGEST_LATENCY,
-    MOST_CAMERAS,
-    MOST_DEPTHS,
-    SLOWEST,
-    WIDEST,
-)
-from cellwright.config.trial.models import MAX_PARTS
 from cellwright.config.trial.orders import MOST_KITS
-from cellwright.config.trial.sensors import MOST_SENSORS
+from cellwright.config.trial.parts import MAX_PARTS
+from cellwright.config.trial.sensors import (
+    MAX_CAMERA_LATENCY,
+    MAX_DEPTH_PIXELS,
+    MAX_FOV,
+    MAX_PICTURE_RATE,
+    MAX_PICTURE_SIZE,
+    MIN_PICTURE_RATE,
+    MOST_CAMERAS,
+    MOST_SENSORS,
+)
 from cellwright.util.errors import UnknownNameError
 
 _MADE = re.compile(
@@ -99,8 +99,9 @@ def _trial_bounds() -> str:
             "parts in a cell, those that the belt will bring included; parts of one order": f"{MAX_PARTS}",
             "kits that all orders ask for, each part in one counted as well": f"{MOST_KITS:,}".replace(",", " "),
             "sensors; cameras that take pictures": f"{MOST_SENSORS}; {MOST_CAMERAS}",
-            "a camera's pictures": f"{LARGEST[0]} × {LARGEST[1]} pixels, {MOST_DEPTHS / 1e6:g} million where depth is "
-            f"measured; {SLOWEST:g} to {FASTEST:g} Hz; {WIDEST:g} rad wide; {LONGEST_LATENCY:g} s late",
+            "a camera's pictures": f"{MAX_PICTURE_SIZE[0]} × {MAX_PICTURE_SIZE[1]} pixels, "
+            f"{MAX_DEPTH_PIXELS / 1e6:g} million where depth is measured; {MIN_PICTURE_RATE:g} to "
+            f"{MAX_PICTURE_RATE:g} Hz; {MAX_FOV:g} rad wide; {MAX_CAMERA_LATENCY:g} s late",
             "part types of your own; pieces of furniture": f"{MOST_TYPES}; {MOST_FURNITURE}",
             "shapes of one model; its meshes, each and those of a trial together": f"{MOST_SHAPES}; "
             f"{MAX_ASSET_BYTES >> 20} and {MAX_MESH_BYTES >> 20} MiB",

@@ -9,8 +9,7 @@ from cellwright.cell.interface.rows import GEAR, PICTURES
 from cellwright.middleware.bus import Direction
 from cellwright.middleware.interface.table import Competition, Kind, Row
 from cellwright.middleware.messages import md5
-from cellwright.middleware.messages.names import short_name
-from cellwright.middleware.messages.sources import sources
+from cellwright.middleware.messages.types import short_name, sources
 
 INTRODUCTION = """\
 # The contract of the kit-building cell

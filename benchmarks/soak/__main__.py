@@ -12,7 +12,7 @@ from benchmarks.soak.face import ROUND
 from benchmarks.soak.leg import FACES, HOUR
 from benchmarks.soak.report import is_well, lines, picture
 from benchmarks.soak.soak import EnduranceError, soak
-from cellwright.util.atomic_file import write_whole
+from cellwright.util.files import write_whole
 
 _MOST = 1000.0  # [h]
 

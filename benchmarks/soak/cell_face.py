@@ -12,10 +12,10 @@ from collections.abc import Callable
 
 from benchmarks.soak.face import ROUND, Ears
 from cellwright.cell.cell import Cell
-from cellwright.cell.devices.gripper.vacuum_gripper import VacuumGripper
+from cellwright.cell.devices.vacuum_gripper import VacuumGripper
 from cellwright.cell.model.frames import SPAWN_FRAME
 from cellwright.clients.client.client import Client
-from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.clients.client.in_process import InProcess
 from cellwright.config.layout import BIN_PART_HEIGHT
 from cellwright.config.trial.trial import NO_TIME_LIMIT, BeltPart, Kit, KitObject, Order, Part, Sensor, Trial
 from cellwright.engine.clock import nanoseconds

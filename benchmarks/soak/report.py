@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.soak.memory import STEADY
 from benchmarks.soak.soak import TRACED, Soaked
-from cellwright.clients.operators.svg_frame import LEFT, frame, page
+from cellwright.clients.operators.plots import LEFT, frame, page
 
 _TOP, _HIGH, _BELOW = 34, 200, 44  # [px] of each frame
 _COLOUR = "#1f5fa8"

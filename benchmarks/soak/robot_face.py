@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.soak.face import ROUND, Ears
 from cellwright.config.robot.robots import load_robot
-from cellwright.middleware.messages.build import joint_state
+from cellwright.middleware.messages.conversions import joint_state
 from cellwright.robot.node import RobotNode
 
 ROBOT = "qinglong"

@@ -16,9 +16,9 @@ from cellwright.config.robot.config import Camera as RobotCamera
 from cellwright.config.robot.robots import load_robot
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
+from cellwright.rendering.camera import OPTICAL
 from cellwright.rendering.cameras.picture_camera import PictureCamera
-from cellwright.rendering.pinhole import OPTICAL
-from cellwright.rendering.png import encode
+from cellwright.rendering.picture import encode_png
 from cellwright.robot.node import RobotNode
 from cellwright.running.run import RunOptions, run_cell
 
@@ -75,7 +75,7 @@ def draw(cell: Cell) -> None:
     assert wrist is not None
     rows = [[over, wrist], [grey(depth), from_above(cameras["slanted"], depth)]]
     all_four = np.vstack([np.hstack([halved(picture) for picture in row]) for row in rows])
-    Path("docs/images/cameras.png").write_bytes(encode(all_four))
+    Path("docs/images/cameras.png").write_bytes(encode_png(all_four))
 
 
 def draw_robot() -> None:
@@ -86,7 +86,7 @@ def draw_robot() -> None:
     node.simulation.step_until(1_000_000_000)
     picture = node.cameras["first_person"].read().colour
     assert picture is not None
-    Path("docs/images/camera-robot.png").write_bytes(encode(halved(picture)))
+    Path("docs/images/camera-robot.png").write_bytes(encode_png(halved(picture)))
     node.close()
 
 

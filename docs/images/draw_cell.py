@@ -14,7 +14,7 @@ from matplotlib.patches import Polygon
 from cellwright import Cell, load_trial
 from cellwright.cell.model.arm import GRIPPER
 from cellwright.clients.client import Client
-from cellwright.engine.geometry.shapes import Role
+from cellwright.engine.shapes import Role
 
 HERE = Path(__file__).parent
 LEFT, RIGHT, BOTTOM, TOP = 5.9, -4.75, -1.75, 2.1  # y [m] to the left, x [m] up

@@ -6,10 +6,8 @@ from pathlib import Path
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.lesson import LessonAgent
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.rendering.camera import Camera
-from cellwright.rendering.picture import render
-from cellwright.rendering.png import save
-from cellwright.rendering.views import VIEWS
+from cellwright.rendering.camera import VIEWS, Camera
+from cellwright.rendering.picture import render, save_png
 from cellwright.running.run import RunOptions, run_cell
 
 CONFIG = Path("examples/lesson/industrial_control/config")
@@ -28,7 +26,7 @@ def draw(name: str, config: str, camera: Camera, agent: LessonAgent | None, unti
     """
     cell = Cell(load_trial([CONFIG / f"{config}.yaml"]).trial)
     run_cell(cell, agent, RunOptions(until=until))
-    save(f"docs/images/lesson-{name}.png", render(*cell.seen, camera, 800, 450, samples=4))
+    save_png(f"docs/images/lesson-{name}.png", render(*cell.seen, camera, 800, 450, samples=4))
 
 
 draw("first", "first_config", VIEWS["overview"], None, 2.0)

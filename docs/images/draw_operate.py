@@ -8,17 +8,13 @@ from pathlib import Path
 
 from rich.console import Console
 
+from cellwright.clients.client.in_process import InProcess
 from cellwright.clients.client.session import Session
-from cellwright.clients.client.transports.in_process import InProcess
-from cellwright.clients.operators.exercise import exercise
-from cellwright.clients.operators.jog import Jog
-from cellwright.clients.operators.keyboard import Keyboard
-from cellwright.clients.operators.limits import JointLimits
-from cellwright.clients.operators.panel import panel
-from cellwright.clients.operators.plot_svg import picture
-from cellwright.clients.operators.robot import OperatedRobot
-from cellwright.clients.operators.services import Services
-from cellwright.clients.operators.waves import Shape, Wave
+from cellwright.clients.operators.exercise import Shape, Wave, exercise
+from cellwright.clients.operators.keyboard import Jog, Keyboard
+from cellwright.clients.operators.plots import tracking_svg
+from cellwright.clients.operators.robot import JointLimits, OperatedRobot, ServiceCaller
+from cellwright.clients.operators.terminal import panel
 from cellwright.config.robot.robots import load_robot
 from cellwright.robot.node import RobotNode
 
@@ -31,9 +27,9 @@ robot = OperatedRobot(session)
 limits = JointLimits.of(node.config.robot)
 
 steps = [exercise(robot, "J_arm_r_04", Wave.lasting(shape, 0.3, 0.5, 4.0)) for shape in (Shape.SINE, Shape.STEP)]
-(FOLDER / "operate-signal.svg").write_text(picture(steps), encoding="utf-8")
+(FOLDER / "operate-signal.svg").write_text(tracking_svg(steps), encoding="utf-8")
 
-keyboard = Keyboard(robot, Jog(robot, limits), Services(lambda: session))
+keyboard = Keyboard(robot, Jog(robot, limits), ServiceCaller(lambda: session))
 for keys in ("/", "arm_r_04", "\r", "+", RIGHT, RIGHT, "t", "c", "Z", "Z", "\x1b[A\x1b[B", RIGHT, RIGHT, RIGHT):
     keyboard.take(keys)
     session.sleep(0.1)

@@ -6,7 +6,7 @@ from pathlib import Path
 import mujoco
 
 from cellwright.config.robot.robots import load_robot
-from cellwright.robot.model.robot import build_robot
+from cellwright.robot.model import build_robot
 from cellwright.robot.pictures import save_robot_picture
 
 HERE = Path(__file__).parent

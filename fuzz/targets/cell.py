@@ -9,7 +9,7 @@ from pathlib import Path
 
 from cellwright.cell.cell import Cell
 from cellwright.clients.client import Client
-from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.clients.client.in_process import InProcess
 from cellwright.config.models.files import ModelFileError
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.util.errors import DescriptionError, SimulationError

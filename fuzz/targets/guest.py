@@ -10,10 +10,10 @@ from cellwright.cell.cell import Cell
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.middleware.messages import to_cdr
-from cellwright.middleware.messages.build import joint_trajectory, trajectory_point
+from cellwright.middleware.messages.conversions import joint_trajectory, trajectory_point
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest
 from cellwright.middleware.messages.std_srvs import TriggerRequest
-from cellwright.middleware.server.guest import LONGEST_HELLO, Guest
+from cellwright.middleware.server.client_connection import LONGEST_HELLO, ClientConnection
 from cellwright.middleware.server.requests import Requests
 from cellwright.middleware.wire.frames import QUIET, Decoder, Frame, FrameError, Kind, advance, hello
 from fuzz.verdict import FindingError
@@ -52,7 +52,7 @@ def attempt(data: bytes) -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         theirs = socket.create_connection(listener.getsockname())
         ours, _ = listener.accept()
-    guest = Guest(ours, "127.0.0.1")
+    guest = ClientConnection(ours, "127.0.0.1")
     try:
         for frame in Decoder(LONGEST_HELLO).feed(data):
             requests.carry_out(guest, frame)

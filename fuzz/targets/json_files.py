@@ -9,14 +9,12 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from cellwright.robot.checks.recorded import read_reference
-from cellwright.running.evaluation.junit import junit
+from cellwright.robot.checks.reference import read_reference
 from cellwright.running.evaluation.report import report
-from cellwright.running.evaluation.result import Result
-from cellwright.running.evaluation.results_file import RESULTS, ResultsFile
-from cellwright.running.evaluation.summary import summary_document
+from cellwright.running.evaluation.result import RESULTS_NAME, Result, ResultsFile
+from cellwright.running.evaluation.summary import junit, summary_document
 from cellwright.util.errors import UsageError
-from cellwright.util.json_lines import read_json_lines
+from cellwright.util.files import read_json_lines
 from fuzz import seeds as bundled
 from fuzz.trees import mutated
 from fuzz.verdict import check_lines
@@ -77,12 +75,12 @@ def attempt(data: bytes) -> None:
     folder = _FOLDER / "evaluation"
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
-    (folder / RESULTS).write_bytes(data)
+    (folder / RESULTS_NAME).write_bytes(data)
     try:
         with ResultsFile(folder) as results:
             found = list(results.results.values())
     except UsageError as error:
-        check_lines([error], [str(folder / RESULTS)])
+        check_lines([error], [str(folder / RESULTS_NAME)])
         return
     for result in found:
         json.dumps(result.as_json(), allow_nan=False)

@@ -17,7 +17,7 @@ from cellwright.middleware.messages import (
     to_cdr,
     to_ros1,
 )
-from cellwright.middleware.messages.build import joint_state, joint_trajectory, trajectory_point
+from cellwright.middleware.messages.conversions import joint_state, joint_trajectory, trajectory_point
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest
 from cellwright.middleware.messages.standard import GoalID, Time
 from cellwright.robot.interface.rows import IO_TELEOP

@@ -32,16 +32,15 @@ from cellwright.cell.cell import Cell
 from cellwright.config.robot.robots import load_robot
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.engine.tempo import Tempo
+from cellwright.engine.rate_control import RateControl
 from cellwright.middleware.bus.served import Served
 from cellwright.middleware.server import Server
 from cellwright.robot.node import RobotNode
-from cellwright.viewer.services import onlookers
+from cellwright.viewer.services import scene
 from cellwright.viewer.services.cell_panel import CellPanel
-from cellwright.viewer.services.control import Control, Reset
-from cellwright.viewer.services.panel import Tell
+from cellwright.viewer.services.control import Control, Reset, Tell
 from cellwright.viewer.services.robot_panel import RobotPanel
-from cellwright.viewer.web.door import Door
+from cellwright.viewer.web.access import Door
 from cellwright.viewer.web.operator.feature import Operator
 from cellwright.viewer.web.page import Page
 from cellwright.viewer.web.program import Server as PageServer
@@ -80,7 +79,7 @@ class World:
     def __init__(self, served: Served, tell: Tell, reset: Reset) -> None:
         self.served = served
         self._server = Server(served, port=0)
-        onlookers.offer(self._server, served, tell, Control(Tempo(1.0), reset=reset))
+        scene.offer_viewer_services(self._server, served, tell, Control(RateControl(1.0), reset=reset))
         self._door = Door("127.0.0.1", 0)
         with self._door.guards_viser(), contextlib.redirect_stdout(io.StringIO()):
             self.viser = PageServer(self._door.host, self._door.port, verbose=False)

@@ -14,22 +14,20 @@ import zstandard
 from mcap.opcode import Opcode
 from rich.console import Console
 
-from cellwright.cli.replay import summary
+from cellwright.cli.replay import report
 from cellwright.middleware.bus import How
 from cellwright.middleware.messages import to_cdr
 from cellwright.middleware.messages.standard import MultiArrayLayout, String, UInt8MultiArray
 from cellwright.recording.format import format as names
 from cellwright.recording.format.commands import Command
-from cellwright.recording.format.format import MAGIC, RecordedTopic
-from cellwright.recording.format.frames import frames
-from cellwright.recording.format.header import RecordingHeader
+from cellwright.recording.format.format import MAGIC, RecordedTopic, RecordingHeader
 from cellwright.recording.format.mcap_file import McapFile
-from cellwright.recording.format.reader import Recording
-from cellwright.recording.plots.reading.story import story
-from cellwright.recording.replay.recorded import Recorded
-from cellwright.recording.replay.unpacked import unpacked
+from cellwright.recording.format.reader import Recording, recorded_frames
+from cellwright.recording.plots.reading.plot_data import load_plot_data
+from cellwright.recording.replay.playback import Recorded
+from cellwright.recording.replay.rebuild import unpacked_files
 from cellwright.rendering.scene import Frame, Scene
-from cellwright.rendering.scene.encoded import decode_scene, encode_scene
+from cellwright.rendering.scene.scene import decode_scene, encode_scene
 from cellwright.util.errors import CellwrightError, MessageError, RecordingError
 from fuzz.verdict import FindingError, check_lines
 
@@ -105,7 +103,7 @@ def attempt(data: bytes) -> None:
         check_lines([error], [str(_PATH)])
         return
     with recording:
-        for look in (_table, _messages, _frames, story, _sources, _play, Recording.check_bytes):
+        for look in (_table, _messages, _frames, load_plot_data, _sources, _play, Recording.check_bytes):
             _refused_or_done(look, recording)
         with suppress(MessageError):
             decode_scene(recording.scene or b"")
@@ -121,7 +119,7 @@ def _refused_or_done(look: Callable[[Recording], object], recording: Recording) 
 
 def _table(recording: Recording) -> None:
     with (_FOLDER / "table.txt").open("w+", encoding="utf-8") as file:
-        summary.show(Console(file=file, width=80, highlight=False), summary.document(recording))
+        report.show_contents(Console(file=file, width=80, highlight=False), report.contents_document(recording))
         file.seek(0)
         for line in file.read().split("\n"):
             if not line.isprintable():
@@ -137,12 +135,12 @@ def _messages(recording: Recording) -> None:
 
 
 def _frames(recording: Recording) -> None:
-    for _ in frames(recording):
+    for _ in recorded_frames(recording):
         pass
 
 
 def _sources(recording: Recording) -> None:
-    with unpacked(recording.sources) as folder:
+    with unpacked_files(recording.sources) as folder:
         for path in folder.rglob("*"):
             if not path.resolve().is_relative_to(folder.resolve()):
                 raise FindingError(f"a file lies outside: {path}")

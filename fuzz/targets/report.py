@@ -8,9 +8,8 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from cellwright.running.remote.child import read_report
-from cellwright.running.remote.program import REFUSED
-from cellwright.running.remote.working import Parting, Worked
+from cellwright.running.remote.hosting import read_report
+from cellwright.running.remote.program import REFUSED, AgentExit, Parting
 from fuzz.trees import mutated
 from fuzz.verdict import FindingError
 
@@ -37,6 +36,6 @@ def attempt(data: bytes) -> None:
     """Read the bytes: they say how the agent left its cell, why it could not be made, or nothing."""
     _FILE.write_bytes(data)
     said = read_report(_FILE)
-    text = said.error if isinstance(said, Worked) else said
+    text = said.error if isinstance(said, AgentExit) else said
     if not text.replace("\n", "").replace("\t", "").isprintable():
         raise FindingError(f"a text that a terminal cannot show: {text!r:.200}")

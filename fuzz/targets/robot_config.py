@@ -9,7 +9,7 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from cellwright.config.robot.document import document
+from cellwright.config.robot.groups import robot_document
 from cellwright.config.robot.robots import load_robot
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import DescriptionError
@@ -60,7 +60,7 @@ def attempt(data: bytes) -> None:
         check_refusal(error, str(_PATH), str(config_urdf()))
         return
     check_lines(warnings, [str(_PATH), str(config.urdf_path), str(config_urdf())])
-    json.dumps(document(config), allow_nan=False)
+    json.dumps(robot_document(config), allow_nan=False)
     try:
         node = RobotNode(config)
     except DescriptionError as error:

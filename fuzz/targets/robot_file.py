@@ -10,10 +10,10 @@ from pathlib import Path
 import mujoco
 
 from cellwright.config.robot.config import RobotConfig
-from cellwright.config.robot.posture import link_poses
+from cellwright.config.robot.model import link_poses
 from cellwright.config.robot.skeleton import skeleton
 from cellwright.config.robot.urdf import read_urdf
-from cellwright.robot.model.robot import build_robot
+from cellwright.robot.model import build_robot
 from cellwright.util.errors import DescriptionError
 from fuzz import seeds as bundled
 from fuzz import xml_trees

@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from cellwright.clients.operators.target_files import read_targets
+from cellwright.clients.operators.playback import read_targets
 from cellwright.util.errors import DescriptionError, UsageError
 from fuzz.verdict import FindingError, check_lines, check_refusal
 

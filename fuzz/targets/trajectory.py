@@ -6,12 +6,11 @@ import json
 from collections.abc import Iterator
 from math import isfinite
 
-from cellwright.cell.devices.trajectory.command import RejectedTrajectoryError
-from cellwright.cell.devices.trajectory.controller import JointTrajectoryController
+from cellwright.cell.devices.trajectory_controller import JointTrajectoryController, RejectedTrajectoryError
 from cellwright.cell.interface.commands import trajectory_of
 from cellwright.config.layout import ARM_JOINTS
 from cellwright.middleware.messages import checked, from_ros1, to_ros1
-from cellwright.middleware.messages.build import joint_trajectory, trajectory_point
+from cellwright.middleware.messages.conversions import joint_trajectory, trajectory_point
 from cellwright.middleware.messages.standard import JointTrajectory
 from cellwright.util.errors import MessageError
 from fuzz.verdict import FindingError

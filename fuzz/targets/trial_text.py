@@ -7,9 +7,8 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from cellwright.config.trial.demands import demands
-from cellwright.config.trial.gear2017 import TOP_LEVEL, load_trial
-from cellwright.config.trial.resolved import resolved
+from cellwright.config.trial.difficulty import demands
+from cellwright.config.trial.gear2017 import TOP_LEVEL, load_trial, resolved
 from cellwright.util.errors import DescriptionError
 from fuzz import seeds as bundled
 from fuzz.verdict import check_lines, check_refusal

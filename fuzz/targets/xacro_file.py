@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from cellwright.config.robot import xacro_file
+from cellwright.config.robot import urdf_file as xacro_file
 from cellwright.config.robot.urdf import read_urdf
 from cellwright.util.errors import DescriptionError
 from fuzz import xml_trees
@@ -49,7 +49,7 @@ WORDS = (
 )
 _FOLDER = Path(tempfile.mkdtemp(prefix="cellwright-fuzz-"))
 _PATH = _FOLDER / "robot.xacro"
-xacro_file.LONGEST = 3.0
+xacro_file.MAX_EXPANSION_TIME = 3.0
 
 
 def seeds() -> Iterator[bytes]:

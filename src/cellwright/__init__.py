@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from types import ModuleType
 
     from cellwright.cell.cell import Cell as Cell
-    from cellwright.cell.interface.plugin_sensors import SensorPlugin as SensorPlugin
+    from cellwright.cell.interface.plugins import SensorPlugin as SensorPlugin
     from cellwright.clients.agents.agent import Agent as Agent
     from cellwright.clients.assembled import AssembledRobot as AssembledRobot
     from cellwright.clients.client import Client as Client
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from cellwright.engine.sensor import Sensor as Sensor
     from cellwright.recording.replay.opened import OpenedRecording as OpenedRecording
     from cellwright.recording.replay.opened import open_recording as open_recording
-    from cellwright.robot.drivers.driver import Driver as Driver
+    from cellwright.robot.drivers import Driver as Driver
     from cellwright.robot.node import RobotNode as RobotNode
     from cellwright.running.api import DescriptionWarning as DescriptionWarning
     from cellwright.running.api import load_robot as load_robot
@@ -58,7 +58,7 @@ _HOMES = {
     "Client": "clients.client",
     "DescriptionWarning": "running.api",
     "Device": "engine.device",
-    "Driver": "robot.drivers.driver",
+    "Driver": "robot.drivers",
     "OpenedRecording": "recording.replay.opened",
     "Outcome": "running.run",
     "Pose": "util.pose",
@@ -67,7 +67,7 @@ _HOMES = {
     "RunOptions": "running.run",
     "RunResult": "running.run",
     "Sensor": "engine.sensor",
-    "SensorPlugin": "cell.interface.plugin_sensors",
+    "SensorPlugin": "cell.interface.plugins",
     "Session": "clients.client",
     "Trial": "config.trial.trial",
     "load_robot": "running.api",
@@ -80,30 +80,62 @@ _HOMES = {
 
 _MOVED = {
     "agents": "clients.agents",
+    "agents.agent": "clients.agents.agent",
+    "agents.lesson": "clients.agents.lesson",
     "assembled": "clients.assembled",
     "client": "clients.client",
+    "client.session": "clients.client.session",
+    "client.transports": "clients.client",
+    "client.transports.in_process": "clients.client.in_process",
     "contracts": "cell.interface",
+    "contracts.plugin_sensors": "cell.interface.plugins",
+    "contracts.table": "middleware.interface.table",
     "description": "config.trial",
+    "description.catalogue": "config.trial.catalogue",
+    "description.gear2017": "config.trial.gear2017",
     "description.robot": "config.robot",
+    "description.robot.config": "config.robot.config",
+    "description.robot.posture": "config.robot.model",
+    "description.robot.robots": "config.robot.robots",
     "description.trial": "config.trial.trial",
     "devices": "cell.devices",
+    "devices.sensors": "cell.devices",
+    "devices.sensors.picture_camera": "rendering.cameras.picture_camera",
+    "devices.sensors.scene": "cell.devices.logical_camera",
     "devices.sensors.sensor": "engine.sensor",
     "errors": "util.errors",
     "kitting": "cell.kitting",
+    "kitting.effects": "cell.kitting.effects",
     "messages": "middleware.messages",
+    "messages.build": "middleware.messages.conversions",
+    "messages.control_msgs": "middleware.messages.control_msgs",
+    "messages.osrf_gear": "middleware.messages.osrf_gear",
+    "messages.standard": "middleware.messages.standard",
+    "messages.std_srvs": "middleware.messages.std_srvs",
     "operators": "clients.operators",
+    "operators.exercise": "clients.operators.exercise",
+    "operators.robot": "clients.operators.robot",
+    "operators.waves": "clients.operators.exercise",
     "pose": "util.pose",
-    "recording.json_lines": "util.json_lines",
+    "recording.json_lines": "util.files",
     "recording.run_log": "recording.format.run_log",
+    "rendering.robots": "robot.pictures",
     "replay": "recording.replay",
+    "replay.opened": "recording.replay.opened",
     "run": "running.run",
     "simulation": "engine",
+    "simulation.device": "engine.device",
     "teleop": "robot",
+    "teleop.node": "robot.node",
+    "teleop.safety": "robot",
+    "teleop.safety.settings": "robot.safety",
     "variation": "cell.variation",
     "world": "cell.model",
-    "world.robot": "robot.model.robot",
+    "world.arm": "cell.model.arm",
+    "world.robot": "robot.model",
+    "world.shapes": "engine.shapes",
 }
-"""Where the modules of version 0.1 are that its pages showed to programs. They work under their old names in 0.2."""
+"""Modules that the pages of version 0.1 showed to programs, and where they are. The old names work in 0.2."""
 
 
 class _Moved:
@@ -111,12 +143,8 @@ class _Moved:
 
     def find_spec(self, name: str, path: object = None, target: object = None) -> ModuleSpec | None:  # noqa: ARG002
         """A module that is loaded from where it is now; None if this is no old name."""
-        package, _, rest = name.partition(".")
-        parts = rest.split(".")
-        for count in range(len(parts), 0, -1):
-            if package == "cellwright" and (home := _MOVED.get(".".join(parts[:count]))):
-                return ModuleSpec(name, cast("Loader", self), origin=".".join((package, home, *parts[count:])))
-        return None
+        home = _MOVED.get(name[len("cellwright.") :]) if name.startswith("cellwright.") else None
+        return ModuleSpec(name, cast("Loader", self), origin=f"cellwright.{home}") if home else None
 
     def create_module(self, spec: ModuleSpec) -> None:
         """As usual."""

@@ -6,8 +6,7 @@ import errno
 import sys
 import threading
 
-from cellwright.util.loading import end_despite_threads, interrupts_end_the_process
-from cellwright.util.standard_streams import StandardStreams
+from cellwright.util.process import StandardStreams, end_despite_threads, interrupts_end_the_process
 
 _NO_MEMORY = ("failed to map segment", "annot allocate memory", "ould not allocate memory")
 """How the loader of libraries and the engine say that there is no room."""

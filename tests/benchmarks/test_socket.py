@@ -5,7 +5,7 @@ import pytest
 from benchmarks import socket
 from benchmarks.costs import lesson_cell
 from cellwright.clients.client import ARM_JOINTS
-from cellwright.middleware.messages.build import joint_trajectory, trajectory_point
+from cellwright.middleware.messages.conversions import joint_trajectory, trajectory_point
 from tests.quick_children import QUICK_SERVING
 
 

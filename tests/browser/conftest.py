@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 import pytest
 from playwright.sync_api import Browser, Error, ViewportSize, sync_playwright
 
-from cellwright.viewer.web.stage import PLAIN
+from cellwright.viewer.web.scene import PLAIN
 from tests.browser.requirement import ARGUMENTS, browser_path
 from tests.browser.visitor import COARSE, HEIGHT, WIDTH, Visitor
 from tests.waiting import TIMEOUT

@@ -10,7 +10,7 @@ import pytest
 
 from cellwright.config.robot.robots import load_robot
 from cellwright.robot.node import RobotNode
-from cellwright.viewer.web.link import Link
+from cellwright.viewer.web.connection import Link
 from cellwright.viewer.web.start import WebPage
 from tests.browser.conftest import Visit
 from tests.browser.seen import Hues, of_hue

@@ -18,8 +18,8 @@ from cellwright.cell.kitting.effects import (
     StateChanged,
     TrialEnded,
 )
-from cellwright.cell.kitting.score.evidence import PartEvidence
-from cellwright.cell.kitting.score.scorer import Scorer
+from cellwright.cell.kitting.evidence import PartEvidence
+from cellwright.cell.kitting.scorer import Scorer
 from cellwright.config.trial.trial import KitObject, Options, Part
 from cellwright.engine.snapshot import read_checkpoint, restore_snapshot, take_snapshot, write_checkpoint
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest

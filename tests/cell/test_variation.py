@@ -14,8 +14,7 @@ from hypothesis import strategies as st
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.variation import CLEARANCE, USUAL, Bounds, vary, vary_parts
-from cellwright.config.layout import BIN_CENTRES
-from cellwright.config.models.footprint import footprint
+from cellwright.config.layout import BIN_CENTRES, footprint
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import BeltPart, Circumstances, Part, Trial

@@ -5,7 +5,7 @@ import io
 import pytest
 from rich.console import Console
 
-from cellwright.cli.bar import bar
+from cellwright.cli.output import progress_bar
 
 
 def text(console: Console) -> str:
@@ -15,7 +15,7 @@ def text(console: Console) -> str:
 
 def test_no_bar_where_nobody_sees_it_move() -> None:
     console = Console(file=io.StringIO())
-    with bar(console, "drawing", 1.0) as tell:
+    with progress_bar(console, "drawing", 1.0) as tell:
         assert tell is None
     assert text(console) == ""
 
@@ -23,7 +23,7 @@ def test_no_bar_where_nobody_sees_it_move() -> None:
 def test_on_a_terminal_it_says_how_far_it_is_and_is_gone_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TERM", "xterm")
     console = Console(file=io.StringIO(), force_terminal=True, force_interactive=True, width=80)
-    with bar(console, "drawing", 1.0) as tell:
+    with progress_bar(console, "drawing", 1.0) as tell:
         assert tell is not None
         tell(0.5, "half of it")
     assert "drawing" in text(console)

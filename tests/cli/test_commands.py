@@ -3,8 +3,7 @@
 import pytest
 import typer
 
-from cellwright.cli.commands import COMMANDS
-from cellwright.cli.main import app
+from cellwright.cli.main import COMMANDS, app
 from tests.cli.conftest import CommandLine
 
 GROUP = typer.main.get_command(app)

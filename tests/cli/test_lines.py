@@ -5,7 +5,7 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
-from cellwright.cli import lines
+from cellwright.cli import output
 from cellwright.running.serving import Pace
 
 
@@ -16,13 +16,13 @@ class Served:
 
 
 def test_a_warning_goes_to_stderr(capsys: pytest.CaptureFixture[str]) -> None:
-    lines.warn(ValueError("so it is"))
+    output.warn(ValueError("so it is"))
     assert capsys.readouterr() == ("", "warning: so it is\n")
 
 
 def test_files_are_told_a_line_each_and_names_in_brackets_stay() -> None:
     out = StringIO()
-    lines.note_files(Console(file=out, width=20), "picture", ["a.png", "[red]a long name of a picture.png"])
+    output.note_files(Console(file=out, width=20), "picture", ["a.png", "[red]a long name of a picture.png"])
     assert out.getvalue() == "picture     a.png\npicture     [red]a long name of a picture.png\n"
 
 
@@ -38,17 +38,17 @@ def test_files_are_told_a_line_each_and_names_in_brackets_stay() -> None:
 def test_what_is_ready_says_where_and_how_its_time_passes(speed: float | None, lockstep: bool, told: str) -> None:
     served = Served()
     served.lockstep = lockstep
-    assert lines.ready("lesson", served, speed) == f"ready: lesson at 127.0.0.1:11399, {told}"  # type: ignore[arg-type]
+    assert output.ready_line("lesson", served, speed) == f"ready: lesson at 127.0.0.1:11399, {told}"  # type: ignore[arg-type]
 
 
 def test_a_default_port_that_is_in_use_is_told() -> None:
     served = Served()
     served.address, served.busy_port = ("127.0.0.1", 11400), 11399
-    line = lines.ready("lesson", served, 1.0)  # type: ignore[arg-type]
+    line = output.ready_line("lesson", served, 1.0)  # type: ignore[arg-type]
     assert line == "ready: lesson at 127.0.0.1:11400 (11399 is in use), real time"
 
 
 def test_the_pace_has_its_unit() -> None:
     stood = Pace(0.5, 0.0123, 2.04)
-    assert lines.pace_text(stood).endswith(" ms late, time stood 2.0 s for clients that were behind")
-    assert lines.pace_text(Pace(0.99996, 0.0123)) == "1.0000 x real time, latest tick 12.3 ms late"
+    assert output.pace_text(stood).endswith(" ms late, time stood 2.0 s for clients that were behind")
+    assert output.pace_text(Pace(0.99996, 0.0123)) == "1.0000 x real time, latest tick 12.3 ms late"

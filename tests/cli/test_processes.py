@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.util.json_lines import read_json_lines
+from cellwright.util.files import read_json_lines
 from tests.processes import Process
 from tests.waiting import TIMEOUT
 from tests.warm import warm_start

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from cellwright.cli.signals import Stop, ended_as_by_ctrl_c, stopped_by_signals
-from cellwright.running.run.surroundings import surroundings_kept
+from cellwright.running.run.work import restored_environment
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no such signals there")
 
@@ -46,7 +46,7 @@ def test_others_do_what_ctrl_c_does(number: int, heard: list[int]) -> None:
 @pytest.mark.parametrize("number", NUMBERS[1:])
 def test_so_they_do_where_handlers_are_put_back_after_an_agent(number: int, heard: list[int]) -> None:
     def work() -> None:
-        with surroundings_kept():
+        with restored_environment():
             signal.raise_signal(number)
 
     with ended_as_by_ctrl_c():

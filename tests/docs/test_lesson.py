@@ -14,8 +14,7 @@ import pytest
 from cellwright.cli.options import SPEED
 from cellwright.clients.agents.lesson import WAYPOINTS
 from cellwright.config.trial.catalogue import find_trial
-from cellwright.config.trial.gear2017 import load_trial
-from cellwright.config.trial.resolved import resolved
+from cellwright.config.trial.gear2017 import load_trial, resolved
 from tests.docs import notebook
 from tests.docs.pages import Command, File, missing, pieces, steps
 from tests.docs.session import follow

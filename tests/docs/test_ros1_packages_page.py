@@ -6,10 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.cli.launchers.gear.arguments import parse
-from cellwright.cli.launchers.gear.generated import generated
+from cellwright.cli.launchers.gear.launcher import launch_files, parse
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.middleware.ros1.packages.packages import PACKAGES, package_files
+from cellwright.middleware.ros1.packages.contents import PACKAGES, package_files
 
 PAGE = (Path(__file__).parents[2] / "docs" / "ros1-packages.md").read_text(encoding="utf-8")
 
@@ -25,7 +24,7 @@ def test_the_options_are_those_of_the_launcher(capsys: pytest.CaptureFixture[str
 def test_the_files_are_those_that_are_written() -> None:
     table = PAGE[PAGE.index("| file |") : PAGE.index("The score goes to")]
     names = re.findall(r"^\| `([^`]+)`", table, re.MULTILINE)
-    assert names == list(generated(load_trial(text=""), "", competition=True))
+    assert names == list(launch_files(load_trial(text=""), "", competition=True))
 
 
 def test_the_launch_file_starts_what_is_there() -> None:

@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.engine.chance import SampleNoise, generator, key
+from cellwright.engine.random_streams import SampleNoise, generator, key
 
 
 def test_one_name_one_stream() -> None:

@@ -2,9 +2,8 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.engine.checkpoints import Checkpoints
 from cellwright.engine.simulation import Simulation
-from cellwright.engine.snapshot import read_checkpoint
+from cellwright.engine.snapshot import Checkpoints, read_checkpoint
 from tests.engine.scene import Shaker, make_simulation
 
 MOMENT = 700_000_000

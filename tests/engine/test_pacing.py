@@ -1,6 +1,6 @@
 import pytest
 
-from cellwright.engine.pacing import Pacer
+from cellwright.engine.rate_control import RealTimePacer
 from cellwright.util.errors import UsageError
 from tests.engine.scene import make_simulation
 
@@ -26,7 +26,7 @@ class WallClock:
 def test_time_goes_at_the_asked_speed(speed: float) -> None:
     simulation, wall = make_simulation(), WallClock(work=1e-5)
     simulation.reset()
-    pacer = Pacer(simulation, speed, clock=wall.read, sleep=wall.sleep)
+    pacer = RealTimePacer(simulation, speed, clock=wall.read, sleep=wall.sleep)
     while simulation.now < 2 * 10**9:
         pacer.step()
     assert wall.time == pytest.approx(2.0 / speed, rel=0.01)
@@ -36,7 +36,7 @@ def test_time_goes_at_the_asked_speed(speed: float) -> None:
 def test_a_slow_host_does_not_rush_after_a_pause() -> None:
     simulation, wall = make_simulation(), WallClock(work=0.0)
     simulation.reset()
-    pacer = Pacer(simulation, 1.0, clock=wall.read, sleep=wall.sleep)
+    pacer = RealTimePacer(simulation, 1.0, clock=wall.read, sleep=wall.sleep)
     pacer.step()
     wall.time += 10.0
     pacer.step()
@@ -49,13 +49,13 @@ def test_a_slow_host_does_not_rush_after_a_pause() -> None:
 @pytest.mark.parametrize("speed", [0.0, -1.0, float("nan"), float("inf")])
 def test_a_speed_is_above_zero(speed: float) -> None:
     with pytest.raises(UsageError, match="speed"):
-        Pacer(make_simulation(), speed)
+        RealTimePacer(make_simulation(), speed)
 
 
 def test_the_factor_is_told_up_to_the_newest_tick() -> None:
     simulation, wall = make_simulation(), WallClock(work=0.0)
     simulation.reset()
-    pacer = Pacer(simulation, 2.0, clock=wall.read, sleep=wall.sleep)
+    pacer = RealTimePacer(simulation, 2.0, clock=wall.read, sleep=wall.sleep)
     assert pacer.factor == 0.0
     for _ in range(50):
         pacer.step()
@@ -66,7 +66,7 @@ def test_the_factor_is_told_up_to_the_newest_tick() -> None:
 def test_the_factor_tells_of_a_host_that_is_too_slow() -> None:
     simulation, wall = make_simulation(), WallClock(work=0.004)
     simulation.reset()
-    pacer = Pacer(simulation, 1.0, clock=wall.read, sleep=wall.sleep)
+    pacer = RealTimePacer(simulation, 1.0, clock=wall.read, sleep=wall.sleep)
     for _ in range(50):
         pacer.step()
     assert pacer.factor == pytest.approx(0.5, rel=0.05)

@@ -14,7 +14,7 @@ from cellwright.engine.simulation import Simulation
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
-from tests.cell.devices.sensors.scene import add_part, empty_spec, make_simulation, push
+from tests.cell.devices.scene import add_part, empty_spec, make_simulation, push
 
 PART = "gear_part_0"
 SPEED = 0.2

@@ -8,15 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.engine.pacing import Pacer
-from cellwright.engine.tempo import Tempo
+from cellwright.engine.rate_control import RateControl, RealTimePacer
 from cellwright.util.errors import UsageError
 from tests.engine.scene import make_simulation
 from tests.engine.test_pacing import WallClock
 
 
 def test_time_passes_until_somebody_pauses_it() -> None:
-    tempo = Tempo()
+    tempo = RateControl()
     assert tempo.take()
     tempo.pause()
     assert not tempo.take()
@@ -25,12 +24,12 @@ def test_time_passes_until_somebody_pauses_it() -> None:
 
 
 def test_a_tempo_may_begin_with_a_pause() -> None:
-    assert not Tempo(paused=True).take()
+    assert not RateControl(paused=True).take()
 
 
 @given(st.lists(st.integers(1, 20), min_size=1, max_size=4))
 def test_so_many_ticks_pass_as_were_asked_for(asked: list[int]) -> None:
-    tempo = Tempo(paused=True)
+    tempo = RateControl(paused=True)
     for ticks in asked:
         tempo.step(ticks)
     taken = 0
@@ -41,13 +40,13 @@ def test_so_many_ticks_pass_as_were_asked_for(asked: list[int]) -> None:
 
 
 def test_a_step_while_time_passes_is_the_last_one() -> None:
-    tempo = Tempo()
+    tempo = RateControl()
     tempo.step()
     assert [tempo.take() for _ in range(3)] == [True, False, False]
 
 
 def test_a_pause_takes_back_the_ticks_that_were_asked_for() -> None:
-    tempo = Tempo(paused=True)
+    tempo = RateControl(paused=True)
     tempo.step(100)
     tempo.pause()
     assert not tempo.take()
@@ -56,8 +55,8 @@ def test_a_pause_takes_back_the_ticks_that_were_asked_for() -> None:
 @pytest.mark.parametrize("speed", [0.0, -1.0, float("nan"), float("inf")])
 def test_a_speed_is_above_zero(speed: float) -> None:
     with pytest.raises(UsageError, match="speed"):
-        Tempo(speed)
-    tempo = Tempo(2.0)
+        RateControl(speed)
+    tempo = RateControl(2.0)
     with pytest.raises(UsageError, match="speed"):
         tempo.set_speed(speed)
     assert tempo.speed == 2.0
@@ -65,11 +64,11 @@ def test_a_speed_is_above_zero(speed: float) -> None:
 
 def test_less_than_a_tick_cannot_be_asked_for() -> None:
     with pytest.raises(UsageError, match="at least one tick"):
-        Tempo().step(0)
+        RateControl().step(0)
 
 
 def test_no_tick_is_lost_between_threads() -> None:
-    tempo, taken = Tempo(paused=True), 0
+    tempo, taken = RateControl(paused=True), 0
 
     def ask() -> None:
         for _ in range(200):
@@ -84,9 +83,9 @@ def test_no_tick_is_lost_between_threads() -> None:
 
 
 def test_another_speed_holds_from_then_on_without_a_rush() -> None:
-    simulation, wall, tempo = make_simulation(), WallClock(work=0.0), Tempo(0.1)
+    simulation, wall, tempo = make_simulation(), WallClock(work=0.0), RateControl(0.1)
     simulation.reset()
-    pacer = Pacer(simulation, tempo, clock=wall.read, sleep=wall.sleep)
+    pacer = RealTimePacer(simulation, tempo, clock=wall.read, sleep=wall.sleep)
     for speed, ticks in ((0.1, 50), (10.0, 500), (1.0, 100)):
         tempo.set_speed(speed)
         begun, since = wall.time, simulation.now
@@ -96,9 +95,9 @@ def test_another_speed_holds_from_then_on_without_a_rush() -> None:
 
 
 def test_as_fast_as_it_goes_is_no_wait_at_all() -> None:
-    simulation, wall, tempo = make_simulation(), WallClock(work=0.0), Tempo(1.0)
+    simulation, wall, tempo = make_simulation(), WallClock(work=0.0), RateControl(1.0)
     simulation.reset()
-    pacer = Pacer(simulation, tempo, clock=wall.read, sleep=wall.sleep)
+    pacer = RealTimePacer(simulation, tempo, clock=wall.read, sleep=wall.sleep)
     pacer.step()
     tempo.set_speed(None)
     before = wall.slept
@@ -108,9 +107,9 @@ def test_as_fast_as_it_goes_is_no_wait_at_all() -> None:
 
 
 def test_a_pause_is_not_made_good_and_does_not_count() -> None:
-    simulation, wall, tempo = make_simulation(), WallClock(work=0.0), Tempo(1.0)
+    simulation, wall, tempo = make_simulation(), WallClock(work=0.0), RateControl(1.0)
     simulation.reset()
-    pacer = Pacer(simulation, tempo, clock=wall.read, sleep=wall.sleep)
+    pacer = RealTimePacer(simulation, tempo, clock=wall.read, sleep=wall.sleep)
     for pause in (0.3, 30.0):
         for _ in range(100):
             pacer.step()
@@ -123,9 +122,9 @@ def test_a_pause_is_not_made_good_and_does_not_count() -> None:
 
 
 def test_a_reset_is_no_delay() -> None:
-    simulation, wall, tempo = make_simulation(), WallClock(work=0.0), Tempo(1.0)
+    simulation, wall, tempo = make_simulation(), WallClock(work=0.0), RateControl(1.0)
     simulation.reset()
-    pacer = Pacer(simulation, tempo, clock=wall.read, sleep=wall.sleep)
+    pacer = RealTimePacer(simulation, tempo, clock=wall.read, sleep=wall.sleep)
     for _ in range(500):
         pacer.step()
     simulation.reset()
@@ -137,7 +136,7 @@ def test_a_reset_is_no_delay() -> None:
 
 
 def test_a_long_wait_ends_when_the_tempo_changes() -> None:
-    simulation, wall, tempo = make_simulation(), WallClock(work=0.0), Tempo(0.001)
+    simulation, wall, tempo = make_simulation(), WallClock(work=0.0), RateControl(0.001)
     simulation.reset()
 
     def sleep(duration: float) -> None:
@@ -145,5 +144,5 @@ def test_a_long_wait_ends_when_the_tempo_changes() -> None:
         if wall.time > 0.2:
             tempo.set_speed(1.0)
 
-    Pacer(simulation, tempo, clock=wall.read, sleep=sleep).step()
+    RealTimePacer(simulation, tempo, clock=wall.read, sleep=sleep).step()
     assert 0.2 < wall.time < 0.3

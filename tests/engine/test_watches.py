@@ -1,8 +1,7 @@
 from fractions import Fraction
 
 from cellwright.engine.clock import Clock
-from cellwright.engine.events import NEVER
-from cellwright.engine.watches import Watches
+from cellwright.engine.events import NEVER, Watches
 
 
 def run(watches: Watches, clock: Clock, until: int) -> None:

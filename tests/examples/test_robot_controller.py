@@ -12,8 +12,7 @@ from typing import Any
 
 import pytest
 
-from cellwright.middleware.ros1.packages.layout import write_package
-from cellwright.middleware.ros1.packages.packages import IO_TELEOP
+from cellwright.middleware.ros1.packages.contents import IO_TELEOP, write_package
 from tests.examples.no_ros import install
 from tests.ros1.ground import Ground, ground
 from tests.waiting import TIMEOUT, wait_until

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.motion import Joints, face, forward, is_usual, solve, tool_down
-from cellwright.motion.choice import COMFORTABLE, discomfort, distance, rail_candidates
+from cellwright.motion.kinematics import COMFORTABLE, discomfort, distance, rail_candidates
 from cellwright.util.errors import UnreachableError
 from cellwright.util.pose import Pose
 from tests.motion.samples import ABOVE_BIN, INITIAL

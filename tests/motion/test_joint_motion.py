@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.cell.devices.trajectory.trajectory import Knot, Trajectory, join
+from cellwright.cell.devices.joint_trajectory import Knot, Trajectory, join_segment
 from cellwright.clients.client import ARM_JOINTS
 from cellwright.motion import DEFAULT_LIMITS, JointMotion, move
 from cellwright.motion.trajectories import STILL
@@ -25,7 +25,7 @@ def test_between_knots_it_is_what_the_controller_of_the_arm_makes_of_it(time: fl
     knots = list(zip(MOTION.times, MOTION.positions, MOTION.velocities, strict=True))
     rows = [
         [
-            join(round(t0 * 1e9), Knot(p0[joint], v0[joint]), round(t1 * 1e9), Knot(p1[joint], v1[joint]))
+            join_segment(round(t0 * 1e9), Knot(p0[joint], v0[joint]), round(t1 * 1e9), Knot(p1[joint], v1[joint]))
             for (t0, p0, v0), (t1, p1, v1) in pairwise(knots)
         ]
         for joint in range(7)

@@ -9,7 +9,7 @@ import pytest
 from cellwright.cell.cell import Cell
 from cellwright.cell.model.arm import JOINTS, add_arm
 from cellwright.clients.client.client import Client
-from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.clients.client.in_process import InProcess
 from cellwright.config.trial.trial import ArmSettings, ServoProfile
 from cellwright.motion import (
     ORIGINAL_SERVO,

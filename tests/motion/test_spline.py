@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.motion import Joints
-from cellwright.motion.spline import knot_velocities
+from cellwright.motion.joint_motion import knot_velocities
 from cellwright.motion.trajectories import STILL
 
 values = st.floats(-3.0, 3.0)

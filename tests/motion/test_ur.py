@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from cellwright.cell.model.arm import JOINTS, add_arm
 from cellwright.config.trial.trial import ArmSettings
 from cellwright.motion import Joints, face, forward, inverse, is_usual, link_poses, tool_down
+from cellwright.motion.kinematics import A2, A3, D5
 from cellwright.motion.paths import angle_between
-from cellwright.motion.ur import A2, A3, D5
 from cellwright.util.errors import UnreachableError, UsageError
 from cellwright.util.pose import Pose
 from tests.conftest import load_cases

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.rendering import band
+from cellwright.rendering import picture
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import render
 from tests.rendering.scenes import clutter
@@ -11,9 +11,9 @@ from tests.rendering.scenes import clutter
 
 @given(st.integers(1, 5000))
 def test_bands_hold_every_row_once(height: int) -> None:
-    rows = [row for rows in band.bands(height) for row in rows]
+    rows = [row for rows in picture.bands(height) for row in rows]
     assert rows == list(range(height))
-    assert all(band.bands(height))
+    assert all(picture.bands(height))
 
 
 @pytest.mark.slow
@@ -23,5 +23,5 @@ def test_bands_do_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
     camera = Camera((4, -5, 2), (0, 0, 0))
     whole = render(model, data, camera, 90, 60)
     for height in (1, 7, 25):
-        monkeypatch.setattr(band, "BAND_HEIGHT", height)
+        monkeypatch.setattr(picture, "BAND_HEIGHT", height)
         assert np.array_equal(render(model, data, camera, 90, 60), whole)

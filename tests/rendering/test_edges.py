@@ -2,8 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.rendering.edges import edge_pixels, pixel_points
-from cellwright.rendering.layers import Layer
+from cellwright.rendering.picture import Layer, edge_pixels, pixel_points
 from cellwright.rendering.raycast import Hits
 
 WIDTH, HEIGHT = 6, 4

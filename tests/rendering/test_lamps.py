@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from cellwright.rendering.lamps import LampGroup, disc_lamp, openness, sky
 from cellwright.rendering.raycast import Hits, RayCaster
+from cellwright.rendering.shading import LampGroup, disc_lamp, openness, sky
 from tests.rendering.scenes import FLOOR, scene
 
 SIDE = 20

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from cellwright.rendering.layers import Layer, spread
+from cellwright.rendering.picture import Layer, spread
 from cellwright.rendering.raycast import Hits
 
 WIDTH, HEIGHT = 4, 3

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.rendering.pinhole import OPTICAL, Pinhole
+from cellwright.rendering.camera import OPTICAL, Pinhole
 from cellwright.util.pose import Pose
 
 PINHOLES = st.builds(Pinhole, st.integers(8, 60), st.integers(8, 60), st.floats(0.1, 2.5))

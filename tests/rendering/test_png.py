@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
-from cellwright.rendering.png import encode, save
+from cellwright.rendering.picture import encode_png, save_png
 from cellwright.util.errors import UsageError
 
 
@@ -51,18 +51,18 @@ shapes = st.tuples(st.integers(1, 12), st.integers(1, 12), st.just(3))
 @given(arrays(np.uint8, shapes))
 def test_what_goes_in_comes_out(picture: NDArray[np.uint8]) -> None:
     before = picture.copy()
-    assert np.array_equal(decode(encode(picture)), picture)
+    assert np.array_equal(decode(encode_png(picture)), picture)
     assert np.array_equal(before, picture)
 
 
 def test_a_picture_need_not_lie_in_one_piece_of_memory() -> None:
     picture = np.arange(5 * 8 * 3, dtype=np.uint8).reshape(5, 8, 3)[::-2, ::2]
-    assert np.array_equal(decode(encode(picture)), picture)
+    assert np.array_equal(decode(encode_png(picture)), picture)
 
 
 def test_a_smooth_picture_is_small() -> None:
     ramp = np.repeat(np.arange(256, dtype=np.uint8)[:, None, None], 256, axis=1).repeat(3, axis=2)
-    assert len(encode(ramp)) < ramp.size / 100
+    assert len(encode_png(ramp)) < ramp.size / 100
 
 
 @pytest.mark.parametrize(
@@ -71,16 +71,16 @@ def test_a_smooth_picture_is_small() -> None:
 )
 def test_what_is_no_picture_is_refused(picture: NDArray[np.uint8]) -> None:
     with pytest.raises(UsageError, match="height, width, 3"):
-        encode(picture)
+        encode_png(picture)
 
 
 def test_a_picture_is_saved_over_what_was_there(tmp_path: Path) -> None:
     path, picture = tmp_path / "cell.png", np.full((3, 4, 3), 7, np.uint8)
     for place in (path, str(path)):
-        save(place, picture)
+        save_png(place, picture)
         assert np.array_equal(decode(path.read_bytes()), picture)
 
 
 def test_a_picture_that_cannot_be_written_says_where(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=r"nowhere.*cell\.png.*No such file"):
-        save(tmp_path / "nowhere" / "cell.png", np.zeros((1, 1, 3), np.uint8))
+        save_png(tmp_path / "nowhere" / "cell.png", np.zeros((1, 1, 3), np.uint8))

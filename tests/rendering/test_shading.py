@@ -4,11 +4,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from cellwright.rendering.lamps import disc_lamp, sky
 from cellwright.rendering.raycast import RayCaster
-from cellwright.rendering.scene.colours import linear
-from cellwright.rendering.shading import Light, Shader, background, to_screen
-from cellwright.rendering.surfaces import Surfaces
+from cellwright.rendering.scene.scene import linear
+from cellwright.rendering.shading import Light, Shader, Surfaces, background, disc_lamp, sky, to_screen
 from cellwright.util.pose import Vector3
 from tests.rendering.scenes import scene
 

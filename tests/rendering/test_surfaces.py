@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from cellwright.rendering.scene.colours import geom_colours, linear
-from cellwright.rendering.surfaces import Surfaces
+from cellwright.rendering.scene.scene import geom_colours, linear
+from cellwright.rendering.shading import Surfaces
 from tests.rendering.scenes import scene
 
 MATERIALS = """

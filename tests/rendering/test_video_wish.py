@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import pytest
 
-from cellwright.rendering.video_wish import check_video_size, period_of
+from cellwright.rendering.video_options import check_video_size, period_of
 from cellwright.util.errors import UsageError
 
 

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import pytest
 
-from cellwright.rendering.way import CHOICES, WAY, settled_way
+from cellwright.rendering.backend import BACKEND, BACKENDS, requested_backend
 from cellwright.rendering.worker import RenderWorker
 from cellwright.util.errors import UsageError
 from tests.rendering.scenes_of_shapes import BALL
 
 
-@pytest.mark.parametrize("way", ["", *CHOICES])
+@pytest.mark.parametrize("way", ["", *BACKENDS])
 def test_what_exists_is_taken(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(WAY, way)
-    assert settled_way() == way
+    monkeypatch.setenv(BACKEND, way)
+    assert requested_backend() == way
 
 
 def test_nothing_need_be_settled(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv(WAY, raising=False)
-    assert settled_way() == ""
+    monkeypatch.delenv(BACKEND, raising=False)
+    assert requested_backend() == ""
 
 
 @pytest.mark.parametrize(
@@ -30,14 +30,14 @@ def test_nothing_need_be_settled(monkeypatch: pytest.MonkeyPatch) -> None:
     ],
 )
 def test_what_does_not_exist_is_told_in_a_line(way: str, said: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(WAY, way)
+    monkeypatch.setenv(BACKEND, way)
     with pytest.raises(UsageError) as refused:
-        settled_way()
+        requested_backend()
     assert said in str(refused.value)
     assert str(refused.value).isprintable()
 
 
 def test_nobody_draws_another_way_instead(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(WAY, "ray")
+    monkeypatch.setenv(BACKEND, "ray")
     with pytest.raises(UsageError, match="did you mean rays"):
         RenderWorker(BALL)

@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 
 from cellwright.config.robot.config import RobotConfig
-from cellwright.config.robot.posture import link_poses
+from cellwright.config.robot.model import link_poses
 from cellwright.config.robot.robots import load_robot
 from cellwright.util.pose import Pose
 

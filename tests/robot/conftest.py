@@ -2,14 +2,14 @@
 
 import pytest
 
-from cellwright.robot.drivers import live
+from cellwright.robot import drivers
 from tests.waiting import TIMEOUT
 
 
 @pytest.fixture
 def patient(monkeypatch: pytest.MonkeyPatch) -> None:
     """A driver whose thread gets no time from a busy machine has not failed."""
-    monkeypatch.setattr(live, "FIRST_PATIENCE", TIMEOUT)
-    defaults = live.LiveDriver.__init__.__kwdefaults__
+    monkeypatch.setattr(drivers, "FIRST_READING_TIMEOUT", TIMEOUT)
+    defaults = drivers.LiveDriver.__init__.__kwdefaults__
     assert defaults is not None
     monkeypatch.setitem(defaults, "patience", TIMEOUT)

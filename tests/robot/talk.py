@@ -8,11 +8,11 @@ from typing import Any
 from cellwright.config.robot.config import RobotConfig
 from cellwright.middleware.bus import Later
 from cellwright.middleware.messages import message_type
-from cellwright.middleware.messages.build import floats, header, joint_state
+from cellwright.middleware.messages.conversions import floats, header, joint_state
 from cellwright.middleware.messages.standard import Bool
 from cellwright.middleware.messages.std_srvs import SetBoolRequest, TriggerRequest
 from cellwright.robot.node import RobotNode
-from cellwright.robot.safety.settings import SafetySettings
+from cellwright.robot.safety import SafetySettings
 from tests.robot.robots import two_arms
 
 PREFIX = "/io_teleop/"

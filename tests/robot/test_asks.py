@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from cellwright.middleware.messages.standard import PoseArray
-from cellwright.robot.safety.settings import Guard, SafetySettings
+from cellwright.robot.safety import Guard, SafetySettings
 from cellwright.util.errors import RejectedCommandError
 from tests.robot.talk import Talk, stamped
 

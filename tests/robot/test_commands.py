@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import Mimic
-from cellwright.middleware.messages.build import joint_state
+from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.messages.standard import String
-from cellwright.robot.joint_targets import MOST, targets
-from cellwright.robot.safety.settings import SafetySettings
+from cellwright.robot.commands import MAX_ENTRIES, joint_targets
+from cellwright.robot.safety import SafetySettings
 from cellwright.util.errors import MessageError, RejectedCommandError
 from tests.robot.robots import bare, fixed, two_arms
 from tests.robot.talk import RESET, Talk
@@ -101,10 +101,10 @@ def test_the_work_for_a_message_that_is_refused_grows_with_its_length_alone() ->
             Name.looks += 1
             return str.__hash__(self)
 
-    names = [Name(f"joint{number}") for number in range(MOST)]
+    names = [Name(f"joint{number}") for number in range(MAX_ENTRIES)]
     with pytest.raises(RejectedCommandError, match="is named twice"):
-        targets(joint_state([*names[:-1], Name(names[-2])], [0.0] * MOST, time=0))
-    assert MOST <= Name.looks < 20 * MOST  # a walk over all names for each of them would be MOST * MOST
+        joint_targets(joint_state([*names[:-1], Name(names[-2])], [0.0] * MAX_ENTRIES, time=0))
+    assert MAX_ENTRIES <= Name.looks < 20 * MAX_ENTRIES  # a walk over all names for each of them would be MOST * MOST
 
 
 def test_another_type_is_refused(talk: Talk) -> None:

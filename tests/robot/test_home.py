@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from cellwright.robot.home import DONE, MOST_WAITING, NEAR
-from cellwright.robot.safety.settings import SafetySettings
+from cellwright.robot.commander import HOME_TOLERANCE, HOMING_RESPONSE, MAX_WAITING_CALLS
+from cellwright.robot.safety import SafetySettings
 from cellwright.robot.servos import Motion
 from tests.robot.robots import bare, two_arms
 from tests.robot.talk import Talk
@@ -29,10 +29,10 @@ def test_it_is_answered_when_arms_waist_head_lift_and_grippers_are_at_home(motio
     begun = talk.node.simulation.time
     answer = talk.wait_for(talk.reset())
     assert (answer.success, answer.message) == (True, "Service successfully triggered!")
-    assert answer.message == DONE
+    assert answer.message == HOMING_RESPONSE
     assert talk.node.simulation.time - begun < (2.0 if motion is Motion.SERVO else 0.1)
     home = {"shoulder_right": 0.5, "elbow_left": -1.0, "waist": 0.0, "lift": 0.1, "head": 0.1, "finger_right": 0.0}
-    assert {name: talk.at(name) for name in home} == pytest.approx(home, abs=NEAR)
+    assert {name: talk.at(name) for name in home} == pytest.approx(home, abs=HOME_TOLERANCE)
     assert talk.at("wheel") == pytest.approx(2.0, abs=1e-3), "it belongs to no group, and stays"
 
 
@@ -55,7 +55,7 @@ def test_commands_meanwhile_are_ignored_and_counted_and_nothing_jumps_back() -> 
 
 def test_calls_without_end_do_not_eat_the_memory() -> None:
     talk = far_off()
-    laters = [talk.reset() for _ in range(MOST_WAITING)]
+    laters = [talk.reset() for _ in range(MAX_WAITING_CALLS)]
     answer = talk.reset()
     assert (answer.success, answer.message) == (False, "the robot goes home, and 1000 calls wait for it already")
     talk.wait_for(laters[-1])
@@ -169,7 +169,7 @@ def test_a_home_beyond_the_limits_is_at_the_limit() -> None:
     talk.joints({"elbow_right": 0.0})
     talk.seconds(1.0)
     assert talk.wait_for(talk.reset()).success
-    assert talk.at("elbow_right") == pytest.approx(-2.0, abs=NEAR)
+    assert talk.at("elbow_right") == pytest.approx(-2.0, abs=HOME_TOLERANCE)
 
 
 def test_a_robot_without_groups_is_always_at_home() -> None:

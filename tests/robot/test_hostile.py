@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 
 from cellwright.middleware.bus import Direction
 from cellwright.middleware.messages import message_type
-from cellwright.middleware.messages.build import floats
+from cellwright.middleware.messages.conversions import floats
 from cellwright.middleware.messages.standard import Bool, Header, JointState, Point, Pose, PoseArray, Quaternion, Time
 from cellwright.middleware.messages.std_srvs import SetBoolRequest, TriggerRequest
 from cellwright.middleware.wire.frames import Frame, Kind
-from cellwright.robot.safety.settings import SafetySettings
+from cellwright.robot.safety import SafetySettings
 from cellwright.util.errors import CellwrightError
 from tests.middleware.server.talk import served
 from tests.robot.talk import PREFIX, RESET, Talk

@@ -4,9 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.config.robot.model import Joint, JointType, Limits, Mimic
-from cellwright.robot.mimics import Mimics
-from cellwright.robot.safety.approach import Approach
-from cellwright.robot.safety.settings import SafetySettings
+from cellwright.robot.safety import SafetySettings
+from cellwright.robot.target_limiter import MimicJoints, TargetLimiter
 from cellwright.util.pose import Pose
 
 LOWER, UPPER = np.array([-1.0, -1.0, -0.5]), np.array([1.0, 1.0, 0.5])
@@ -18,12 +17,12 @@ def joint(name: str, mimic: Mimic | None = None) -> Joint:
     )
 
 
-def robot(multiplier: float, offset: float) -> tuple[Mimics, Approach]:
+def robot(multiplier: float, offset: float) -> tuple[MimicJoints, TargetLimiter]:
     joints = [joint("thumb"), joint("other"), joint("tip", Mimic("thumb", multiplier, offset))]
     names = tuple(each.name for each in joints)
-    approach = Approach(names, LOWER, UPPER, np.full(3, 100.0), SafetySettings())
+    approach = TargetLimiter(names, LOWER, UPPER, np.full(3, 100.0), SafetySettings())
     approach.begin(np.zeros(3))
-    return Mimics(joints, {name: number for number, name in enumerate(names)}), approach
+    return MimicJoints(joints, {name: number for number, name in enumerate(names)}), approach
 
 
 def test_who_follows_whom() -> None:

@@ -10,8 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cellwright.config.models.model import ModelShape
-from cellwright.robot.model.floor import seen_corners
-from cellwright.robot.model.robot import build_robot
+from cellwright.robot.model import build_robot, seen_corners
 from cellwright.robot.pictures import camera_on, robot_camera, save_robot_picture
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot
-from cellwright.robot.safety.settings import SafetySettings
+from cellwright.robot.safety import SafetySettings
 from cellwright.util.errors import RejectedCommandError
 from tests.robot.talk import Talk
 

@@ -11,7 +11,7 @@ from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import Joint, JointType, Limits, Link, RobotModel
 from cellwright.engine.device import Device
 from cellwright.engine.simulation import Simulation
-from cellwright.robot.model.robot import TIMESTEP, build_robot
+from cellwright.robot.model import TIMESTEP, build_robot
 from cellwright.robot.servos import FASTEST, GAIN, JointServos, Motion, fastest
 from tests.robot.bundled import qinglong
 from tests.robot.robots import two_arms

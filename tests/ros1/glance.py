@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import closing
 
 from cellwright.middleware.messages import from_ros1
-from cellwright.middleware.messages.wire import M
+from cellwright.middleware.messages.serialization import M
 from tests.middleware.ros1.bridge.wire import Calls, subscribe
 from tests.ros1.ground import Ground
 

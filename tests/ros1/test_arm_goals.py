@@ -13,9 +13,9 @@ import pytest
 
 from cellwright.cell.model.arm import INITIAL_POSITIONS, JOINT_NAMES
 from cellwright.cell.model.frames import BIN_CENTRES, BIN_SURFACE
+from cellwright.clients.agents.kitter.motion import folded, near_posture, station_posture
 from cellwright.clients.agents.kitter.part_figures import Catalogue
-from cellwright.clients.agents.kitter.picking import bin_rail, grip_pose
-from cellwright.clients.agents.kitter.postures import folded, near_posture, station_posture
+from cellwright.clients.agents.kitter.pick_and_place import bin_rail, grip_pose
 from cellwright.clients.agents.lesson import BY_BELT, OFF_BELT, ON_BELT, WAYPOINTS
 from cellwright.motion import Joints, tool_down
 from cellwright.util.pose import Pose

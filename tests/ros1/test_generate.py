@@ -6,12 +6,9 @@ from pathlib import Path
 import pytest
 
 from cellwright.middleware.messages import md5
-from cellwright.middleware.messages.names import short_name
-from cellwright.middleware.messages.sources import sources
-from cellwright.middleware.ros1.packages.generate import generate
-from cellwright.middleware.ros1.packages.layout import write_package
-from cellwright.middleware.ros1.packages.packages import MESSAGE_PACKAGES
-from cellwright.middleware.ros1.packages.system import RosSystem, environment, find_system
+from cellwright.middleware.messages.types import short_name, sources
+from cellwright.middleware.ros1.packages.contents import MESSAGE_PACKAGES, write_package
+from cellwright.middleware.ros1.packages.tools import RosSystem, find_system, generate_modules, tool_environment
 from cellwright.util.errors import UsageError
 from tests.ros1.fake_system import fake_system
 from tests.waiting import TIMEOUT
@@ -21,7 +18,7 @@ __all__ = ["fake_system"]
 
 def test_modules_know_all_of_their_package(fake_system: RosSystem, tmp_path: Path) -> None:
     write_package("osrf_gear", tmp_path / "osrf_gear", tmp_path)
-    generate(fake_system, tmp_path, ["osrf_gear"], tmp_path / "python")
+    generate_modules(fake_system, tmp_path, ["osrf_gear"], tmp_path / "python")
     messages = (tmp_path / "python" / "osrf_gear" / "msg" / "__init__.py").read_text()
     assert "from ._Order import *\n" in messages
     assert "from ._AGVControl import *\n" in (tmp_path / "python" / "osrf_gear" / "srv" / "__init__.py").read_text()
@@ -32,7 +29,7 @@ def test_the_generators_complaint_is_the_error(fake_system: RosSystem, tmp_path:
     (tmp_path / "mine" / "msg").mkdir(parents=True)
     (tmp_path / "mine" / "msg" / "Bad.msg").write_text("what is this")
     with pytest.raises(UsageError, match=r"genmsg_py\.py failed for .*mine/msg: this is no message$"):
-        generate(fake_system, tmp_path, ["mine"], tmp_path / "python")
+        generate_modules(fake_system, tmp_path, ["mine"], tmp_path / "python")
 
 
 @pytest.mark.ros1
@@ -40,7 +37,7 @@ def test_generated_types_are_the_originals(tmp_path: Path) -> None:
     ros = find_system()
     for package in MESSAGE_PACKAGES:
         write_package(package, tmp_path / package, tmp_path)
-    generate(ros, tmp_path, MESSAGE_PACKAGES, tmp_path / "python")
+    generate_modules(ros, tmp_path, MESSAGE_PACKAGES, tmp_path / "python")
     names = [name for name in sources() if name.split("/")[0] in MESSAGE_PACKAGES]
     program = (
         "import importlib, sys\n"
@@ -50,5 +47,7 @@ def test_generated_types_are_the_originals(tmp_path: Path) -> None:
         "    print(getattr(importlib.import_module(package + '.' + namespace), last)._md5sum)\n"
     )
     command = [str(ros.python), "-c", program, str(tmp_path / "python"), *names]
-    ran = subprocess.run(command, env=environment(ros), capture_output=True, text=True, timeout=TIMEOUT, check=True)
+    ran = subprocess.run(
+        command, env=tool_environment(ros), capture_output=True, text=True, timeout=TIMEOUT, check=True
+    )
     assert ran.stdout.split() == [md5(short_name(name)) for name in names]

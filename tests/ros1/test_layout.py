@@ -3,8 +3,13 @@
 import os
 from pathlib import Path
 
-from cellwright.middleware.ros1.packages.layout import write_file, write_package, write_programs
-from cellwright.middleware.ros1.packages.packages import PackageFile, package_files
+from cellwright.middleware.ros1.packages.contents import (
+    PackageFile,
+    package_files,
+    write_file,
+    write_package,
+    write_programs,
+)
 
 
 def test_a_package_is_laid_out_whole(tmp_path: Path) -> None:

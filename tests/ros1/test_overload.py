@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from cellwright.cli.serve.result import RESULT
-from cellwright.clients.client.transports.socket import SocketTransport
+from cellwright.cli.serve import RESULT
+from cellwright.clients.client.socket_transport import SocketTransport
 from tests.processes import Process, name_of
 from tests.ros1.ground import Ground
 from tests.waiting import wait_until

@@ -12,7 +12,7 @@ import cellwright
 from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.middleware.messages import source
-from cellwright.middleware.ros1.packages.packages import (
+from cellwright.middleware.ros1.packages.contents import (
     IO_TELEOP,
     MESSAGE_PACKAGES,
     PACKAGES,

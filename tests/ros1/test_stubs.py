@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.middleware.ros1.packages.stubs import unseen, write_stubs
+from cellwright.middleware.ros1.packages.tools import packages_without_manifest, write_stubs
 from tests.ros1.ground import Ground
 
 pytest_plugins = ["tests.ros1.fixtures"]
@@ -29,8 +29,8 @@ def share(tmp_path: Path) -> Path:
 
 
 def test_packages_that_nobody_sees(share: Path) -> None:
-    assert unseen(share) == ["a_msgs", "b_srvs"]
-    assert unseen(share / "none") == []
+    assert packages_without_manifest(share) == ["a_msgs", "b_srvs"]
+    assert packages_without_manifest(share / "none") == []
 
 
 def test_stubs_lead_to_the_definitions(share: Path, tmp_path: Path) -> None:
@@ -40,7 +40,7 @@ def test_stubs_lead_to_the_definitions(share: Path, tmp_path: Path) -> None:
         assert ET.parse(packages / name / "package.xml").getroot().findtext("name") == name
     assert (packages / "a_msgs" / "msg" / "A.msg").read_text() == "string data\n"
     assert not (packages / "b_srvs" / "msg").exists()
-    assert unseen(packages) == []
+    assert packages_without_manifest(packages) == []
 
 
 @pytest.mark.ros1

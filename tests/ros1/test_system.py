@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from cellwright.middleware.ros1.host.installation import Installation
-from cellwright.middleware.ros1.packages.packages import PACKAGES
-from cellwright.middleware.ros1.packages.system import RosSystem, environment, find_system, wanted
+from cellwright.middleware.ros1.packages.contents import PACKAGES
+from cellwright.middleware.ros1.packages.tools import RosSystem, find_system, provided_packages, tool_environment
 from cellwright.util.errors import UsageError
 from tests.ros1.fake_system import fake_system
 
@@ -37,20 +37,20 @@ def test_the_system_of_this_machine() -> None:
 
 
 def test_only_the_controllers_messages_may_be_the_systems(fake_system: RosSystem) -> None:
-    assert wanted(fake_system) == list(PACKAGES)
+    assert provided_packages(fake_system) == list(PACKAGES)
     for package in PACKAGES:
         (fake_system.share / package).mkdir()
         (fake_system.share / package / "package.xml").write_text("<package/>")
-    assert wanted(fake_system) == [name for name in PACKAGES if name != "control_msgs"]
+    assert provided_packages(fake_system) == [name for name in PACKAGES if name != "control_msgs"]
 
 
 def test_tools_do_not_see_this_pythons_modules(fake_system: RosSystem, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONPATH", "/of/this/python")
     monkeypatch.setenv("PYTHONHOME", sys.prefix)
     monkeypatch.setenv("HERE", "yes")
-    seen = environment(fake_system)
+    seen = tool_environment(fake_system)
     assert seen["HERE"] == "yes"
     assert not {"PYTHONPATH", "PYTHONHOME"} & seen.keys()
     modules = fake_system.prefix / "lib" / "python3" / "dist-packages"
     modules.mkdir(parents=True)
-    assert environment(fake_system)["PYTHONPATH"] == str(modules)
+    assert tool_environment(fake_system)["PYTHONPATH"] == str(modules)

@@ -6,7 +6,7 @@ import pytest
 
 import cellwright
 from cellwright.clients.agents.agent import AgentError
-from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.clients.client.in_process import InProcess
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.running.api import DescriptionWarning
 from cellwright.util.errors import DescriptionError, UnknownNameError, UsageError

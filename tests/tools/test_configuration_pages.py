@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 import yaml
 
-from cellwright.config.parsing.keys import Keys
+from cellwright.config.parsing.reader import Keys
 from cellwright.config.robot import config_keys
 from cellwright.config.robot.robots import find_robot, load_robot
 from cellwright.config.trial import keys

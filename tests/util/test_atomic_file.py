@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.recording.replay.opened import open_recording
-from cellwright.util.atomic_file import in_its_place, open_to_read, whole_file, write_whole
 from cellwright.util.errors import DescriptionError, RecordingError
+from cellwright.util.files import atomic_file, in_its_place, open_to_read, write_whole
 
 
 class DiskFullError(Exception):
@@ -46,7 +46,7 @@ def test_what_ends_half_way_leaves_all_as_it_was(tmp_path: Path, *, is_there: bo
         file.write_text("before")
 
     def write_half() -> None:
-        with whole_file(file) as stream:
+        with atomic_file(file) as stream:
             stream.write(b"half")
             raise DiskFullError
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.util.errors import UsageError
-from cellwright.util.json_lines import JsonLines, read_json_lines
+from cellwright.util.files import JsonLines, read_json_lines
 
 FULL = Path("/dev/full")
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.util.line_file import LineFile
+from cellwright.util.files import LineFile
 from tests.waiting import TIMEOUT
 
 FULL = Path("/dev/full")
@@ -37,7 +37,7 @@ def test_a_line_that_was_cut_short_is_ended_before_going_on(tmp_path: Path) -> N
 def test_what_was_written_outlives_a_program_that_is_killed(tmp_path: Path) -> None:
     path = tmp_path / "a.log"
     code = (
-        "import os, signal, sys; from pathlib import Path; from cellwright.util.line_file import LineFile\n"
+        "import os, signal, sys; from pathlib import Path; from cellwright.util.files import LineFile\n"
         "file = LineFile(Path(sys.argv[1]))\n"
         "for number in range(100): file.write(str(number))\n"
         "os.kill(os.getpid(), signal.SIGKILL)"

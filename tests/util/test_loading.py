@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from cellwright.util.loading import interrupts_end_the_process
+from cellwright.util.process import interrupts_end_the_process
 
 
 @pytest.fixture(autouse=True)

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from cellwright.util.standard_streams import NOT_SAID, Outlet, StandardStreams
+from cellwright.util.process import NOT_SAID, StandardStreams, TolerantStream
 from tests.waiting import TIMEOUT
 
 FULL = Path("/dev/full")
@@ -59,7 +59,7 @@ def test_a_pipe_that_does_not_wait_is_waited_for() -> None:
             return super().write(data) if self.turn % 3 else None  # type: ignore[return-value]
 
     disk = Sometimes(100)
-    outlet = Outlet(disk)
+    outlet = TolerantStream(disk)
     assert outlet.write(b"x" * 30) == 30
     assert (disk.content, outlet.failure) == (b"x" * 30, None)
 
@@ -107,7 +107,7 @@ def test_what_somebody_has_put_there_is_left_alone(monkeypatch: pytest.MonkeyPat
 
 def test_an_outlet_is_like_its_file(tmp_path: Path) -> None:
     with (tmp_path / "a").open("wb", buffering=0) as raw:
-        outlet = Outlet(raw)
+        outlet = TolerantStream(raw)
         assert (outlet.fileno(), outlet.isatty(), outlet.name) == (raw.fileno(), False, raw.name)
 
 

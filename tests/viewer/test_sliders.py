@@ -1,6 +1,6 @@
 import numpy as np
 
-from cellwright.viewer.sliders import Sliders
+from cellwright.viewer.window_program import Sliders
 
 
 def test_what_somebody_moved() -> None:

@@ -15,13 +15,13 @@ import mujoco
 import numpy as np
 import pytest
 
-from cellwright.clients.assembled.services import STATE
-from cellwright.clients.client.transports.socket import SocketTransport
+from cellwright.clients.assembled.process import STATE_SERVICE
+from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.engine.events import NEVER
 from cellwright.middleware.server import Server
 from cellwright.middleware.server.timekeeper import Timekeeper
 from cellwright.robot.node import RobotNode
-from cellwright.robot.safety.settings import SafetySettings
+from cellwright.robot.safety import SafetySettings
 from cellwright.robot.services import RobotServices
 from cellwright.util.pose import Pose
 from cellwright.viewer.window import Window, WindowError, hindrance
@@ -123,7 +123,7 @@ def test_a_slider_whose_target_is_refused_goes_back_and_the_window_stays() -> No
     data, slider = mujoco.MjData(node.world.model), node.world.model.actuator("head").id
     picture, transport = RobotPicture(node.world.model, data), SocketTransport(server.address, node=NODE)
     try:
-        picture.take(transport.ask_server(STATE))
+        picture.take(transport.ask_server(STATE_SERVICE))
         window = Unseen(data, slider, [1.0, 0.1, 0.1])
         _keep_up(window, picture, transport)
     finally:
@@ -149,7 +149,7 @@ def test_a_real_window_opens_and_ends_with_the_node(capfd: pytest.CaptureFixture
         asked.append(values)
         return services.state(values)
 
-    server.offer(STATE, state)
+    server.offer(STATE_SERVICE, state)
     shown = Window(node.world.model, server.address, sliders=True)
     keeper = Timekeeper(node, server)
     wait_until(lambda: len(asked) > 20 or not shown.is_open, "questions of the window", between=keeper.tick)

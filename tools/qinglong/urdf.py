@@ -7,8 +7,7 @@ from collections.abc import Iterable, Iterator
 from importlib import resources
 from itertools import chain
 
-from cellwright.config.robot.model import RobotModel
-from cellwright.config.robot.posture import link_poses
+from cellwright.config.robot.model import RobotModel, link_poses
 from tools.qinglong.body import Drawing, right_arm, right_leg, right_solids, trunk, trunk_solids
 from tools.qinglong.figures import figures
 from tools.qinglong.hands import hand, hand_solids

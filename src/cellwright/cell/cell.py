@@ -1,4 +1,4 @@
-"""A cell: the one place where description, world, simulation, devices, kitting and contract are joined."""
+"""Kit-building cell: trial, model, simulation, devices, kitting and interface in one object."""
 
 from __future__ import annotations
 
@@ -12,37 +12,60 @@ import mujoco
 from cellwright.cell.competition import Competition
 from cellwright.cell.devices.agv import Agv
 from cellwright.cell.devices.arm import Arm
-from cellwright.cell.devices.conveyor import Conveyor
-from cellwright.cell.devices.deletion_wall import DeletionWall
-from cellwright.cell.devices.demo_tray import DemoTray
-from cellwright.cell.devices.gripper.vacuum_gripper import VacuumGripper
-from cellwright.cell.devices.kit_tray import KitTray
-from cellwright.cell.devices.overlaps import Overlaps
-from cellwright.cell.devices.parts import Parts
-from cellwright.cell.devices.population import Population
-from cellwright.cell.devices.sensors.break_beam import BreakBeam
-from cellwright.cell.devices.sensors.laser_profiler import LaserProfiler
-from cellwright.cell.devices.sensors.logical_camera import TRAY_TYPE, LogicalCamera
-from cellwright.cell.devices.sensors.proximity import ProximitySensor
-from cellwright.cell.devices.sensors.quality_control import QualityControlSensor
-from cellwright.cell.devices.sensors.scene import Scene, SceneModel, collision_geoms
-from cellwright.cell.interface.binding import bind
-from cellwright.cell.interface.devices import GearDevices
-from cellwright.cell.interface.intention import Intention
-from cellwright.cell.interface.plugin_sensors import make_brought_sensor
+from cellwright.cell.devices.conveyor import Conveyor, DeletionWall, Population
+from cellwright.cell.devices.kit_tray import DemoTray, KitTray
+from cellwright.cell.devices.logical_camera import (
+    TRAY_TYPE,
+    LogicalCamera,
+    QualityControlSensor,
+    Scene,
+    SceneModel,
+    collision_geoms,
+)
+from cellwright.cell.devices.parts import Overlaps, Parts
+from cellwright.cell.devices.range_sensors import BreakBeam, LaserProfiler, ProximitySensor
+from cellwright.cell.devices.vacuum_gripper import VacuumGripper
+from cellwright.cell.interface.action import TrajectoryAction
+from cellwright.cell.interface.commands import Commands
+from cellwright.cell.interface.devices import GearDevices, Intention
+from cellwright.cell.interface.plugins import bind_plugin_sensors, make_plugin_device, make_plugin_sensor
+from cellwright.cell.interface.publications import Publications, bind_cameras
+from cellwright.cell.interface.rows import rows
 from cellwright.cell.kitting.effects import CompetitionState, Effect, StateChanged
 from cellwright.cell.model.build import World, build_world, demo_objects
-from cellwright.cell.plugin_devices import make_brought_device
 from cellwright.config.trial.trial import Camera as CameraDescription
 from cellwright.config.trial.trial import Sensor as SensorDescription
 from cellwright.config.trial.trial import ServoProfile, Trial
-from cellwright.engine.checkpoints import Checkpoints
 from cellwright.engine.clock import nanoseconds
+from cellwright.engine.device import Device
 from cellwright.engine.sensor import Sensor
 from cellwright.engine.simulation import Simulation
+from cellwright.engine.snapshot import Checkpoints
 from cellwright.middleware.bus import Bus
 from cellwright.rendering.cameras.picture_camera import PictureCamera
 from cellwright.rendering.cameras.studio import Studio, hire_painter
+
+
+def bind_interface(bus: Bus, devices: GearDevices, *, competition: bool) -> None:
+    """Put every topic, service and action of the contract on the bus.
+
+    Args:
+        bus: an empty bus.
+        devices: what the names are bound to. The simulation is to be reset afterwards, which begins the first run.
+        competition: competition mode, in which cheats are refused.
+
+    Raises:
+        UsageError: a sensor's name makes it publish where something else does, in another type.
+    """
+    table = rows(devices.trial, competition=competition)
+    Commands(devices, competition=competition).serve(bus)
+    bound: list[Device] = [Publications(bus, devices, table, competition=competition)]
+    if devices.arm is not None:
+        bound.append(TrajectoryAction(bus, table, devices.simulation, devices.arm))
+    for each in bound:
+        devices.simulation.add(each)
+    bind_cameras(bus, devices)
+    bind_plugin_sensors(bus, devices)
 
 
 class Cell:
@@ -128,9 +151,9 @@ class Cell:
         self.in_competition = competition
         """Whether what a competition refuses is refused."""
         self.bus = Bus(lambda: self.simulation.now, report)
-        bind(self.bus, self._contract_devices(), competition=competition)
+        bind_interface(self.bus, self._contract_devices(), competition=competition)
         for brought in trial.devices:
-            self.simulation.add(make_brought_device(brought, self))
+            self.simulation.add(make_plugin_device(brought, self))
         self.reset()
 
     @property
@@ -248,4 +271,4 @@ def make_sensor(description: SensorDescription, scene: Scene) -> Sensor[Any]:
         case "logical_camera":
             return LogicalCamera(name, pose, scene)
         case _:
-            return make_brought_sensor(description, scene)
+            return make_plugin_sensor(description, scene)

@@ -10,13 +10,11 @@ from dataclasses import replace
 from typing import Any
 
 from cellwright.cell.devices.agv import Agv
-from cellwright.cell.devices.conveyor import Conveyor
-from cellwright.cell.devices.gripper.vacuum_gripper import VacuumGripper
+from cellwright.cell.devices.conveyor import Conveyor, Population
 from cellwright.cell.devices.kit_tray import KitTray
 from cellwright.cell.devices.parts import Parts
 from cellwright.cell.devices.parts import Removal as RemovedBy
-from cellwright.cell.devices.population import Population
-from cellwright.cell.kitting.drops import DropZones
+from cellwright.cell.devices.vacuum_gripper import VacuumGripper
 from cellwright.cell.kitting.effects import (
     CompetitionState,
     ConveyorPower,
@@ -27,14 +25,12 @@ from cellwright.cell.kitting.effects import (
     PopulationRestart,
     StateChanged,
 )
+from cellwright.cell.kitting.evidence import Evidence, evidence
 from cellwright.cell.kitting.fates import Fate, HandlingRecord, PartNow, Removal
-from cellwright.cell.kitting.faults import Faults
-from cellwright.cell.kitting.names import part_type
+from cellwright.cell.kitting.inventory import DropZones, Faults, TrayObject, part_type
+from cellwright.cell.kitting.kit_score import KitScore, Verdict
 from cellwright.cell.kitting.referee import Referee
-from cellwright.cell.kitting.score.evidence import Evidence, evidence
-from cellwright.cell.kitting.score.kit_score import KitScore, Verdict
-from cellwright.cell.kitting.score.scorer import GameScore
-from cellwright.cell.kitting.tray import TrayObject
+from cellwright.cell.kitting.scorer import GameScore
 from cellwright.cell.model.build import WorldPart
 from cellwright.config.trial.trial import Order, Trial
 from cellwright.engine.device import Device, State

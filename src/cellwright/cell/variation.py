@@ -21,10 +21,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cellwright.config.layout import BIN_CENTRES, BIN_PART_HEIGHT, BIN_WIDTH, PART_FOOTPRINTS, REFERENCE_FRAMES
-from cellwright.config.models.footprint import Footprint, footprint
+from cellwright.config.layout import (
+    BIN_CENTRES,
+    BIN_PART_HEIGHT,
+    BIN_WIDTH,
+    PART_FOOTPRINTS,
+    REFERENCE_FRAMES,
+    Footprint,
+    footprint,
+)
 from cellwright.config.trial.trial import Circumstances, Part, Trial
-from cellwright.engine.chance import generator
+from cellwright.engine.random_streams import generator
 from cellwright.util.errors import UnknownNameError, UsageError
 from cellwright.util.pose import Pose, quaternion_from_rpy, quaternion_product
 

@@ -1,11 +1,32 @@
-"""What several commands take, as it is declared on the command line."""
+"""Arguments that several commands share: trial, seed, recording, page and video, declared and read."""
 
 from __future__ import annotations
 
+import os
+import secrets
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from ipaddress import ip_address
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
+
+from cellwright.cell.cell import Cell
+from cellwright.cli import options, output
+from cellwright.cli.options import refuse
+from cellwright.config.parsing.sources import sources_collected
+from cellwright.recording.format.files import KINDS, RecordingFiles
+from cellwright.rendering.backend import requested_backend
+from cellwright.rendering.camera import VIEWS, Camera, camera_of
+from cellwright.rendering.video_options import HEIGHT, WIDTH, VideoOptions, check_video_size, period_of
+from cellwright.running.run import RecordOptions
+from cellwright.util.errors import UnknownNameError, UsageError
+from cellwright.viewer.web.start import DEFAULT_PORT, LOOPBACK
+
+if TYPE_CHECKING:
+    from cellwright.viewer.filming import Filming, Made
 
 WORK, END, OUTPUT, REACH = "What runs", "When it ends", "Output", "Where it is reached"
 """Headings in the help, under which options are listed."""
@@ -92,3 +113,276 @@ Log = Annotated[
         rich_help_panel=OUTPUT,
     ),
 ]
+
+
+LOOK = "Looking on"
+"""Heading in the help."""
+
+View = Annotated[
+    bool,
+    typer.Option(
+        "--view",
+        metavar="",
+        help="Show it on a page, in a browser; the page's address is printed.",
+        rich_help_panel=LOOK,
+    ),
+]
+ViewHost = Annotated[
+    str | None,
+    typer.Option(
+        metavar="HOST",
+        help=f"Address at which the page is; {LOOPBACK} when left out. Any other needs the token that is printed.",
+        rich_help_panel=LOOK,
+    ),
+]
+ViewPort = Annotated[
+    int | None,
+    typer.Option(
+        metavar="N",
+        help=f"Port of the page: {DEFAULT_PORT} when left out, and one of the next where it is in use. 0: a free one.",
+        rich_help_panel=LOOK,
+    ),
+]
+OpenPage = Annotated[
+    bool, typer.Option("--open", metavar="", help="Open the page in this desktop's browser.", rich_help_panel=LOOK)
+]
+
+
+@dataclass(frozen=True)
+class PageOptions:
+    """A wish for a page.
+
+    Attributes:
+        host: where it listens for browsers.
+        port: at which port, or one of the next ones.
+        token: what its address has to hold; empty where only this machine can reach it.
+        opens: open it in a browser here.
+    """
+
+    host: str = LOOPBACK
+    port: int = DEFAULT_PORT
+    token: str = ""
+    opens: bool = False
+
+
+def page_options(*, view: bool, host: str | None, port: int | None, opens: bool) -> PageOptions | None:
+    """The page that somebody wants; None for none.
+
+    Raises:
+        UsageError: something is said of a page that nobody wants, or it cannot be there.
+    """
+    if not view:
+        said = {"--view-host": host is not None, "--view-port": port is not None, "--open": opens}
+        if given := [option for option, is_given in said.items() if is_given]:
+            refuse(f"{given[0]}: there is no page; say --view as well")
+        return None
+    host, port = LOOPBACK if host is None else host, DEFAULT_PORT if port is None else port
+    if not 0 <= port <= 65535:
+        refuse(f"--view-port {port}: give a port from 0 to 65535")
+    return PageOptions(host, port, "" if _is_local(host) else secrets.token_urlsafe(16), opens)
+
+
+def refuse_camera_name(words: Sequence[str], *, view: bool) -> None:
+    """Refuse the name of a place of pictures behind `--view`, which once took one.
+
+    Raises:
+        UsageError: there is one among the words that stand for files.
+    """
+    for word in words if view else ():
+        if word in VIEWS and not Path(word).exists():
+            refuse(f"--view {word}: --view opens a page now, and takes no name; for pictures say --camera {word}")
+
+
+def has_desktop() -> bool:
+    """Whether there is a desktop here, on which a browser can be opened."""
+    return (
+        os.name == "nt"
+        or os.uname().sysname == "Darwin"
+        or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+    )
+
+
+def _is_local(host: str) -> bool:
+    try:
+        return ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+VIDEO = "Video"
+
+VideoFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--video",
+        metavar="FILE.mp4",
+        help="Write a video of it, 25 pictures a simulated second; one that is killed leaves it playable.",
+        rich_help_panel=VIDEO,
+    ),
+]
+
+VideoCamera = Annotated[
+    str | None,
+    typer.Option(
+        "--video-camera",
+        metavar="VIEW",
+        help="Where it is taken from: a view as for pictures, or `x,y,z:x,y,z`, place and target in m.",
+        rich_help_panel=VIDEO,
+    ),
+]
+
+VideoSpeed = Annotated[
+    float,
+    typer.Option(
+        "--video-speed",
+        metavar="FACTOR",
+        help="Simulated seconds a second of video: 10 makes 10 minutes one.",
+        rich_help_panel=VIDEO,
+    ),
+]
+
+VideoSize = Annotated[
+    str,
+    typer.Option("--video-size", metavar="WxH", help="In pixels, such as 1920x1080.", rich_help_panel=VIDEO),
+]
+
+VideoFine = Annotated[
+    bool,
+    typer.Option(
+        "--video-fine",
+        metavar="",
+        help="Smoother edges; without a GPU that takes three times as long.",
+        rich_help_panel=VIDEO,
+    ),
+]
+
+DEFAULT_VIDEO_SIZE = f"{WIDTH}x{HEIGHT}"
+
+
+def video_options(file: Path | None, view: str | None, speed: float, size: str, *, fine: bool) -> VideoOptions | None:
+    """What was asked for; None for no video.
+
+    Raises:
+        UsageError: something that cannot be, or that goes with --video and stands without it.
+    """
+    checked = options.output_file("--video", file, ".mp4")
+    camera = None if view is None else _video_camera(view)
+    try:
+        period_of(speed)
+    except UsageError as error:
+        options.refuse(f"--video-speed: {error}")
+    width, height = _video_size(size)
+    if checked is None:
+        if view is not None or speed != 1.0 or size != DEFAULT_VIDEO_SIZE or fine:
+            options.refuse("--video-camera, --video-speed, --video-size and --video-fine go with --video FILE.mp4")
+        return None
+    requested_backend()
+    return VideoOptions(checked, camera, speed, width, height, fine)
+
+
+def film_cell(cell: Cell, wanted: VideoOptions, *, waits: bool, warn: Callable[[str], None]) -> Filming:
+    """A video of a cell, with time, points and what the agent is about in its corner.
+
+    Args:
+        cell: the cell.
+        wanted: what was asked for.
+        waits: hold time until a frame can be drawn.
+        warn: takes a line about what goes wrong.
+
+    Raises:
+        RenderingError: it cannot be written.
+    """
+    from cellwright.viewer.filming import Filming, still  # it takes a moment to load
+
+    def caption() -> str:
+        points = cell.competition.score().total
+        words = (f"{cell.simulation.time:.1f} s", f"{points:g} {'point' if points == 1 else 'points'}")
+        return "   ".join(word for word in (*words, cell.intention.text) if word)
+
+    return Filming(
+        cell, wanted, camera=still(wanted.camera or VIEWS["overview"]), caption=caption, waits=waits, warn=warn
+    )
+
+
+def video_actions(film: Filming | None) -> list[tuple[Fraction, Callable[[Cell], None]]]:
+    """What a run is to do at which time [s], so that there is a video of it."""
+    return [] if film is None else [(Fraction(0), lambda _cell: film.start())]
+
+
+def numbered_file(file: Path, run: int) -> Path:
+    """The file of the video of a run, by its number from 1: run.mp4, run_2.mp4."""
+    return file if run == 1 else file.with_name(f"{file.stem}_{run}{file.suffix}")
+
+
+def video_sentence(told: Made) -> str:
+    """What is said of a video that was written."""
+    return f"{told['file']}, {told['length']:.1f} s"
+
+
+def _video_camera(text: str) -> Camera:
+    try:
+        return camera_of(text)
+    except UnknownNameError as error:
+        options.refuse(f"--video-camera: {error.sentence()}")
+    except UsageError as error:
+        options.refuse(f"--video-camera {error}")
+
+
+def _video_size(text: str) -> tuple[int, int]:
+    width, _, height = text.lower().partition("x")
+    if not (width.isdecimal() and height.isdecimal() and len(text) < 20):
+        options.refuse(f"--video-size {text}: give width and height in pixels, such as {DEFAULT_VIDEO_SIZE}")
+    size = int(width), int(height)
+    try:
+        check_video_size(*size)
+    except UsageError as error:
+        options.refuse(f"--video-size {text}: {error}")
+    return size
+
+
+T = TypeVar("T")
+
+
+def record_options(paths: Sequence[Path] | None, **about: Any) -> RecordOptions | None:
+    """How a run is to be recorded; None where it is not.
+
+    Args:
+        paths: files that were asked for.
+        about: what is known of the run besides.
+
+    Raises:
+        UsageError: a file cannot be written, or is of no kind of recording.
+    """
+    if not paths:
+        return None
+    for path in paths:
+        kind = path.suffix.lower()
+        if kind not in KINDS:
+            options.refuse(f"--record {path}: give a file such as run.mcap, or run.bag for the tools of ROS 1")
+        options.output_file("--record", path, kind)
+    RecordingFiles(paths)
+    return RecordOptions(paths, about, report=output.warn)
+
+
+def read_with_sources(
+    record: RecordOptions | None, read: Callable[[], T], files: Callable[[T], Sequence[Path]]
+) -> tuple[T, RecordOptions | None]:
+    """Read what is to run; a recording of it will hold the files that it is read from.
+
+    Args:
+        record: how it is recorded, if it is.
+        read: reads it.
+        files: those that were named, in their order, of what was read.
+    """
+    if record is None:
+        return read(), None
+    with sources_collected() as sources:
+        found = read()
+    return found, replace(record, sources=sources, files=files(found))
+
+
+def numbered_recording(record: RecordOptions | None, number: int) -> RecordOptions | None:
+    """How the n-th run of a course is recorded: each has files of its own."""
+    if record is None or number == 1:
+        return record
+    return replace(record, paths=[path.with_stem(f"{path.stem}_{number}") for path in record.paths])

@@ -10,10 +10,10 @@ from typing import Annotated
 
 import typer
 
-from cellwright.cell.model.own_models import problems
+from cellwright.cell.model.own_models import model_problems
 from cellwright.cli import options
 from cellwright.cli.arguments import Files
-from cellwright.cli.exit_status import BAD_INPUT, DONE
+from cellwright.cli.main import BAD_INPUT, DONE
 from cellwright.config.check import Report
 from cellwright.config.check import check as check_files
 from cellwright.config.robot.robots import find_robot
@@ -39,7 +39,7 @@ def check(
     try:
         report = check_files(_paths(files))
         if report.trial is not None:  # some files of models are for the engine to judge
-            report = replace(report, errors=tuple(problems(report.trial)))
+            report = replace(report, errors=tuple(model_problems(report.trial)))
     except CellwrightError as error:  # a file that is not there is a finding as well
         report = Report(errors=(str(error),))
     if as_json:

@@ -1,17 +1,110 @@
-"""The command `cellwright`."""
+"""Command `cellwright`: its subcommands, loaded on demand, its exit statuses, and errors as one line each."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
-from typing import Annotated
+from collections.abc import Iterator, MutableMapping, Sequence
+from functools import cache
+from importlib import import_module
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 import cellwright
-from cellwright.cli.commands import CommandsOnDemand
-from cellwright.cli.exit_status import BAD_INPUT, NOT_DONE
 from cellwright.util.errors import CellwrightError
+from cellwright.util.process import interrupts_end_the_process
+
+if TYPE_CHECKING:
+    from cellwright.running.run import RunResult
+
+DONE = 0
+"""What was asked for is done."""
+NOT_DONE = 1
+"""It was started and not done: time limit, --until came first, agent gave up or crashed, below --min-score,
+interrupted."""
+BAD_INPUT = 2
+"""The input cannot be used; nothing has been started."""
+
+
+def exit_status_of(result: RunResult, *, has_agent: bool, min_score: float | None) -> int:
+    """The exit status of a run.
+
+    Args:
+        result: what came of it.
+        has_agent: without one, a run is done when it has reached the time that was asked for.
+        min_score: the score that was asked for, if any.
+    """
+    from cellwright.running.run import Outcome  # it takes long to load, and other commands need the figures above alone
+
+    if min_score is not None and result.score.total < min_score:
+        return NOT_DONE
+    is_done = result.outcome is Outcome.DONE or (result.outcome is Outcome.UNTIL and not has_agent)
+    return DONE if is_done else NOT_DONE
+
+
+_ROOM = "cellwright.cli"
+
+COMMANDS = {
+    "run": "run.command:run",
+    "check": "check:check",
+    "eval": "eval:evaluate",
+    "serve": "serve:serve",
+    "teleop": "teleop.command:teleop",
+    "view": "view:view",
+    "replay": "replay.command:replay",
+    "plot": "plot:plot",
+    "trials": "trials:trials",
+    "robot": "robot:robot",
+    "ros1-env": "ros1:ros1_env",
+    "ros1-workspace": "ros1:ros1_workspace",
+    "operate": "operate.app:app",
+}
+"""Where each is, below this room, in the order in which help lists them: a function, or an app of several commands."""
+
+
+class CommandsOnDemand(TyperGroup):
+    """A group of all of them."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
+        self.commands = _OnDemand()
+
+    def list_commands(self, ctx: Any) -> list[str]:  # noqa: ARG002
+        """Their names; none of them is loaded."""
+        return [*self.commands]
+
+
+class _OnDemand(MutableMapping[str, Any]):
+    """Loads what is looked up. It is complete as it is, though the group's type is of one that grows."""
+
+    def __getitem__(self, name: str) -> Any:
+        return _loaded(name, COMMANDS[name])
+
+    def __setitem__(self, name: str, command: Any) -> None:
+        raise TypeError(f"{name}: commands stand in COMMANDS")
+
+    def __delitem__(self, name: str) -> None:
+        raise TypeError(f"{name}: commands stand in COMMANDS")
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(COMMANDS)
+
+    def __len__(self) -> int:
+        return len(COMMANDS)
+
+
+@cache
+def _loaded(name: str, where: str) -> Any:
+    module, _, attribute = where.partition(":")
+    with interrupts_end_the_process():
+        found = getattr(import_module(f"{_ROOM}.{module}"), attribute)
+    if isinstance(found, typer.Typer):
+        return typer.main.get_command(found)
+    alone = typer.Typer(add_completion=False, rich_markup_mode="markdown", pretty_exceptions_enable=False)
+    alone.command(name)(found)
+    return typer.main.get_command(alone)
+
 
 _INTERRUPTED = 130  # what Typer returns for Ctrl-C
 
@@ -51,7 +144,7 @@ def _version(wanted: bool) -> None:  # noqa: FBT001
 
 
 @app.callback()
-def _options(
+def _global_options(
     _: Annotated[
         bool,
         typer.Option("--version", callback=_version, is_eager=True, metavar="", help="Show the version and exit."),

@@ -11,16 +11,14 @@ from pathlib import Path
 from typing import NoReturn, get_args
 
 from cellwright.cell.cell import Cell
-from cellwright.cell.kitting.score.scorer import OrderScore
-from cellwright.cell.kitting.score.trial_score import Averages, trial_score
+from cellwright.cell.kitting.scorer import Averages, OrderScore, trial_score
 from cellwright.cell.variation import vary
-from cellwright.cli import lines
-from cellwright.clients.client.transports.address import address_of
+from cellwright.cli import output
+from cellwright.clients.client.session import parse_address
 from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import ServoProfile, Trial
-from cellwright.rendering.camera import Camera
-from cellwright.rendering.views import camera_of
+from cellwright.rendering.camera import Camera, camera_of
 from cellwright.util.errors import UnknownNameError, UsageError
 
 LATEST = 1e9
@@ -77,7 +75,7 @@ def load(files: Sequence[str]) -> Trial:
     """
     loaded = load_trial(paths(files))
     for warning in loaded.warnings:
-        lines.warn(warning)
+        output.warn(warning)
     return loaded.trial
 
 
@@ -218,7 +216,7 @@ def averages(text: str | None, trial: Trial) -> Averages | None:
 def address(option: str, text: str) -> tuple[str, int]:
     """Host and port from `HOST:PORT`."""
     try:
-        return address_of(text)
+        return parse_address(text)
     except UsageError as error:
         refuse(f"{option} {error}")
 

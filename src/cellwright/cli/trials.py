@@ -12,15 +12,15 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from cellwright.cell.kitting.score.reach import reach
-from cellwright.cell.kitting.score.trial_score import system_cost
-from cellwright.cli import lines
+from cellwright.cell.kitting.reach import reach
+from cellwright.cell.kitting.scorer import system_cost
+from cellwright.cli import output
 from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial, scenario
-from cellwright.config.trial.demands import demands
+from cellwright.config.trial.difficulty import demands
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Order, Trial
+from cellwright.util import plugins as plugins
 from cellwright.util.errors import CellwrightError
-from cellwright.util.plugins import entry_points as plugins
 
 _NAME_WIDTH = max(map(len, bundled()))
 
@@ -53,10 +53,10 @@ def _brought() -> dict[str, Trial]:
     for name in plugins.names("trials"):
         try:
             if name in (*bundled(), *bundled_sensors()):
-                raise plugins.refusal("trials", name, "has a name of Cellwright's own")
+                raise plugins.plugin_error("trials", name, "has a name of Cellwright's own")
             found[name] = _load(name)
         except CellwrightError as error:
-            lines.warn(error)
+            output.warn(error)
     return found
 
 

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cellwright.config.robot.document import document
+from cellwright.config.robot.groups import robot_document
 from cellwright.config.robot.robots import is_robot_file, load_robot
-from cellwright.config.trial.gear2017 import load_trial
-from cellwright.config.trial.resolved import resolved, resolved_cell
+from cellwright.config.trial.gear2017 import load_trial, resolved, resolved_cell
 from cellwright.config.trial.trial import Trial
 from cellwright.util.errors import DescriptionError
 
@@ -68,4 +67,4 @@ def _check_robot(path: Path) -> Report:
     except DescriptionError as error:
         found = tuple(dict.fromkeys((*warnings, *map(str, error.warnings))))
         return Report(errors=tuple(map(str, error.problems)), warnings=found)
-    return Report(warnings=tuple(warnings), resolved=document(config))
+    return Report(warnings=tuple(warnings), resolved=robot_document(config))

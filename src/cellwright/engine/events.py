@@ -1,10 +1,46 @@
-"""One queue of what is to happen, ordered by (time, priority, serial). Events are data, so a queue can be saved."""
+"""Inbox of commands, event queue and periodic callbacks of a simulation.
+
+A watch is not an event. It belongs to whoever listens, is neither in the state hash nor in a snapshot, and exists only
+while somebody wants it, so that nothing is computed for nobody.
+"""
 
 from __future__ import annotations
 
 import heapq
+from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
+
+from cellwright.engine.clock import Cadence
+
+
+class Inbox:
+    """Commands put in from any thread, carried out in order by the thread that steps the simulation.
+
+    A command from any transport so lands at one well-defined tick: before the step that follows.
+    """
+
+    def __init__(self) -> None:
+        self._waiting: deque[Callable[[], None]] = deque()  # append and popleft are atomic
+
+    def __len__(self) -> int:
+        return len(self._waiting)
+
+    def put(self, command: Callable[[], None]) -> None:
+        """Leave a command, from any thread."""
+        self._waiting.append(command)
+
+    def empty(self) -> int:
+        """Carry out what was waiting when the call began; how many there were.
+
+        What arrives meanwhile waits for the next border, so that a flood cannot stop time.
+        """
+        count = len(self._waiting)
+        for _ in range(count):
+            self._waiting.popleft()()
+        return count
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -99,3 +135,96 @@ class EventQueue:
 
     def _refresh(self) -> None:
         self.next_due = self._heap[0][0] if self._heap else NEVER
+
+
+class Watch:
+    """A periodic call. `action(index)` gets the sample number; sample n is due at n times the period."""
+
+    def __init__(self, name: str, cadence: Cadence | None, action: Callable[[int], None], rank: int) -> None:
+        self.name = name
+        self.cadence = cadence
+        self.action = action
+        self.rank = rank
+        self.active = True
+
+    def cancel(self) -> None:
+        """Stop for good."""
+        self.active = False
+
+
+class Watches:
+    """All watches of a simulation, in the order of (due time, rank, order of creation).
+
+    Those for each tick come after the periodic ones of that tick, or before them if their rank is below 0.
+    """
+
+    def __init__(self) -> None:
+        self._heap: list[tuple[int, int, int, int, Watch]] = []
+        self._serial = 0
+        # of each tick: those before the periodic ones, and those after them
+        self._early: list[Watch] = []
+        self._late: list[Watch] = []
+        self.next_due = NEVER
+
+    def add(self, name: str, period: Fraction | None, action: Callable[[int], None], now: int, rank: int = 0) -> Watch:
+        """Begin to call `action` each `period` [s], from the first due time after `now` [ns]; None: each tick."""
+        if period is None:
+            watch = Watch(name, None, action, rank)
+            each_tick = sorted([*self._early, *self._late, watch], key=lambda each: each.rank)
+            self._early = [each for each in each_tick if each.rank < 0]
+            self._late = [each for each in each_tick if each.rank >= 0]
+        else:
+            watch = Watch(name, Cadence(period), action, rank)
+            self._push(watch, now)
+        self._refresh()
+        return watch
+
+    def run_due(self, now: int, tick: int) -> None:
+        """Call every watch due at or before `now`."""
+        late, some_left = self._late, False  # who comes in this tick has its turn in the next
+        for watch in self._early:
+            if watch.active:
+                watch.action(tick)
+            else:
+                some_left = True
+        heap = self._heap
+        while heap and heap[0][0] <= now:
+            _due, rank, serial, index, watch = heapq.heappop(heap)
+            if not watch.active or watch.cadence is None:
+                continue
+            following = watch.cadence.due(index + 1)
+            if following <= now:  # a period shorter than a tick: one sample a tick
+                index = watch.cadence.first_at(now + 1) - 1
+                following = watch.cadence.due(index + 1)
+            heapq.heappush(heap, (following, rank, serial, index + 1, watch))
+            watch.action(index)
+        for watch in late:
+            if watch.active:
+                watch.action(tick)
+            else:
+                some_left = True
+        if some_left:
+            self._early = [watch for watch in self._early if watch.active]
+            self._late = [watch for watch in self._late if watch.active]
+        self._refresh()
+
+    def retime(self, now: int) -> None:
+        """Take up again after time has jumped (reset or restore)."""
+        watches = [entry[4] for entry in sorted(self._heap, key=lambda entry: entry[2])]
+        self._heap = []
+        for watch in watches:
+            if watch.active:
+                self._push(watch, now)
+        self._refresh()
+
+    def _push(self, watch: Watch, now: int) -> None:
+        if watch.cadence is not None:
+            index = watch.cadence.first_at(now + 1)
+            heapq.heappush(self._heap, (watch.cadence.due(index), watch.rank, self._serial, index, watch))
+            self._serial += 1
+
+    def _refresh(self) -> None:
+        if self._early or self._late:
+            self.next_due = 0
+        else:
+            self.next_due = self._heap[0][0] if self._heap else NEVER

@@ -17,11 +17,11 @@ from typing import ClassVar, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.engine.chance import SampleNoise
 from cellwright.engine.clock import Cadence, nanoseconds
 from cellwright.engine.device import Device, State
+from cellwright.engine.events import Watch
+from cellwright.engine.random_streams import SampleNoise
 from cellwright.engine.simulation import Simulation
-from cellwright.engine.watches import Watch
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 

@@ -1,4 +1,4 @@
-"""The simulation: it owns time.
+"""Simulation: owns time, the engine's model and data, and the devices on it.
 
 The order of a tick is fixed: inbox, `before_step` of the devices, the engine's step, `after_step` of the devices,
 events that are due (the referee's among them), watches. Devices that `drive` do so in the middle of the engine's step.
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import logging
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any
@@ -16,14 +17,53 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from cellwright.engine import chance, sleep
+from cellwright.engine import random_streams
 from cellwright.engine.clock import Clock, nanoseconds
 from cellwright.engine.device import Device
-from cellwright.engine.engine_warnings import unstable
-from cellwright.engine.events import EventQueue
-from cellwright.engine.inbox import Inbox
-from cellwright.engine.watches import Watch, Watches
+from cellwright.engine.events import EventQueue, Inbox, Watch, Watches
 from cellwright.util.errors import SimulationError, UnknownNameError, UsageError
+
+_log = logging.getLogger("cellwright.engine")
+
+unstable: list[str] = []
+"""Complaints that a state has become no number or huge: whatever follows in that run is worthless."""
+
+
+def _take_warning(text: str) -> None:
+    _log.warning(text)
+    if "unstable" in text:
+        unstable.append(text)
+
+
+mujoco.set_mju_user_warning(_take_warning)
+
+
+ASLEEP_AFTER = -11
+"""Value of `MjData.tree_asleep` for a tree that has just been woken: it counts up to sleep from there."""
+
+
+def wake_tree(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> None:
+    """Wake the tree of a body.
+
+    A changed surface velocity or a moved support does not wake sleepers; a velocity written as -0.0 does, because
+    the engine compares bytes.
+    """
+    tree = int(model.body_treeid[body])
+    if tree >= 0:
+        first = int(model.tree_dofadr[tree])
+        dofs = slice(first, first + int(model.tree_dofnum[tree]))
+        velocity = data.qvel[dofs]
+        data.qvel[dofs] = np.where(velocity == 0.0, -0.0, velocity)
+
+
+def keep_tree_awake(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> None:
+    """Wake the tree of a body, or where it is awake start its count to sleep anew."""
+    tree = int(model.body_treeid[body])
+    if tree >= 0 and data.tree_asleep[tree] < 0:
+        data.tree_asleep[tree] = ASLEEP_AFTER
+    else:
+        wake_tree(model, data, body)
+
 
 CHANGING_FIELDS = ("eq_data", "geom_surfacevel")
 """Fields of the model that devices write at run time: they are state, though the engine keeps them in the model."""
@@ -98,7 +138,7 @@ class Simulation:
 
     def generator(self, name: str) -> np.random.Generator:
         """A fresh generator from the child of the root seed with this name."""
-        return chance.generator(self.seed, name)
+        return random_streams.generator(self.seed, name)
 
     def rehook(self) -> None:
         """Gather anew the step hooks that are to be called."""
@@ -240,11 +280,11 @@ class Simulation:
 
     def wake(self, body: int) -> None:
         """Wake the tree of a body, without changing its state: what bears it or pulls at it has changed."""
-        sleep.wake(self.model, self.data, body)
+        wake_tree(self.model, self.data, body)
 
     def keep_awake(self, body: int) -> None:
         """Wake a tree and start its count to sleep anew: what is let go in mid-air could else freeze there for ever."""
-        sleep.keep_awake(self.model, self.data, body)
+        keep_tree_awake(self.model, self.data, body)
 
     # ---------------------------------------------------------------- state
 

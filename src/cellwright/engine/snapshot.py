@@ -1,9 +1,12 @@
-"""Going back to a moment: snapshots in memory and checkpoints on disk.
+"""Snapshots in memory and checkpoints on disk, taken at declared times.
 
 A snapshot in memory copies the engine's data whole and disturbs nothing. A checkpoint on disk can only carry what the
 engine lets one save, which leaves out who sleeps; so taking one resets and restores the *live* run too, and both go on
 bit for bit alike. Because that touches the run, checkpoints are taken at declared ticks only, which belong to the
 run's header.
+
+Saving touches the run (see `snapshot.py`), so the times at which it happens are part of the run's state: a run with
+the same checkpoints has the same state hash, whether its files were kept, lost or never written.
 """
 
 from __future__ import annotations
@@ -12,6 +15,7 @@ import copy
 import hashlib
 import json
 import zipfile
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,9 +24,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from cellwright.engine.device import Device, State
 from cellwright.engine.simulation import CHANGING_FIELDS, Simulation
-from cellwright.util.atomic_file import whole_file
 from cellwright.util.errors import CellwrightError
+from cellwright.util.files import atomic_file
 
 _INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
 _FORMAT = 3
@@ -78,7 +83,7 @@ def write_checkpoint(simulation: Simulation, path: Path) -> None:
     if record := simulation.get_record():
         header |= {"record": record, "record_digest": hashlib.sha256(_as_bytes(record)).hexdigest()}
     text = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
-    with whole_file(path) as file:
+    with atomic_file(path) as file:
         np.savez_compressed(file, engine=engine, header=text, **fields)
     _set_engine(simulation, engine)
 
@@ -163,3 +168,60 @@ def _set_engine(simulation: Simulation, engine: NDArray[np.float64]) -> None:
     mujoco.mj_resetData(simulation.model, simulation.data)
     mujoco.mj_setState(simulation.model, simulation.data, engine, _INTEGRATION)
     simulation.touch()
+
+
+_LAST = 1_000_000
+"""Priority among a tick's events: everything else has happened."""
+
+
+class Checkpoints(Device):
+    """Saves the simulation at the times that were declared before the run.
+
+    Args:
+        report: takes a line about a file that could not be written; the run goes on.
+    """
+
+    def __init__(self, report: Callable[[str], None] = lambda _line: None) -> None:
+        super().__init__("checkpoints")
+        self._report = report
+        self.missed: list[Path] = []
+        """The files that could not be written, in all runs so far."""
+        self._paths: dict[int, Path | None] = {}
+        self._times: list[int] = []
+
+    def declare(self, time: int, path: Path | None) -> None:
+        """Save at `time` [ns] to `path` in every run that begins from now on; None does all but write."""
+        self._paths[time] = path
+
+    def withdraw(self, time: int) -> None:
+        """Save at `time` [ns] no more, in runs that begin from now on."""
+        self._paths.pop(time, None)
+
+    def reset(self) -> None:
+        """Wait for the declared times."""
+        self._times = sorted(self._paths)
+        for time in self._times:
+            self.simulation.schedule(self, "save", time, at=time, priority=_LAST)
+
+    def handle(self, kind: str, arguments: tuple[Any, ...]) -> None:
+        """Save."""
+        if kind != "save":
+            super().handle(kind, arguments)
+        path = self._paths.get(arguments[0])
+        if path is None:
+            renew_engine(self.simulation)
+            return
+        try:
+            write_checkpoint(self.simulation, path)
+        except OSError as error:
+            self.missed.append(path)
+            self._report(f"checkpoint {path}: cannot be written: {error.strerror or error}")
+            renew_engine(self.simulation)
+
+    def get_state(self) -> dict[str, Any]:
+        """The declared times."""
+        return {"times": list(self._times)}
+
+    def set_state(self, state: State) -> None:
+        """Remember what `get_state` returned."""
+        self._times = list(state["times"])

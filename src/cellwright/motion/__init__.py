@@ -4,15 +4,13 @@ Pure geometry and timing: nothing here talks to a cell, so that a controller of 
 `world_T_gripper`, joints `Joints`, times in seconds.
 """
 
-from cellwright.motion.choice import solve
 from cellwright.motion.interception import Interception, MovingPart, Rendezvous, intercept, track
 from cellwright.motion.joint_motion import JointMotion, MotionPoint
-from cellwright.motion.joints import LIMITS, Joints, JointsLike
-from cellwright.motion.limits import DEFAULT_LIMITS, MotionLimits
+from cellwright.motion.joints import DEFAULT_LIMITS, LIMITS, Joints, JointsLike, MotionLimits
+from cellwright.motion.kinematics import face, forward, inverse, is_usual, link_poses, solve, tool_down
 from cellwright.motion.paths import follow, straight
 from cellwright.motion.servo import ORIGINAL_SERVO, ServoModel, anticipated
 from cellwright.motion.trajectories import along, move, through, timed
-from cellwright.motion.ur import face, forward, inverse, is_usual, link_poses, tool_down
 
 __all__ = [
     "DEFAULT_LIMITS",

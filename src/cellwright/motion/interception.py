@@ -6,10 +6,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from cellwright.motion.choice import solve
 from cellwright.motion.joint_motion import JointMotion
-from cellwright.motion.joints import Joints, JointsLike
-from cellwright.motion.limits import DEFAULT_LIMITS, MotionLimits
+from cellwright.motion.joints import DEFAULT_LIMITS, Joints, JointsLike, MotionLimits
+from cellwright.motion.kinematics import solve
 from cellwright.motion.paths import follow
 from cellwright.motion.trajectories import move, timed
 from cellwright.util.errors import UnreachableError, UsageError

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from cellwright.motion.joints import Joints, JointsLike
-from cellwright.motion.ur import forward, inverse
+from cellwright.motion.kinematics import forward, inverse
 from cellwright.util.errors import UnreachableError, UsageError
 from cellwright.util.pose import Pose, Quaternion, normalized
 

@@ -11,10 +11,8 @@ from itertools import pairwise
 
 from ruckig import InputParameter, Result, Ruckig, RuckigError, Synchronization, Trajectory
 
-from cellwright.motion.joint_motion import JointMotion
-from cellwright.motion.joints import LIMITS, Joints, JointsLike
-from cellwright.motion.limits import DEFAULT_LIMITS, MotionLimits
-from cellwright.motion.spline import knot_velocities
+from cellwright.motion.joint_motion import JointMotion, knot_velocities
+from cellwright.motion.joints import DEFAULT_LIMITS, LIMITS, Joints, JointsLike, MotionLimits
 from cellwright.util.errors import UnreachableError, UsageError
 
 STILL = Joints(*(0.0,) * 7)

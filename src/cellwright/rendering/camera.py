@@ -1,4 +1,4 @@
-"""A camera: where it stands, where it looks, and which ray belongs to which pixel.
+"""Pinhole cameras: rays and projection, geometry of pictures, and named views of the cell.
 
 A pinhole camera without distortion. Pixel coordinates are (column, row), continuous, with (0, 0) at the upper left
 corner of the picture: the centre of the first pixel is (0.5, 0.5). The optical frame has x to the right, y down and z
@@ -8,13 +8,16 @@ forward.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.util.errors import UsageError
-from cellwright.util.pose import Vector3
+from cellwright.util.errors import UnknownNameError, UsageError
+from cellwright.util.pose import Pose, Vector3
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,3 +85,120 @@ class Camera:
         column = optical[:, 0] / depth / slope + width / 2
         row = optical[:, 1] / depth / slope + height / 2
         return np.column_stack([column, row, optical[:, 2]])
+
+
+OPTICAL = Pose((0.0, 0.0, 0.0), (0.5, -0.5, 0.5, -0.5))
+"""camera_T_optical: from x right, y down, z forward to x forward, y left, z up."""
+
+
+@dataclass(frozen=True)
+class Pinhole:
+    """A camera without distortion that looks along the +x axis of its frame, with z up.
+
+    Here the centre of the first pixel is (0, 0), as in OpenCV and ROS, and not (0.5, 0.5) as in `Camera`.
+
+    Attributes:
+        width, height: size of its pictures [pixels].
+        fov: how far it sees to the left and right together [rad].
+    """
+
+    width: int
+    height: int
+    fov: float
+
+    @property
+    def focal_length(self) -> float:
+        """How many pixels a slope of 1 covers; pixels are square."""
+        return self.width / 2 / math.tan(self.fov / 2)
+
+    @property
+    def centre(self) -> tuple[float, float]:
+        """Column and row that the line of sight goes through."""
+        return (self.width - 1) / 2, (self.height - 1) / 2
+
+    @property
+    def vertical_fov(self) -> float:
+        """How far it sees up and down together [rad]."""
+        return 2 * math.atan(self.height / 2 / self.focal_length)
+
+    def at(self, world_T_camera: Pose) -> Camera:
+        """The camera to draw with, where this one stands."""
+        ahead, up = world_T_camera.transform((1.0, 0.0, 0.0)), world_T_camera.rotate((0.0, 0.0, 1.0))
+        return Camera(world_T_camera.position, ahead, up, self.vertical_fov)
+
+    @cached_property
+    def slopes(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """x/z of each column, shape (width,), and y/z of each row, shape (height,), in the optical frame."""
+        column, row = self.centre
+        across = (np.arange(self.width) - column) / self.focal_length
+        down = (np.arange(self.height) - row) / self.focal_length
+        return across.astype(np.float32), down.astype(np.float32)
+
+    def points(self, depth: NDArray[np.float32]) -> NDArray[np.float32]:
+        """The points (height, width, 3) [m] in the optical frame that depths (height, width) [m] stand for."""
+        across, down = self.slopes
+        points = np.empty((*depth.shape, 3), np.float32)
+        np.multiply(depth, across, out=points[..., 0])
+        np.multiply(depth, down[:, None], out=points[..., 1])
+        points[..., 2] = depth
+        return points
+
+
+_USUAL, _WIDEST = 45.0, 180.0  # [degrees]
+_FARTHEST = 1e6  # [m]
+_PLUMB = 1e-6  # [m] beside the vertical, a metre away from it
+_UPWARDS, _AHEAD = (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
+
+VIEWS: Mapping[str, Camera] = MappingProxyType(
+    {
+        "overview": Camera((-4.4, -3.1, 3.3), (0.42, -0.12, 0.62), fov=math.radians(46)),
+        "bins": Camera((-2.35, -0.17, 2.45), (-0.52, -0.17, 0.62), fov=math.radians(50)),
+        "agv1": Camera((-1.3, 2.25, 1.9), (0.3, 3.15, 0.72), fov=math.radians(37)),
+        "agv2": Camera((-1.3, -2.25, 1.9), (0.3, -3.15, 0.72), fov=math.radians(37)),
+        "belt": Camera((0.3, -2.7, 2.35), (1.12, 0.9, 0.8), fov=math.radians(52)),
+    }
+)
+"""Cameras by name, in the world frame of the cell of 2017 (conveyor along y at x = 1.21, AGVs at y = +-3.3)."""
+
+
+def named_view(name: str) -> Camera:
+    """The camera of that name.
+
+    Raises:
+        UnknownNameError: if there is none.
+    """
+    try:
+        return VIEWS[name]
+    except KeyError:
+        raise UnknownNameError("view", name, VIEWS) from None
+
+
+def camera_of(text: str) -> Camera:
+    """The camera of a name, or of numbers: `x,y,z:x,y,z` for where it stands and what it looks at [m].
+
+    A third part is its vertical opening angle [degrees], as in `-4,-3,3:0,0,0.6:40`. What looks straight down or up has
+    the x axis of the world upwards in the picture, as `overview` looks along it.
+
+    Raises:
+        UnknownNameError: there is none of that name.
+        UsageError: the numbers make no camera.
+    """
+    if ":" not in text:
+        return named_view(text)
+    eye, target, *angle = text.split(":")
+    try:
+        x, y, z = (float(number) for number in eye.split(","))
+        at_x, at_y, at_z = (float(number) for number in target.split(","))
+        (degrees,) = [float(each) for each in angle] or [_USUAL]
+    except ValueError:
+        raise UsageError(f"{text}: give where it stands and what it looks at, such as -4,-3,3:0,0,0.6") from None
+    if any(abs(number) > _FARTHEST for number in (x, y, z, at_x, at_y, at_z)):
+        raise UsageError(f"{text}: no number may be above {_FARTHEST:g} m")
+    if not 0 < degrees < _WIDEST:
+        raise UsageError(f"{text}: it opens by more than 0 and less than {_WIDEST:g} degrees, not by {degrees:g}")
+    is_plumb = math.hypot(at_x - x, at_y - y) <= _PLUMB * abs(at_z - z)
+    up = _AHEAD if is_plumb else _UPWARDS
+    try:
+        return Camera((x, y, z), (at_x, at_y, at_z), up, math.radians(degrees))
+    except UsageError as error:
+        raise UsageError(f"{text}: {error}") from None

@@ -8,8 +8,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.rendering.pinhole import Pinhole
-from cellwright.rendering.scene.frame import Frame
+from cellwright.rendering.camera import Pinhole
+from cellwright.rendering.scene.scene import Frame
 from cellwright.util.pose import Pose
 
 

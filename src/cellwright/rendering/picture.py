@@ -1,4 +1,8 @@
-"""Pictures of a cell as it stands, with no graphics library, no display and no GPU.
+"""Ray-cast pictures: layers of surfaces, smooth edges, bands drawn in parallel, and PNG files.
+
+Bands keep the arrays small, whatever the size of the picture, and let several threads draw at once. Pixels share light
+with their neighbours, so a band is computed with a margin of rows above and below it, which are then dropped: the
+picture does not show where bands meet.
 
 One ray through the middle of every pixel, light by `lamps` and `shading`, and then more rays through those pixels in
 which surfaces or colours meet, so that edges are smooth.
@@ -7,8 +11,12 @@ which surfaces or colours meet, so that edges are smooth.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection
+import struct
+import zlib
+from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass
+from pathlib import Path
 from queue import SimpleQueue
 from typing import TypeAlias
 
@@ -16,14 +24,239 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.rendering.band import bands, draw_band
 from cellwright.rendering.camera import Camera
-from cellwright.rendering.lamps import disc_lamp, sky
-from cellwright.rendering.raycast import PICTURE_GROUPS, RayCaster
-from cellwright.rendering.shading import Light, Shader, to_screen
-from cellwright.rendering.surfaces import Surfaces
+from cellwright.rendering.raycast import PICTURE_GROUPS, Hits, RayCaster
+from cellwright.rendering.shading import Light, Shader, Surfaces, disc_lamp, openness, sky, to_screen
 from cellwright.util.errors import UsageError
+from cellwright.util.files import write_whole
 from cellwright.util.pose import Vector3
+
+_SAME_NORMAL = 0.9  # smallest cosine between the normals of a pixel and the neighbour whose light it borrows
+_NEIGHBOURS = ((0, 0), (0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1))
+
+
+@dataclass(frozen=True, slots=True)
+class Layer:
+    """One surface per pixel of some rows of a picture, and how much light reaches it.
+
+    Attributes:
+        hits: the surfaces (n,), row by row.
+        albedo: their colours (n, 3), linear.
+        key: how much of the lamp each sees, 0..1.
+        sky: how much of the sky each sees, 0..1.
+        width: of the picture, in pixels.
+    """
+
+    hits: Hits
+    albedo: NDArray[np.float32]
+    key: NDArray[np.float32]
+    sky: NDArray[np.float32]
+    width: int
+
+    @property
+    def height(self) -> int:
+        """The number of rows."""
+        return len(self.key) // self.width
+
+    def borrow(self, pixels: NDArray[np.int64], hits: Hits) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """How much of lamp and sky the surfaces `hits` see, which lie anywhere within the `pixels` (n,).
+
+        Read off the pixel itself or that one of its neighbours that shows the same surface; where none does (things
+        finer than a pixel), off the pixel itself.
+        """
+        key, sky = self.key[pixels], self.sky[pixels]
+        rows, columns = np.divmod(pixels, self.width)
+        open_ = np.arange(len(pixels))
+        for down, right in _NEIGHBOURS:
+            row = np.clip(rows[open_] + down, 0, self.height - 1)
+            column = np.clip(columns[open_] + right, 0, self.width - 1)
+            other = row * self.width + column
+            same = self.hits.geom[other] == hits.geom[open_]
+            same &= np.einsum("ij,ij->i", self.hits.normal[other], hits.normal[open_]) > _SAME_NORMAL
+            key[open_[same]] = self.key[other[same]]
+            sky[open_[same]] = self.sky[other[same]]
+            open_ = open_[~same]
+        return key, sky
+
+
+def light_layer(shader: Shader, hits: Hits, directions: NDArray[np.float64], rows: range, width: int) -> Layer:
+    """The layer of surfaces that the rays in `directions` (len(rows) * width, 3) met, for those rows of a picture."""
+    points = shader.eye + directions * np.where(np.isfinite(hits.distance), hits.distance, 0.0)[:, None]
+    key = openness(shader.caster, shader.light.key, hits, points, rows, width)
+    sky = openness(shader.caster, shader.light.sky, hits, points, rows, width)
+    return Layer(hits, shader.albedo(hits, directions), key, sky, width)
+
+
+def hits_behind(shader: Shader, hits: Hits, directions: NDArray[np.float64]) -> tuple[NDArray[np.int64], Hits]:
+    """Which rays (k,) met something translucent, and what opaque (k) they meet behind it."""
+    met = np.flatnonzero(hits.geom >= 0)
+    at = met[shader.surfaces.opacity[hits.geom[met]] < 1]
+    return at, shader.caster.cast(shader.eye, directions[at], through_translucent=True)
+
+
+def light_seen(
+    shader: Shader,
+    layers: Sequence[Layer],
+    pixels: NDArray[np.int64],
+    hits: Hits,
+    directions: NDArray[np.float64],
+) -> NDArray[np.float32]:
+    """The light (n, 3), linear, along rays that lie within the `pixels` (n,) of a picture and met `hits`.
+
+    `layers` holds the picture's nearest surfaces, and those behind translucent ones if there are any.
+    """
+    light = _light_of(shader, layers[0], pixels, hits, directions)
+    if len(layers) > 1:
+        at, hits_through = hits_behind(shader, hits, directions)
+        through = _light_of(shader, layers[1], pixels[at], hits_through, directions[at])
+        opacity = shader.surfaces.opacity[hits.geom[at]][:, None]
+        light[at] = opacity * light[at] + (1 - opacity) * through
+    return light
+
+
+def _light_of(
+    shader: Shader, layer: Layer, pixels: NDArray[np.int64], hits: Hits, directions: NDArray[np.float64]
+) -> NDArray[np.float32]:
+    key, sky = layer.borrow(pixels, hits)
+    return shader.colour(hits, directions, shader.albedo(hits, directions), key, sky)
+
+
+def spread(hits: Hits, at: NDArray[np.int64], count: int) -> Hits:
+    """The hits (k) at the places `at` (k,) among `count` rays of which the others met nothing."""
+    geom = np.full(count, -1, np.int32)
+    distance = np.full(count, np.inf)
+    normal = np.zeros((count, 3))
+    geom[at], distance[at], normal[at] = hits.geom, hits.distance, hits.normal
+    return Hits(geom, distance, normal)
+
+
+_COSINE = 0.95  # between the normals of neighbouring pixels
+_COLOUR = 0.02  # between their colours, linear
+
+
+def edge_pixels(layer: Layer) -> NDArray[np.int64]:
+    """The pixels (k,) that differ from one of their four neighbours in geom, in colour or in the way they face."""
+    shape = (layer.height, layer.width)
+    geom = layer.hits.geom.reshape(shape)
+    normal = layer.hits.normal.astype(np.float32).reshape(*shape, 3)
+    albedo = layer.albedo.reshape(*shape, 3)
+    edge = np.zeros(shape, np.bool_)
+    for here, there in (
+        ((slice(None), slice(None, -1)), (slice(None), slice(1, None))),
+        ((slice(None, -1), slice(None)), (slice(1, None), slice(None))),
+    ):
+        turned = np.einsum("ijk,ijk->ij", normal[here], normal[there]) < _COSINE
+        differs = (geom[here] != geom[there]) | (turned & (geom[here] >= 0))
+        differs |= np.abs(albedo[here] - albedo[there]).max(axis=2) > _COLOUR
+        edge[here] |= differs
+        edge[there] |= differs
+    return np.flatnonzero(edge)
+
+
+def pixel_points(pixels: NDArray[np.int64], width: int, *, samples: int) -> NDArray[np.float64]:
+    """Column and row of samples * samples points in each of the `pixels` (n,): (n * samples * samples, 2).
+
+    They lie in the middles of equal squares, each row of squares shifted a little against the next, so that nearly
+    level and nearly upright edges come out smooth as well; with one sample it is the middle of the pixel.
+    """
+    step = np.arange(samples)
+    down, right = (a.reshape(-1) for a in np.meshgrid(step, step, indexing="ij"))
+    shift = (step - (samples - 1) / 2) / samples
+    across = (right + 0.5 + shift[down]) / samples
+    along = (down + 0.5 + shift[right]) / samples
+    rows, columns = np.divmod(pixels, width)
+    points = np.empty((len(pixels), samples * samples, 2))
+    points[:, :, 0] = columns[:, None] + across
+    points[:, :, 1] = rows[:, None] + along
+    return points.reshape(-1, 2)
+
+
+BAND_HEIGHT = 90  # rows; two bands in a small picture of 320 x 180, twelve in one of 1920 x 1080
+_MARGIN = 5  # rows; light is shared over three, borrowed over one, and edges are looked for over one
+_PIXELS_AT_ONCE = 16384  # of those that take more than one ray
+
+
+def bands(height: int) -> list[range]:
+    """The rows of a picture in bands, from above."""
+    return [range(first, min(first + BAND_HEIGHT, height)) for first in range(0, height, BAND_HEIGHT)]
+
+
+def draw_band(
+    shader: Shader, camera: Camera, width: int, height: int, rows: range, samples: int
+) -> NDArray[np.float32]:
+    """The light (len(rows), width, 3), linear, of some rows of a `width` x `height` picture.
+
+    `samples` is the number of rays along each side of a pixel in which surfaces meet.
+    """
+    wide = range(max(0, rows.start - _MARGIN), min(height, rows.stop + _MARGIN))
+    start = wide.start * width  # what is called a pixel below is counted from here
+    everywhere = np.arange(len(wide) * width)
+    directions = camera.directions(pixel_points(start + everywhere, width, samples=1), width, height)
+    hits = shader.caster.cast(shader.eye, directions)
+    layers = [light_layer(shader, hits, directions, wide, width)]
+    behind, hits_through = hits_behind(shader, hits, directions)
+    if len(behind):
+        layers.append(light_layer(shader, spread(hits_through, behind, len(directions)), directions, wide, width))
+
+    kept = slice((rows.start - wide.start) * width, (rows.stop - wide.start) * width)
+    light = light_seen(shader, layers, everywhere[kept], hits[kept], directions[kept])
+    edges = edge_pixels(layers[0]) if samples > 1 else everywhere[:0]
+    edges = edges[(edges >= kept.start) & (edges < kept.stop)]
+    for first in range(0, len(edges), _PIXELS_AT_ONCE):
+        pixels = edges[first : first + _PIXELS_AT_ONCE]
+        directions = camera.directions(pixel_points(start + pixels, width, samples=samples), width, height)
+        hits = shader.caster.cast(shader.eye, directions)
+        seen = light_seen(shader, layers, np.repeat(pixels, samples * samples), hits, directions)
+        light[pixels - kept.start] = seen.reshape(len(pixels), samples * samples, 3).mean(axis=1)
+    return light.reshape(len(rows), width, 3)
+
+
+SIGNATURE = b"\x89PNG\r\n\x1a\n"
+TRUE_COLOUR = 2
+FILTER_UP = 2
+
+
+def encode_png(picture: NDArray[np.uint8]) -> bytes:
+    """The PNG file of a picture (height, width, 3) of 8 bits per channel, sRGB.
+
+    Each row is stored as its difference to the row above (filter "up"), which suits smooth shading and costs one
+    subtraction.
+
+    Raises:
+        UsageError: if the array is of another type or shape, or empty.
+    """
+    if picture.dtype != np.uint8 or picture.ndim != 3 or picture.shape[2] != 3 or picture.size == 0:
+        raise UsageError(f"a picture is a (height, width, 3) array of uint8, not {picture.shape} of {picture.dtype}")
+    height, width, _ = picture.shape
+    rows = np.empty((height, 1 + 3 * width), np.uint8)
+    rows[:, 0] = FILTER_UP
+    rows[:, 1:] = picture.reshape(height, 3 * width)
+    rows[1:, 1:] -= picture.reshape(height, 3 * width)[:-1]
+    header = struct.pack(">IIBBBBB", width, height, 8, TRUE_COLOUR, 0, 0, 0)
+    return (
+        SIGNATURE
+        + _png_chunk(b"IHDR", header)
+        + _png_chunk(b"sRGB", b"\x00")
+        + _png_chunk(b"IDAT", zlib.compress(rows.tobytes(), 6))
+        + _png_chunk(b"IEND", b"")
+    )
+
+
+def save_png(path: str | Path, picture: NDArray[np.uint8]) -> None:
+    """Write a picture to a PNG file, whole or not at all.
+
+    Raises:
+        UsageError: it cannot be written.
+    """
+    try:
+        write_whole(Path(path), encode_png(picture))
+    except OSError as error:
+        raise UsageError(f"cannot write the picture {path}: {error.strerror or error}") from error
+
+
+def _png_chunk(kind: bytes, content: bytes) -> bytes:
+    return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+
 
 Progress: TypeAlias = Callable[[float], None]
 """Called now and then with the share of the work that is done, 0..1."""

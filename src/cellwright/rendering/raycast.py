@@ -17,8 +17,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.rendering.scene.colours import geom_colours
-from cellwright.rendering.scene.scene import SEEN
+from cellwright.rendering.scene.scene import SEEN, geom_colours
 
 PICTURE_GROUPS = frozenset(map(int, SEEN))
 """Geom groups that pictures show: a geom's group is its layer in a scene."""

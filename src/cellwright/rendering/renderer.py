@@ -7,12 +7,12 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from cellwright.rendering.backend import RAYS
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import LAMP, render
 from cellwright.rendering.raycast import RayCaster
 from cellwright.rendering.scene import Frame, Scene
-from cellwright.rendering.scene.engine_scene import EngineScene
-from cellwright.rendering.way import RAYS
+from cellwright.rendering.scene.engine import EngineScene
 from cellwright.util.pose import Vector3
 
 

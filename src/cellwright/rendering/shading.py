@@ -1,18 +1,245 @@
-"""From what a ray met to a colour: lamp, sky, highlights and haze.
+"""Shading of the ray renderer: soft lamps, surface colours, and light that comes back along a ray.
+
+Both are groups of point lamps. Asking every lamp about every pixel would cost too much, so neighbouring pixels ask
+different lamps of a group, in a repeating square, and then share what they learned with those neighbours that lie on
+the same surface (interleaved sampling: Keller and Heidrich, 2001).
 
 Amounts of light are linear until the very end; `to_screen` turns them into sRGB.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.rendering.lamps import LampGroup
 from cellwright.rendering.raycast import Hits, RayCaster
-from cellwright.rendering.surfaces import Surfaces
+from cellwright.rendering.scene.scene import linear
+from cellwright.util.pose import Vector3
+
+_GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
+_SAME_SURFACE = 0.9  # smallest cosine between the normals of neighbours that share
+_SIDE = 5  # of the square of pixels that share the lamps of a group
+
+
+@dataclass(frozen=True, slots=True)
+class LampGroup:
+    """Point lamps that together make one soft light.
+
+    Attributes:
+        positions: (side * side, 3) [m], world frame.
+        side: side of the square of pixels that share the lamps among them; odd.
+    """
+
+    positions: NDArray[np.float64]
+    side: int
+
+    @property
+    def centre(self) -> NDArray[np.float64]:
+        """The mean of the positions (3,) [m]."""
+        middle: NDArray[np.float64] = self.positions.mean(axis=0)
+        return middle
+
+
+def disc_lamp(centre: Vector3, towards: Vector3, radius: float, side: int = _SIDE) -> LampGroup:
+    """A round lamp of `radius` [m] at `centre` [m], facing the point `towards` [m]."""
+    axis = np.subtract(towards, centre, dtype=np.float64)
+    axis /= np.linalg.norm(axis)
+    across = np.cross(axis, (1.0, 0.0, 0.0) if abs(axis[0]) < 0.9 else (0.0, 1.0, 0.0))
+    across /= np.linalg.norm(across)
+    upward = np.cross(axis, across)
+    count = side * side
+    index = np.arange(count)
+    reach = radius * np.sqrt((index + 0.5) / count)
+    angle = index * _GOLDEN_ANGLE
+    offsets = reach[:, None] * (np.cos(angle)[:, None] * across + np.sin(angle)[:, None] * upward)
+    return LampGroup(np.asarray(centre) + _scattered(offsets), side)
+
+
+def sky(centre: Vector3, distance: float, side: int = _SIDE) -> LampGroup:
+    """Lamps all over the upper half of a sphere of radius `distance` [m] about `centre` [m]."""
+    count = side * side
+    index = np.arange(count)
+    height = (index + 0.5) / count
+    angle = index * _GOLDEN_ANGLE
+    flat = np.sqrt(1 - height * height)
+    directions = np.column_stack([flat * np.cos(angle), flat * np.sin(angle), height])
+    return LampGroup(np.asarray(centre) + distance * _scattered(directions), side)
+
+
+def _scattered(lamps: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The lamps in an order in which those of neighbouring pixels lie far apart (a step prime to their number)."""
+    count = len(lamps)
+    step = next(s for s in range(max(2, round(count * 0.38)), 2 * count + 1) if math.gcd(s, count) == 1)
+    return lamps[np.arange(count) * step % count]
+
+
+def openness(
+    caster: RayCaster, lamps: LampGroup, hits: Hits, points: NDArray[np.float64], rows: range, width: int
+) -> NDArray[np.float32]:
+    """How much of a group of lamps each pixel's surface sees, of what it would see if nothing stood in the way.
+
+    Args:
+        caster: the cell.
+        lamps: the group.
+        hits: what the pixels show, row by row (len(rows) * width).
+        points: where (len(rows) * width, 3) [m].
+        rows: which rows of the picture these are; which pixel asks which lamp depends on its place in the picture.
+        width: of the picture, in pixels.
+
+    Returns:
+        (len(rows) * width,) in 0..1; 0 where the surface faces away from the lamps, and where there is none.
+    """
+    side = lamps.side
+    shape = (len(rows), width)
+    chosen = np.add.outer(np.array(rows) % side * side, np.arange(width) % side).reshape(-1)
+    facing = np.zeros(len(chosen), np.float32)
+    seen = np.zeros(len(chosen), np.float32)
+    for number, lamp in enumerate(lamps.positions):
+        at = np.flatnonzero((chosen == number) & (hits.geom >= 0))
+        towards = lamp - points[at]
+        cosine = np.einsum("ij,ij->i", towards, hits.normal[at]) / np.sqrt(np.einsum("ij,ij->i", towards, towards))
+        at, cosine = at[cosine > 0], cosine[cosine > 0]
+        facing[at] = cosine
+        seen[at] = cosine * caster.reaches(lamp, points[at])
+    facing, seen = _shared(facing.reshape(shape), seen.reshape(shape), hits, side // 2)
+    facing, seen = _shared(facing, seen, hits, 1)  # rounds off what is left of the squares
+    return np.divide(seen, facing, out=np.zeros_like(seen), where=facing > 0).reshape(-1)
+
+
+def _shared(
+    facing: NDArray[np.float32], seen: NDArray[np.float32], hits: Hits, reach: int
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Both pictures (height, width), each pixel summed with its neighbours up to `reach` away on the same surface."""
+    height, width = facing.shape
+    geom = hits.geom.reshape(height, width)
+    normal = hits.normal.astype(np.float32).reshape(height, width, 3)
+    facing_sum, seen_sum = facing.copy(), seen.copy()
+    for down in range(reach + 1):
+        for right in range(-reach, reach + 1):
+            if (down, right) <= (0, 0):
+                continue  # of every pair of neighbours once
+            here = (slice(0, height - down), slice(max(0, -right), width - max(0, right)))
+            there = (slice(down, height), slice(max(0, right), width + min(0, right)))
+            same = geom[here] == geom[there]
+            same &= np.einsum("ijk,ijk->ij", normal[here], normal[there]) > _SAME_SURFACE
+            for total, part in ((facing_sum, facing), (seen_sum, seen)):
+                total[here] += same * part[there]
+                total[there] += same * part[here]
+    return facing_sum, seen_sum
+
+
+TILE = 1.0  # [m], spacing of the lines on a floor without texture
+LINE = 0.012  # [m], width of these lines
+LINE_SHADE = 0.8  # factor on the colour
+
+PLASTIC_SPECULAR = 0.3
+PLASTIC_SHININESS = 0.4
+
+
+@dataclass(frozen=True, slots=True)
+class _Decal:
+    """A picture laid over a plane again and again, starting at a corner.
+
+    Attributes:
+        texels: the picture (rows, columns, 3), linear.
+        half: half the sides (2,) of the plane [m].
+        repeat: how often the picture fits on the plane, along x and y (2,).
+    """
+
+    texels: NDArray[np.float32]
+    half: NDArray[np.float64]
+    repeat: NDArray[np.float64]
+
+
+class Surfaces:
+    """Colours and gloss by geom id, as arrays that are indexed with many hits at once.
+
+    Args:
+        model: the cell.
+        data: its state, for the places of its planes.
+        colours: colour and opacity (ngeom, 4), sRGB.
+    """
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, colours: NDArray[np.float64]) -> None:
+        material = model.geom_matid
+        has_material = material >= 0
+        self.opacity = colours[:, 3].astype(np.float32)
+        """(ngeom,) 0..1."""
+        self.specular = np.full(model.ngeom, PLASTIC_SPECULAR, np.float32)
+        """(ngeom,) how strong highlights are, 0..1."""
+        self.shininess = np.full(model.ngeom, PLASTIC_SHININESS, np.float32)
+        """(ngeom,) how small highlights are, 0..1."""
+        self.specular[has_material] = model.mat_specular[material[has_material]]
+        self.shininess[has_material] = model.mat_shininess[material[has_material]]
+        self._plane = np.array(model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE)
+        self._place = np.array(data.geom_xpos)
+        self._turn = np.array(data.geom_xmat).reshape(-1, 3, 3)
+        self._base = linear(colours[:, :3])
+        self._decals = {
+            int(g): d for g in np.flatnonzero(has_material & self._plane) if (d := _decal(model, int(g))) is not None
+        }
+
+    def albedo(
+        self, geom: NDArray[np.int32], points: NDArray[np.float64], footprint: NDArray[np.float64]
+    ) -> NDArray[np.float32]:
+        """The share of light that comes back (n, 3), linear, at surface `points` (n, 3) [m] of geoms (n,).
+
+        `footprint` (n,) is how much of the surface [m] one pixel covers; patterns finer than that are blurred away.
+        """
+        colour = self._base[geom]
+        for plane in np.flatnonzero(self._plane):
+            at = np.flatnonzero(geom == plane)
+            if not len(at):
+                continue
+            local = np.einsum("ij,jk->ik", points[at] - self._place[plane], self._turn[plane][:, :2])
+            decal = self._decals.get(int(plane))
+            colour[at] *= _lines(local, footprint[at])[:, None] if decal is None else _texels(decal, local)
+        return colour
+
+
+def _lines(local: NDArray[np.float64], footprint: NDArray[np.float64]) -> NDArray[np.float32]:
+    """The factor (n,) that the joints between floor tiles put on the floor's colour at `local` (n, 2) [m]."""
+    # The share of a pixel that a line covers: the overlap of two intervals, along either axis.
+    offset = np.abs(local - np.round(local / TILE) * TILE)
+    pixel = np.maximum(footprint, 1e-6)[:, None]
+    covered = np.clip((LINE + pixel) / 2 - offset, 0, np.minimum(LINE, pixel)) / pixel
+    share = 1 - (1 - covered[:, 0]) * (1 - covered[:, 1])
+    return (1 - (1 - LINE_SHADE) * share).astype(np.float32)
+
+
+def _decal(model: mujoco.MjModel, geom: int) -> _Decal | None:
+    """The two-dimensional colour texture of a plane's material, if it has one.
+
+    It lies as the engine's own drawing lays it: `texrepeat` counts repetitions on the whole plane, and with
+    `texuniform` on every two metres; an endless plane counts as two metres wide.
+    """
+    material = model.geom_matid[geom]
+    texture = model.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB]
+    if texture < 0 or model.tex_type[texture] != mujoco.mjtTexture.mjTEXTURE_2D:
+        return None
+    height, width, channels = (int(t[texture]) for t in (model.tex_height, model.tex_width, model.tex_nchannel))
+    start = model.tex_adr[texture]
+    texels = np.array(model.tex_data[start : start + height * width * channels]).reshape(height, width, channels)
+    rgb = texels[:, :, [0, 1, 2] if channels >= 3 else [0, 0, 0]]
+    size = model.geom_size[geom, :2]
+    half = np.where(size > 0, size, 1.0)
+    repeat = model.mat_texrepeat[material] * (half if model.mat_texuniform[material] else 1.0)
+    return _Decal(linear(rgb / 255), half, repeat)
+
+
+def _texels(decal: _Decal, local: NDArray[np.float64]) -> NDArray[np.float32]:
+    """The texture's colour (n, 3), linear, at `local` (n, 2) [m] of its plane."""
+    height, width, _ = decal.texels.shape
+    share = np.mod((local / decal.half + 1) / 2 * decal.repeat, 1.0)
+    column = np.minimum((share[:, 0] * width).astype(int), width - 1)
+    row = np.minimum(((1 - share[:, 1]) * height).astype(int), height - 1)
+    colours: NDArray[np.float32] = decal.texels[row, column]
+    return colours
+
 
 KEY = np.array((1.0, 0.955, 0.88), np.float32) * 1.12
 SKY = np.array((0.86, 0.93, 1.0), np.float32) * 0.52

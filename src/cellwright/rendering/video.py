@@ -9,7 +9,7 @@ from pathlib import Path
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import LAMP
 from cellwright.rendering.scene import Frame, Scene
-from cellwright.rendering.video_wish import HEIGHT, RATE, WIDTH, check_video_size
+from cellwright.rendering.video_options import HEIGHT, RATE, WIDTH, check_video_size
 from cellwright.rendering.worker import Pending, RenderingError, RenderWorker, wire
 from cellwright.util.pose import Vector3
 

@@ -12,7 +12,7 @@ from cellwright.config.robot.config import RobotConfig
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.device import Device, State
 from cellwright.engine.simulation import Simulation
-from cellwright.robot.model.robot import BASE
+from cellwright.robot.model import BASE_BODY
 from cellwright.util.errors import RejectedCommandError
 from cellwright.util.pose import Pose
 
@@ -57,7 +57,7 @@ class Base(Device):
     def attach(self, simulation: Simulation) -> None:
         """Look up the body that carries the robot."""
         super().attach(simulation)
-        self._mocap = int(simulation.model.body(BASE).mocapid[0])
+        self._mocap = int(simulation.model.body(BASE_BODY).mocapid[0])
 
     def reset(self) -> None:
         """Stand where the configuration says."""

@@ -1,4 +1,4 @@
-"""The commander: keeps what the joints were told last, and gives it to the driver before each step.
+"""Commander: the desired and applied targets of all joints, emergency stop, enabling, and homing.
 
 What commands bring passes a gate (is anything taken now, from whom, how old is it), then becomes what is desired, and
 from there, within limits and as fast as is allowed, what is applied.
@@ -6,21 +6,22 @@ from there, within limits and as fast as is allowed, what is applied.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
+from typing import Any
 
 import numpy as np
 
+from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import RobotModel
+from cellwright.engine.clock import nanoseconds
 from cellwright.engine.device import Device, State
-from cellwright.robot.drivers.driver import Driver
-from cellwright.robot.mimics import Mimics
-from cellwright.robot.safety.approach import Approach, Numbers
-from cellwright.robot.safety.counts import Counts
-from cellwright.robot.safety.gate import Gate
-from cellwright.robot.safety.notices import Notices
-from cellwright.robot.safety.settings import SafetySettings
-from cellwright.robot.safety.watchdog import Watchdog
+from cellwright.middleware.bus import Later
+from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
+from cellwright.robot.drivers import Driver
+from cellwright.robot.safety import CommandCounts, CommandGate, Notices, SafetySettings
 from cellwright.robot.servos import Array, fastest
+from cellwright.robot.target_limiter import MimicJoints, Numbers, TargetLimiter, Watchdog
 
 _SOURCES = (
     "/io_teleop/joint_cmd",
@@ -59,21 +60,21 @@ class Commander(Device):
         driver: Driver,
         robot: RobotModel,
         safety: SafetySettings,
-        gate: Gate,
+        gate: CommandGate,
         notices: Notices,
         max_accelerations: Mapping[str, float],
     ) -> None:
         super().__init__("commander")
         self.driver, self.gate, self.notices = driver, gate, notices
         self.numbers = {name: number for number, name in enumerate(driver.joints)}
-        self.counts = Counts()
+        self.counts = CommandCounts()
         self.on_hold: list[Callable[[], None]] = []
         """Called whenever all joints are held, and before they go home: what moves by itself is to end then."""
         self.on_clear: list[Callable[[], None]] = []
         """Called when an emergency stop is cleared."""
         joints = [robot.joint(name) for name in driver.joints]
         limits = [joint.limits for joint in joints]
-        self._approach = Approach(
+        self._approach = TargetLimiter(
             driver.joints,
             np.array([each.lower for each in limits]),
             np.array([each.upper for each in limits]),
@@ -81,7 +82,7 @@ class Commander(Device):
             safety,
             np.array([max_accelerations.get(joint.name, np.inf) for joint in joints]),
         )
-        self.mimics = Mimics(joints, self.numbers)
+        self.mimics = MimicJoints(joints, self.numbers)
         self._safety = safety
         self._seconds = 0.0
         self.watchdog = Watchdog(safety, _SOURCES, gate, self._approach, self._measured, notices)
@@ -294,3 +295,121 @@ class Commander(Device):
         self.notices.tell_of_limits(
             topic, [(self.driver.joints[each], asked[each], lower[each], upper[each]) for each in joints.tolist()]
         )
+
+
+HOMING_TIMEOUT = 5.0
+"""So long [s] the way home may take."""
+HOME_TOLERANCE = 1e-3
+"""So near [rad; m] to its place a joint is at home."""
+HOME_SPEED_TOLERANCE = 1e-2
+"""So slow [rad/s; m/s] it has to be there."""
+MAX_WAITING_CALLS = 1000
+"""More callers than these are not kept waiting at a time; they come from outside, and must not eat the memory."""
+HOMING_RESPONSE = "Service successfully triggered!"
+"""What the original answers."""
+
+
+class Homing(Device):
+    """Brings the robot home, and says so once it is there.
+
+    Arms, waist, head and lift go to their home postures where the configuration has such, grippers open. All other
+    joints go where they were last told to.
+
+    Args:
+        config: the robot.
+        commander: who sends the joints there.
+    """
+
+    def __init__(self, config: RobotConfig, commander: Commander) -> None:
+        super().__init__("homing")
+        self._commander = commander
+        home = {
+            name: position
+            for name, position in config.home.items()
+            if name in commander.numbers and math.isfinite(position)
+        }
+        self._joints = np.array([commander.numbers[name] for name in home], dtype=np.intp)
+        self._positions = np.clip(
+            np.array(list(home.values())), commander.lower[self._joints], commander.upper[self._joints]
+        )
+        self._until: int | None = None
+        self._waiting: list[Later] = []
+
+    def reset(self) -> None:
+        """Nobody is on the way."""
+        self._until = None
+        self._answer("the node has begun anew")
+        self.set_stepping(False)
+
+    def serve(self, _request: TriggerRequest, node: str) -> Any:
+        """Answer a call: at once if the robot may not move, else when it is home. Two calls are one way home."""
+        commander = self._commander
+        if commander.is_stopped:
+            return _failure("the emergency stop is on: /io_teleop/clear_emergency_stop ends it")
+        if not commander.is_enabled:
+            return _failure("commands are switched off: /io_teleop/set_enabled switches them on")
+        if not commander.is_homing:
+            self._end_if_held()
+            commander.begin_homing(self._joints, self._positions)
+            self._until = self.simulation.now + nanoseconds(HOMING_TIMEOUT)
+            self.set_stepping(True)
+            commander.notices.tell(f"going home, as {node or 'a client'} asked for")
+        if len(self._waiting) >= MAX_WAITING_CALLS:
+            return _failure(f"the robot goes home, and {MAX_WAITING_CALLS} calls wait for it already")
+        later = Later()
+        self._waiting.append(later)
+        return later
+
+    def after_step(self) -> None:
+        """See whether the robot is there, or will not be."""
+        commander, until = self._commander, self._until
+        if until is None or not commander.is_homing:
+            self._end_if_held()
+            return
+        readings = commander.driver.read()
+        error = np.abs(readings.positions[self._joints] - self._positions)
+        is_late = self.simulation.now >= until
+        if (error <= HOME_TOLERANCE).all() and (
+            np.abs(readings.velocities[self._joints]) <= HOME_SPEED_TOLERANCE
+        ).all():
+            commander.end_homing()
+            self._end("")
+        elif is_late:
+            worst = int(np.argmax(error))
+            name = commander.driver.joints[self._joints[worst]]
+            why = f"not at home after {HOMING_TIMEOUT:g} s: {name} is {error[worst]:.3g} away"
+            commander.hold(why)
+            self._end(f"{why}; the robot is held where it stands")
+
+    def get_state(self) -> State:
+        """Until when the robot is to be home. Who waits for it is not kept."""
+        return {"until": self._until}
+
+    def set_state(self, state: State) -> None:
+        """Take over what `get_state` returned."""
+        self._until = state["until"]
+
+    def close(self) -> None:
+        """Tell those who wait that nothing will come of it."""
+        self._answer("the node has stopped")
+
+    def _end_if_held(self) -> None:
+        """End a way home that something else has ended already."""
+        if self._until is not None:
+            self._end(f"the robot was held on its way: {self._commander.why_held}")
+
+    def _end(self, why_not: str) -> None:
+        self._until = None
+        self.set_stepping(False)
+        if why_not:
+            self._commander.notices.tell(f"reset: {why_not}")
+        self._answer(why_not)
+
+    def _answer(self, why_not: str) -> None:
+        waiting, self._waiting = self._waiting, []
+        for later in waiting:
+            later.answer(_failure(why_not) if why_not else TriggerResponse(success=True, message=HOMING_RESPONSE))
+
+
+def _failure(why: str) -> TriggerResponse:
+    return TriggerResponse(success=False, message=why)

@@ -1,7 +1,9 @@
-"""What comes in on the `io_teleop` topics and services, made into targets."""
+"""Command topics and services of the robot's node: messages checked and made into targets."""
 
 from __future__ import annotations
 
+import math
+from collections import Counter
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
@@ -11,14 +13,58 @@ import numpy as np
 from cellwright.config.robot.config import RobotConfig
 from cellwright.middleware.bus import Bus
 from cellwright.middleware.interface.table import Row
-from cellwright.middleware.messages.build import nanoseconds
+from cellwright.middleware.messages.conversions import nanoseconds
 from cellwright.middleware.messages.std_srvs import SetBoolRequest, SetBoolResponse, TriggerRequest, TriggerResponse
 from cellwright.robot.base import Base
-from cellwright.robot.commander import Commander
-from cellwright.robot.hands.grippers import GripperRange
-from cellwright.robot.hands.joints import LEFT, RIGHT, hand_joints
-from cellwright.robot.home import Homing
-from cellwright.robot.joint_targets import statuses, targets
+from cellwright.robot.commander import Commander, Homing
+from cellwright.robot.grippers import LEFT, RIGHT, GripperRange, hand_joints
+from cellwright.util.errors import RejectedCommandError
+
+MAX_ENTRIES = 4096
+"""Longer messages are refused: no robot has so many joints."""
+
+
+def joint_targets(message: Any) -> dict[str, float]:
+    """Positions [rad; m] by joint name.
+
+    Raises:
+        RejectedCommandError: the message makes no sense; the text says why.
+    """
+    names: list[str] = message.name
+    count = len(message.position)
+    if len(names) > MAX_ENTRIES or count > MAX_ENTRIES:
+        raise RejectedCommandError(f"{max(len(names), count)} entries are too many: {MAX_ENTRIES} are the most")
+    if len(names) != count:
+        raise RejectedCommandError(
+            f"{len(names)} names and {count} positions: as many are needed of the one as of the other"
+        )
+    found = dict(zip(names, message.position.tolist(), strict=True))
+    if len(found) != count:
+        counts = Counter(names)  # in one walk: the message is a stranger's, and physics waits
+        twice = next(name for name in names if counts[name] > 1)
+        raise RejectedCommandError(f"{twice!r:.80} is named twice: which of the two is meant")
+    for name, position in found.items():
+        if not math.isfinite(position):
+            raise RejectedCommandError(f"the position of {name!r:.80} is {position}")
+    return found
+
+
+def gripper_statuses(message: Any, count: int) -> list[float]:
+    """How far each of `count` grippers is to be closed; names count for nothing, and what is too much is cut off.
+
+    Raises:
+        RejectedCommandError: there are fewer numbers than grippers, or some are not finite.
+    """
+    given = len(message.position)
+    if given > MAX_ENTRIES:
+        raise RejectedCommandError(f"{given} entries are too many: {MAX_ENTRIES} are the most")
+    if given < count:
+        raise RejectedCommandError(f"{given} of {count} grippers: a number is needed for each, right, left")
+    values: list[float] = message.position.tolist()
+    if not all(map(math.isfinite, values)):
+        raise RejectedCommandError(f"a gripper's status is from 0 to 1, not {values[:8]}")
+    return values[:count]
+
 
 Handler = Callable[[Any, str], Any]
 
@@ -77,7 +123,7 @@ class Commands:
         return partial(self._joint_targets, f"/io_teleop/{name}", allowed)
 
     def _joint_targets(self, topic: str, allowed: frozenset[str] | None, message: Any, node: str) -> None:
-        asked = targets(message)
+        asked = joint_targets(message)
         numbers, commander = self._commander.numbers, self._commander
 
         def act() -> bool:
@@ -117,7 +163,7 @@ class Commands:
 
     def _gripper_status(self, message: Any, node: str) -> None:
         topic = "/io_teleop/target_gripper_status"
-        wanted = statuses(message, len(self._grippers))
+        wanted = gripper_statuses(message, len(self._grippers))
         joints = np.concatenate([gripper.joints for gripper in self._grippers])
         positions = np.concatenate(
             [gripper.positions(status) for gripper, status in zip(self._grippers, wanted, strict=True)]

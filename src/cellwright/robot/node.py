@@ -10,24 +10,16 @@ from cellwright.config.robot.config import RobotConfig
 from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import Bus
 from cellwright.robot.base import Base
-from cellwright.robot.cameras import CameraTopics, add_cameras
-from cellwright.robot.commander import Commander
+from cellwright.robot.commander import Commander, Homing
 from cellwright.robot.commands import Commands
-from cellwright.robot.drivers.driver import Driver
-from cellwright.robot.drivers.live import LiveDriver, let_go
-from cellwright.robot.drivers.mirror import Mirror
-from cellwright.robot.hands.grippers import ranges
-from cellwright.robot.hands.inverse_kinematics import Caps
-from cellwright.robot.hands.poses import EePoses
-from cellwright.robot.hands.topics import EePoseTopics
-from cellwright.robot.home import Homing
+from cellwright.robot.drivers import Driver, LiveDriver, Mirror, close_driver
+from cellwright.robot.ee_poses import EePoses, EePoseTopics
+from cellwright.robot.grippers import gripper_ranges
 from cellwright.robot.interface import rows as io_teleop
-from cellwright.robot.model.robot import TIMESTEP, build_robot
-from cellwright.robot.publications import Publications
-from cellwright.robot.safety.counts import Counts
-from cellwright.robot.safety.gate import Gate
-from cellwright.robot.safety.notices import Notices
-from cellwright.robot.safety.settings import SafetySettings
+from cellwright.robot.inverse_kinematics import TipSpeedLimits
+from cellwright.robot.model import TIMESTEP, build_robot
+from cellwright.robot.publications import CameraTopics, Publications, add_cameras
+from cellwright.robot.safety import CommandCounts, CommandGate, Notices, SafetySettings
 from cellwright.robot.servos import JointServos, Motion
 
 
@@ -72,7 +64,7 @@ class RobotNode:
         self.name = config.name
         with ExitStack() as on_failure:
             if driver is not None:
-                on_failure.callback(let_go, driver)
+                on_failure.callback(close_driver, driver)
             self.world = build_robot(config, timestep=timestep, self_collision=self_collision)
             self.simulation = Simulation(self.world.model, timestep=timestep, first_pose=self.world.put_in_first_pose)
             self.servos = JointServos(config.robot, motion)
@@ -89,16 +81,18 @@ class RobotNode:
             self.arrived = told()
             """When the newest command came, as the stamps of messages count [ns]."""
             self.bus.on_given.append(lambda _given: setattr(self, "arrived", told()))
-            gate = Gate(safety, lambda: self.simulation.now, lambda: self.arrived)
+            gate = CommandGate(safety, lambda: self.simulation.now, lambda: self.arrived)
             self.commander = Commander(
                 self.driver, config.robot, safety, gate, notices, max_accelerations=config.max_accelerations
             )
             self.homing = Homing(config, self.commander)
             self.base = Base(config)
-            self.ee_poses = EePoses(config, self.commander, caps=Caps.of(safety.tip_speed, safety.tip_turning))
+            self.ee_poses = EePoses(
+                config, self.commander, caps=TipSpeedLimits.of(safety.tip_speed, safety.tip_turning)
+            )
             self.commander.on_hold.append(self.base.halt)
             self._add_devices()
-            grippers = ranges(config.grippers, config.robot, self.commander.numbers)
+            grippers = gripper_ranges(config.grippers, config.robot, self.commander.numbers)
             self.cameras = add_cameras(config, self.simulation, report)
             """The cameras of the configuration that take pictures, by name."""
             table = io_teleop.rows(config, cameras=self.cameras, node=node, sim_time=sim_time)
@@ -123,7 +117,7 @@ class RobotNode:
             self.simulation.add(device)
 
     @property
-    def counts(self) -> Counts:
+    def counts(self) -> CommandCounts:
         """How many commands were taken, and how many ignored."""
         return self.commander.counts
 

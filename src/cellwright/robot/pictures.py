@@ -10,10 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.rendering.camera import Camera
-from cellwright.rendering.picture import Progress, render
-from cellwright.rendering.png import save
-from cellwright.robot.model.floor import seen_corners
-from cellwright.robot.model.robot import RobotWorld, body_of
+from cellwright.rendering.picture import Progress, render, save_png
+from cellwright.robot.model import RobotWorld, body_of, seen_corners
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Vector3
 
@@ -74,7 +72,7 @@ def save_robot_picture(
     """
     camera = robot_camera(world, data, width, height, turn=turn, tilt=tilt)
     lamp = robot_lamp(camera)
-    save(path, render(world.model, data, camera, width, height, lamp=lamp, samples=samples, progress=progress))
+    save_png(path, render(world.model, data, camera, width, height, lamp=lamp, samples=samples, progress=progress))
 
 
 def robot_lamp(camera: Camera) -> Vector3:

@@ -1,24 +1,155 @@
-"""What the node says: its topics, each sampled only while somebody listens."""
+"""Published topics of the robot's node: clock, joint states, gripper states, status, and camera images."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+from cellwright.config.robot.cameras import picture_camera
+from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import RobotModel
+from cellwright.engine.device import Device, State
 from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import Bus
-from cellwright.middleware.interface.sampling import Sampled
+from cellwright.middleware.interface.sampling import Sampled, Streamed, advertise
 from cellwright.middleware.interface.table import Row
 from cellwright.middleware.messages import Message
-from cellwright.middleware.messages.build import joint_state, stamp
+from cellwright.middleware.messages.cellwright_msgs import TeleopStatus
+from cellwright.middleware.messages.conversions import joint_state, stamp
 from cellwright.middleware.messages.standard import Clock
+from cellwright.rendering.cameras import interface as pictures
+from cellwright.rendering.cameras.picture_camera import Picture, PictureCamera
+from cellwright.rendering.cameras.studio import Studio, hire_painter
 from cellwright.robot.commander import Commander
-from cellwright.robot.drivers.driver import Driver
-from cellwright.robot.hands.grippers import GripperRange
-from cellwright.robot.status import StatusTopic
+from cellwright.robot.drivers import Driver
+from cellwright.robot.grippers import GripperRange
+from cellwright.robot.model import body_of
+from cellwright.util.errors import UsageError
+
+
+def add_cameras(
+    config: RobotConfig, simulation: Simulation, report: Callable[[str], None] = lambda _line: None
+) -> dict[str, PictureCamera]:
+    """The cameras of a robot, in their places, by name; one that cannot be made is reported and left out."""
+    studio = Studio(simulation, partial(hire_painter, about=config.base_pose.position), report=report)
+    found: dict[str, PictureCamera] = {}
+    for described in config.cameras:
+        try:
+            if described.name in found:
+                raise UsageError("there are two of this name")
+            description = picture_camera(config, described)
+            camera = PictureCamera(replace(description, frame=body_of(description.frame)), studio, report=report)
+            simulation.add(camera)
+            found[described.name] = camera
+        except UsageError as error:
+            report(f"camera {described.name!r} takes no pictures: {error}")
+    return found
+
+
+class CameraTopics:
+    """Puts pictures on the bus, made only while somebody listens.
+
+    Args:
+        cameras: by name.
+        told: the time that messages carry [ns].
+    """
+
+    def __init__(self, cameras: dict[str, PictureCamera], told: Callable[[], int]) -> None:
+        self._cameras, self._told = cameras, told
+
+    def advertise(self, bus: Bus, table: tuple[Row, ...]) -> None:
+        """Take a place on the bus."""
+        for row in table:
+            camera = self._cameras.get(row.subject or "")
+            if camera is not None:
+                self._stream(bus, row, camera)
+
+    def _stream(self, bus: Bus, row: Row, camera: PictureCamera) -> None:
+        kind = row.template.rpartition("/")[2]
+        make = {
+            "color": pictures.colour_message,
+            "depth": pictures.depth_message,
+            "camera_info": pictures.info_message,
+        }[kind]
+
+        def build(picture: Picture) -> Message | None:
+            age = camera.simulation.now - picture.time_ns
+            return make(replace(picture, time_ns=self._told() - age), camera)
+
+        Streamed(bus, row, partial(camera.look, colour=kind == "color", depth=kind == "depth"), build)
+
+
+STATUS_PERIOD = Fraction(1, 10)
+"""Least time between two messages [s]."""
+
+
+class StatusTopic(Device):
+    """Publishes the status; a late listener gets the newest one.
+
+    It counts what has come in since the process began, so it is no state: after a restore it is published anew.
+
+    Args:
+        row: the topic in the contract's table.
+        rank: of topics that are due together, lower ones come first.
+    """
+
+    def __init__(self, bus: Bus, simulation: Simulation, row: Row, commander: Commander, *, rank: int) -> None:
+        super().__init__(row.name)
+        self._bus, self._commander = bus, commander
+        self._publisher = advertise(bus, row)
+        simulation.watch(row.name, STATUS_PERIOD, self._publish, rank)
+
+    def reset(self) -> None:
+        """Begin a run: no message of the last one is left."""
+        self._bus.forget_latched()
+
+    def set_state(self, state: State) -> None:
+        """Go on from a saved moment, as at the beginning of a run."""
+        super().set_state(state)
+        self.reset()
+
+    def _publish(self, _index: int) -> None:
+        status = status_of(self._commander, self._bus)
+        if status != self._publisher.newest:
+            self._publisher.publish(status)
+
+
+def status_of(commander: Commander, bus: Bus) -> TeleopStatus:
+    """The status as it is now."""
+    return TeleopStatus(
+        enabled=commander.is_enabled,
+        emergency_stop=commander.is_stopped,
+        resetting=commander.is_homing,
+        silent=commander.watchdog.is_all_silent,
+        commander=", ".join(commander.gate.commanders),
+        taken=commander.counts.taken,
+        refused=bus.refusals.total,
+        ignored=commander.counts.ignored,
+        unknown_names=list(commander.notices.unknown),
+        message=_status_message(commander),
+    )
+
+
+def _status_message(commander: Commander) -> str:
+    """What there is to say: why commands are not followed, or from whom they come."""
+    if commander.is_stopped:
+        return f"{commander.why_held}; /io_teleop/clear_emergency_stop ends it"
+    if not commander.is_enabled:
+        return "takes no commands: /io_teleop/set_enabled switches them on"
+    if commander.is_homing:
+        return "on its way home; commands are ignored meanwhile"
+    if commander.watchdog.topics:
+        return f"joints are held: nothing has come on {', '.join(commander.watchdog.topics)}"
+    if commander.why_held:
+        return commander.why_held
+    commanders = commander.gate.commanders
+    return f"follows {', '.join(commanders)}" if commanders else "waits for commands"
+
 
 _CLOCK_RANK = -10  # a message never comes before the clock that it is stamped with
 

@@ -6,12 +6,12 @@ import math
 from collections.abc import Sequence
 from typing import Any, Protocol
 
-from cellwright.clients.assembled import services
+from cellwright.clients.assembled import process
 from cellwright.config.robot.config import Posture
 from cellwright.config.robot.model import Joint
 from cellwright.middleware.server.requests import Extra
-from cellwright.robot.joint_targets import MOST
-from cellwright.robot.model.robot import body_of
+from cellwright.robot.commands import MAX_ENTRIES
+from cellwright.robot.model import body_of
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import RejectedCommandError
 from cellwright.util.pose import Pose
@@ -45,15 +45,15 @@ class RobotServices:
     def offer(self, server: Offers) -> None:
         """Answer on a server, and let whoever asks there move the robot past its topics."""
         self.offer_state(server)
-        server.offer(services.DESCRIBE, self.describe)
-        server.offer(services.MOVE, self.move, acts=True)
-        server.offer(services.PLACE, self.place, acts=True)
-        server.offer(services.MOVE_TIP, self.move_tip, acts=True)
-        server.offer(services.PLACE_BASE, self.place_base, acts=True)
+        server.offer(process.DESCRIBE_SERVICE, self.describe)
+        server.offer(process.MOVE_SERVICE, self.move, acts=True)
+        server.offer(process.PLACE_SERVICE, self.place, acts=True)
+        server.offer(process.MOVE_TIP_SERVICE, self.move_tip, acts=True)
+        server.offer(process.PLACE_BASE_SERVICE, self.place_base, acts=True)
 
     def offer_state(self, server: Offers) -> None:
         """Tell on a server how the robot is, and no more."""
-        server.offer(services.STATE, self.state)
+        server.offer(process.STATE_SERVICE, self.state)
 
     def describe(self, _asked: dict[str, Any]) -> dict[str, Any]:
         """The robot, as it has been put up."""
@@ -90,8 +90,8 @@ class RobotServices:
             RejectedCommandError: `links` is no list of indices, or too long.
         """
         links = asked.get("links", [])
-        if not isinstance(links, list) or len(links) > MOST:
-            raise RejectedCommandError(f"links are given as a list of indices, of no more than {MOST}")
+        if not isinstance(links, list) or len(links) > MAX_ENTRIES:
+            raise RejectedCommandError(f"links are given as a list of indices, of no more than {MAX_ENTRIES}")
         readings = self._node.driver.read()
         found: dict[str, Any] = {
             "driven": readings.positions.tolist(),
@@ -157,8 +157,8 @@ class RobotServices:
         indices, positions = asked.get("joints"), asked.get("positions")
         if not isinstance(indices, list) or not isinstance(positions, list) or len(indices) != len(positions):
             raise RejectedCommandError("as many positions as joints are needed")
-        if len(indices) > MOST:
-            raise RejectedCommandError(f"{len(indices)} joints are too many: {MOST} are the most")
+        if len(indices) > MAX_ENTRIES:
+            raise RejectedCommandError(f"{len(indices)} joints are too many: {MAX_ENTRIES} are the most")
         for index, position in zip(indices, positions, strict=True):
             if not isinstance(index, int) or index not in self._numbers:
                 raise RejectedCommandError(f"there is no joint with the index {index!r} that can be moved")

@@ -7,10 +7,18 @@ from dataclasses import dataclass, field
 
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.agent import Agent
-from cellwright.engine.tempo import Tempo
+from cellwright.engine.rate_control import RateControl
 from cellwright.middleware.server import Server
 from cellwright.middleware.server.timekeeper import Timekeeper
-from cellwright.running.run import Course, Outcome, RunOptions, RunResult, conduct, how_it_ended, work_in_process
+from cellwright.running.run import (
+    Outcome,
+    RunContext,
+    RunOptions,
+    RunResult,
+    execute_run,
+    how_it_ended,
+    work_in_process,
+)
 from cellwright.util.errors import RunEndedError, SimulationError, UsageError
 
 
@@ -53,14 +61,14 @@ class Attendance:
         tempo: how time is to pass.
     """
 
-    def __init__(self, cell: Cell, server: Server, tempo: Tempo) -> None:
+    def __init__(self, cell: Cell, server: Server, tempo: RateControl) -> None:
         self._keeper = Timekeeper(cell, server, tempo=tempo)
 
     def stop(self) -> None:
         """Let the run end before the next tick."""
         self._keeper.is_stopped = True
 
-    def work(self, agent: Agent | None, course: Course) -> tuple[Outcome, str]:
+    def work(self, agent: Agent | None, course: RunContext) -> tuple[Outcome, str]:
         """Let an agent work, as `work_in_process` does; without one, let time pass."""
         course.transport.step = self._step
         return work_in_process(agent, course)
@@ -86,7 +94,7 @@ class Serving:
 
     cell: Cell
     server: Server
-    tempo: float | Tempo | None = 1.0
+    tempo: float | RateControl | None = 1.0
     hooks: Hooks = field(default_factory=Hooks)
     patience: float = 0.0
     pace: Pace | None = None
@@ -95,7 +103,7 @@ class Serving:
     def __post_init__(self) -> None:
         self._stopped = False
         self._time: Timekeeper | None = None
-        self._course: Course | None = None
+        self._course: RunContext | None = None
 
     def stop(self) -> None:
         """Let the serving end before the next tick; to be called from anywhere, a signal's handler included."""
@@ -132,14 +140,14 @@ class Serving:
         """
         reason = "the cell has stopped"
         try:
-            result = conduct(self.cell, self.work, options)
+            result = execute_run(self.cell, self.work, options)
             reason = f"the run is over: {result.outcome}"
             self.hooks.on_over(result)
             return result
         finally:
             self.server.close(reason)
 
-    def work(self, course: Course) -> tuple[Outcome, str]:
+    def work(self, course: RunContext) -> tuple[Outcome, str]:
         """Let time pass; how that ended, and what went wrong. The server is left open."""
         self._course, transport = course, course.transport
         self.hooks.on_ready()

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeAlias
 
-from cellwright.engine.watches import Watch
+from cellwright.engine.events import Watch
 from cellwright.middleware.bus.served import Served
+from cellwright.rendering.backend import RAYS
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import LAMP
-from cellwright.rendering.scene.taking import SceneTaker
+from cellwright.rendering.scene.engine import SceneTaker
 from cellwright.rendering.video import Video
-from cellwright.rendering.video_wish import RATE, VideoWish, period_of
-from cellwright.rendering.way import RAYS
+from cellwright.rendering.video_options import RATE, VideoOptions, period_of
 from cellwright.util.errors import CellwrightError, UsageError
 from cellwright.util.pose import Vector3
 
@@ -40,7 +40,7 @@ class Filming:
     def __init__(
         self,
         served: Served,
-        wish: VideoWish,
+        wish: VideoOptions,
         *,
         camera: Callable[[], Camera],
         caption: Callable[[], str],

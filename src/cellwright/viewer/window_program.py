@@ -1,4 +1,4 @@
-"""The process of a window: `python -m cellwright.viewer.window_program HOST PORT MODEL [sliders]`.
+"""Process of a robot's window: `python -m cellwright.viewer.window_program HOST PORT MODEL [sliders]`.
 
 It prints `ready` once there is something to draw on, or a sentence that says why not. Then it shows the robot that is
 served there as it is, about sixty times a second, until the window is closed or the robot's node has ended.
@@ -17,15 +17,41 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
-from cellwright.clients.assembled import services
-from cellwright.clients.client.transports.socket import SocketTransport
-from cellwright.middleware.messages.build import joint_state
+from cellwright.clients.assembled import process
+from cellwright.clients.client.socket_transport import SocketTransport
+from cellwright.middleware.messages.conversions import joint_state
 from cellwright.rendering.camera import Camera
 from cellwright.robot.pictures import HEIGHT, TILT, TURN, WIDTH, camera_on
 from cellwright.util.errors import CellwrightError, RejectedCommandError, RunEndedError
 from cellwright.util.pose import Pose
-from cellwright.viewer.sliders import Sliders
+
+Array = NDArray[np.float64]
+
+
+class Sliders:
+    """One slider for each driven joint, at its target [rad; m].
+
+    Args:
+        names: of the joints.
+    """
+
+    def __init__(self, names: Sequence[str]) -> None:
+        self._names = tuple(names)
+        self._set: Array | None = None
+
+    def set(self, targets: Array) -> Array:
+        """Where they are to stand now [rad; m], in the order of the joints."""
+        self._set = np.array(targets, dtype=float)
+        return self._set
+
+    def moved(self, now: Array) -> dict[str, float]:
+        """Joints whose slider stands elsewhere than it was set to, with where it stands; none before the first time."""
+        if self._set is None:
+            return {}
+        return {self._names[number]: float(now[number]) for number in np.flatnonzero(now != self._set)}
+
 
 NODE = "/window"
 COMMANDS = "/io_teleop/joint_cmd"
@@ -60,7 +86,7 @@ def _show(model: mujoco.MjModel, transport: SocketTransport, *, has_sliders: boo
 
     data = mujoco.MjData(model)
     picture = RobotPicture(model, data)
-    picture.take(transport.ask_server(services.STATE))
+    picture.take(transport.ask_server(process.STATE_SERVICE))
     model.vis.global_.fovy = math.degrees(picture.camera.fov)
     model.vis.headlight.ambient[:], model.vis.headlight.diffuse[:] = _AMBIENT, _DIFFUSE
     before = set(threading.enumerate())
@@ -84,7 +110,7 @@ def _keep_up(window: Any, picture: RobotPicture, transport: SocketTransport) -> 
             # without a stamp, for the node's time may be another; what is refused is seen by the slider going back
             with contextlib.suppress(RejectedCommandError):
                 transport.publish(COMMANDS, joint_state(list(moved), np.array([*moved.values()]), time=0))
-        state = transport.ask_server(services.STATE)
+        state = transport.ask_server(process.STATE_SERVICE)
         with window.lock():
             picture.take(state)
         window.sync()

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.devices.arm import Arm
-from cellwright.cell.devices.gripper.vacuum_gripper import VacuumGripper
-from cellwright.cell.devices.trajectory.trajectory import JointTrajectory, TrajectoryPoint
+from cellwright.cell.devices.joint_trajectory import JointTrajectory, TrajectoryPoint
+from cellwright.cell.devices.vacuum_gripper import VacuumGripper
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.frames import BIN_SURFACE
 from cellwright.cell.model.parts import PART_TYPES, part_type

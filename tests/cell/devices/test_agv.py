@@ -5,8 +5,7 @@ from fractions import Fraction
 
 import pytest
 
-from cellwright.cell.devices.agv import Agv
-from cellwright.cell.devices.agv_path import DELIVER, RETURN
+from cellwright.cell.devices.agv import DELIVERY_FRAMES, RETURN_FRAMES, Agv
 from cellwright.cell.devices.kit_tray import KitTray
 from cellwright.cell.model.frames import TRAY_SURFACE
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot
@@ -85,7 +84,7 @@ def test_key_frames_are_reached_on_time(floor: Floor, number: int) -> None:
     agv = floor.cell.agvs[number]
     side = 1.0 if number == 1 else -1.0
     agv.send("kit")
-    for state, frames in (("delivering", DELIVER), ("returning", RETURN)):
+    for state, frames in (("delivering", DELIVERY_FRAMES), ("returning", RETURN_FRAMES)):
         floor.run_until(lambda state=state: agv.state == state, 10.0)  # type: ignore[misc]
         start = floor.simulation.now
         for time, x, y in frames:
@@ -221,7 +220,7 @@ def test_an_agv_pulls_away_under_a_part_that_the_cup_presses_into_its_tray(floor
     agv.tray.contents = ()
     floor.run_until(lambda: agv.state == "delivered", 10.0)
     assert not any(floor.simulation.data.warning.number)  # an engine that gives up says so here, and starts anew
-    assert math.dist(floor.body_pose("agv1").position[:2], DELIVER[-1][1:]) < 5 * MM
+    assert math.dist(floor.body_pose("agv1").position[:2], DELIVERY_FRAMES[-1][1:]) < 5 * MM
 
 
 @pytest.mark.slow

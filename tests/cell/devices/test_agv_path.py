@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.cell.devices.agv_path import DELIVER, RETURN, AgvPath, KeyFrames
+from cellwright.cell.devices.agv import DELIVERY_FRAMES, RETURN_FRAMES, AgvPath, KeyFrames
 from cellwright.util.errors import UsageError
 
 MILLISECOND = 1_000_000
-WAYS = [(DELIVER, AgvPath.deliver(1), 0.08), (RETURN, AgvPath.return_(1), 0.2)]
+WAYS = [(DELIVERY_FRAMES, AgvPath.deliver(1), 0.08), (RETURN_FRAMES, AgvPath.return_(1), 0.2)]
 times = st.integers(-MILLISECOND, 10_100 * MILLISECOND)
 
 

@@ -7,10 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cellwright.cell.devices.trajectory.command import RejectedTrajectoryError
-from cellwright.cell.devices.trajectory.goal import GoalRequest, GoalResult, GoalStatus, TrajectoryGoal
-from cellwright.cell.devices.trajectory.tolerance import AskedTolerance
-from cellwright.cell.devices.trajectory.trajectory import JointTrajectory, TrajectoryPoint
+from cellwright.cell.devices.joint_trajectory import JointTrajectory, TrajectoryPoint
+from cellwright.cell.devices.trajectory_controller import RejectedTrajectoryError
+from cellwright.cell.devices.trajectory_goal import AskedTolerance, GoalRequest, GoalResult, GoalStatus, TrajectoryGoal
 from cellwright.cell.model.parts import PART_TYPES
 from cellwright.config.layout import ARM_JOINTS
 from cellwright.config.trial.trial import ArmSettings, CellSettings, JointGains, JointTolerance

@@ -2,7 +2,7 @@
 
 import pytest
 
-from cellwright.cell.devices.deletion_wall import DeletionWall
+from cellwright.cell.devices.conveyor import DeletionWall
 from cellwright.cell.model.frames import BELT_SURFACE
 from cellwright.cell.model.parts import PART_TYPES, part_type
 from cellwright.util.errors import CellwrightError

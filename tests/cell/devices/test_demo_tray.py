@@ -5,7 +5,7 @@ import math
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.cell.devices.demo_tray import DemoTray
+from cellwright.cell.devices.kit_tray import DemoTray
 from cellwright.config.trial.trial import Kit, KitObject, Options, Order, Trial
 from cellwright.util.errors import CellwrightError
 from cellwright.util.pose import Pose

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from cellwright.cell.devices.population import Population
+from cellwright.cell.devices.conveyor import Population
 from cellwright.config.trial.trial import BeltPart, Options, Trial
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot
 from cellwright.util.errors import CellwrightError

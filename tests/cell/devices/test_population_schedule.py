@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.cell.devices.population_schedule import Appearance, PopulationSchedule
+from cellwright.cell.devices.conveyor import Appearance, PopulationSchedule
 from cellwright.config.trial.trial import BeltPart
 from cellwright.engine.events import NEVER
 from cellwright.util.errors import UsageError

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from cellwright.cell.cell import Cell
-from cellwright.middleware.messages.build import duration, stamp
 from cellwright.middleware.messages.control_msgs import (
     FollowJointTrajectoryActionGoal,
     FollowJointTrajectoryGoal,
     JointTolerance,
 )
+from cellwright.middleware.messages.conversions import duration, stamp
 from cellwright.middleware.messages.standard import GoalID, JointTrajectory
 from tests.cells import publish
 

@@ -12,8 +12,8 @@ from cellwright.cell.cell import Cell
 from cellwright.config.trial.trial import ArmSettings
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot
-from cellwright.middleware.messages.build import duration, nanoseconds
 from cellwright.middleware.messages.control_msgs import JointTolerance
+from cellwright.middleware.messages.conversions import duration, nanoseconds
 from cellwright.util.errors import RejectedCommandError
 from tests.cell.interface.goals import ACTION, cancel, goal, send
 from tests.cells import ARM_ONLY, INITIAL, JOINTS, Ear, publish, run, run_to, way

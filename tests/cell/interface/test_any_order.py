@@ -17,7 +17,7 @@ from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.snapshot import Snapshot, restore_snapshot, take_snapshot
 from cellwright.middleware.bus.served import Served
 from cellwright.middleware.messages import message_type
-from cellwright.middleware.messages.build import joint_state
+from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest, SubmitTrayRequest, VacuumGripperControlRequest
 from cellwright.middleware.messages.std_srvs import SetBoolRequest, TriggerRequest
 from cellwright.util.errors import CellwrightError

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from cellwright.cell.interface import arm_urdf as urdf
+from cellwright.cell.interface import parameters as urdf
 from cellwright.cell.model.arm import Cylinder
-from cellwright.engine.geometry.shapes import HERE, Shape, at, box, capsule, cylinder
+from cellwright.engine.shapes import HERE, Shape, at, box, capsule, cylinder
 from cellwright.util.pose import Pose
 from tests.cell.interface.urdf_chain import origin_of
 
@@ -22,8 +22,8 @@ GREY = (0.5, 0.5, 0.5, 1.0)
 
 def written(pose: Pose) -> Element:
     """An element that has the pose as its origin."""
-    robot = urdf.robot("test")
-    urdf.fixed_joint(robot, "joint", "world", "link", pose)
+    robot = urdf.new_description("test")
+    urdf.add_fixed_joint(robot, "joint", "world", "link", pose)
     found = robot.find("joint")
     assert found is not None
     return found
@@ -61,8 +61,8 @@ def test_numbers_are_written_without_noise() -> None:
     ids=["box", "cylinder", "sphere", "capsule"],
 )
 def test_shapes(shape: Shape, kinds: list[str], lowest: float) -> None:
-    robot = urdf.robot("test")
-    urdf.link(robot, "link", solid=[shape])
+    robot = urdf.new_description("test")
+    urdf.add_link(robot, "link", solid=[shape])
     for role in ("visual", "collision"):
         elements = [*robot.iter(role)]
         assert [geometry[0].tag for element in elements for geometry in element.iter("geometry")] == kinds
@@ -82,8 +82,8 @@ def lowest_point(element: Element) -> float:
 
 
 def test_what_is_only_seen_is_not_touched() -> None:
-    robot = urdf.robot("test")
-    urdf.link(robot, "link", solid=[box(1, 1, 1, HERE, GREY)], seen=[cylinder(1, 1, HERE, GREY)])
+    robot = urdf.new_description("test")
+    urdf.add_link(robot, "link", solid=[box(1, 1, 1, HERE, GREY)], seen=[cylinder(1, 1, HERE, GREY)])
     assert [each.tag for each in robot.iterfind("link/visual/geometry/*")] == ["box", "cylinder"]
     assert [each.tag for each in robot.iterfind("link/collision/geometry/*")] == ["box"]
     colour = robot.find("link/visual/material/color")
@@ -93,9 +93,9 @@ def test_what_is_only_seen_is_not_touched() -> None:
 
 def test_inertia() -> None:
     form = Cylinder(12.0, 0.5, 1.0, middle=0.25)
-    robot = urdf.robot("test")
-    urdf.link(robot, "link", form=form)
-    urdf.link(robot, "frame")
+    robot = urdf.new_description("test")
+    urdf.add_link(robot, "link", form=form)
+    urdf.add_link(robot, "frame")
     (inertial,) = robot.iter("inertial")
     assert origin_of(inertial)[:3, 3].tolist() == [0.0, 0.0, 0.25]
     tensor = inertial.find("inertia")

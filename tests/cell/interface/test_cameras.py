@@ -16,7 +16,7 @@ from cellwright.cell.model.frames import BIN_SURFACE
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Camera
 from cellwright.middleware.messages import from_cdr, from_ros1, to_cdr, to_ros1
-from cellwright.middleware.messages.build import pose_from_transform
+from cellwright.middleware.messages.conversions import pose_from_transform
 from cellwright.middleware.messages.standard import CameraInfo, Image, PointCloud, PointCloud2
 from cellwright.rendering.cameras.picture_camera import PictureCamera
 from cellwright.util.errors import UsageError
@@ -230,6 +230,6 @@ def test_a_late_listener_gets_the_same_whoever_listens(topic: str) -> None:
 
 
 def test_the_cost_is_that_of_another_sensor() -> None:
-    from cellwright.cell.kitting.score.trial_score import system_cost
+    from cellwright.cell.kitting.scorer import system_cost
 
     assert system_cost(load_trial(text=CELL).trial.sensors) == 300.0

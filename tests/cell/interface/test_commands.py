@@ -10,8 +10,8 @@ import pytest
 from cellwright.cell.cell import Cell
 from cellwright.cell.devices.agv import PREPARATION
 from cellwright.engine.clock import NANOSECONDS
-from cellwright.middleware.messages.build import joint_trajectory, stamp, trajectory_point
 from cellwright.middleware.messages.control_msgs import QueryTrajectoryStateRequest
+from cellwright.middleware.messages.conversions import joint_trajectory, stamp, trajectory_point
 from cellwright.middleware.messages.osrf_gear import (
     AGVControlRequest,
     ConveyorBeltControlRequest,

@@ -14,7 +14,7 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.config.trial.trial import Sensor
-from cellwright.middleware.messages.build import pose_from_transform
+from cellwright.middleware.messages.conversions import pose_from_transform
 from cellwright.util.pose import Pose, normalized
 from tests.cells import ARM_ONLY, BARE, WHOLE, Ear, run, run_to
 from tests.conftest import DATA

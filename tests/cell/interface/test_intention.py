@@ -7,18 +7,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.cell.cell import Cell
-from cellwright.cell.interface.intention import LONGEST, TOPIC, Intention
+from cellwright.cell.interface.devices import INTENTION_TOPIC, MAX_INTENTION_LENGTH, Intention
 from cellwright.clients.client import Client
 from cellwright.middleware.messages.standard import String
 from cellwright.util.errors import UnknownNameError
 from tests.cells import BARE, KITTING, publish, run
 
 
-@given(st.text(max_size=5 * LONGEST))
+@given(st.text(max_size=5 * MAX_INTENTION_LENGTH))
 def test_any_text_becomes_one_line_that_can_be_shown(text: str) -> None:
     said = Intention()
     said.say(text, "/agent", 7)
-    assert len(said.text) <= LONGEST
+    assert len(said.text) <= MAX_INTENTION_LENGTH
     assert "\n" not in said.text
     assert said.text.isprintable()
     assert (said.node, said.time) == ("/agent", 7)
@@ -27,7 +27,7 @@ def test_any_text_becomes_one_line_that_can_be_shown(text: str) -> None:
 def test_a_flood_of_text_is_cut() -> None:
     said = Intention()
     said.say("x" * 10_000_000, "/agent", 0)
-    assert said.text == "x" * (LONGEST - 1) + "…"
+    assert said.text == "x" * (MAX_INTENTION_LENGTH - 1) + "…"
 
 
 def test_a_client_says_it_and_the_cell_remembers_the_newest_until_it_begins_anew() -> None:
@@ -45,7 +45,7 @@ def test_a_client_says_it_and_the_cell_remembers_the_newest_until_it_begins_anew
 def test_it_is_no_part_of_the_state() -> None:
     silent, talking = Cell(KITTING), Cell(KITTING)
     for number in range(5):
-        publish(talking, TOPIC, String(f"step {number}"))
+        publish(talking, INTENTION_TOPIC, String(f"step {number}"))
         run(talking, 0.05)
         run(silent, 0.05)
     assert talking.state_hash() == silent.state_hash()

@@ -6,8 +6,7 @@ import xmlrpc.client
 from dataclasses import replace
 from typing import Any
 
-from cellwright.cell.interface.parameters import parameters
-from cellwright.cell.interface.urdf import robot_description
+from cellwright.cell.interface.parameters import parameters, robot_description
 from cellwright.config.trial.trial import ArmSettings, CellSettings, JointGains, JointTolerance
 from tests.cells import ARM_ONLY, BARE, JOINTS, WHOLE
 

@@ -12,7 +12,7 @@ import pytest
 from cellwright.cell.cell import Cell
 from cellwright.config.trial.trial import Kit, KitObject, Order, Trial
 from cellwright.engine.snapshot import restore_snapshot, take_snapshot
-from cellwright.middleware.messages.build import pose_from_message
+from cellwright.middleware.messages.conversions import pose_from_message
 from cellwright.util.pose import Pose
 from tests.cells import GEARS, INITIAL, JOINTS, KITTING, WHOLE, Ear, on_tray, order, run, stamp_of, start, way
 

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.cell.interface.urdf import robot_description
+from cellwright.cell.interface.parameters import robot_description
 from cellwright.config.trial.trial import Sensor
 from cellwright.util.pose import Pose
 from tests.cell.interface.test_frames import heard, in_world, matrix

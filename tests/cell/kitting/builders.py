@@ -7,7 +7,7 @@ from itertools import product
 
 from hypothesis import strategies as st
 
-from cellwright.cell.kitting.tray import TrayContents, TrayObject
+from cellwright.cell.kitting.inventory import TrayContents, TrayObject
 from cellwright.config.trial.trial import Kit, KitObject, Order
 from cellwright.util.pose import Pose
 

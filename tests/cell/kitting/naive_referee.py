@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cellwright.cell.kitting.tray import TrayContents
+from cellwright.cell.kitting.inventory import TrayContents
 from cellwright.config.trial.trial import Order, Trial
 
 Said = tuple[int, str, str]

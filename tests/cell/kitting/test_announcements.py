@@ -1,8 +1,8 @@
 import pytest
 
-from cellwright.cell.kitting.announcements import NOW, Announcements, Due, count_parts
 from cellwright.cell.kitting.effects import AnnouncementReason
-from cellwright.cell.kitting.tray import TrayContents
+from cellwright.cell.kitting.inventory import TrayContents
+from cellwright.cell.kitting.referee import NOW, Announcements, Due, count_parts
 from cellwright.config.trial.trial import Order
 from cellwright.engine.events import NEVER
 from cellwright.util.errors import UsageError

@@ -2,7 +2,7 @@ import json
 
 import pytest
 
-from cellwright.cell.kitting.drops import DropZones
+from cellwright.cell.kitting.inventory import DropZones
 from cellwright.config.trial.trial import DropRegion
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose, Vector3

@@ -9,10 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.cell.kitting.fates import Fate, FateKind, HandlingRecord, PartNow, Removal
-from cellwright.cell.kitting.names import part_type
-from cellwright.cell.kitting.score.kit_score import Verdict
-from cellwright.cell.kitting.score.matching import score_kit
-from cellwright.cell.kitting.tray import TrayObject
+from cellwright.cell.kitting.inventory import TrayObject, part_type
+from cellwright.cell.kitting.kit_score import Verdict, score_kit
 from cellwright.util.pose import Pose
 from tests.cell.kitting.builders import TRAY_1, TRAY_2, TYPES, kit, ordered, thing
 

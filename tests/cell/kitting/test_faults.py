@@ -1,6 +1,6 @@
 import pytest
 
-from cellwright.cell.kitting.faults import Faults
+from cellwright.cell.kitting.inventory import Faults
 
 
 @pytest.mark.parametrize(

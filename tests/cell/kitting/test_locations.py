@@ -1,4 +1,4 @@
-from cellwright.cell.kitting.locations import MaterialLocations
+from cellwright.cell.kitting.inventory import MaterialLocations
 
 LOCATIONS = MaterialLocations({"gear_part": ("bin7", "belt"), "tray": ("agv1_load_point", "agv2_load_point")})
 

@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.cell.kitting.names import part_type, trimmed_name
+from cellwright.cell.kitting.inventory import part_type, trimmed_name
 
 WORDS = st.text("abcdefghijklmnopqrstuvwxyz", min_size=2, max_size=8)
 TYPES = st.lists(WORDS.filter(lambda word: not word.startswith("clone")), min_size=1, max_size=3).map("_".join)

@@ -16,9 +16,9 @@ from cellwright.cell.kitting.effects import (
     StateChanged,
     TrialEnded,
 )
+from cellwright.cell.kitting.kit_score import RefusalReason
 from cellwright.cell.kitting.referee import Referee
-from cellwright.cell.kitting.score.kit_score import RefusalReason
-from cellwright.cell.kitting.score.scorer import GameScore
+from cellwright.cell.kitting.scorer import GameScore
 from cellwright.config.trial.trial import NO_TIME_LIMIT, Order, Trial
 from cellwright.engine.events import NEVER
 from cellwright.util.errors import RejectedCommandError, UnknownNameError

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cellwright.cell.kitting.effects import Effect, OrderAnnounced, OrderCompleted, StateChanged
+from cellwright.cell.kitting.inventory import TrayContents
 from cellwright.cell.kitting.referee import Referee
-from cellwright.cell.kitting.tray import TrayContents
 from cellwright.config.trial.trial import Order, Trial
 from cellwright.util.errors import RejectedCommandError
 from tests.cell.kitting.builders import TRAY_1, TRAY_2, TYPES, contents, order

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.cell.kitting.stopwatch import Stopwatch
+from cellwright.cell.kitting.scorer import Stopwatch
 from cellwright.util.errors import UsageError
 
 

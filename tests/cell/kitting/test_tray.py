@@ -3,7 +3,7 @@ import json
 import pytest
 from hypothesis import given
 
-from cellwright.cell.kitting.tray import TrayContents, Trays, contents_from_json, contents_to_json
+from cellwright.cell.kitting.inventory import TrayContents, Trays, contents_from_json, contents_to_json
 from cellwright.util.errors import UnknownNameError
 from tests.cell.kitting.builders import TRAY_1, TRAY_2, contents, thing
 

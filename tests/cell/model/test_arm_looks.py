@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 from cellwright.cell.model.arm import INITIAL_POSITIONS, JOINT_NAMES
 from cellwright.cell.model.arm_looks import SOLID, Housing
 from cellwright.cell.model.frames import BIN_CENTRES, BIN_SURFACE
-from cellwright.clients.agents.kitter.picking import bin_rail
-from cellwright.clients.agents.kitter.postures import near_posture, station_posture
-from cellwright.engine.geometry.meshes import Circle, lofted
-from cellwright.engine.geometry.shapes import Shape, Touch
+from cellwright.clients.agents.kitter.motion import near_posture, station_posture
+from cellwright.clients.agents.kitter.pick_and_place import bin_rail
+from cellwright.engine.shapes import Circle, Shape, Touch, lofted
 from cellwright.motion import Joints, tool_down
 from tests.cell.model.bench import Bench, cell
 from tests.conftest import DATA

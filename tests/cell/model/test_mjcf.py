@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.cell.model.mjcf import read_mjcf
+from cellwright.cell.model.own_models import read_mjcf
 from cellwright.config.models.files import ModelFileError
 
 

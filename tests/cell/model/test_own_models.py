@@ -6,12 +6,12 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.model.build import build_world
-from cellwright.cell.model.own_models import form_of, problems
+from cellwright.cell.model.own_models import form_of, model_problems
 from cellwright.config.models.files import ModelFileError
 from cellwright.config.models.model import Model, ModelShape
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Part, Trial
-from cellwright.engine.geometry.shapes import Role
+from cellwright.engine.shapes import Role
 from cellwright.util.pose import Pose
 
 EXAMPLE = Path(__file__).parents[3] / "docs" / "examples" / "own_models"
@@ -125,7 +125,7 @@ def test_what_the_engine_refuses(content: str, said: str, tmp_path: Path) -> Non
     (tmp_path / "a.xml").write_text(content)
     (tmp_path / "t.yaml").write_text("cellwright: {parts: {my_part: {file: a.xml}}}")
     trial = load_trial([tmp_path / "t.yaml"]).trial
-    (found,) = problems(trial)
+    (found,) = model_problems(trial)
     assert found.startswith(f"{tmp_path / 'a.xml'}: ")
     assert said in found
     with pytest.raises(ModelFileError, match=r"a\.xml: "):

@@ -10,8 +10,7 @@ from xml.etree import ElementTree
 import pytest
 from rich.console import Console
 
-from cellwright.cli.eval.progress import EvalProgress
-from cellwright.cli.eval.table import show
+from cellwright.cli.eval import EvalProgress, show_summary
 from cellwright.cli.main import main
 from cellwright.recording.format.reader import Recording
 from cellwright.running.evaluation.evaluate import Running
@@ -125,7 +124,7 @@ def test_trials_of_one_name_are_told_apart(tiny: CommandLine) -> None:
 
 def test_the_table_fits_and_tells_the_worst(capsys: pytest.CaptureFixture[str]) -> None:
     many = [result(1.0, seed=seed) for seed in range(10, 20)]
-    show(Console(width=80), [result(), CRASHED, LOST, *many], Threshold.read("50%"))
+    show_summary(Console(width=80), [result(), CRASHED, LOST, *many], Threshold.read("50%"))
     out = capsys.readouterr().out
     lines = out.splitlines()
     assert max(map(len, lines)) <= 80

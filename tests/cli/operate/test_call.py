@@ -3,8 +3,8 @@
 import pytest
 
 from cellwright.clients.client.session import Session
-from cellwright.clients.client.transports.socket import SocketTransport
-from cellwright.middleware.messages.build import joint_state
+from cellwright.clients.client.socket_transport import SocketTransport
+from cellwright.middleware.messages.conversions import joint_state
 from tests.cli.conftest import CommandLine
 
 

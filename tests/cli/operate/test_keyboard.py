@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from cellwright.clients.client.session import Session
-from cellwright.clients.client.transports.socket import SocketTransport
+from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.clients.operators.robot import OperatedRobot
 from cellwright.robot.node import RobotNode
 from tests.cli.conftest import CommandLine

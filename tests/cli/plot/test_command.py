@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.recording.format.header import RecordingHeader
+from cellwright.recording.format.format import RecordingHeader
 from cellwright.recording.format.recorder import Recorder
 from tests.cells import WHOLE, run, start
 from tests.cli.conftest import CommandLine

@@ -17,8 +17,7 @@ import cellwright as package
 from cellwright.middleware.messages import to_cdr
 from cellwright.middleware.messages.standard import String
 from cellwright.recording.format import format as names
-from cellwright.recording.format.format import RecordedTopic
-from cellwright.recording.format.header import RecordingHeader
+from cellwright.recording.format.format import RecordedTopic, RecordingHeader
 from cellwright.recording.format.mcap_file import McapFile
 from cellwright.recording.format.reader import Recording
 from tests.cli.conftest import CommandLine

@@ -12,12 +12,12 @@ from typing import Any
 import pytest
 
 from cellwright.cli.main import main
-from cellwright.cli.replay.verify import show
+from cellwright.cli.replay.report import show_verdict
 from cellwright.config.trial.catalogue import find_trial
-from cellwright.recording.format.header import RecordingHeader
+from cellwright.recording.format.format import RecordingHeader
 from cellwright.recording.format.reader import Recording
 from cellwright.recording.replay.rebuild import rebuild
-from cellwright.recording.replay.verdict import Moment, Verdict, versions_that_differ
+from cellwright.recording.replay.verify import Moment, Verdict, versions_that_differ
 from cellwright.util.errors import CellwrightError
 from tests.cli.conftest import CommandLine
 
@@ -202,7 +202,7 @@ def test_a_difference_is_told_with_where_and_with_versions() -> None:
     )
     others = versions_that_differ({"mujoco": "4.0.1", "numpy": "2.4.6"}, {"mujoco": "4.1.0", "numpy": "2.4.6"})
 
-    show(Console(file=text, width=200), verdict, others)
+    show_verdict(Console(file=text, width=200), verdict, others)
 
     assert text.getvalue().splitlines() == [
         "compared    3 state hashes and 700 frames equal, 9 commands",

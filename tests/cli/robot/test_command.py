@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cellwright.cli.robot.pose import read_pose
+from cellwright.cli.robot import read_pose
 from cellwright.config.robot.model import RobotModel
 from cellwright.config.robot.robots import bundled, load_robot
 from cellwright.util.errors import UsageError

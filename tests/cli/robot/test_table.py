@@ -6,7 +6,7 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
-from cellwright.cli.robot import table as robot_table
+from cellwright.cli import robot as robot_table
 from cellwright.config.robot.config import End, RobotConfig
 from cellwright.config.robot.robots import load_robot
 
@@ -19,7 +19,7 @@ def tandem() -> RobotConfig:
 def shown(config: RobotConfig, width: int, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     file = StringIO()
     monkeypatch.setattr(robot_table, "_console", lambda: Console(file=file, width=width, highlight=False))
-    robot_table.show(config)
+    robot_table.show_robot(config)
     return file.getvalue().splitlines()
 
 

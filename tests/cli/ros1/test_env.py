@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.cli.ros1 import env as ros1_env
-from cellwright.middleware.ros1.packages.system import RosSystem
+from cellwright.cli import ros1 as ros1_env
+from cellwright.middleware.ros1.packages.tools import RosSystem
 from tests.cli.conftest import CommandLine
 from tests.ros1.fake_system import fake_system
 from tests.waiting import TIMEOUT

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.cli.ros1 import workspace as ros1_workspace
-from cellwright.middleware.ros1.packages.system import RosSystem
+from cellwright.cli import ros1 as ros1_workspace
+from cellwright.middleware.ros1.packages.tools import RosSystem
 from tests.cli.conftest import CommandLine
 from tests.ros1.fake_system import fake_system
 

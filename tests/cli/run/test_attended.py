@@ -14,14 +14,14 @@ from typing import Any
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.cli.run import attended
-from cellwright.cli.run.attended import APART, Attended
-from cellwright.cli.view.arguments import PageWish
+from cellwright.cli import page as attended
+from cellwright.cli.arguments import PageOptions
+from cellwright.cli.page import AGENT_IN_OWN_PROCESS, ViewedRun
 from cellwright.clients.client import Client
 from cellwright.running.remote.hosting import Host
 from cellwright.running.run import Outcome, RunOptions, run_cell
 from cellwright.util.errors import CellwrightError, UsageError
-from cellwright.viewer.web.link import Link
+from cellwright.viewer.web.connection import Link
 from tests.cells import ARM_ONLY, KITTING
 from tests.cli.conftest import CommandLine
 from tests.quick_children import QUICK_AGENTS
@@ -65,11 +65,11 @@ def no_page(monkeypatch: pytest.MonkeyPatch) -> NoPage:
 @contextmanager
 def looked_at(
     cell: Cell, *, speed: float | None = None, apart: bool = False, lockstep: bool = False, keeps: bool = True
-) -> Iterator[Attended]:
+) -> Iterator[ViewedRun]:
     said: list[str] = []
-    with Attended(
+    with ViewedRun(
         cell,
-        PageWish(),
+        PageOptions(),
         speed=speed,
         lockstep=lockstep,
         apart=apart,
@@ -81,7 +81,7 @@ def looked_at(
 
 
 @contextmanager
-def looking(crowd: Attended, act: Callable[[Link], None]) -> Iterator[None]:
+def looking(crowd: ViewedRun, act: Callable[[Link], None]) -> Iterator[None]:
     """Somebody in another thread, who asks and acts while the run goes on, and behind it until all is done."""
     wrong: list[BaseException] = []
     link = Link(crowd.server.address, key=crowd.server.key)
@@ -181,7 +181,7 @@ def test_ctrl_c_ends_a_run_whose_time_stands() -> None:
 
 @pytest.mark.parametrize(
     ("cell", "apart", "reason"),
-    [(Cell(KITTING), False, "not in a competition"), (Cell(KITTING, competition=False), True, APART)],
+    [(Cell(KITTING), False, "not in a competition"), (Cell(KITTING, competition=False), True, AGENT_IN_OWN_PROCESS)],
 )
 def test_where_a_run_cannot_begin_anew_it_says_why(cell: Cell, apart: bool, reason: str) -> None:
     def ask(link: Link) -> None:

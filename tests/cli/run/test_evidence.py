@@ -6,12 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.cell.kitting.score.kit_score import Fit, KitScore, PartFinding, Verdict
-from cellwright.cell.kitting.score.scorer import GameScore, OrderScore
-from cellwright.cell.kitting.score.trial_score import Averages
-from cellwright.cli.run.turn import finals_score
+from cellwright.cell.kitting.kit_score import Fit, KitScore, PartFinding, Verdict
+from cellwright.cell.kitting.scorer import Averages, GameScore, OrderScore
+from cellwright.cli.run.session import finals_score
 from cellwright.config.trial.trial import Sensor, Trial
-from cellwright.util.json_lines import read_json_lines
+from cellwright.util.files import read_json_lines
 from cellwright.util.pose import Pose
 from tests.cli.conftest import CommandLine
 

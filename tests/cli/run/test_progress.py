@@ -9,8 +9,8 @@ from rich.console import Console
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.kitting.effects import CompetitionState, ConveyorPower, KitSubmitted, StateChanged
-from cellwright.cell.kitting.score.kit_score import KitScore, Refusal, RefusalReason
-from cellwright.cli.run.progress import RunProgress, sentence
+from cellwright.cell.kitting.kit_score import KitScore, Refusal, RefusalReason
+from cellwright.cli.run.summary import RunProgress, effect_sentence
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 
@@ -84,10 +84,10 @@ def test_what_is_logged_is_told_with_its_time() -> None:
 
 
 def test_sentences() -> None:
-    assert sentence(StateChanged(CompetitionState.GO)) == "competition: go"
-    assert sentence(ConveyorPower(100.0)) == ""
+    assert effect_sentence(StateChanged(CompetitionState.GO)) == "competition: go"
+    assert effect_sentence(ConveyorPower(100.0)) == ""
     refused = KitScore("kit", refusal=Refusal(RefusalReason.UNKNOWN_KIT_TYPE, "kit", None, ("order_0_kit_0",)))
-    told = sentence(KitSubmitted("agv1::kit_tray_1::kit_tray_1::tray", "kit", refused))
+    told = effect_sentence(KitSubmitted("agv1::kit_tray_1::kit_tray_1::tray", "kit", refused))
     assert (
         told
         == "kit_tray_1 submitted as kit: scored 0: kit type 'kit' belongs to no order (asked for now: order_0_kit_0)"

@@ -5,16 +5,9 @@ import io
 import pytest
 from rich.console import Console
 
+from cellwright.cell.kitting.evidence import NOT_ANNOUNCED, NOT_SUBMITTED, OFF_TRAY, REASONS, KitEvidence, kit_evidence
 from cellwright.cell.kitting.fates import Fate, FateKind
-from cellwright.cell.kitting.score.evidence import (
-    NOT_ANNOUNCED,
-    NOT_SUBMITTED,
-    OFF_TRAY,
-    REASONS,
-    KitEvidence,
-    kit_evidence,
-)
-from cellwright.cell.kitting.score.kit_score import (
+from cellwright.cell.kitting.kit_score import (
     BonusVerdict,
     ExtraObject,
     ExtraReason,
@@ -23,8 +16,8 @@ from cellwright.cell.kitting.score.kit_score import (
     PartFinding,
     Verdict,
 )
-from cellwright.cell.kitting.score.reach import KitReach, PartReach
-from cellwright.cli.run import score_table
+from cellwright.cell.kitting.reach import KitReach, PartReach
+from cellwright.cli.run import summary
 from cellwright.util.pose import Pose
 
 LONG = "populate_conveyor|piston_rod_part_clone_123"
@@ -48,7 +41,7 @@ def unjudged(*, is_announced: bool) -> KitEvidence:
 
 def printed(found: KitEvidence, width: int = 80) -> list[str]:
     console = Console(file=io.StringIO(), width=width, highlight=False)
-    score_table.show_table(console, found)
+    summary.show_kit_table(console, found)
     text = console.file.getvalue()  # type: ignore[attr-defined]
     return [line.rstrip() for line in text.splitlines()]
 
@@ -96,7 +89,7 @@ def test_a_kit_of_a_long_name_stands_in_one_line() -> None:
     name = "order_of_a_name_that_goes_on_and_on_beyond_all_measure_in_the_second_qualification_kit_0"
     place = PartReach("piston_rod_part", Pose(), 0.0, 0.0, is_supplied=True)
     found = kit_evidence(KitScore(name), KitReach(name, (place,)))
-    score_table.show_kit(console, "order_0", found)
+    summary.show_kit(console, "order_0", found)
     assert f"order_0, kit {name}: not submitted, no points" in console.file.getvalue().splitlines()  # type: ignore[attr-defined]
 
 
@@ -107,16 +100,16 @@ def test_a_kit_that_was_not_judged_still_lists_its_parts(is_announced: bool) -> 
     assert max(map(len, rows)) <= 80
     cause = NOT_SUBMITTED if is_announced else NOT_ANNOUNCED
     assert rows[-1].split() == ["piston_rod_part", "-", "0", "0", *cause.split()]
-    assert list(score_table.sums(found)) == ["", f"  {cause}: {REASONS[cause]}"]
+    assert list(summary.kit_lines(found)) == ["", f"  {cause}: {REASONS[cause]}"]
 
 
 def test_every_loss_has_a_reason() -> None:
     causes = {*Verdict, *BonusVerdict, NOT_SUBMITTED, NOT_ANNOUNCED, OFF_TRAY}
     assert set(REASONS) == causes - {Verdict.PLACED, BonusVerdict.EARNED}
     lost = kit(*(part(verdict) for verdict in Verdict))
-    told = [line.partition(": ")[0] for line in score_table.reasons(lost)]
+    told = [line.partition(": ")[0] for line in summary.loss_lines(lost)]
     assert told == ["too far", "tilted", "turned", "faulty", "missing", "parts short"]
-    assert list(score_table.reasons(kit(part(Verdict.PLACED)))) == []
+    assert list(summary.loss_lines(kit(part(Verdict.PLACED)))) == []
 
 
 def test_what_became_of_missing_parts_stands_below_the_reason() -> None:
@@ -127,7 +120,7 @@ def test_what_became_of_missing_parts_stands_below_the_reason() -> None:
     ]
     found = kit(*[part(Verdict.MISSING)] * 3)
     found = kit_evidence(found.score, found.reach, fates=fates)
-    assert list(score_table.sums(found))[2:5] == [
+    assert list(summary.kit_lines(found))[2:5] == [
         "  missing: none on the tray when it was submitted",
         "    piston_rod_part (2): never taken hold of",
         "    piston_rod_part: bin7|piston_rod_part_5 was in the gripper, for 0.0 s",
@@ -135,17 +128,17 @@ def test_what_became_of_missing_parts_stands_below_the_reason() -> None:
 
 
 def test_a_place_off_the_tray_is_no_fault_of_the_player() -> None:
-    lines = list(score_table.reasons(kit(part(Verdict.TOO_FAR, distance=0.6), off_plate=0.5)))
+    lines = list(summary.loss_lines(kit(part(Verdict.TOO_FAR, distance=0.6), off_plate=0.5)))
     assert lines == [
         "off tray: its place lies off the tray (0.5 x 0.7 m), out of reach of any part",
         "out of reach: 1 of 1 places lies 0.50 m off the tray, where a part on it stays at least 500 mm away",
     ]
-    assert max(map(len, score_table.sums(kit(part(Verdict.MISSING), off_plate=0.5)))) <= 80
+    assert max(map(len, summary.kit_lines(kit(part(Verdict.MISSING), off_plate=0.5)))) <= 80
 
 
 def test_what_is_besides_on_the_tray_costs_the_bonus() -> None:
     extra = ExtraObject("bin8|gear_part_1", "gear_part", ExtraReason.WRONG_TYPE)
-    text = "\n".join(score_table.sums(kit(part(Verdict.PLACED), extras=(extra,))))
+    text = "\n".join(summary.kit_lines(kit(part(Verdict.PLACED), extras=(extra,))))
     assert "there 1 of 1, pose 1 of 1, bonus 0 of 1" in text
     assert "besides: bin8|gear_part_1 (wrong type)" in text
     assert "extra objects: the tray holds more than was ordered" in text

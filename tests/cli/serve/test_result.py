@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.cli.serve.result import RESULT, offer_result
+from cellwright.cli.serve import RESULT, offer_result
 from cellwright.middleware.server import Server
 from cellwright.running.run import RunOptions
 from cellwright.running.serving import Hooks, Serving

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from cellwright.middleware.messages import to_cdr
-from cellwright.middleware.messages.build import joint_state
+from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.wire.frames import Decoder, Frame, Kind, advance, hello, read_time
 from tests.cli.conftest import CommandLine
 from tests.running.test_serving import hear

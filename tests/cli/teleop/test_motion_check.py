@@ -7,8 +7,8 @@ import math
 import pytest
 from rich.console import Console
 
-from cellwright.cli.teleop.motion_check import show
-from cellwright.robot.checks.findings import Finding, MotionReport
+from cellwright.cli.teleop.checks import show_motion_report
+from cellwright.robot.checks.rig import Finding, MotionReport
 from tests.cli.conftest import CommandLine
 
 GOOD = Finding("J_elbow, step 0 to 1", 6.5, 5.0, "%", "0.050 s", passed=True, note="3 of 9 samples are off")
@@ -17,7 +17,7 @@ BAD = Finding("J_wrist", math.inf, 1.0, "s late", "its effort limit is 0", False
 
 def printed(report: MotionReport) -> list[str]:
     stream = io.StringIO()
-    show(Console(file=stream, width=80, highlight=False), report)
+    show_motion_report(Console(file=stream, width=80, highlight=False), report)
     return stream.getvalue().splitlines()
 
 
@@ -53,7 +53,7 @@ def test_another_law_fails_with_status_1(cellwright: CommandLine) -> None:
 
 def test_json_holds_no_infinity(cellwright: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
     report = MotionReport("shy", "", (GOOD, BAD))
-    monkeypatch.setattr("cellwright.cli.teleop.motion_check.check_motion", lambda _config, _motion, **_wanted: report)
+    monkeypatch.setattr("cellwright.cli.teleop.checks.check_motion", lambda _config, _motion, **_wanted: report)
     ran = cellwright("teleop", "tandem", "--check", "--json")
     assert ran.status == 1
     read = json.loads(ran.out, parse_constant=pytest.fail)

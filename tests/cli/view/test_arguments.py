@@ -6,20 +6,20 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.cli.view.arguments import PageWish, page_wish, refuse_a_camera
-from cellwright.rendering.views import VIEWS
+from cellwright.cli.arguments import PageOptions, page_options, refuse_camera_name
+from cellwright.rendering.camera import VIEWS
 from cellwright.util.errors import UsageError
 from cellwright.viewer.web.start import DEFAULT_PORT
 
 
-def wished(host: str | None = None, port: int | None = None) -> PageWish:
-    found = page_wish(view=True, host=host, port=port, opens=False)
+def wished(host: str | None = None, port: int | None = None) -> PageOptions:
+    found = page_options(view=True, host=host, port=port, opens=False)
     assert found is not None
     return found
 
 
 def test_no_page_is_wanted_unless_somebody_says_so() -> None:
-    assert page_wish(view=False, host=None, port=None, opens=False) is None
+    assert page_options(view=False, host=None, port=None, opens=False) is None
 
 
 @pytest.mark.parametrize("host", [None, "127.0.0.1", "127.0.0.2", "::1", "localhost"])
@@ -46,8 +46,8 @@ def test_a_place_of_pictures_behind_view_is_refused_unless_it_is_a_file(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    refuse_a_camera(["lesson", name], view=False)
+    refuse_camera_name(["lesson", name], view=False)
     with pytest.raises(UsageError, match=f"--camera {name}"):
-        refuse_a_camera(["lesson", name], view=True)
+        refuse_camera_name(["lesson", name], view=True)
     (tmp_path / name).write_text("{}")
-    refuse_a_camera(["lesson", name], view=True)
+    refuse_camera_name(["lesson", name], view=True)

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.viewer.services.onlookers import ITS_OWN_PAGE
-from cellwright.viewer.web.link import Link
+from cellwright.viewer.services.scene import ITS_OWN_PAGE
+from cellwright.viewer.web.connection import Link
 from tests.cli.conftest import CommandLine
 from tests.quick_children import QUICK_PAGES
 from tests.running.test_serving import serving

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.cli.view.kind import Kind, kind_of
+from cellwright.cli.view import TargetKind, kind_of
 from cellwright.util.errors import UsageError
 
 TRIAL = "options: {insert_agvs: true}\ntime_limit: 500\n"
@@ -17,46 +17,46 @@ URDF = '<robot name="r"><link name="a"/></robot>'
 @pytest.mark.parametrize(
     ("word", "kind"),
     [
-        ("lesson", Kind.TRIAL),
-        ("no_such_thing", Kind.TRIAL),  # which is then told so
-        ("qinglong", Kind.ROBOT),
-        ("run.mcap", Kind.RECORDING),
-        ("RUN.MCAP", Kind.RECORDING),
-        ("127.0.0.1:11399", Kind.ADDRESS),
-        ("lab-pc:8", Kind.ADDRESS),
-        ("[::1]:11399", Kind.ADDRESS),
+        ("lesson", TargetKind.TRIAL),
+        ("no_such_thing", TargetKind.TRIAL),  # which is then told so
+        ("qinglong", TargetKind.ROBOT),
+        ("run.mcap", TargetKind.RECORDING),
+        ("RUN.MCAP", TargetKind.RECORDING),
+        ("127.0.0.1:11399", TargetKind.ADDRESS),
+        ("lab-pc:8", TargetKind.ADDRESS),
+        ("[::1]:11399", TargetKind.ADDRESS),
     ],
 )
-def test_names_and_addresses(word: str, kind: Kind) -> None:
+def test_names_and_addresses(word: str, kind: TargetKind) -> None:
     assert kind_of([word]) is kind
 
 
 @pytest.mark.parametrize(
     ("name", "text", "kind"),
     [
-        ("a.yaml", TRIAL, Kind.TRIAL),
-        ("a.yaml", ROBOT, Kind.ROBOT),
-        ("vr_configs.yml", ROBOT, Kind.ROBOT),
-        ("r.urdf", URDF, Kind.ROBOT),
-        ("broken.yaml", "{", Kind.TRIAL),
+        ("a.yaml", TRIAL, TargetKind.TRIAL),
+        ("a.yaml", ROBOT, TargetKind.ROBOT),
+        ("vr_configs.yml", ROBOT, TargetKind.ROBOT),
+        ("r.urdf", URDF, TargetKind.ROBOT),
+        ("broken.yaml", "{", TargetKind.TRIAL),
     ],
 )
-def test_files_by_what_is_in_them(name: str, text: str, kind: Kind, tmp_path: Path) -> None:
+def test_files_by_what_is_in_them(name: str, text: str, kind: TargetKind, tmp_path: Path) -> None:
     (tmp_path / name).write_text(text)
     assert kind_of([str(tmp_path / name)]) is kind
 
 
 def test_a_folder_is_a_robots(tmp_path: Path) -> None:
-    assert kind_of([str(tmp_path)]) is Kind.ROBOT
+    assert kind_of([str(tmp_path)]) is TargetKind.ROBOT
 
 
 def test_a_file_with_a_colon_in_its_name_is_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "trial:1").write_text(TRIAL)
-    assert kind_of(["trial:1"]) is Kind.TRIAL
+    assert kind_of(["trial:1"]) is TargetKind.TRIAL
 
 
 def test_files_of_a_trial_are_joined_and_nothing_else_is() -> None:
-    assert kind_of(["final01", "kitter_sensors"]) is Kind.TRIAL
+    assert kind_of(["final01", "kitter_sensors"]) is TargetKind.TRIAL
     with pytest.raises(UsageError, match="qinglong: one thing at a time"):
         kind_of(["lesson", "qinglong"])

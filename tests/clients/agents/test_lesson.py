@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.cell.devices.gripper.vacuum_gripper import VacuumGripper
+from cellwright.cell.devices.vacuum_gripper import VacuumGripper
 from cellwright.clients.agents.lesson import BY_BELT, LIFT, PICK, READY, STEP, WAYPOINTS, LessonAgent, changed
 from cellwright.clients.client.client import ARM_JOINTS, Client
 from cellwright.config.trial.catalogue import find_trial

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 import cellwright
-from cellwright.middleware.ros1.packages.packages import IO_TELEOP, package_files
+from cellwright.middleware.ros1.packages.contents import IO_TELEOP, package_files
 from tests.waiting import TIMEOUT
 
 BARE = """

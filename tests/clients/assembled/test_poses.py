@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.clients.assembled.poses import as_numbers, inverted, multiplied
+from cellwright.clients.assembled.robot import invert_pose, multiply_poses, pose_lists
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 
@@ -34,24 +34,24 @@ def close(first: list[list[float]], second: list[list[float]]) -> bool:
 
 @given(poses(), poses(), poses())
 def test_it_counts_for_nothing_what_is_multiplied_first(a: Any, b: Any, c: Any) -> None:
-    assert close(multiplied(multiplied(a, b), c), multiplied(a, multiplied(b, c)))
+    assert close(multiply_poses(multiply_poses(a, b), c), multiply_poses(a, multiply_poses(b, c)))
 
 
 @given(poses())
 def test_the_inverse_undoes(pose: Any) -> None:
-    assert close(multiplied(pose, inverted(pose)), [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-    assert close(inverted(inverted(pose)), pose)
+    assert close(multiply_poses(pose, invert_pose(pose)), [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+    assert close(invert_pose(invert_pose(pose)), pose)
 
 
 @given(poses(), poses())
 def test_the_product_is_that_of_poses(a: Any, b: Any) -> None:
     product = own(a) @ own(b)
     w, x, y, z = product.quaternion
-    assert close(multiplied(a, b), [list(product.position), [x, y, z, w]])
+    assert close(multiply_poses(a, b), [list(product.position), [x, y, z, w]])
 
 
 def test_any_sequences_will_do() -> None:
-    assert as_numbers(((1, 2, 3), (0, 0, 0, 1))) == [[1.0, 2.0, 3.0], [0.0, 0.0, 0.0, 1.0]]
+    assert pose_lists(((1, 2, 3), (0, 0, 0, 1))) == [[1.0, 2.0, 3.0], [0.0, 0.0, 0.0, 1.0]]
 
 
 @pytest.mark.parametrize(
@@ -59,4 +59,4 @@ def test_any_sequences_will_do() -> None:
 )
 def test_what_is_no_pose(pose: Any) -> None:
     with pytest.raises(UsageError, match="a pose is"):
-        as_numbers(pose)
+        pose_lists(pose)

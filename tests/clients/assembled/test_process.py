@@ -11,7 +11,7 @@ from typing import Any, cast
 
 import pytest
 
-from cellwright.clients.assembled import services
+from cellwright.clients.assembled import process as services
 from cellwright.robot import AssembledRobot
 from cellwright.util.errors import CellwrightError, UsageError
 from tests.clients.assembled.robots import configs, write_urdf
@@ -106,7 +106,7 @@ def test_after_a_ctrl_c_answers_belong_to_their_questions(urdf: Path) -> None:
             robot.joint_states()
     process._connection = connection
     with pytest.raises(CellwrightError, match="index 99"):  # the first answers to come are those of the states
-        process.ask(services.MOVE, joints=[99], positions=[0.0])
+        process.ask(services.MOVE_SERVICE, joints=[99], positions=[0.0])
     robot.reset_j([1], [0.25])
     assert robot.joint_states().positions[1] == pytest.approx(0.25, abs=1e-6)
     robot.close()

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cellwright.clients.client.transports.socket import SocketTransport
+from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.robot import AssembledRobot
 from cellwright.util.errors import CellwrightError, UnknownNameError, UsageError
 from tests.clients.assembled.robots import configs, write_urdf

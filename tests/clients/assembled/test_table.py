@@ -1,7 +1,6 @@
 from math import inf
 
-from cellwright.clients.assembled.joints import JointInfo
-from cellwright.clients.assembled.table import index_table
+from cellwright.clients.assembled.joints import JointInfo, index_table
 
 
 def test_columns_stand_under_their_heads_and_limits_where_there_are_any() -> None:

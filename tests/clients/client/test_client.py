@@ -7,8 +7,8 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.clients.client.client import ARM_JOINTS, Client, trajectory_message
-from cellwright.clients.client.transports.in_process import InProcess
-from cellwright.middleware.messages.build import nanoseconds
+from cellwright.clients.client.in_process import InProcess
+from cellwright.middleware.messages.conversions import nanoseconds
 from cellwright.util.errors import RejectedCommandError, UnknownNameError, UsageError
 from tests.cells import ABOVE_THE_ROD, ARM_ONLY, BARE, INITIAL, JOINTS, KITTING, WHOLE, order
 

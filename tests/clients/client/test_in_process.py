@@ -4,7 +4,7 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.clients.client.client import Client
-from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.clients.client.in_process import InProcess
 from cellwright.engine.clock import nanoseconds
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest
 from cellwright.util.errors import RunEndedError, UnknownNameError

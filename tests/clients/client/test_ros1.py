@@ -17,11 +17,10 @@ from typing import Any
 import pytest
 
 from cellwright.cell.cell import Cell
+from cellwright.clients.client import ros1_transport
 from cellwright.clients.client.client import Client
-from cellwright.clients.client.transports import ros1
-from cellwright.clients.client.transports.in_process import InProcess
-from cellwright.clients.client.transports.ros1 import Ros1Transport
-from cellwright.clients.client.transports.transport import Transport
+from cellwright.clients.client.in_process import InProcess, Transport
+from cellwright.clients.client.ros1_transport import Ros1Transport
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.middleware.messages import from_ros1, to_ros1
@@ -80,7 +79,9 @@ def over_ros(master: Ground, *, cold: bool = False, **more: Any) -> Iterator[Ros
     """
     with pytest.MonkeyPatch.context() as patched:
         if not cold:
-            patched.setattr(ros1, "subprocess", SimpleNamespace(**{**vars(subprocess), "Popen": forked_relay}))
+            patched.setattr(
+                ros1_transport, "subprocess", SimpleNamespace(**{**vars(subprocess), "Popen": forked_relay})
+            )
         transport = Ros1Transport(str(ros_python()), environment=master.environment, patience=TIMEOUT, **more)
     try:
         yield transport

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from cellwright.cell.cell import Cell
 from cellwright.clients.client.client import Client
+from cellwright.clients.client.in_process import InProcess
 from cellwright.clients.client.session import Session
-from cellwright.clients.client.transports.in_process import InProcess
 from cellwright.util.errors import UsageError
 from tests.cells import ARM_ONLY, BARE, KITTING
 

@@ -12,8 +12,8 @@ from rosbags.rosbag2 import Writer as Ros2Writer
 from rosbags.typesys import Stores, get_typestore
 
 from cellwright.clients.operators.bags import is_bag, read_bag
+from cellwright.clients.operators.playback import Moment
 from cellwright.clients.operators.robot import GRIPPER_COMMAND, JOINT_COMMAND
-from cellwright.clients.operators.target_files import Moment
 from cellwright.util.errors import UsageError
 
 TYPE = "sensor_msgs/msg/JointState"

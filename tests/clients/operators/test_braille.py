@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.clients.operators.braille import Curve, plot
+from cellwright.clients.operators.plots import Curve, terminal_plot
 
 TIME = np.linspace(0.0, 2.0, 50)
 
@@ -17,7 +17,7 @@ def frame(text: str) -> list[str]:
 
 
 def test_a_rising_line_goes_from_the_lower_left_to_the_upper_right() -> None:
-    lines = frame(plot([Curve("told", TIME, TIME, "red")], width=20, height=5).plain)
+    lines = frame(terminal_plot([Curve("told", TIME, TIME, "red")], width=20, height=5).plain)
     assert len(lines) == 5
     assert lines[0][-1] != "\u2800"
     assert lines[-1][0] != "\u2800"
@@ -27,7 +27,7 @@ def test_a_rising_line_goes_from_the_lower_left_to_the_upper_right() -> None:
 
 
 def test_the_ends_of_both_axes_and_the_curves_are_named() -> None:
-    text = plot(
+    text = terminal_plot(
         [Curve("told", TIME, TIME - 1.0, "red"), Curve("seen", TIME, 0 * TIME + 1e-20, "blue")], width=40, unit="rad"
     ).plain
     assert text.splitlines()[0].startswith(" 1┤")
@@ -37,7 +37,7 @@ def test_the_ends_of_both_axes_and_the_curves_are_named() -> None:
 
 
 def test_where_two_curves_meet_the_later_ones_colour_is_shown() -> None:
-    text = plot([Curve("told", TIME, TIME, "red"), Curve("seen", TIME, TIME, "blue")], width=20, height=5)
+    text = terminal_plot([Curve("told", TIME, TIME, "red"), Curve("seen", TIME, TIME, "blue")], width=20, height=5)
     colours = {str(span.style) for span in text.spans if text.plain[span.start : span.end].strip("\u2800 ━") != ""}
     assert "blue" in colours
     assert "red" not in colours
@@ -50,7 +50,7 @@ def test_where_two_curves_meet_the_later_ones_colour_is_shown() -> None:
 )
 def test_whatever_is_plotted_has_the_size_that_was_asked_for(values: list[float], width: int, height: int) -> None:
     time = np.arange(float(len(values)))
-    lines = frame(plot([Curve("x", time, np.array(values), "red")], width=width, height=height).plain)
+    lines = frame(terminal_plot([Curve("x", time, np.array(values), "red")], width=width, height=height).plain)
     assert len(lines) == height
     assert len({len(line) for line in lines}) == 1
     assert any(sign != "\u2800" for line in lines for sign in line)

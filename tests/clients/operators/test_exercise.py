@@ -7,12 +7,10 @@ from dataclasses import replace
 
 import pytest
 
+from cellwright.clients.client.in_process import InProcess
 from cellwright.clients.client.session import Session
-from cellwright.clients.client.transports.in_process import InProcess
-from cellwright.clients.operators.exercise import check, exercise
-from cellwright.clients.operators.limits import JointLimits
-from cellwright.clients.operators.robot import OperatedRobot
-from cellwright.clients.operators.waves import Shape, Wave
+from cellwright.clients.operators.exercise import Shape, Wave, check_signal, exercise
+from cellwright.clients.operators.robot import JointLimits, OperatedRobot
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import RunEndedError, UnknownNameError, UsageError
 from tests.clients.operators.nodes import robot
@@ -96,14 +94,14 @@ def test_a_node_that_holds_back_is_told_of(there: OperatedRobot, monkeypatch: py
 def test_what_would_leave_the_limits_is_refused_before_anything_moves(there: OperatedRobot) -> None:
     before = there.positions
     with pytest.raises(UsageError, match=r"right_3: a sine of 1 would go from -2\.2 to -0\.2"):
-        check(there, ["right_1", "right_3"], replace(SINE, amplitude=1.0), LIMITS)
-    check(there, ["right_3"], replace(SINE, amplitude=1.0), JointLimits())
-    assert check(there, ["right_1"], SINE, LIMITS) == []
-    assert check(there, ["right_1"], replace(SINE, frequency=2.0), LIMITS) == [
+        check_signal(there, ["right_1", "right_3"], replace(SINE, amplitude=1.0), LIMITS)
+    check_signal(there, ["right_3"], replace(SINE, amplitude=1.0), JointLimits())
+    assert check_signal(there, ["right_1"], SINE, LIMITS) == []
+    assert check_signal(there, ["right_1"], replace(SINE, frequency=2.0), LIMITS) == [
         "right_1: the signal goes at 3.77 a second, and the joint can do 3"
     ]
-    assert check(there, ["right_1"], Wave(Shape.STEP, 0.3, 2.0, 1), LIMITS) == []
+    assert check_signal(there, ["right_1"], Wave(Shape.STEP, 0.3, 2.0, 1), LIMITS) == []
     with pytest.raises(UnknownNameError, match="did you mean right_1"):
-        check(there, ["rigth_1"], SINE, LIMITS)
+        check_signal(there, ["rigth_1"], SINE, LIMITS)
     there.session.sleep(0.1)
     assert there.positions == before

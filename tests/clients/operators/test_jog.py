@@ -12,11 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
-from cellwright.clients.operators.jog import JOINT_STEPS, TIP_STEPS, Jog
-from cellwright.clients.operators.limits import JointLimits
-from cellwright.clients.operators.orders import Ask, MoveGrippers, MoveJoints, MoveTips, Now
-from cellwright.clients.operators.panel import _joints
-from cellwright.clients.operators.robot import OperatedRobot
+from cellwright.clients.operators.keyboard import JOINT_STEPS, TIP_STEPS, Jog
+from cellwright.clients.operators.robot import Ask, JointLimits, MoveGrippers, MoveJoints, MoveTips, Now, OperatedRobot
+from cellwright.clients.operators.terminal import _joints
 from cellwright.config.robot.model import Limits
 from cellwright.util.pose import Pose
 

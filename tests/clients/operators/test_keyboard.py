@@ -8,15 +8,12 @@ from itertools import pairwise
 import pytest
 from rich.console import Console
 
+from cellwright.clients.client.in_process import InProcess
 from cellwright.clients.client.session import Session
-from cellwright.clients.client.transports.in_process import InProcess
-from cellwright.clients.client.transports.socket import SocketTransport
-from cellwright.clients.operators.jog import Jog
-from cellwright.clients.operators.keyboard import MOST_STEPS, Keyboard
-from cellwright.clients.operators.limits import JointLimits
-from cellwright.clients.operators.panel import panel
-from cellwright.clients.operators.robot import OperatedRobot
-from cellwright.clients.operators.services import Services
+from cellwright.clients.client.socket_transport import SocketTransport
+from cellwright.clients.operators.keyboard import MOST_STEPS, Jog, Keyboard
+from cellwright.clients.operators.robot import JointLimits, OperatedRobot, ServiceCaller
+from cellwright.clients.operators.terminal import panel
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import RejectedCommandError
 from tests.clients.operators.nodes import robot, served
@@ -36,7 +33,7 @@ def operator(node: RobotNode) -> Keyboard:
     node.simulation.reset()
     there = OperatedRobot(Session(InProcess(node, node="/operator")))
     there.session.sleep(0.15)
-    return Keyboard(there, Jog(there, LIMITS), Services(lambda: there.session))
+    return Keyboard(there, Jog(there, LIMITS), ServiceCaller(lambda: there.session))
 
 
 def typed(operator: Keyboard, *pieces: str, pause: float = 0.05) -> None:
@@ -137,7 +134,7 @@ def far(node: RobotNode) -> Iterator[Keyboard]:
     with served(node, lockstep=True) as address:
         session = Session(SocketTransport(address, node="/operator"))
         there = OperatedRobot(session)
-        services = Services(lambda: Session(SocketTransport(address, node="/operator_services")))
+        services = ServiceCaller(lambda: Session(SocketTransport(address, node="/operator_services")))
         yield Keyboard(there, Jog(there, LIMITS), services)
         services.close()
         session.close()

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.clients.operators.keys import KeyDecoder
+from cellwright.clients.operators.keyboard import KeyDecoder
 
 PIECES = {"a": "a", "\x1b[A": "up", "\x1bOB": "down", "\x1b[5~": "pageup", " ": " ", "\r": "enter", "\x7f": "backspace"}
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.clients.operators.limits import JointLimits
+from cellwright.clients.operators.robot import JointLimits
 from cellwright.util.errors import UsageError
 from tests.clients.operators.nodes import robot
 

@@ -7,14 +7,11 @@ from typing import Any
 
 import pytest
 
-from cellwright.cli.operate.link import Link
+from cellwright.cli.operate.link import NodeConnection
+from cellwright.clients.client.ros1_transport import Ros1Transport
 from cellwright.clients.client.session import Session
-from cellwright.clients.client.transports.ros1 import Ros1Transport
-from cellwright.clients.operators.jog import Jog
-from cellwright.clients.operators.keyboard import Keyboard
-from cellwright.clients.operators.limits import JointLimits
-from cellwright.clients.operators.robot import JOINT_STATES, OperatedRobot
-from cellwright.clients.operators.services import Services
+from cellwright.clients.operators.keyboard import Jog, Keyboard
+from cellwright.clients.operators.robot import JOINT_STATES, JointLimits, OperatedRobot, ServiceCaller
 from cellwright.config.robot.robots import load_robot
 from tests.ros1.ground import Ground
 from tests.ros1.requirement import ros_python
@@ -82,11 +79,11 @@ def test_the_keyboard_drives_a_robot_of_ours_and_stops_it_on_its_way_home(
         return Session(Ros1Transport(python, node=node, environment=environment, sign=JOINT_STATES))
 
     robot = OperatedRobot(session("/operator"))
-    operator = Keyboard(robot, Jog(robot, JointLimits()), Services(lambda: session("/operator_services")))
+    operator = Keyboard(robot, Jog(robot, JointLimits()), ServiceCaller(lambda: session("/operator_services")))
     assert len(robot.tips) == len(robot.grippers) == 2
     for name, value in master.ros.items():
         monkeypatch.setenv(name, value)
-    limits = Link(None, ros1=True).limits(robot)
+    limits = NodeConnection(None, ros1=True).limits(robot)
     assert limits.source == "robot_description"
     assert limits.joints == JointLimits.of(load_robot("tandem", print).robot).joints
     start, wait = robot.tips[0].position, robot.session.wait_until

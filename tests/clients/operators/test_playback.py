@@ -9,13 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cellwright.clients.client.in_process import InProcess
 from cellwright.clients.client.session import Session
-from cellwright.clients.client.transports.in_process import InProcess
-from cellwright.clients.operators.limits import JointLimits
-from cellwright.clients.operators.playback import approach, check, play
-from cellwright.clients.operators.recorder import Recorder
-from cellwright.clients.operators.robot import GRIPPER_COMMAND, JOINT_COMMAND, OperatedRobot
-from cellwright.clients.operators.target_files import Moment, Targets, read_targets
+from cellwright.clients.operators.playback import Moment, Recorder, Targets, approach, check, play, read_targets
+from cellwright.clients.operators.robot import GRIPPER_COMMAND, JOINT_COMMAND, JointLimits, OperatedRobot
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import RunEndedError, UnknownNameError, UsageError
 from tests.clients.operators.nodes import robot

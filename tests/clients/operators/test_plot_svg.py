@@ -9,11 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cellwright.clients.operators.exercise import Exercise
-from cellwright.clients.operators.plot_svg import picture
-from cellwright.clients.operators.svg_frame import WIDTH
-from cellwright.clients.operators.tracking import Trace, tracking
-from cellwright.clients.operators.waves import Shape, Wave
+from cellwright.clients.operators.exercise import Exercise, Shape, Trace, Wave, tracking
+from cellwright.clients.operators.plots import WIDTH, tracking_svg
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -30,7 +27,7 @@ def points(line: ET.Element) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]
 
 
 def test_each_joint_has_target_position_and_error() -> None:
-    root = ET.fromstring(picture([done(), done("wrist <3> & co")]))
+    root = ET.fromstring(tracking_svg([done(), done("wrist <3> & co")]))
     lines = root.findall(f"{SVG}polyline")
     assert len(lines) == 6
     told, seen, error = map(points, lines[:3])
@@ -41,7 +38,7 @@ def test_each_joint_has_target_position_and_error() -> None:
 
 
 def test_all_lies_within_the_picture() -> None:
-    root = ET.fromstring(picture([done(), done("wrist")]))
+    root = ET.fromstring(tracking_svg([done(), done("wrist")]))
     for line in root.findall(f"{SVG}polyline"):
         x, y = points(line).T
         assert 0 <= x.min() <= x.max() <= WIDTH
@@ -52,9 +49,9 @@ def test_all_lies_within_the_picture() -> None:
 @settings(max_examples=25)
 @given(height=st.floats(-1e4, 1e4), samples=st.integers(10, 50))
 def test_any_motion_can_be_drawn(height: float, samples: int) -> None:
-    ET.fromstring(picture([done(height=height, samples=samples)]))
+    ET.fromstring(tracking_svg([done(height=height, samples=samples)]))
 
 
 def test_a_long_recording_is_thinned() -> None:
-    root = ET.fromstring(picture([done(samples=30_000)]))
+    root = ET.fromstring(tracking_svg([done(samples=30_000)]))
     assert all(len(points(line)) < 10_000 for line in root.findall(f"{SVG}polyline"))

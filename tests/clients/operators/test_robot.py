@@ -7,14 +7,13 @@ from typing import Any
 
 import pytest
 
+from cellwright.clients.client.in_process import InProcess
 from cellwright.clients.client.session import Session
-from cellwright.clients.client.transports.in_process import InProcess
 from cellwright.clients.operators import exercise
-from cellwright.clients.operators.limits import JointLimits
-from cellwright.clients.operators.robot import JOINT_COMMAND, OperatedRobot
-from cellwright.clients.operators.waves import Shape, Wave
-from cellwright.middleware.messages.build import joint_state, nanoseconds
+from cellwright.clients.operators.exercise import Shape, Wave
+from cellwright.clients.operators.robot import JOINT_COMMAND, JointLimits, OperatedRobot
 from cellwright.middleware.messages.cellwright_msgs import TeleopStatus
+from cellwright.middleware.messages.conversions import joint_state, nanoseconds
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
@@ -136,7 +135,7 @@ def test_a_strangers_node_need_only_say_where_its_joints_are() -> None:
         with pytest.raises(UsageError, match=f"the node does not say where {strange} is"):
             there.position(strange)
         with pytest.raises(UsageError, match="does not say"):
-            exercise.check(there, [strange], Wave(Shape.SINE, 0.1, 1.0, 1), JointLimits())
+            exercise.check_signal(there, [strange], Wave(Shape.SINE, 0.1, 1.0, 1), JointLimits())
     assert (there.applied, there.grippers, there.tips, there.status, there.why_not()) == ({}, (), (), None, "")
 
 

@@ -9,8 +9,7 @@ from typing import Any
 import pytest
 
 from cellwright.clients.client.session import Session
-from cellwright.clients.operators.orders import Ask
-from cellwright.clients.operators.services import Services
+from cellwright.clients.operators.robot import Ask, ServiceCaller
 from cellwright.util.errors import RunEndedError, UsageError
 from tests.waiting import wait_until
 
@@ -29,7 +28,7 @@ class Way:
         self.is_closed = True
 
 
-def answer(services: Services) -> str:
+def answer(services: ServiceCaller) -> str:
     """What comes of the call that is under way."""
     return wait_until(services.answer, "answer")
 
@@ -54,7 +53,7 @@ def raising(error: BaseException) -> Callable[[], Any]:
 )
 def test_every_call_has_an_answer_and_the_next_one_too(act: Callable[[], Any], said: str) -> None:
     way: Any = Way(act)
-    services = Services(lambda: Session(way))
+    services = ServiceCaller(lambda: Session(way))
     for _ in range(2):  # in threads of their own, over one connection
         assert services.begin(Ask.HOME)
         assert answer(services) == f"{Ask.HOME.value}: {said}"
@@ -64,7 +63,7 @@ def test_every_call_has_an_answer_and_the_next_one_too(act: Callable[[], Any], s
 
 
 def test_a_connection_that_cannot_be_made_is_an_answer_too() -> None:
-    services = Services(raising(OSError("no route")))
+    services = ServiceCaller(raising(OSError("no route")))
     assert services.begin(Ask.ENABLE)
     assert answer(services) == f"{Ask.ENABLE.value}: failed: OSError: no route"
     services.close()

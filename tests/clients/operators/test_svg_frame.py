@@ -4,7 +4,7 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 
-from cellwright.clients.operators.svg_frame import LEFT, RIGHT, WIDTH, frame, page
+from cellwright.clients.operators.plots import LEFT, RIGHT, WIDTH, frame, page
 
 SVG = "{http://www.w3.org/2000/svg}"
 

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.clients.operators import target_files
+from cellwright.clients.operators import playback
+from cellwright.clients.operators.playback import Moment, read_targets
 from cellwright.clients.operators.robot import GRIPPER_COMMAND, JOINT_COMMAND
-from cellwright.clients.operators.target_files import Moment, read_targets
 from cellwright.util.errors import CellwrightError, DescriptionError, UsageError
 
 NUMBERS = st.floats(-1e3, 1e3)
@@ -158,7 +158,7 @@ def test_control_bytes_in_a_name_do_not_reach_the_terminal(tmp_path: Path) -> No
 
 
 def test_a_file_that_never_ends_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(target_files, "LARGEST", 1 << 20)
+    monkeypatch.setattr(playback, "MAX_FILE_SIZE", 1 << 20)
     path = tmp_path / "targets.csv"
     path.symlink_to("/dev/zero")
     with pytest.raises(UsageError, match="is larger than 1 MiB"):

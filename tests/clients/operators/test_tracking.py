@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cellwright.clients.operators.tracking import Array, Trace, delay, tracking
+from cellwright.clients.operators.exercise import Array, Trace, delay, tracking
 
 TIME = np.arange(0.0, 4.5, 0.01)
 

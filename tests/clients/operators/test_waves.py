@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.clients.operators.waves import Shape, Wave
+from cellwright.clients.operators.exercise import Shape, Wave
 from cellwright.util.errors import UsageError
 
 waves = st.builds(

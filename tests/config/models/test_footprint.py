@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.cell.model.parts import PART_TYPES, part_type
-from cellwright.config.layout import PART_FOOTPRINTS, PART_RADII
-from cellwright.config.models.footprint import UNKNOWN_RADIUS, footprint
+from cellwright.config.layout import PART_FOOTPRINTS, PART_RADII, UNKNOWN_RADIUS, footprint
 from cellwright.util.pose import Pose
 
 TYPES = st.sampled_from(sorted(PART_FOOTPRINTS))

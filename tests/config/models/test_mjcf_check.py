@@ -2,8 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.config.models.files import ModelFileError, open_model
-from cellwright.config.models.mjcf_check import MOST_GEOMS, check_mjcf
+from cellwright.config.models.files import MOST_GEOMS, ModelFileError, check_mjcf, open_model
 
 BODY = '<worldbody><body><geom size=".1"/></body></worldbody>'
 

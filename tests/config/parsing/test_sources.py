@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.config.parsing.contents import read_at_most
-from cellwright.config.parsing.sources import sources_collected
+from cellwright.config.parsing.sources import read_at_most, sources_collected
 from cellwright.config.robot.robots import load_robot
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial

@@ -8,9 +8,8 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.config.parsing.problems import Problems
-from cellwright.config.parsing.texts import MAX_BYTES, JoinedText, Text, read_texts
-from cellwright.config.parsing.tree import Items, Leaf, Node, Table
+from cellwright.config.parsing.sources import MAX_BYTES, JoinedText, Text, read_texts
+from cellwright.config.parsing.tree import Items, Leaf, Node, Problems, Table
 from cellwright.config.parsing.yaml_source import parse
 from cellwright.util.errors import DescriptionError
 

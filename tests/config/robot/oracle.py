@@ -13,8 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from cellwright.config.robot.model import JointType, RobotModel
-from cellwright.config.robot.posture import link_poses
+from cellwright.config.robot.model import JointType, RobotModel, link_poses
 from cellwright.util.pose import Pose
 
 PROGRAM = Path(__file__).with_name("pybullet_program.py")

@@ -14,10 +14,9 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from cellwright.config.robot.config import RobotConfig
-from cellwright.config.robot.model import RobotModel
-from cellwright.config.robot.posture import link_poses
+from cellwright.config.robot.model import RobotModel, link_poses
 from cellwright.config.robot.urdf import read_urdf
-from cellwright.robot.model.robot import body_of, build_robot
+from cellwright.robot.model import body_of, build_robot
 from cellwright.util.errors import DescriptionError
 from cellwright.util.pose import Pose
 from tests.config.robot.oracle import Oracle, apart, differences, named

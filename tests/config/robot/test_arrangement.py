@@ -6,10 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.config.robot.arrangement import groups, movers
 from cellwright.config.robot.config import RobotConfig
-from cellwright.config.robot.model import RobotModel
-from cellwright.config.robot.posture import link_poses
+from cellwright.config.robot.groups import groups, movers
+from cellwright.config.robot.model import RobotModel, link_poses
 from cellwright.config.robot.robots import load_robot
 from cellwright.util.pose import Pose
 from tests.config.robot.small_robot import INDICES, write

@@ -7,11 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.config.parsing.problems import Place, Problems
 from cellwright.config.parsing.reader import Reader
-from cellwright.config.parsing.tree import Entry, Items, Leaf, Table
-from cellwright.config.robot.base_pose import read_base_pose
-from cellwright.config.robot.config_reader import read_tree
+from cellwright.config.parsing.tree import Entry, Items, Leaf, Place, Problems, Table
+from cellwright.config.robot.robots import read_base_pose, read_tree
 from cellwright.util.pose import Pose
 
 HERE = Place(0, "a.yml", 1)

@@ -7,11 +7,10 @@ import mujoco
 import pytest
 
 import cellwright.config.robot
-from cellwright.config.robot.model import JointType, RobotModel
-from cellwright.config.robot.posture import link_poses
+from cellwright.config.robot.model import JointType, RobotModel, link_poses
 from cellwright.config.robot.robots import load_robot
 from cellwright.config.robot.urdf import read_urdf
-from cellwright.robot.model.robot import build_robot
+from cellwright.robot.model import build_robot
 from tools.qinglong.figures import figures
 
 CATALOGUE = Path(cellwright.config.robot.__file__).parent / "catalogue"

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from cellwright.config.robot.camera_views import looking, taking
+from cellwright.config.robot.cameras import look_rotation, picture_camera
 from cellwright.config.robot.config import Camera
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
@@ -36,22 +36,22 @@ def camera(name: str = "first_person", **values: Any) -> Camera:
 )
 def test_what_it_is_fixed_to(name: str, link: str) -> None:
     tips = [replace(arm, tip=f"tip_{side}") for arm, side in zip(ROBOT.arms, ("right", "left"), strict=True)]
-    assert taking(replace(ROBOT, arms=tuple(tips)), camera(name)).frame == link
+    assert picture_camera(replace(ROBOT, arms=tuple(tips)), camera(name)).frame == link
 
 
 def test_without_a_head_and_arms_it_is_the_root() -> None:
     bare = replace(ROBOT, arms=(), head=None)
-    assert {taking(bare, camera(name)).frame for name in ("first_person", "hand_eye")} == {"base"}
+    assert {picture_camera(bare, camera(name)).frame for name in ("first_person", "hand_eye")} == {"base"}
 
 
 def test_left_out_figures() -> None:
-    found = taking(ROBOT, camera())
+    found = picture_camera(ROBOT, camera())
     assert (found.width, found.height, found.near, found.far, found.pose) == (640, 480, 0.1, 10.0, Pose())
     assert 2 * math.atan(math.tan(found.fov / 2) * 480 / 640) == pytest.approx(math.radians(100))
 
 
 def test_all_figures() -> None:
-    found = taking(
+    found = picture_camera(
         ROBOT,
         camera(
             quat=[0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)],  # a quarter turn to the left
@@ -74,7 +74,7 @@ def test_all_figures() -> None:
 @pytest.mark.parametrize(("written", "up"), [("Z", 2), (0, 0), ([0, 2, 0], 1)])
 def test_what_is_up(written: object, up: int) -> None:
     target = [0.0, 1.0, 0.0] if up != 1 else [1.0, 0.0, 0.0]
-    found = taking(ROBOT, camera(up_axis=written, target_offset=target))
+    found = picture_camera(ROBOT, camera(up_axis=written, target_offset=target))
     assert found.pose.rotate((0.0, 0.0, 1.0))[up] == pytest.approx(1.0)
 
 
@@ -99,7 +99,7 @@ def test_what_is_up(written: object, up: int) -> None:
 def test_what_is_no_camera(values: dict[str, Any], reason: str) -> None:
     name = values.pop("name", "first_person")
     with pytest.raises(UsageError) as error:
-        taking(ROBOT, camera(name, **values))
+        picture_camera(ROBOT, camera(name, **values))
     assert reason in str(error.value)
 
 
@@ -111,7 +111,7 @@ def test_it_looks_forward_with_up_as_far_up_as_it_can_be(
     assume(min(length, height) > 0.1)
     cosine = sum(a * b for a, b in zip(forward, up, strict=True)) / length / height
     assume(abs(cosine) < 0.99)
-    turn = Pose((0.0, 0.0, 0.0), looking(forward, up))
+    turn = Pose((0.0, 0.0, 0.0), look_rotation(forward, up))
     assert turn.rotate((1.0, 0.0, 0.0)) == pytest.approx([each / length for each in forward], abs=1e-6)
     above, across = turn.rotate((0.0, 0.0, 1.0)), turn.rotate((0.0, 1.0, 0.0))
     assert sum(a * b for a, b in zip(across, up, strict=True)) == pytest.approx(0.0, abs=1e-5)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from cellwright.config.robot.config import Arm, Gripper, Posture, RobotConfig
 from cellwright.config.robot.config_keys import READ, UNUSED
-from cellwright.config.robot.config_reader import read_robot_config
+from cellwright.config.robot.robots import read_robot_config
 from cellwright.util.errors import DescriptionError
 from tests.config.robot.small_robot import CONFIG, INDICES, urdf, write
 from tests.conftest import load_cases

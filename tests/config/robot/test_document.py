@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cellwright.config.robot.config import RobotConfig
-from cellwright.config.robot.document import document
-from cellwright.config.robot.posture import link_poses
+from cellwright.config.robot.groups import robot_document
+from cellwright.config.robot.model import link_poses
 from cellwright.config.robot.robots import load_robot
 from cellwright.util.pose import Pose
 from tests.config.robot.small_robot import write
@@ -22,7 +22,7 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> RobotConfig:
 
 
 def test_groups_as_in_the_file_with_names(small: RobotConfig) -> None:
-    groups = document(small)["groups"]
+    groups = robot_document(small)["groups"]
     assert groups["arms"][0] == {
         "joints": ["r1", "r2"],
         "tip": "r_hand",
@@ -43,7 +43,7 @@ def test_groups_as_in_the_file_with_names(small: RobotConfig) -> None:
 
 
 def test_the_whole_is_plain_json(small: RobotConfig) -> None:
-    found = json.loads(json.dumps(document(small), allow_nan=False))
+    found = json.loads(json.dumps(robot_document(small), allow_nan=False))
     assert found["base_pose"] == [[0, 0, 0.9], [0, 0, math.sqrt(0.5), math.sqrt(0.5)]]
     assert (found["name"], found["root"], found["fixed_link"]) == ("Small", "base", None)
     assert found["home"] == small.home
@@ -51,7 +51,7 @@ def test_the_whole_is_plain_json(small: RobotConfig) -> None:
 
 
 def test_a_plain_robot_has_no_groups(small: RobotConfig) -> None:
-    found = document(load_robot(small.urdf_path, lambda _line: None))
+    found = robot_document(load_robot(small.urdf_path, lambda _line: None))
     assert found["groups"] == {"arms": [], "grippers": [], "head": None, "waist": None, "dorsal": None}
     assert [joint["groups"] for joint in found["joints"]] == [[]] * 14
 
@@ -59,7 +59,7 @@ def test_a_plain_robot_has_no_groups(small: RobotConfig) -> None:
 @given(st.dictionaries(st.sampled_from(["lift", "r1", "l2", "spin", "head_yaw"]), st.floats(-3, 3)))
 @settings(max_examples=25)
 def test_links_are_where_the_posture_puts_them(small: RobotConfig, positions: dict[str, float]) -> None:
-    links: dict[str, Any] = document(small, positions)["links"]
+    links: dict[str, Any] = robot_document(small, positions)["links"]
     poses = link_poses(small.robot, positions)
     assert list(links) == list(poses)
     for name, (position, (x, y, z, w)) in links.items():

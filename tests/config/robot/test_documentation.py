@@ -9,8 +9,7 @@ import yaml
 
 from cellwright.config.robot import config_keys
 from cellwright.config.robot.config import RobotConfig
-from cellwright.config.robot.config_reader import read_robot_config
-from cellwright.config.robot.robots import bundled, find_robot, load_robot
+from cellwright.config.robot.robots import bundled, find_robot, load_robot, read_robot_config
 
 PAGE = (Path(__file__).parents[3] / "docs" / "robot-configuration.md").read_text()
 

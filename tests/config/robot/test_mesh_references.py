@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.config.robot.mesh_references import with_absolute_meshes
+from cellwright.config.robot.meshes import with_absolute_meshes
 from cellwright.config.robot.urdf_file import read_text
 
 URDF = '<robot><visual><geometry><mesh scale="1 1 1" filename="{}"/></geometry></visual></robot>'

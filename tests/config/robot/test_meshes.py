@@ -7,8 +7,8 @@ import pytest
 
 from cellwright.config.robot import meshes
 from cellwright.config.robot.meshes import MeshFinder
-from cellwright.config.robot.packages import package_folders
 from cellwright.config.robot.urdf import read_urdf
+from cellwright.config.robot.urdf_file import package_folders
 from tests.config.robot.test_urdf import robot
 
 TETRAHEDRON = [(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 0, 0), (0, 0, 1), (1, 0, 0)]

@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.config.robot.model import Joint, JointType, Limits, Mimic
-from cellwright.config.robot.posture import link_poses, parent_T_child, position_of
+from cellwright.config.robot.model import Joint, JointType, Limits, Mimic, link_poses, parent_T_child, position_of
 from cellwright.util.pose import Pose
 from tests.cell.model.robots import of_joints
 from tests.robot.robots import two_arms

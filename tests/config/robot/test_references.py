@@ -4,10 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.config.parsing.problems import Place, Problems
-from cellwright.config.parsing.tree import Items, Leaf, Scalar
+from cellwright.config.parsing.tree import Items, Leaf, Place, Problems, Scalar
+from cellwright.config.robot.group_reader import MOST_LISTED, References, listed, numbered
 from cellwright.config.robot.model import RobotModel
-from cellwright.config.robot.references import MOST_LISTED, References, listed, numbered
 from cellwright.config.robot.robots import load_robot
 from tests.config.robot.small_robot import INDICES, urdf
 

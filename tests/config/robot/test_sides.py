@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from cellwright.config.robot.groups import mixed_sides, side_of
 from cellwright.config.robot.model import RobotModel
-from cellwright.config.robot.sides import mixed_sides, side_of
 from cellwright.config.robot.urdf import read_urdf
 from tests.config.robot.torso_robot import urdf, write
 

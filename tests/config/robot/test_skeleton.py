@@ -8,11 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cellwright.config.robot.config import RobotConfig
-from cellwright.config.robot.config_reader import read_robot_config
-from cellwright.config.robot.limbs import LEAST_JOINTS, find_limbs
 from cellwright.config.robot.model import RobotModel
-from cellwright.config.robot.robots import bundled, load_robot
-from cellwright.config.robot.skeleton import skeleton
+from cellwright.config.robot.robots import bundled, load_robot, read_robot_config
+from cellwright.config.robot.skeleton import LEAST_JOINTS, find_limbs, skeleton
 from cellwright.config.robot.urdf import read_urdf
 from tests.config.robot import torso_robot
 from tests.config.robot.small_robot import SHAPE

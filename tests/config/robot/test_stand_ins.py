@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from cellwright.config.models.model import ModelShape
 from cellwright.config.robot.model import Inertial, Joint, JointType, Link
-from cellwright.config.robot.stand_ins import DENSITY, NEAR, Use, with_stand_ins
+from cellwright.config.robot.urdf_links import DENSITY, NEAR, Use, with_stand_ins
 from cellwright.util.pose import Pose, Vector3
 
 BOTH = frozenset(Use)

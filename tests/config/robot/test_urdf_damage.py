@@ -6,9 +6,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from cellwright.config.robot.config import RobotConfig
-from cellwright.config.robot.posture import link_poses
+from cellwright.config.robot.model import link_poses
 from cellwright.config.robot.urdf import read_urdf
-from cellwright.robot.model.robot import build_robot
+from cellwright.robot.model import build_robot
 from cellwright.util.errors import DescriptionError
 
 WHOLE = """<?xml version="1.0"?><robot name="r"><material name="red"><color rgba="1 0 0 1"/></material>

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from cellwright.config.parsing.problems import Problems
+from cellwright.config.parsing.tree import Problems
 from cellwright.config.robot.urdf_file import MAX_BYTES, MAX_DEPTH, Element, read_elements
 from cellwright.util.errors import DescriptionError
 

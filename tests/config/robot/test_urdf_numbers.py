@@ -2,9 +2,8 @@
 
 import pytest
 
-from cellwright.config.parsing.problems import Place, Problems
-from cellwright.config.robot.urdf_file import Element
-from cellwright.config.robot.urdf_numbers import Numbers
+from cellwright.config.parsing.tree import Place, Problems
+from cellwright.config.robot.urdf_file import Element, Numbers
 from cellwright.util.pose import Pose
 
 

@@ -4,10 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.config.parsing.problems import Problems
 from cellwright.config.parsing.reader import Reader
-from cellwright.config.robot.config_reader import read_tree
-from cellwright.config.robot.urdf_path import find_urdf
+from cellwright.config.parsing.tree import Problems
+from cellwright.config.robot.robots import find_urdf, read_tree
 
 
 @pytest.fixture

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 import xacro
 
-from cellwright.config.robot import xacro_file, xacro_program
-from cellwright.config.robot.xacro_expressions import check
-from cellwright.config.robot.xacro_file import expand
+from cellwright.config.robot import urdf_file, xacro_program
+from cellwright.config.robot.urdf_file import expand_xacro
+from cellwright.config.robot.xacro_program import check_expression
 from cellwright.util.errors import DescriptionError
 
 ROBOT = '<robot xmlns:xacro="http://ros.org/wiki/xacro">{}</robot>'
@@ -16,7 +16,7 @@ ROBOT = '<robot xmlns:xacro="http://ros.org/wiki/xacro">{}</robot>'
 def expanded(folder: Path, expression: str) -> str:
     path = folder / "robot.xacro"
     path.write_text(ROBOT.format(f"""<link name="{expression}"/>"""))
-    return expand(path, path.read_text()).partition('name="')[2].partition('"')[0]
+    return expand_xacro(path, path.read_text()).partition('name="')[2].partition('"')[0]
 
 
 @pytest.mark.slow
@@ -52,7 +52,7 @@ def test_what_robots_reckon_with_is_there(tmp_path: Path, expression: str, value
 )
 def test_what_leads_inwards_is_refused(expression: str, name: str) -> None:
     with pytest.raises(xacro.XacroException, match=f"an expression must not use '{name}'"):
-        check(expression)
+        check_expression(expression)
 
 
 @pytest.mark.slow
@@ -83,22 +83,22 @@ def test_a_file_that_tries_is_refused(tmp_path: Path, expression: str, what: str
 def test_what_grows_without_limit_is_stopped(
     tmp_path: Path, expression: str, what: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(xacro_file, "LONGEST", 1.0 if "1 s" in what else 60.0)
+    monkeypatch.setattr(urdf_file, "MAX_EXPANSION_TIME", 1.0 if "1 s" in what else 60.0)
     with pytest.raises(DescriptionError, match=what):
         expanded(tmp_path, expression)
 
 
 @pytest.mark.slow
 def test_macros_that_double_are_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(xacro_file, "LONGEST", 1.5)
+    monkeypatch.setattr(urdf_file, "MAX_EXPANSION_TIME", 1.5)
     macros = "".join(f'<xacro:macro name="m{k}"><xacro:m{k - 1}/><xacro:m{k - 1}/></xacro:macro>' for k in range(1, 40))
     path = tmp_path / "robot.xacro"
     with pytest.raises(DescriptionError, match=r"xacro: takes longer than 1\.5 s to expand"):
-        expand(path, ROBOT.format(f'<xacro:macro name="m0"><link name="a"/></xacro:macro>{macros}<xacro:m39/>'))
+        expand_xacro(path, ROBOT.format(f'<xacro:macro name="m0"><link name="a"/></xacro:macro>{macros}<xacro:m39/>'))
 
 
 def test_a_process_that_is_gone_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(xacro_file, "_PROGRAM", "import os; os._exit(7)")
+    monkeypatch.setattr(urdf_file, "_PROGRAM", "import os; os._exit(7)")
     with pytest.raises(DescriptionError, match=r"its process ended before it was expanded \(status 7\)"):
         expanded(tmp_path, "a")
 

@@ -10,7 +10,7 @@ import pytest
 from cellwright.cell.cell import Cell
 from cellwright.cell.model import build
 from cellwright.config.models import files
-from cellwright.config.parsing import problems, reader
+from cellwright.config.parsing import reader, tree
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.util.errors import DescriptionError, SimulationError
 
@@ -46,10 +46,10 @@ def test_counts(text: str, said: str) -> None:
 
 def test_a_thousand_errors_are_told_and_the_others_counted() -> None:
     told = refused("\n".join(f"section_{number}: 1" for number in range(1500)))
-    assert len(told) == problems.MOST_TOLD + 1
+    assert len(told) == tree.MOST_TOLD + 1
     assert told[-1] == "<text>:1001: 500 more errors besides these"
     warned = load_trial(text=f"options: {{{many(1500, '1')}}}").warnings
-    assert len(warned) == problems.MOST_TOLD + 1
+    assert len(warned) == tree.MOST_TOLD + 1
     assert warned[-1].severity == "warning"
 
 

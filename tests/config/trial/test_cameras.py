@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.config.trial.cameras import FASTEST, LARGEST, SLOWEST
 from cellwright.config.trial.gear2017 import load_trial
+from cellwright.config.trial.sensors import MAX_PICTURE_RATE, MAX_PICTURE_SIZE, MIN_PICTURE_RATE
 from cellwright.config.trial.trial import Camera, PictureNoise, Sensor
 from cellwright.util.errors import DescriptionError
 from cellwright.util.pose import Pose
@@ -137,7 +137,11 @@ def test_in_the_section_of_2017_they_are_left_out_with_a_hint() -> None:
     assert "of the 2018 format, the sensor is left out; cameras that take pictures stand under" in str(warning)
 
 
-@given(width=st.integers(8, LARGEST[0]), height=st.integers(8, LARGEST[1]), rate=st.floats(SLOWEST, FASTEST))
+@given(
+    width=st.integers(8, MAX_PICTURE_SIZE[0]),
+    height=st.integers(8, MAX_PICTURE_SIZE[1]),
+    rate=st.floats(MIN_PICTURE_RATE, MAX_PICTURE_RATE),
+)
 def test_all_within_the_bounds_is_read_as_written(width: int, height: int, rate: float) -> None:
     (camera,) = cameras(f"{{eye: {{type: rgb_camera, {POSE}, width: {width}, height: {height}, rate: '{rate!r}'}}}}")
     assert isinstance(camera, Camera)

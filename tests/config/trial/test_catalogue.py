@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 import yaml
 
-from cellwright.cell.devices.sensors.frustum import Frustum
-from cellwright.cell.devices.sensors.logical_camera import LogicalCamera
+from cellwright.cell.devices.logical_camera import Frustum, LogicalCamera
 from cellwright.config.layout import BIN_CENTRES, TRAY_FRAMES
 from cellwright.config.trial.catalogue import (
     BASELINE,
@@ -23,8 +22,7 @@ from cellwright.config.trial.catalogue import (
     find_trial,
     scenario,
 )
-from cellwright.config.trial.gear2017 import load_trial
-from cellwright.config.trial.resolved import resolved
+from cellwright.config.trial.gear2017 import load_trial, resolved
 from cellwright.config.trial.trial import Trial
 from tests.conftest import DATA
 

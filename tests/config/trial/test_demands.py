@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from cellwright.config.trial.catalogue import find_trial
-from cellwright.config.trial.demands import Supply, demands, ordered_types, supply
+from cellwright.config.trial.difficulty import Supply, demands, ordered_types, supply
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import Trial
 

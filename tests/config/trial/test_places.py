@@ -3,7 +3,7 @@
 import pytest
 
 from cellwright.config.layout import BIN_CENTRES, BIN_PART_HEIGHT
-from cellwright.config.trial.places import is_on_tray, is_within_reach, place_of
+from cellwright.config.trial.difficulty import is_on_tray, is_within_reach, place_of
 
 
 @pytest.mark.parametrize(

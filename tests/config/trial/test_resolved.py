@@ -6,8 +6,7 @@ from typing import Any
 import pytest
 import yaml
 
-from cellwright.config.trial.gear2017 import load_trial
-from cellwright.config.trial.resolved import resolved, resolved_cell
+from cellwright.config.trial.gear2017 import load_trial, resolved, resolved_cell
 from tests.conftest import DATA
 
 TRIALS: dict[str, Any] = json.loads((DATA / "gear2017_trials.json").read_text())["trials"]

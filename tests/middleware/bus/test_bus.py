@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cellwright.middleware.bus import Bus
-from cellwright.middleware.messages.build import duration, header
+from cellwright.middleware.messages.conversions import duration, header
 from cellwright.middleware.messages.osrf_gear import (
     AGVControlRequest,
     AGVControlResponse,

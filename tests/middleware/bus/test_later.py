@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from cellwright.clients.client.in_process import InProcess
 from cellwright.clients.client.session import Session
-from cellwright.clients.client.transports.in_process import InProcess
 from cellwright.middleware.bus import Bus, Later
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
 from cellwright.util.errors import RunEndedError

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.middleware.bus import Refusals
-from cellwright.middleware.bus.refusals import LONGEST_LINE, MOST_LINES, MOST_SOURCES, OTHERS
+from cellwright.middleware.bus.bus import LONGEST_LINE, MOST_LINES, MOST_SOURCES, OTHERS
 
 SECOND = 10**9
 

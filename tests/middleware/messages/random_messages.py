@@ -10,8 +10,8 @@ from hypothesis.extra import numpy as st_numpy
 from hypothesis.strategies import SearchStrategy
 from rosbags.interfaces import Nodetype
 
-from cellwright.middleware.messages.check import INTEGERS
 from cellwright.middleware.messages.types import ros2_store
+from cellwright.middleware.messages.validation import INTEGERS
 
 
 @cache

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.middleware.messages import from_cdr, to_cdr
-from cellwright.middleware.messages.build import (
+from cellwright.middleware.messages.conversions import (
     duration,
     floats,
     header,

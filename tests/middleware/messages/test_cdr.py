@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cellwright.middleware.messages import from_cdr, to_cdr
-from cellwright.middleware.messages.build import floats, header, joint_state
-from cellwright.middleware.messages.cdr import writer
+from cellwright.middleware.messages.conversions import floats, header, joint_state
 from cellwright.middleware.messages.osrf_gear import DetectedObject, TrayContents
+from cellwright.middleware.messages.serialization import cdr_writer
 from cellwright.middleware.messages.standard import CameraInfo, JointState, RegionOfInterest, String
 from cellwright.middleware.messages.types import ros2_store
 from cellwright.util.errors import MessageError
@@ -29,7 +29,7 @@ def by_the_library(message: Any) -> bytes:
 @settings(max_examples=200, deadline=None)
 @given(st.sampled_from(NAMES).flatmap(messages))
 def test_any_message_is_written_as_the_library_writes_it(message: Any) -> None:
-    assert writer(message.__msgtype__)(message) == by_the_library(message)
+    assert cdr_writer(message.__msgtype__)(message) == by_the_library(message)
 
 
 @pytest.mark.slow
@@ -48,15 +48,15 @@ def test_layouts_of_every_kind(name: str) -> None:
     @settings(max_examples=60, deadline=None)
     @given(messages(name))
     def check(message: Any) -> None:
-        assert writer(name)(message) == by_the_library(message)
-        assert same(from_cdr(writer(name)(message), type(message)), message)
+        assert cdr_writer(name)(message) == by_the_library(message)
+        assert same(from_cdr(cdr_writer(name)(message), type(message)), message)
 
     check()
 
 
 def test_there_is_a_writer_for_every_type() -> None:
     assert len(NAMES) > 200
-    assert all(callable(writer(name)) for name in NAMES)
+    assert all(callable(cdr_writer(name)) for name in NAMES)
 
 
 @pytest.mark.parametrize("length", range(9))

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.middleware.messages import checked, message_type, osrf_gear
-from cellwright.middleware.messages.build import header, joint_trajectory, pose_message, trajectory_point
+from cellwright.middleware.messages.conversions import header, joint_trajectory, pose_message, trajectory_point
 from cellwright.middleware.messages.osrf_gear import (
     ConveyorBeltState,
     Kit,

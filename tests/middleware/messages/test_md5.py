@@ -4,9 +4,16 @@ import pytest
 from rosbags.typesys import Stores, get_typestore
 
 from cellwright.middleware.messages import definition, md5, message_type, source, type_hash
-from cellwright.middleware.messages.md5 import message_md5
-from cellwright.middleware.messages.sources import sources
-from cellwright.middleware.messages.types import CAMERA_INFO, HEADER, OTHERWISE_IN_ROS1, RANGE, ros1_store, ros2_store
+from cellwright.middleware.messages.types import (
+    CAMERA_INFO,
+    HEADER,
+    OTHERWISE_IN_ROS1,
+    RANGE,
+    message_md5,
+    ros1_store,
+    ros2_store,
+    sources,
+)
 from cellwright.util.errors import UnknownNameError, UsageError
 from tests.conftest import load_cases
 

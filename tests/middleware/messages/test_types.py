@@ -7,9 +7,17 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys.base import normalize_fieldname
 
 from cellwright.middleware.messages import checked, control_msgs, osrf_gear, standard, std_srvs
-from cellwright.middleware.messages.names import full_name, short_name, type_of
-from cellwright.middleware.messages.sources import parsed, sources
-from cellwright.middleware.messages.types import message_type, own_types, ros2_store, service_type
+from cellwright.middleware.messages.types import (
+    full_name,
+    message_type,
+    own_types,
+    parsed_definitions,
+    ros2_store,
+    service_type,
+    short_name,
+    sources,
+    type_of,
+)
 from cellwright.util.errors import UnknownNameError, UsageError
 
 BASES = {"uint64": int, "string": str, "bool": bool, "float32": float, "float64": float, "int32": int, "uint8": int}
@@ -30,14 +38,14 @@ def annotation_of(desc: typing.Any) -> object:
 
 
 def test_every_definition_has_its_class_and_no_class_is_without() -> None:
-    assert {name for name, _ in parsed()} == own_types().keys()
+    assert {name for name, _ in parsed_definitions()} == own_types().keys()
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(own_types()))
 def test_classes_agree_with_their_definitions(name: str) -> None:
     message_class: typing.Any = own_types()[name]
-    constants, fields = dict(parsed())[name]
+    constants, fields = dict(parsed_definitions())[name]
     hints = typing.get_type_hints(message_class)
     assert [field.name for field in dataclasses.fields(message_class)] == [normalize_fieldname(f) for f, _ in fields]
     for field, desc in fields:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_typestore
 
 from cellwright.middleware.messages import checked, from_cdr, from_ros1, message_type, to_cdr, to_ros1
-from cellwright.middleware.messages.build import header, joint_state
+from cellwright.middleware.messages.conversions import header, joint_state
 from cellwright.middleware.messages.osrf_gear import Order, Proximity, VacuumGripperState
 from cellwright.middleware.messages.standard import Header, JointState, Range, String
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.middleware.server import heartbeat
-from cellwright.middleware.server.heartbeat import LATE, MAX_HELD, PERIOD, REGAINED, Heartbeat, StandingTime
+from cellwright.middleware.server import client_connection
+from cellwright.middleware.server.client_connection import LATE, MAX_HELD, PING_PERIOD, REGAINED, Heartbeat, HoldBudget
 from cellwright.middleware.server.timekeeper import Timekeeper
 from cellwright.middleware.wire.frames import Frame, Kind
 from tests.middleware.server.talk import Hall, Talker, served
@@ -26,7 +26,7 @@ def held(visits: list[Answers], until: float) -> list[bool]:
 
     A guest comes, gives its answers, stays for `MAX_HELD` without another and goes; then the next one comes.
     """
-    standing, found, due = StandingTime(0.0), [], list(visits)
+    standing, found, due = HoldBudget(0.0), [], list(visits)
     beat, answers, leaves, number, answer_at = Heartbeat(0.0), due.pop(0), float("inf"), 0, float("inf")
     for look in range(round(until / LOOK)):
         now = look * LOOK
@@ -44,7 +44,7 @@ def held(visits: list[Answers], until: float) -> list[bool]:
 
 @given(st.lists(st.floats(0.0, LATE - 2 * LOOK), min_size=1, max_size=30))
 def test_time_never_stands_for_a_guest_that_keeps_up(answers: Answers) -> None:
-    assert not any(held([answers], len(answers) * PERIOD))
+    assert not any(held([answers], len(answers) * PING_PERIOD))
 
 
 def test_time_stands_while_an_answer_is_late() -> None:
@@ -79,18 +79,18 @@ def test_an_answer_to_another_ping_counts_for_nothing() -> None:
     assert beat.is_late(0.2)
     beat.pong(number, 0.2)
     assert not beat.is_late(0.3)
-    assert beat.ping(0.2 + PERIOD / 2) == 0
-    assert beat.ping(0.2 + PERIOD) == number + 1
+    assert beat.ping(0.2 + PING_PERIOD / 2) == 0
+    assert beat.ping(0.2 + PING_PERIOD) == number + 1
 
 
 def test_a_pause_is_not_charged() -> None:
-    standing = StandingTime(0.0)
+    standing = HoldBudget(0.0)
     assert standing.may_stand(3 * MAX_HELD, is_wanted=True)  # nobody asked meanwhile: time stood for another reason
     assert standing.may_stand(3 * MAX_HELD + LOOK, is_wanted=True)
 
 
 def test_time_stands_for_a_guest_that_asked_for_pings(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(heartbeat, "MAX_HELD", 0.3)
+    monkeypatch.setattr(client_connection, "MAX_HELD", 0.3)
     talk = Talk()
     with served(talk.node) as hall:
         asks(hall, "/silent")

@@ -17,11 +17,11 @@ from cellwright.middleware.messages import to_cdr
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest
 from cellwright.middleware.messages.standard import String
 from cellwright.middleware.messages.std_srvs import TriggerRequest
-from cellwright.middleware.server import guests as guests_module
+from cellwright.middleware.server import client_registry as guests_module
 from cellwright.middleware.server import server as server_module
-from cellwright.middleware.server.guest import BEHIND, FULL, LONGEST_HELLO, Guest
-from cellwright.middleware.server.guests import MOST_GUESTS
-from cellwright.middleware.server.requests import MOST_SUBSCRIPTIONS, MOST_WISHES
+from cellwright.middleware.server.client_connection import BEHIND, FULL, LONGEST_HELLO, ClientConnection
+from cellwright.middleware.server.client_registry import MOST_GUESTS
+from cellwright.middleware.server.requests import MAX_PENDING_ADVANCES, MOST_SUBSCRIPTIONS
 from cellwright.middleware.server.timekeeper import Timekeeper
 from cellwright.middleware.wire.frames import LONGEST_FRAME, LONGEST_SAID, Decoder, Frame, Kind, advance, hello
 from tests.cells import ARM_ONLY, INITIAL, KITTING, start, way
@@ -182,7 +182,7 @@ def test_time_is_looked_at_between_frames(monkeypatch: pytest.MonkeyPatch) -> No
             guest.connection.setblocking(True)
         done, carry_out = 0, hall.server._requests.carry_out
 
-        def take_a_millisecond(speaker: Guest, frame: Frame) -> None:
+        def take_a_millisecond(speaker: ClientConnection, frame: Frame) -> None:
             nonlocal done
             done += 1
             carry_out(speaker, frame)
@@ -359,10 +359,10 @@ def test_wishes_that_time_pass_are_bounded_and_go_with_their_guest() -> None:
         other.wait_until(lambda: hall.server.asked is not None)
         wishes = [advance(number, 10**12, each_tick=False) for number in range(1, 1001)]
         guest.say(*wishes)
-        guest.wait_until(lambda: len(guest.heard) == 1000 - MOST_WISHES)
+        guest.wait_until(lambda: len(guest.heard) == 1000 - MAX_PENDING_ADVANCES)
         assert {frame.name for frame in guest.heard} == {"UsageError"}
-        assert f"{MOST_WISHES} wishes" in guest.heard[0].text()
-        assert len(hall.server._requests.asked) == MOST_WISHES + 1
+        assert f"{MAX_PENDING_ADVANCES} wishes" in guest.heard[0].text()
+        assert len(hall.server._requests.asked) == MAX_PENDING_ADVANCES + 1
         guest.connection.close()
         other.wait_until(lambda: len(hall.server._requests.asked) == 1)  # though it was not its turn yet
 

@@ -12,8 +12,7 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.middleware.server import server as module
-from cellwright.middleware.server.listening import Listener, listen
-from cellwright.middleware.server.server import LOOPBACK, Server
+from cellwright.middleware.server.server import LOOPBACK, Listener, Server, open_listener
 from cellwright.util.errors import UsageError
 from tests.cells import BARE
 from tests.waiting import TIMEOUT
@@ -22,14 +21,14 @@ from tests.waiting import TIMEOUT
 @pytest.fixture
 def busy() -> Iterator[int]:
     """A port that is in use."""
-    with listen(LOOPBACK, 0) as listener:
+    with open_listener(LOOPBACK, 0) as listener:
         yield int(listener.getsockname()[1])
 
 
 def test_a_port_in_use_is_refused_or_the_next_one_taken(busy: int) -> None:
     with pytest.raises(UsageError, match=f"{LOOPBACK}:{busy}: cannot be listened at: "):
-        listen(LOOPBACK, busy)
-    with listen(LOOPBACK, busy, tries=20) as listener:
+        open_listener(LOOPBACK, busy)
+    with open_listener(LOOPBACK, busy, tries=20) as listener:
         assert busy < listener.getsockname()[1] < busy + 20
 
 
@@ -51,7 +50,7 @@ def test_a_server_without_a_port_takes_the_default_one_or_one_of_the_next(
 def test_without_descriptors_connections_are_turned_away() -> None:
     import resource
 
-    listener = Listener(listen(LOOPBACK, 0))
+    listener = Listener(open_listener(LOOPBACK, 0))
     address = listener.socket.getsockname()
     clients = [socket.create_connection(address, TIMEOUT) for _ in range(5)]
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)

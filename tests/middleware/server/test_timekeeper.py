@@ -8,10 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cellwright.engine.pacing import Pacer
-from cellwright.engine.tempo import Tempo
+from cellwright.engine.rate_control import RateControl, RealTimePacer
 from cellwright.middleware.messages import from_cdr, to_cdr
-from cellwright.middleware.messages.build import joint_state
+from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
 from cellwright.middleware.server import timekeeper
 from cellwright.middleware.server.timekeeper import Timekeeper
@@ -70,7 +69,7 @@ def test_it_keeps_to_the_wall_clock_and_serves_meanwhile(monkeypatch: pytest.Mon
         monkeypatch.setattr(hall.server, "wait", wall.wait)
         monkeypatch.setattr(timekeeper, "time", wall)
         keeper = Timekeeper(talk.node, hall.server, on_poll=lambda: polls.append(wall.time))
-        keeper.pacer = Pacer(talk.node.simulation, keeper.tempo, clock=wall.perf_counter, sleep=keeper._serve)
+        keeper.pacer = RealTimePacer(talk.node.simulation, keeper.tempo, clock=wall.perf_counter, sleep=keeper._serve)
         keeper.run(lambda: SECOND // 2)
         assert wall.time == pytest.approx(0.5, abs=0.01), "half a second passed, and not at once"
         assert keeper.pacer.factor == pytest.approx(1.0)
@@ -180,7 +179,7 @@ def test_while_time_stands_guests_are_served_and_single_ticks_pass() -> None:
     with served(talk.node) as hall:
         guest = hall.guest()
         guest.say(Frame(Kind.SUBSCRIBE, 5, "/io_teleop/joint_states"))
-        tempo, ticks, polls = Tempo(None, paused=True), list[int](), 0
+        tempo, ticks, polls = RateControl(None, paused=True), list[int](), 0
 
         def poll() -> None:
             nonlocal polls
@@ -200,7 +199,7 @@ def test_while_time_stands_guests_are_served_and_single_ticks_pass() -> None:
 def test_in_lockstep_a_pause_holds_up_who_asks_for_time() -> None:
     talk = Talk()
     with served(talk.node, lockstep=True) as hall:
-        guest, tempo, polls = hall.guest(), Tempo(None, paused=True), 0
+        guest, tempo, polls = hall.guest(), RateControl(None, paused=True), 0
 
         def poll() -> None:
             nonlocal polls
@@ -220,14 +219,14 @@ def test_in_lockstep_a_pause_holds_up_who_asks_for_time() -> None:
 @given(st.lists(st.sampled_from(["pause", "step", "fast", "max"]), max_size=6))
 @settings(max_examples=8, deadline=None)
 def test_a_tempo_that_changes_leaves_the_run_as_it_is(changes: list[str]) -> None:
-    def hash_of(tempo: Tempo, on_poll: Callable[[], None]) -> str:
+    def hash_of(tempo: RateControl, on_poll: Callable[[], None]) -> str:
         talk = moving()
         with served(talk.node) as hall:
             end = talk.node.simulation.now + SECOND // 10
             Timekeeper(talk.node, hall.server, tempo=tempo, on_poll=on_poll).run(lambda: end)
         return talk.node.simulation.state_hash()
 
-    tempo, left = Tempo(50.0), list(changes)
+    tempo, left = RateControl(50.0), list(changes)
     acts: dict[str, Callable[[], None]] = {
         "pause": tempo.pause,
         "step": lambda: tempo.step(5),
@@ -238,4 +237,4 @@ def test_a_tempo_that_changes_leaves_the_run_as_it_is(changes: list[str]) -> Non
     def change() -> None:
         acts[left.pop()]() if left else tempo.resume()
 
-    assert hash_of(tempo, change) == hash_of(Tempo(), lambda: None)
+    assert hash_of(tempo, change) == hash_of(RateControl(), lambda: None)

@@ -7,8 +7,7 @@ from pathlib import Path
 from cellwright.middleware.messages import to_cdr
 from cellwright.middleware.messages.standard import String
 from cellwright.recording.format import format as names
-from cellwright.recording.format.format import RecordedTopic
-from cellwright.recording.format.header import RecordingHeader
+from cellwright.recording.format.format import RecordedTopic, RecordingHeader
 from cellwright.recording.format.mcap_file import McapFile
 
 TALK = RecordedTopic("/talk", "std_msgs/String", "out", "on event", latch=True, node="/cell")

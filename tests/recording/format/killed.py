@@ -9,8 +9,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from cellwright.recording.format.frames import frames
-from cellwright.recording.format.reader import Recording
+from cellwright.recording.format.reader import Recording, recorded_frames
 from tests.waiting import wait_until
 
 PROGRAM = """
@@ -77,7 +76,7 @@ def loss(folder: Path, after: int) -> Loss:
             recording.decode(message)
         list(recording.commands())
         assert recording.scene
-        assert any(frames(recording))
+        assert any(recorded_frames(recording))
         kept = recording.end_time
     assert len(messages) == kept // TICK, "no tick is missing before the end"
     return Loss(noted[-1], kept)

@@ -12,10 +12,8 @@ from hypothesis import strategies as st
 from mcap.records import Chunk, Footer, McapRecord, Message, MessageIndex
 from mcap.stream_reader import StreamReader, breakup_chunk
 
-from cellwright.recording.format.chunks import ChunkMaker, WrittenChunk
+from cellwright.recording.format.chunks import MESSAGE_OVERHEAD, ChunkMaker, WrittenChunk, encoded_records
 from cellwright.recording.format.format import MAGIC, Entry
-from cellwright.recording.format.records import written
-from cellwright.recording.format.waiting import HEAD
 from tests.recording.format.test_waiting import handed_in
 
 entries = st.lists(
@@ -27,7 +25,7 @@ entries = st.lists(
 
 def records(data: bytes) -> Iterator[McapRecord]:
     """The records in these bytes, which end in the middle of a file."""
-    end = written(Footer(0, 0, 0)) + MAGIC
+    end = encoded_records(Footer(0, 0, 0)) + MAGIC
     return StreamReader(BytesIO(data + end), skip_magic=True, emit_chunks=True, validate_crcs=True).records
 
 
@@ -52,7 +50,7 @@ def test_messages_are_in_it_in_their_order(given: list[Entry]) -> None:
 def test_its_indexes_lead_to_each_of_them(given: list[Entry], offset: int) -> None:
     made = ChunkMaker().make(handed_in(given), offset)
     chunk, indexes = read(made)
-    sizes = [HEAD + len(data) for _, _, data in given]
+    sizes = [MESSAGE_OVERHEAD + len(data) for _, _, data in given]
     places = [end - size for end, size in zip(accumulate(sizes), sizes, strict=True)]
     assert chunk.uncompressed_size == sum(sizes)
     channels = sorted({channel for channel, _, _ in given})

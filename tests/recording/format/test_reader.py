@@ -11,11 +11,10 @@ from hypothesis import strategies as st
 
 from cellwright.recording.format import format as names
 from cellwright.recording.format import scanned_file
-from cellwright.recording.format.header import RecordingHeader
+from cellwright.recording.format.format import RecordingHeader
 from cellwright.recording.format.mcap_file import McapFile
 from cellwright.recording.format.reader import Recording
-from cellwright.recording.format.scan import LATEST
-from cellwright.recording.format.unpacking import entries
+from cellwright.recording.format.scan import LATEST, chunk_entries
 from cellwright.util.errors import RecordingError, UnknownNameError
 from tests.recording.format.files import SHOUT, TALK, text, write
 
@@ -139,7 +138,7 @@ def test_a_time_that_no_run_comes_to_is_refused(tmp_path: Path) -> None:
         Recording(tmp_path / "late.mcap")
     late = struct.pack("<BQHIQQ", 5, 22, 1, 0, LATEST + 1, 0)
     with pytest.raises(RecordingError, match="which no run comes to"):
-        list(entries(late))
+        list(chunk_entries(late))
 
 
 def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:

@@ -13,15 +13,14 @@ from cellwright.config.trial.gear2017 import load_trial
 from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.recording.format import format as names
 from cellwright.recording.format.commands import play
-from cellwright.recording.format.frames import frames
-from cellwright.recording.format.header import RecordingHeader
-from cellwright.recording.format.reader import Recording
+from cellwright.recording.format.format import RecordingHeader
+from cellwright.recording.format.reader import Recording, recorded_frames
 from cellwright.recording.format.recorder import Recorder
 from cellwright.rendering.scene import Scene
-from cellwright.rendering.scene.encoded import decode_scene, encode_scene
-from cellwright.rendering.scene.taking import SceneTaker
+from cellwright.rendering.scene.engine import SceneTaker
+from cellwright.rendering.scene.scene import decode_scene, encode_scene
 from cellwright.util.errors import CellwrightError
-from tests.cell.devices.sensors.painters import FakePainter
+from tests.cell.devices.painters import FakePainter
 from tests.cells import INITIAL, WHOLE, publish, run, start, way
 
 HEADER = RecordingHeader("cell", "whole", {"seed": 1})
@@ -100,16 +99,16 @@ def test_the_scene_and_its_frames_are_those_of_the_cell(recorded: tuple[Path, st
     with Recording(recorded[0]) as recording:
         assert recording.scene == encode_scene(taker.scene)
         assert decode_scene(recording.scene).name == "whole"
-        found = list(frames(recording))
+        found = list(recorded_frames(recording))
         assert [each.time for each in found[:3]] == [0, 40_000_000, 80_000_000]
         assert len(found) == 63 + 1  # and one at the end
         for number in (0, 1, 30, 62):
-            alone = next(frames(recording, start=found[number].time))
+            alone = next(recorded_frames(recording, start=found[number].time))
             assert alone.time == found[number].time
             assert np.array_equal(alone.poses, found[number].poses)
-        middle = list(frames(recording, start=1_500_000_000, until=1_700_000_000))
+        middle = list(recorded_frames(recording, start=1_500_000_000, until=1_700_000_000))
         assert [each.time for each in middle] == [1_520_000_000 + n * 40_000_000 for n in range(5)]
-        assert not any(frames(recording, until=0))
+        assert not any(recorded_frames(recording, until=0))
     worked(cell)
     cell.simulation.refresh()
     last = taker.frame(cell.simulation.data, cell.simulation.now)
@@ -142,7 +141,7 @@ def test_when_time_begins_anew_so_does_the_file(tmp_path: Path) -> None:
             ends.append((recording.end, recording.end_time, recording.counts["/clock"]))
             hashes = [value["hash"] for _, value in recording.values(names.STATE_HASH)]
             assert (hashes[-1] == first) is (path.stem == "run")
-            assert any(frames(recording))
+            assert any(recorded_frames(recording))
     assert ends == [({"outcome": "reset"}, 100_000_000, 50), ({"outcome": "until"}, 50_000_000, 25)]
 
 

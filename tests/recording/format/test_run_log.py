@@ -15,7 +15,7 @@ from cellwright.clients.client.client import Client
 from cellwright.config.trial.trial import Trial
 from cellwright.recording.format.run_log import RunLog
 from cellwright.running.run import RunOptions, RunResult, run_cell
-from cellwright.util.json_lines import read_json_lines
+from cellwright.util.files import read_json_lines
 from tests.cells import KITTING
 from tests.waiting import TIMEOUT
 

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.recording.format.reader import Recording
-from cellwright.recording.format.span import Span
+from cellwright.recording.format.reader import Recording, TimeRange
 from cellwright.util.errors import UsageError
 from tests.recording.format.files import write
 
@@ -29,7 +28,7 @@ def test_what_is_latched_and_what_is_said(
 ) -> None:
     write(tmp_path / "a.mcap", 40)
     with Recording(tmp_path / "a.mcap") as recording:
-        span = Span.of(recording, start, until)
+        span = TimeRange.of(recording, start, until)
         found = list(span.messages(recording, ["/talk", "/shout"]))
     assert [each.time for each in found] == [time * MS for time in times]
     assert span.share(found[0].time) == 0.0
@@ -39,4 +38,4 @@ def test_what_is_latched_and_what_is_said(
 def test_where_nothing_is(tmp_path: Path) -> None:
     write(tmp_path / "a.mcap", 40)
     with Recording(tmp_path / "a.mcap") as recording, pytest.raises(UsageError, match="nothing is in it"):
-        Span.of(recording, 40 * MS, None)
+        TimeRange.of(recording, 40 * MS, None)

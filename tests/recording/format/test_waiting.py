@@ -8,19 +8,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cellwright.recording.format.chunks import MESSAGE_OVERHEAD, Messages, WriteQueue
 from cellwright.recording.format.format import Entry
-from cellwright.recording.format.waiting import HEAD, Messages, Waiting
 
 
-def hand_in(waiting: Waiting[str], entry: Entry) -> None:
+def hand_in(waiting: WriteQueue[str], entry: Entry) -> None:
     for values, value in zip((waiting.channels, waiting.times, waiting.contents), entry, strict=True):
         values.append(value)  # type: ignore[attr-defined]
-    waiting.given += HEAD + len(entry[2])
+    waiting.given += MESSAGE_OVERHEAD + len(entry[2])
 
 
 def handed_in(entries: list[Entry]) -> Messages:
     """These messages, of which there is at least one, as they are taken."""
-    waiting: Waiting[str] = Waiting()
+    waiting: WriteQueue[str] = WriteQueue()
     for entry in entries:
         hand_in(waiting, entry)
     (messages,) = waiting.take()
@@ -32,7 +32,7 @@ def entries(messages: Messages) -> list[Entry]:
     return list(zip(messages.channels, messages.times, messages.contents, strict=True))
 
 
-def take(waiting: Waiting[str]) -> list[Entry | str]:
+def take(waiting: WriteQueue[str]) -> list[Entry | str]:
     found: list[Entry | str] = []
     for what in waiting.take():
         if isinstance(what, Messages):
@@ -49,7 +49,7 @@ an_entry = st.tuples(st.integers(1, 9), st.integers(0, 99), st.binary(max_size=9
 @pytest.mark.slow
 @given(st.lists(st.lists(an_entry | st.sampled_from(["schema", "channel"]), max_size=20), max_size=5))
 def test_all_is_taken_in_its_order(given: list[list[Entry | str]]) -> None:
-    waiting: Waiting[str] = Waiting()
+    waiting: WriteQueue[str] = WriteQueue()
     for items in given:
         for item in items:
             if isinstance(item, str):
@@ -65,14 +65,14 @@ def test_all_is_taken_in_its_order(given: list[list[Entry | str]]) -> None:
 def test_parts_end_as_soon_as_they_are_large_enough(given: list[Entry], size: int) -> None:
     parts = list(handed_in(given).parts(size))
     assert [entry for part in parts for entry in entries(part)] == given
-    sizes = [[HEAD + len(data) for data in part.contents] for part in parts]
+    sizes = [[MESSAGE_OVERHEAD + len(data) for data in part.contents] for part in parts]
     assert all(sum(each) >= size for each in sizes[:-1])
     assert all(sum(each[:-1]) < size for each in sizes)
     assert [int(part.ends[-1]) - part.begin for part in parts] == [sum(each) for each in sizes]
 
 
 def test_what_comes_while_it_is_taken_is_left_for_the_next_time() -> None:
-    waiting: Waiting[str] = Waiting()
+    waiting: WriteQueue[str] = WriteQueue()
     hand_in(waiting, (1, 0, b"early"))
     taking = waiting.take()
     first = next(taking)
@@ -86,7 +86,7 @@ def test_what_comes_while_it_is_taken_is_left_for_the_next_time() -> None:
 
 @pytest.mark.slow
 def test_two_threads_lose_nothing() -> None:
-    waiting: Waiting[str] = Waiting()
+    waiting: WriteQueue[str] = WriteQueue()
     count = 30_000
 
     def work() -> None:
@@ -111,7 +111,7 @@ def test_two_threads_lose_nothing() -> None:
 
 
 def test_what_is_forgotten_is_taken_by_nobody() -> None:
-    waiting: Waiting[str] = Waiting()
+    waiting: WriteQueue[str] = WriteQueue()
     hand_in(waiting, (1, 0, b"x"))
     waiting.add_record("y")
     waiting.clear()

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from cellwright.recording.plots.figure import draw, write
+from cellwright.recording.plots.figure import FIGURE_SUFFIXES, PANELS, draw_figure, write_figure
 from cellwright.recording.plots.tracks import CommandTrack, JointTrack, Mark, Span, Story
-from cellwright.recording.plots.what import SUFFIXES, WHAT
 from cellwright.util.errors import UsageError
 from tests.recording.plots.stories import cell, robot
 
@@ -25,7 +24,7 @@ def words(figure: Figure) -> str:
 
 
 def test_all_of_a_cell_over_time_and_the_path_below() -> None:
-    figure = draw(cell())
+    figure = draw_figure(cell())
     assert titles(figure) == [
         "Score",
         "On the trays",
@@ -41,14 +40,14 @@ def test_all_of_a_cell_over_time_and_the_path_below() -> None:
 
 
 def test_all_of_a_robot() -> None:
-    figure = draw(robot())
+    figure = draw_figure(robot())
     assert titles(figure) == ["right arm", "Heights of the tools", "States and commands", "Tools from above"]
     assert "emergency stop" in words(figure)
 
 
-@pytest.mark.parametrize("name", WHAT)
+@pytest.mark.parametrize("name", PANELS)
 def test_each_part_alone(name: str) -> None:
-    figure = draw(cell(), [name])
+    figure = draw_figure(cell(), [name])
     assert figure.axes
     over_time = [axes for axes in figure.axes if axes.get_title(loc="left") != "Tool from above"]
     assert {axes.get_xlim() for axes in over_time} == {(0.0, 60.0)}
@@ -56,12 +55,12 @@ def test_each_part_alone(name: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("suffix", FIGURE_SUFFIXES)
 def test_names_of_a_hostile_recording_are_drawn_and_told_to_no_terminal(
     suffix: str, tmp_path: Path, recwarn: pytest.WarningsRecorder
 ) -> None:
     hostile = "$\\frac{ \x1b[2J 漢 \x00"
-    write(draw(replace(cell(), title=hostile, note=hostile), ["score"]), tmp_path / f"a{suffix}")
+    write_figure(draw_figure(replace(cell(), title=hostile, note=hostile), ["score"]), tmp_path / f"a{suffix}")
     content = (tmp_path / f"a{suffix}").read_bytes()
     assert content
     assert suffix != ".svg" or b"\x1b" not in content
@@ -69,15 +68,15 @@ def test_names_of_a_hostile_recording_are_drawn_and_told_to_no_terminal(
 
 
 def test_units_stand_on_the_axes() -> None:
-    labels = {axes.get_ylabel() for axes in draw(cell()).axes}
+    labels = {axes.get_ylabel() for axes in draw_figure(cell()).axes}
     assert {"points", "position [rad]", "position [m]", "z [m]", "x [m]"} <= labels
 
 
 def test_what_is_not_there_is_not_drawn() -> None:
     empty = Story("lesson", "", 0.0, 0.0)
     with pytest.raises(UsageError, match="lesson: holds nothing of score, tool that could be drawn"):
-        draw(empty, ["score", "tool"])
-    assert titles(draw(replace(cell(), tools=(), commands=(), states={}, tray_parts=()))) == [
+        draw_figure(empty, ["score", "tool"])
+    assert titles(draw_figure(replace(cell(), tools=(), commands=(), states={}, tray_parts=()))) == [
         "Score",
         "arm",
         "arm: rail",
@@ -87,11 +86,11 @@ def test_what_is_not_there_is_not_drawn() -> None:
 def test_a_moment_is_enough() -> None:
     once = np.zeros(1)
     moment = Story("r", "", 0.0, 0.0, joints={"arm": [JointTrack("a", "rad", once, once)]})
-    assert titles(draw(moment)) == ["arm"]
+    assert titles(draw_figure(moment)) == ["arm"]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("suffix", FIGURE_SUFFIXES)
 def test_names_are_names_whatever_is_in_them(suffix: str, tmp_path: Path) -> None:
     odd = "a $_{x$ & <b> \\frac"
     times = np.linspace(0.0, 5.0, 50)
@@ -104,19 +103,19 @@ def test_names_are_names_whatever_is_in_them(suffix: str, tmp_path: Path) -> Non
         states={odd: [Span(0.0, 60.0, odd)]},
     )
 
-    write(draw(story), tmp_path / f"odd{suffix}")
+    write_figure(draw_figure(story), tmp_path / f"odd{suffix}")
 
     assert (tmp_path / f"odd{suffix}").stat().st_size > 1000
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("suffix", FIGURE_SUFFIXES)
 def test_a_file_is_what_its_name_says_and_the_same_each_time(suffix: str, tmp_path: Path) -> None:
     begins = {".png": b"\x89PNG", ".svg": b"<?xml", ".pdf": b"%PDF"}
     written = []
     for name in ("one", "two"):
         path = tmp_path / f"{name}{suffix}"
-        write(draw(cell(), ["score", "trays"]), path)
+        write_figure(draw_figure(cell(), ["score", "trays"]), path)
         written.append(path.read_bytes())
     assert written[0].startswith(begins[suffix])
     assert written[0] == written[1]
@@ -131,7 +130,7 @@ def test_a_long_name_is_whole_and_widens_the_page(tmp_path: Path) -> None:
         commands=[CommandTrack(f"/ariac/{name}", times)],
     )
     for path, drawn in ((tmp_path / "long.svg", story), (tmp_path / "short.svg", cell())):
-        write(draw(drawn, ["joints", "commands"]), path)
+        write_figure(draw_figure(drawn, ["joints", "commands"]), path)
 
     wide, usual = ((tmp_path / each).read_text() for each in ("long.svg", "short.svg"))
 
@@ -147,10 +146,10 @@ def width(svg: str) -> float:
 
 
 def test_of_an_endless_name_the_middle_is_left_out(tmp_path: Path) -> None:
-    write(draw(replace(cell(), title="a" * 300 + "b" * 300), ["score"]), tmp_path / "a.svg")
+    write_figure(draw_figure(replace(cell(), title="a" * 300 + "b" * 300), ["score"]), tmp_path / "a.svg")
     assert f">{'a' * 99}…{'b' * 99}<" in (tmp_path / "a.svg").read_text()
 
 
 def test_a_full_folder_is_an_error_and_leaves_nothing(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="No such file"):
-        write(draw(cell(), ["score"]), tmp_path / "nowhere" / "a.png")
+        write_figure(draw_figure(cell(), ["score"]), tmp_path / "nowhere" / "a.png")

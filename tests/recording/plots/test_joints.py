@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from cellwright.recording.plots.joints import MOST, chosen, draw
+from cellwright.recording.plots.charts import MAX_JOINTS, draw_joints, joints_to_draw
 from cellwright.recording.plots.tracks import JointTrack
 
 TIMES = np.linspace(0.0, 10.0, 101)
@@ -15,33 +15,33 @@ def moving(name: str, by: float) -> JointTrack:
 
 def title_of(tracks: list[JointTrack]) -> str:
     axes = Figure().add_subplot()
-    draw(axes, "right arm", tracks)
+    draw_joints(axes, "right arm", tracks)
     return axes.get_title(loc="left") or axes.get_title()
 
 
 def test_those_that_move_most_are_drawn_in_their_own_order() -> None:
     tracks = [moving(f"j{n}", by=0.1 + (n * 7 % 12)) for n in range(12)] + [moving("still", 0.0)]
-    drawn = chosen(tracks)
-    assert len(drawn) == MOST
+    drawn = joints_to_draw(tracks)
+    assert len(drawn) == MAX_JOINTS
     assert [int(track.name[1:]) for track in drawn] == sorted(int(track.name[1:]) for track in drawn)
     assert min(track.travel for track in drawn) > max(track.travel for track in tracks if track not in drawn)
 
 
 def test_where_nothing_moves_one_is_drawn() -> None:
-    assert [track.name for track in chosen([moving("a", 0.0), moving("b", 0.0)])] == ["a"]
+    assert [track.name for track in joints_to_draw([moving("a", 0.0), moving("b", 0.0)])] == ["a"]
 
 
 def test_what_is_left_out_is_counted() -> None:
     assert title_of([moving("a", 1.0)]) == "right arm"
     assert title_of([moving("a", 1.0), moving("b", 0.0)]) == "right arm (1 stand still)"
-    many = [moving(f"j{n}", 1.0 + n) for n in range(MOST + 2)]
+    many = [moving(f"j{n}", 1.0 + n) for n in range(MAX_JOINTS + 2)]
     assert title_of(many) == "right arm (2 more)"
     assert title_of([*many, moving("b", 0.0)]) == "right arm (3 more, of which 1 stand still)"
 
 
 def test_each_has_its_position_solid_and_its_target_dashed() -> None:
     axes = Figure().add_subplot()
-    draw(axes, "arm", [moving("elbow", 1.0), JointTrack("free", "rad", TIMES, np.cos(TIMES))])
+    draw_joints(axes, "arm", [moving("elbow", 1.0), JointTrack("free", "rad", TIMES, np.cos(TIMES))])
     styles = [line.get_linestyle() for line in axes.lines]
     assert styles.count("--") == 1
     assert styles.count("-") == 2

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from matplotlib.figure import Figure
 
-from cellwright.recording.plots.score import draw
+from cellwright.recording.plots.charts import draw_score
 from cellwright.recording.plots.tracks import Mark, ScoreTrack, Story
 from tests.recording.plots.stories import cell
 
@@ -14,7 +14,7 @@ def drawn(story: Story, score: ScoreTrack) -> Figure:
     figure = Figure(figsize=(8, 2))
     axes = figure.add_subplot()
     axes.set_xlim(story.begin, story.end)
-    draw(axes, score, story)
+    draw_score(axes, score, story)
     return figure
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from cellwright.recording.plots.tool import draw_from_above, draw_height
+from cellwright.recording.plots.charts import draw_from_above, draw_height
 from cellwright.recording.plots.tracks import Span, ToolTrack
 
 TIMES = np.linspace(0.0, 10.0, 101)

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 from matplotlib.figure import Figure
 
+from cellwright.recording.plots.charts import MAX_COMMANDS, command_rows, draw_commands
 from cellwright.recording.plots.tracks import CommandTrack
-from cellwright.recording.plots.traffic import MOST, draw, rows
 from tests.recording.plots.stories import robot
 
 
 def test_states_have_their_names_and_commands_their_counts() -> None:
     axes = Figure().add_subplot()
-    draw(axes, robot())
+    draw_commands(axes, robot())
     assert [text.get_text() for text in axes.get_yticklabels()] == ["safety", "joint_cmd", "set_enabled"]
     said = [text.get_text().strip() for text in axes.texts]
     assert said == ["takes commands", "emergency stop", "takes commands", "1000", "1"]
@@ -21,15 +21,15 @@ def test_states_have_their_names_and_commands_their_counts() -> None:
 def test_of_many_names_those_that_were_used_most() -> None:
     tracks = [CommandTrack(f"/a/b{n}", np.linspace(0, 20, n + 1)) for n in range(20)]
     story = replace(robot(), commands=tracks, states={})
-    assert rows(story) == MOST
+    assert command_rows(story) == MAX_COMMANDS
     axes = Figure().add_subplot()
-    draw(axes, story)
-    assert [text.get_text() for text in axes.get_yticklabels()] == [f"b{n}" for n in range(20 - MOST, 20)]
+    draw_commands(axes, story)
+    assert [text.get_text() for text in axes.get_yticklabels()] == [f"b{n}" for n in range(20 - MAX_COMMANDS, 20)]
 
 
 def test_a_long_name_is_whole() -> None:
     axes = Figure().add_subplot()
     name = "/ariac/arm/follow_joint_trajectory/goal"
-    draw(axes, replace(robot(), commands=[CommandTrack(name, np.array([1.0]))], states={}))
+    draw_commands(axes, replace(robot(), commands=[CommandTrack(name, np.array([1.0]))], states={}))
     (label,) = [text.get_text() for text in axes.get_yticklabels()]
     assert label == "arm/follow_joint_trajectory/goal"

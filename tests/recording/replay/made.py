@@ -8,8 +8,8 @@ from pathlib import Path
 import cellwright
 from cellwright.cell.cell import Cell
 from cellwright.clients.client import Client
-from cellwright.clients.client.transports.in_process import InProcess
-from cellwright.recording.format.header import RecordingHeader
+from cellwright.clients.client.in_process import InProcess
+from cellwright.recording.format.format import RecordingHeader
 from cellwright.recording.format.recorder import Recorder
 from cellwright.running.run import versions
 

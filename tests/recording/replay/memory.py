@@ -9,10 +9,9 @@ import numpy as np
 
 from cellwright.middleware.messages import message_type, to_cdr
 from cellwright.middleware.messages.standard import Clock, String, Time
-from cellwright.recording.format.format import FRAME, OWN_TOPICS, PANEL, RecordedTopic
-from cellwright.recording.format.header import RecordingHeader
+from cellwright.recording.format.format import FRAME, OWN_TOPICS, PANEL, RecordedTopic, RecordingHeader
 from cellwright.recording.format.reader import RecordedMessage
-from cellwright.rendering.scene.frame import Frame
+from cellwright.rendering.scene.scene import Frame
 
 SECOND = 1_000_000_000
 BODIES = 3

@@ -10,7 +10,7 @@ from cellwright.middleware.bus import Direction
 from cellwright.middleware.messages.standard import String
 from cellwright.recording.format.format import RecordedTopic
 from cellwright.recording.format.reader import RecordedMessage
-from cellwright.recording.replay.recorded import Recorded
+from cellwright.recording.replay.playback import Recorded
 from cellwright.util.errors import RejectedCommandError
 from tests.recording.replay.memory import SECOND, TOPICS, Memory, recording, said
 

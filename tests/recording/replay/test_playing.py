@@ -4,10 +4,9 @@ from collections.abc import Iterator
 
 import pytest
 
-from cellwright.engine.tempo import Tempo
+from cellwright.engine.rate_control import RateControl
 from cellwright.middleware.server import Server
-from cellwright.recording.replay.playing import AtEnd, Playing
-from cellwright.recording.replay.recorded import Recorded
+from cellwright.recording.replay.playback import AtEnd, Playing, Recorded
 from tests.recording.replay.memory import SECOND, recording
 
 
@@ -24,7 +23,7 @@ def server(recorded: Recorded) -> Iterator[Server]:
 
 
 def test_it_stops_at_the_end(recorded: Recorded, server: Server) -> None:
-    Playing(recorded, server, tempo=Tempo()).run()
+    Playing(recorded, server, tempo=RateControl()).run()
 
     assert recorded.simulation.now == 2 * SECOND
 
@@ -33,13 +32,13 @@ def test_a_part_of_it_is_played(recorded: Recorded, server: Server) -> None:
     times: list[int] = []
     recorded.bus.subscribe("/clock", lambda message: times.append(message.clock.sec * SECOND + message.clock.nanosec))
 
-    Playing(recorded, server, tempo=Tempo(), first=SECOND // 2, last=SECOND).run()
+    Playing(recorded, server, tempo=RateControl(), first=SECOND // 2, last=SECOND).run()
 
     assert times == list(range(SECOND // 2 + SECOND // 50, SECOND + 1, SECOND // 50))
 
 
 def test_times_past_the_recording_are_kept_within_it(recorded: Recorded, server: Server) -> None:
-    playing = Playing(recorded, server, tempo=Tempo(), first=-SECOND, last=99 * SECOND)
+    playing = Playing(recorded, server, tempo=RateControl(), first=-SECOND, last=99 * SECOND)
 
     assert (playing.first, playing.last) == (0, 2 * SECOND)
 
@@ -54,7 +53,7 @@ def test_in_a_loop_it_begins_again(recorded: Recorded, server: Server) -> None:
             playing.stop()
 
     recorded.bus.subscribe("/clock", count)
-    playing = Playing(recorded, server, tempo=Tempo(), at_end=AtEnd.LOOP)
+    playing = Playing(recorded, server, tempo=RateControl(), at_end=AtEnd.LOOP)
     playing.run()
 
     assert begun == 220
@@ -62,7 +61,7 @@ def test_in_a_loop_it_begins_again(recorded: Recorded, server: Server) -> None:
 
 
 def test_at_its_end_it_holds_until_somebody_looks_elsewhere(recorded: Recorded, server: Server) -> None:
-    tempo = Tempo()
+    tempo = RateControl()
     polls = 0
     seen: list[int] = []
 

@@ -6,15 +6,13 @@ from typing import Any
 
 import pytest
 
-from cellwright.engine.tempo import Tempo
+from cellwright.engine.rate_control import RateControl
 from cellwright.middleware.server import Server
 from cellwright.recording.format.format import FRAME
-from cellwright.recording.replay.playing import Playing
-from cellwright.recording.replay.recorded import Recorded
+from cellwright.recording.replay.playback import Playing, Recorded
 from cellwright.recording.replay.services import RecordingServices
 from cellwright.rendering.scene import Form, Layer, Scene, Shape
-from cellwright.rendering.scene.encoded import decode_scene, encode_scene
-from cellwright.rendering.scene.frame import Frame, decode
+from cellwright.rendering.scene.scene import Frame, decode_frame, decode_scene, encode_scene
 from cellwright.util.errors import RejectedCommandError, UnknownNameError
 from cellwright.util.pose import Pose
 from tests.recording.replay.memory import BODIES, SECOND, Memory, frame_at, recording
@@ -37,11 +35,11 @@ def server(memory: Memory) -> Iterator[Server]:
 
 
 def services(memory: Memory, server: Server, **more: Any) -> RecordingServices:
-    return RecordingServices(Playing(Recorded(memory), server, tempo=Tempo(), **more))
+    return RecordingServices(Playing(Recorded(memory), server, tempo=RateControl(), **more))
 
 
 def frame_of(answer: dict[str, Any]) -> Frame:
-    return decode(b64decode(answer["frame"]))
+    return decode_frame(b64decode(answer["frame"]))
 
 
 def test_scene_and_frame_are_those_that_were_recorded(memory: Memory, server: Server) -> None:

@@ -1,9 +1,9 @@
 from __future__ import annotations
 
 from cellwright.recording.format.format import FRAME, PANEL
-from cellwright.recording.format.frames import frame_bytes
-from cellwright.recording.replay.sight import Sight
-from cellwright.rendering.scene.frame import is_whole
+from cellwright.recording.format.reader import frame_bytes
+from cellwright.recording.replay.frame_cursor import Sight
+from cellwright.rendering.scene.scene import is_whole_frame
 from tests.recording.replay.memory import SECOND, Memory, frame_at, recording, said, seen
 
 
@@ -30,7 +30,9 @@ def test_without_frames_there_is_none() -> None:
 def test_a_whole_frame_is_looked_for_far_back() -> None:
     memory = recording(60)
     memory.list = [
-        each for each in memory.list if each.topic != FRAME or each.time == 0 or not is_whole(frame_bytes(each.data))
+        each
+        for each in memory.list
+        if each.topic != FRAME or each.time == 0 or not is_whole_frame(frame_bytes(each.data))
     ]
     sight = Sight(memory)
 

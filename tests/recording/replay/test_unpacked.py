@@ -6,12 +6,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.recording.replay.unpacked import inside, unpacked
+from cellwright.recording.replay.rebuild import path_inside, unpacked_files
 from cellwright.util.errors import RecordingError
 
 
 def test_files_lie_as_they_lay_and_are_gone_afterwards() -> None:
-    with unpacked({"files/trial.yaml": b"a", "files/meshes/x.stl": b"b", "bundled/y.yaml": b""}) as folder:
+    with unpacked_files({"files/trial.yaml": b"a", "files/meshes/x.stl": b"b", "bundled/y.yaml": b""}) as folder:
         assert (folder / "files" / "trial.yaml").read_bytes() == b"a"
         assert (folder / "files" / "meshes" / "x.stl").read_bytes() == b"b"
     assert not folder.exists()
@@ -22,13 +22,13 @@ def test_files_lie_as_they_lay_and_are_gone_afterwards() -> None:
 )
 def test_nothing_leads_out_of_the_folder(name: object) -> None:
     with pytest.raises(RecordingError, match="has a name that it cannot have"):
-        inside(Path("/made"), name)
+        path_inside(Path("/made"), name)
 
 
 @given(st.text())
 def test_whatever_a_name_is_it_stays_inside(name: str) -> None:
     try:
-        found = inside(Path("/made"), name)
+        found = path_inside(Path("/made"), name)
     except RecordingError:
         return
     assert found.is_relative_to("/made")
@@ -37,6 +37,6 @@ def test_whatever_a_name_is_it_stays_inside(name: str) -> None:
 
 @pytest.mark.parametrize("sources", [{"a": b"", "a/b": b""}, {"x" * 5000: b""}, {"a\0b": b""}])
 def test_what_cannot_be_unpacked_is_one_line(sources: dict[str, bytes]) -> None:
-    with pytest.raises(RecordingError, match="cannot be unpacked") as error, unpacked(sources):
+    with pytest.raises(RecordingError, match="cannot be unpacked") as error, unpacked_files(sources):
         pass
     assert "\n" not in str(error.value)

@@ -10,18 +10,16 @@ import pytest
 
 import cellwright
 from cellwright.cell.cell import Cell
-from cellwright.clients.client.transports.in_process import InProcess
-from cellwright.middleware.messages.build import joint_state
+from cellwright.clients.client.in_process import InProcess
+from cellwright.middleware.messages.conversions import joint_state
 from cellwright.recording.format.commands import Command
-from cellwright.recording.format.header import RecordingHeader
+from cellwright.recording.format.format import RecordingHeader
 from cellwright.recording.format.reader import Recording
 from cellwright.recording.format.recorder import Recorder
-from cellwright.recording.replay.rebuilt import Rebuilt, Stamps
-from cellwright.recording.replay.steps import HashPoint, Step, steps
-from cellwright.recording.replay.verdict import Answer, Verdict
-from cellwright.recording.replay.verify import Verification
+from cellwright.recording.replay.rebuild import Rebuilt, Stamps
+from cellwright.recording.replay.verify import Answer, HashPoint, Step, Verdict, Verification, recorded_steps
 from cellwright.robot.node import RobotNode
-from cellwright.robot.safety.settings import SafetySettings
+from cellwright.robot.safety import SafetySettings
 from cellwright.util.errors import RecordingError, RejectedCommandError
 from tests.recording.replay.made import record, short_work
 
@@ -38,7 +36,7 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def taken(path: Path) -> list[Step]:
     """Its steps."""
     with Recording(path) as recording:
-        return list(steps(recording))
+        return list(recorded_steps(recording))
 
 
 def again(taken: list[Step], cell: Cell | None = None) -> Verdict:
@@ -100,7 +98,7 @@ def test_what_is_cut_anywhere_is_never_another_run(path: Path, tmp_path: Path) -
         cut = tmp_path / "cut.mcap"
         cut.write_bytes(whole[: int(share * len(whole))])
         with Recording(cut) as recording:
-            answers.add(again(list(steps(recording))).answer)
+            answers.add(again(list(recorded_steps(recording))).answer)
     assert answers <= {Answer.EQUAL, Answer.UNKNOWN}
 
 
@@ -131,7 +129,7 @@ def test_commands_are_as_old_as_they_were_then(tmp_path: Path) -> None:
     node.close()
 
     with Recording(tmp_path / "run.mcap") as recording:
-        taken = list(steps(recording))
+        taken = list(recorded_steps(recording))
     stamps = Stamps()
     anew = RobotNode(config, safety=safety, stamp=stamps)
     verdict = Verification(Rebuilt(anew, stamps)).run(taken)
@@ -154,7 +152,7 @@ def test_a_hash_that_is_none_is_refused(path: Path, tmp_path: Path) -> None:
                 return [message._replace(data=message.data.replace(b"tick", b"tock"))]
 
         with pytest.raises(RecordingError, match=r"state_hash at .* makes no sense"):
-            list(steps(Odd()))  # type: ignore[arg-type]
+            list(recorded_steps(Odd()))  # type: ignore[arg-type]
 
 
 def test_a_command_that_makes_no_sense_is_told(taken: list[Step]) -> None:

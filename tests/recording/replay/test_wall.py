@@ -5,12 +5,10 @@ from typing import Any
 import pytest
 
 from cellwright.middleware.messages import to_cdr
-from cellwright.middleware.messages.build import joint_state
-from cellwright.recording.format.format import RecordedTopic
-from cellwright.recording.format.header import RecordingHeader
+from cellwright.middleware.messages.conversions import joint_state
+from cellwright.recording.format.format import RecordedTopic, RecordingHeader
 from cellwright.recording.format.reader import RecordedMessage
-from cellwright.recording.replay.recorded import Recorded
-from cellwright.recording.replay.wall import stamps_ahead
+from cellwright.recording.replay.playback import Recorded, clock_offset
 from tests.recording.replay.memory import SECOND, Memory, recording, said
 
 STATES = "/io_teleop/joint_states"
@@ -29,11 +27,11 @@ def of_robot(ahead: int) -> Memory:
 
 @pytest.mark.parametrize(("ahead", "found"), [(WALL, WALL), (0, 0), (2_000_000, 0)])
 def test_stamps_tell_which_clock_it_was(ahead: int, found: int) -> None:
-    assert stamps_ahead(of_robot(ahead)) == found
+    assert clock_offset(of_robot(ahead)) == found
 
 
 def test_without_stamps_it_is_simulation_time() -> None:
-    assert stamps_ahead(Memory([said(0, "/ariac/orders", "x"), said(1, "/ariac/orders", "y")._replace(data=b"?")])) == 0
+    assert clock_offset(Memory([said(0, "/ariac/orders", "x"), said(1, "/ariac/orders", "y")._replace(data=b"?")])) == 0
 
 
 def test_a_robot_that_told_no_time_is_played_with_a_clock() -> None:

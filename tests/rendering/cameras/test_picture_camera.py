@@ -19,8 +19,8 @@ from cellwright.rendering.cameras.picture_camera import Picture, PictureCamera
 from cellwright.rendering.cameras.studio import Studio
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
-from tests.cell.devices.sensors.painters import FakePainter
-from tests.cell.devices.sensors.scene import add_part, empty_spec, make_simulation, push
+from tests.cell.devices.painters import FakePainter
+from tests.cell.devices.scene import add_part, empty_spec, make_simulation, push
 
 MS = 1_000_000  # [ns]
 SILENT = PictureNoise(0.0, 0.0, 0.0)

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.config.trial.trial import PictureNoise
-from cellwright.engine.chance import SampleNoise
-from cellwright.rendering.cameras.picture_noise import blur_colour, blur_depth
+from cellwright.engine.random_streams import SampleNoise
+from cellwright.rendering.cameras.picture_camera import blur_colour, blur_depth
 
 GREY = np.full((60, 80, 3), 128, np.uint8)
 FLAT = np.full((120, 160), 2.0, np.float32)

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from cellwright.engine.simulation import Simulation
+from cellwright.rendering.backend import BACKEND
+from cellwright.rendering.camera import Pinhole
 from cellwright.rendering.cameras.studio import Studio, hire_painter
 from cellwright.rendering.painter import View
-from cellwright.rendering.pinhole import Pinhole
-from cellwright.rendering.way import WAY
 from cellwright.util.pose import Pose
-from tests.cell.devices.sensors.painters import FakePainter
-from tests.cell.devices.sensors.scene import add_part, empty_spec, make_simulation, move
+from tests.cell.devices.painters import FakePainter
+from tests.cell.devices.scene import add_part, empty_spec, make_simulation, move
 
 VIEW = View(Pinhole(16, 12, 1.0), Pose((-1.0, 0.0, 0.0)), colour=False, depth=True)
 
@@ -36,7 +36,7 @@ def process_of(studio: Studio) -> Any:
 @pytest.mark.slow
 @pytest.mark.parametrize("way", ["", "rays"])
 def test_what_is_drawn_is_the_tick_that_it_was_asked_for_in(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(WAY, way)
+    monkeypatch.setenv(BACKEND, way)
     simulation = room()
     studio = Studio(simulation, hire_painter)
     orders = []

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from cellwright.rendering.scene import Frame
-from cellwright.rendering.scene.taking import SceneTaker
+from cellwright.rendering.scene.engine import SceneTaker
 
 XML = """
 <mujoco>

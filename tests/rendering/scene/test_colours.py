@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.rendering.scene.colours import geom_colours, linear
+from cellwright.rendering.scene.scene import geom_colours, linear
 from tests.rendering.scenes import scene
 
 RED = '<material name="red" rgba="1 0 0 .5"/>'

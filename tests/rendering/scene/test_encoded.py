@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.rendering.scene.encoded import decode_scene, encode_scene
+from cellwright.rendering.scene.scene import decode_scene, encode_scene
 from cellwright.util.errors import MessageError
 from tests.rendering.scene.scenes import small
 

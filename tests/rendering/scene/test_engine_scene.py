@@ -6,9 +6,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from cellwright.rendering.scene.encoded import decode_scene, encode_scene
-from cellwright.rendering.scene.engine_scene import EngineScene
-from cellwright.rendering.scene.scene import SEEN, Layer
+from cellwright.rendering.scene.engine import EngineScene
+from cellwright.rendering.scene.scene import SEEN, Layer, decode_scene, encode_scene
 from tests.rendering.scene.scenes import small
 
 

@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cellwright.rendering.scene import Form, Layer, Mesh, Scene, Shape
-from cellwright.rendering.scene.forms import mesh_triangles, triangles
-from cellwright.rendering.scene.triangles import Fineness, Triangles, joined
+from cellwright.rendering.scene.triangles import Fineness, Triangles, join_triangles, mesh_triangles, shape_triangles
 from cellwright.util.pose import Pose
 
 CUBE = Mesh(
@@ -38,7 +37,7 @@ def of(
 ) -> Triangles:
     mesh = 0 if form is Form.MESH else None
     shape = Shape(0, form, size, pose or Pose(), (1.0, 1.0, 1.0, 1.0), Layer.BOTH, mesh)
-    return triangles(shape, Scene("one", ("world",), (shape,), (CUBE,)), fineness)
+    return shape_triangles(shape, Scene("one", ("world",), (shape,), (CUBE,)), fineness)
 
 
 def volume(found: Triangles) -> float:
@@ -130,4 +129,4 @@ def test_a_mesh_keeps_creases_and_rounds_the_rest() -> None:
 def test_a_mesh_of_nothing_is_nothing() -> None:
     flat = Mesh(np.zeros((3, 3), np.float32), np.array([(0, 1, 2)], np.int32))
     assert len(mesh_triangles(flat).faces) == 0
-    assert len(joined([mesh_triangles(flat), of(Form.PLANE, (1.0, 1.0, 0.1))]).faces) == 2
+    assert len(join_triangles([mesh_triangles(flat), of(Form.PLANE, (1.0, 1.0, 0.1))]).faces) == 2

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.rendering.scene import Frame
-from cellwright.rendering.scene.frame import decode, is_whole
+from cellwright.rendering.scene.scene import decode_frame, is_whole_frame
 from cellwright.util.errors import MessageError
 from cellwright.util.pose import Pose
 from tests.rendering.scene.scenes import frames
@@ -21,8 +21,8 @@ def same(one: Frame, other: Frame) -> bool:
 
 @given(frames(5))
 def test_a_whole_frame_needs_none_before_it(frame: Frame) -> None:
-    assert is_whole(frame.encode())
-    assert same(decode(frame.encode()), frame)
+    assert is_whole_frame(frame.encode())
+    assert same(decode_frame(frame.encode()), frame)
 
 
 @pytest.mark.slow
@@ -31,14 +31,14 @@ def test_changes_lead_from_one_frame_to_the_next(first: Frame, second: Frame, mo
     poses = np.where(np.array(moved)[:, None], second.poses, first.poses)
     then = Frame(second.time, poses, np.where(moved, second.shown, first.shown))
     data = then.encode(first)
-    assert not is_whole(data)
+    assert not is_whole_frame(data)
     assert len(data) <= 17 + 33 * sum(moved)
-    assert same(decode(data, first), then)
+    assert same(decode_frame(data, first), then)
 
 
 @given(frames(3), frames(4))
 def test_of_another_scene_the_whole_is_told(first: Frame, second: Frame) -> None:
-    assert same(decode(second.encode(first)), second)
+    assert same(decode_frame(second.encode(first)), second)
 
 
 @given(POSES, POINTS)
@@ -53,7 +53,7 @@ def test_what_is_on_a_body_is_where_its_pose_puts_it(pose: Pose, point: tuple[fl
 @given(st.binary(max_size=200))
 def test_nonsense_is_refused(data: bytes) -> None:
     with pytest.raises(MessageError):
-        decode(data)
+        decode_frame(data)
 
 
 @pytest.mark.slow
@@ -62,7 +62,7 @@ def test_what_was_cut_or_changed_is_refused_or_is_another_frame(frame: Frame, da
     text = bytearray(frame.encode())
     text[data.draw(st.integers(0, len(text) - 1))] ^= data.draw(st.integers(1, 255))
     try:
-        found = decode(bytes(text[: data.draw(st.integers(0, len(text)))]))
+        found = decode_frame(bytes(text[: data.draw(st.integers(0, len(text)))]))
     except MessageError:
         return
     assert np.isfinite(found.poses).all()
@@ -71,4 +71,4 @@ def test_what_was_cut_or_changed_is_refused_or_is_another_frame(frame: Frame, da
 def test_changes_without_what_came_before_are_refused() -> None:
     frame = Frame(0, np.zeros((2, 7), np.float32), np.ones(2, np.bool_))
     with pytest.raises(MessageError, match="does not fit"):
-        decode(frame.encode(frame))
+        decode_frame(frame.encode(frame))

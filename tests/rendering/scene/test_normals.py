@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from cellwright.rendering.scene.normals import soft_normals
+from cellwright.rendering.scene.triangles import soft_normals
 
 
 def roof(rise: float) -> tuple[np.ndarray, np.ndarray]:

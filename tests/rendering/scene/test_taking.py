@@ -9,8 +9,8 @@ import pytest
 from cellwright.cell.cell import Cell
 from cellwright.config.robot.robots import load_robot
 from cellwright.rendering.scene import Form, Layer
-from cellwright.rendering.scene.frame import Frame
-from cellwright.rendering.scene.taking import SceneTaker
+from cellwright.rendering.scene.engine import SceneTaker
+from cellwright.rendering.scene.scene import Frame
 from cellwright.robot.node import RobotNode
 from cellwright.running.api import load_trial
 from cellwright.util.pose import Pose

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from cellwright.rendering.backend import BACKEND
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.renderer import CastRenderer
-from cellwright.rendering.way import WAY
 from cellwright.rendering.worker import RenderingError, RenderWorker
 from tests.quick_children import QUICK_DRAWING
 from tests.rendering.scenes_of_shapes import BALL, ball_at, skip_without_opengl
@@ -115,7 +115,7 @@ def test_one_that_is_killed_fails_what_waits_and_what_comes() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("way", ["rays", "osmesa"])
 def test_without_a_graphics_library_rays_take_over(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(WAY, way)
+    monkeypatch.setenv(BACKEND, way)
     with RenderWorker(BALL) as worker:
         said = worker.ready.result(TIMEOUT)
         assert said == "rays" or (way == "osmesa" and "OpenGL" in said)

@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from cellwright.rendering.worker.pending import Pending
+from cellwright.rendering.worker.client import Pending
 from cellwright.util.errors import RenderingError
 
 

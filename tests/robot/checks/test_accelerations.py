@@ -8,13 +8,17 @@ from pathlib import Path
 import pytest
 
 from cellwright.config.robot.config import Posture, RobotConfig
-from cellwright.config.robot.config_reader import read_robot_config
 from cellwright.config.robot.model import Inertial, Joint, JointType, Limits, Link, RobotModel
+from cellwright.config.robot.robots import read_robot_config
 from cellwright.config.robot.urdf import read_urdf
-from cellwright.robot.checks.accelerations import RAMP, SHARE, bearable_accelerations, proposal
-from cellwright.robot.checks.check import check_motion
-from cellwright.robot.checks.findings import MotionReport
-from cellwright.robot.checks.rig import Rig
+from cellwright.robot.checks.motion import (
+    INERTIA_SHARE,
+    RAMP,
+    bearable_accelerations,
+    check_motion,
+    propose_accelerations,
+)
+from cellwright.robot.checks.rig import MotionReport, Rig
 from cellwright.util.pose import Pose
 from tests.config.robot import torso_robot
 
@@ -42,7 +46,7 @@ def bearable(config: RobotConfig) -> dict[str, float]:
 
 def test_a_joint_alone_is_borne_by_its_effort_over_its_inertia() -> None:
     found = bearable(pendulum(4.0))
-    assert found["j0"] == pytest.approx(SHARE * 4.0 / (2.0 * 0.5**2), rel=1e-3)
+    assert found["j0"] == pytest.approx(INERTIA_SHARE * 4.0 / (2.0 * 0.5**2), rel=1e-3)
 
 
 def test_no_joint_needs_more_than_brings_it_to_its_speed_in_a_moment() -> None:
@@ -52,14 +56,14 @@ def test_no_joint_needs_more_than_brings_it_to_its_speed_in_a_moment() -> None:
 def test_a_weak_joint_behind_holds_the_one_before_it_back() -> None:
     """Stretched out, 1 rad/s^2 of the first joint takes m l 2l of the second one's effort."""
     weak, strong = bearable(pendulum(100.0, 1.0)), bearable(pendulum(100.0, 100.0))
-    assert weak["j0"] < SHARE * 1.0 / (2.0 * 0.5 * 1.0)
+    assert weak["j0"] < INERTIA_SHARE * 1.0 / (2.0 * 0.5 * 1.0)
     assert weak["j0"] < 0.1 * strong["j0"]
 
 
 def test_the_head_has_a_place_for_each_axis() -> None:
     config = replace(pendulum(4.0, 4.0), head=Posture(("j0", "j1"), (0.0, 0.0)), head_axes=(1, 2))
     rig = Rig(config)
-    said = proposal(rig, config, ("j0",))
+    said = propose_accelerations(rig, config, ("j0",))
     rig.close()
     assert said.startswith(
         "drives reach their limits of effort; write in the configuration: head.max_acceleration: [1, "

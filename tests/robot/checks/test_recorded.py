@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.robot.checks import recorded
-from cellwright.robot.checks.recorded import read_reference
+from cellwright.robot.checks import reference
+from cellwright.robot.checks.reference import read_reference
 from cellwright.util.errors import UsageError
 
 
@@ -35,7 +35,7 @@ def test_what_is_no_motion_is_refused(tmp_path: Path, content: str) -> None:
 
 
 def test_a_file_that_never_ends_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(recorded, "LARGEST", 1 << 20)
+    monkeypatch.setattr(reference, "MAX_FILE_SIZE", 1 << 20)
     (tmp_path / "endless.json").symlink_to("/dev/zero")
     with pytest.raises(UsageError, match="larger than 1 MiB"):
         read_reference(tmp_path / "endless.json")

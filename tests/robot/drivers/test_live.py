@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from cellwright.config.robot.config import RobotConfig
-from cellwright.robot.drivers.live import DriverError, LiveDriver
+from cellwright.robot.drivers import DriverError, LiveDriver
 from cellwright.robot.node import RobotNode
-from cellwright.robot.safety.settings import SafetySettings
+from cellwright.robot.safety import SafetySettings
 from cellwright.robot.servos import Array, JointReadings
 from cellwright.util.errors import DescriptionError, UnknownNameError
 from tests.robot.robots import two_arms

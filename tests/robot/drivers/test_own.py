@@ -4,8 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.robot.drivers.live import DriverError
-from cellwright.robot.drivers.own import find_driver
+from cellwright.robot.drivers import DriverError, find_driver
 from tests.robot.robots import two_arms
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "my_driver.py"

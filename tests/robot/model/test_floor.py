@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from cellwright.config.models.model import ModelShape
-from cellwright.robot.model.floor import FLOOR, seen_corners
-from cellwright.robot.model.robot import build_robot
+from cellwright.robot.model import FLOOR, build_robot, seen_corners
 from cellwright.util.pose import Pose
 from tests.cell.model.robots import one_link
 

@@ -12,9 +12,8 @@ from hypothesis import strategies as st
 
 from cellwright.config.models.model import ModelShape
 from cellwright.config.robot.config import Gripper
-from cellwright.config.robot.model import Inertial, Joint, JointType, Limits, Link
-from cellwright.config.robot.posture import link_poses
-from cellwright.robot.model.robot import BASE, FINGER_MASS, MASS, RobotWorld, body_of, build_robot
+from cellwright.config.robot.model import Inertial, Joint, JointType, Limits, Link, link_poses
+from cellwright.robot.model import BASE_BODY, DEFAULT_MASS, FINGER_MASS, RobotWorld, body_of, build_robot
 from cellwright.util.errors import DescriptionError
 from cellwright.util.pose import Pose
 from tests.cell.model.robots import of_joints
@@ -69,7 +68,7 @@ def test_the_robot_is_put_up_at_home_without_gravity_on_a_base_that_can_be_moved
     assert data.joint("elbow_left").qpos[0] == -1.0
     assert world.model.opt.timestep == 0.001
     assert world.model.opt.gravity.tolist() == [0.0, 0.0, 0.0]
-    assert world.model.body(BASE).mocapid[0] == 0
+    assert world.model.body(BASE_BODY).mocapid[0] == 0
 
 
 # ---------------------------------------------------------------- mass
@@ -102,7 +101,7 @@ def test_links_without_mass_weigh_what_they_weighed_in_the_original() -> None:
     links = {"finger": Link("finger", Inertial(2.0, inertia=(0.2, 0.2, 0.2, 0, 0, 0)))}
     config = of_joints(hinge("arm"), hinge("finger", "arm"), links=links, grippers=(Gripper(("to finger",)),))
     model = build_robot(config).model
-    assert model.body("arm").mass[0] == MASS
+    assert model.body("arm").mass[0] == DEFAULT_MASS
     assert model.body("finger").mass[0] == FINGER_MASS
     assert model.body("finger").inertia == pytest.approx([0.2 * FINGER_MASS / 2.0] * 3)  # lighter, of the same form
 
@@ -130,7 +129,7 @@ def test_a_link_without_mass_resists_like_the_box_around_it(
 ) -> None:
     model = build_robot(of_joints(hinge("arm"), links={"arm": Link("arm", shapes=shapes)})).model
     assert sorted(model.body("arm").inertia) == pytest.approx(sorted(inertia), rel=1e-6)
-    assert model.body("arm").mass[0] == MASS
+    assert model.body("arm").mass[0] == DEFAULT_MASS
 
 
 def test_inertia_is_turned_with_its_axes() -> None:
@@ -177,7 +176,7 @@ def test_joints_of_many_ways_are_balls_or_stand_still() -> None:
     assert model.nu == 0
 
 
-@pytest.mark.parametrize("name", ["world", BASE, "cellwright link world"])
+@pytest.mark.parametrize("name", ["world", BASE_BODY, "cellwright link world"])
 def test_links_may_have_names_that_the_engine_uses(name: str) -> None:
     config = of_joints(Joint("j", FIXED, name, "arm", Pose((0.0, 0.0, 1.0))), base_pose=PLACE)
     data = forward(build_robot(config), {})

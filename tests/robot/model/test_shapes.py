@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 from cellwright.config.models.model import ModelShape
-from cellwright.robot.model.floor import FLOOR
-from cellwright.robot.model.robot import build_robot
-from cellwright.robot.model.shapes import GREY, LEAST_LENGTH
+from cellwright.robot.model import DEFAULT_COLOUR, FLOOR, LEAST_LENGTH, build_robot
 from cellwright.util.errors import DescriptionError
 from cellwright.util.pose import Pose, Vector3
 from tests.cell.model.robots import one_link
@@ -45,7 +43,7 @@ def test_simple_shapes(kind: str, size: Vector3, half: list[float]) -> None:
     model, (geom,) = built(ModelShape(kind, size, Pose((1.0, 2.0, 3.0))))  # type: ignore[arg-type]
     assert model.geom(geom).size == pytest.approx(half, abs=LEAST_LENGTH)
     assert model.geom(geom).pos.tolist() == [1.0, 2.0, 3.0]
-    assert model.geom(geom).rgba == pytest.approx(GREY)
+    assert model.geom(geom).rgba == pytest.approx(DEFAULT_COLOUR)
     assert model.body("stone").mass[0] == 1.0  # shapes weigh nothing
 
 

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.robot.safety.approach import NOBODY, Approach
-from cellwright.robot.safety.settings import Guard, SafetySettings
+from cellwright.robot.safety import Guard, SafetySettings
 from cellwright.robot.servos import FARTHEST, Array
+from cellwright.robot.target_limiter import NO_SOURCE, TargetLimiter
 from cellwright.util.errors import RejectedCommandError
 
 JOINTS = ("turn", "slide", "wheel")
@@ -23,8 +23,8 @@ TICK = 1 / 240
 targets = st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=3, max_size=3).map(np.array)
 
 
-def made(safety: SafetySettings | None = None, at: tuple[float, ...] = (0.0, 0.1, 0.0)) -> Approach:
-    approach = Approach(JOINTS, LOWER, UPPER, SPEEDS, safety or SafetySettings())
+def made(safety: SafetySettings | None = None, at: tuple[float, ...] = (0.0, 0.1, 0.0)) -> TargetLimiter:
+    approach = TargetLimiter(JOINTS, LOWER, UPPER, SPEEDS, safety or SafetySettings())
     approach.begin(np.array(at))
     return approach
 
@@ -76,7 +76,7 @@ def test_after_a_hold_nothing_is_left_of_what_was_asked_for(asked: Array, measur
     for _ in range(3):
         approach.advance(TICK)
         assert (approach.applied == within).all()
-    assert (approach.source == NOBODY).all()
+    assert (approach.source == NO_SOURCE).all()
 
 
 def test_the_first_way_after_a_hold_is_slow_until_it_is_caught_up_with() -> None:
@@ -171,13 +171,13 @@ ACCELERATIONS = np.array([8.0, 2.0, np.inf])
 AT_ONCE = ACCELERATIONS * TICK * TICK
 
 
-def braked(safety: SafetySettings | None = None) -> Approach:
-    approach = Approach(JOINTS, LOWER, UPPER, SPEEDS, safety or SafetySettings(), ACCELERATIONS)
+def braked(safety: SafetySettings | None = None) -> TargetLimiter:
+    approach = TargetLimiter(JOINTS, LOWER, UPPER, SPEEDS, safety or SafetySettings(), ACCELERATIONS)
     approach.begin(at(0.0, 0.1, 0.0))
     return approach
 
 
-def ways(approach: Approach, steps: int) -> Array:
+def ways(approach: TargetLimiter, steps: int) -> Array:
     """Ways of all joints in each of some steps (steps, joints) [rad; m]."""
     places = [approach.applied.copy()]
     for _ in range(steps):

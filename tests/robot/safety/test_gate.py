@@ -6,8 +6,7 @@ import json
 
 import pytest
 
-from cellwright.robot.safety.gate import Gate
-from cellwright.robot.safety.settings import SafetySettings
+from cellwright.robot.safety import CommandGate, SafetySettings
 from cellwright.util.errors import RejectedCommandError
 
 SECOND = 1_000_000_000
@@ -19,7 +18,7 @@ class Watched:
 
     def __init__(self, **safety: float) -> None:
         self.time = 100.0
-        self.gate = Gate(SafetySettings(**safety), self.now, self.now)  # type: ignore[arg-type]
+        self.gate = CommandGate(SafetySettings(**safety), self.now, self.now)  # type: ignore[arg-type]
 
     def now(self) -> int:
         return round(self.time * SECOND)

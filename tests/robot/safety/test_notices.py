@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from cellwright.robot.safety.notices import MOST_LINES, MOST_NAMES, Notices
+from cellwright.robot.safety import MAX_LINES_PER_SECOND, MAX_NAMES, Notices
 
 SECOND = 1_000_000_000
 
@@ -31,10 +31,10 @@ def test_what_is_switched_on_and_off_in_a_flood_is_counted() -> None:
     notices, clock, lines = made()
     for _ in range(1000):
         notices.tell("commands are switched off")
-    assert len(lines) == MOST_LINES
+    assert len(lines) == MAX_LINES_PER_SECOND
     clock.now = SECOND
     notices.tell("commands are switched on")
-    assert lines[-1] == f"commands are switched on (and {1000 - MOST_LINES} lines more since the last one)"
+    assert lines[-1] == f"commands are switched on (and {1000 - MAX_LINES_PER_SECOND} lines more since the last one)"
     notices.tell("commands are switched off")
     assert lines[-1] == "commands are switched off"
 
@@ -53,7 +53,7 @@ def test_names_are_told_once_and_do_not_eat_the_memory() -> None:
     for _ in range(2):
         for number in range(1000):
             notices.tell_of_unknown("/t", {f"{number}" * 1000: "is nothing"})
-    assert len(notices.unknown) == len(lines) == MOST_NAMES
+    assert len(notices.unknown) == len(lines) == MAX_NAMES
     assert all(len(name) <= 80 for name in notices.unknown)
     assert max(map(len, lines)) < 160
 
@@ -64,7 +64,7 @@ def test_when_no_more_names_are_kept_none_is_looked_at() -> None:
             raise AssertionError("4096 names a message take their time")
 
     notices, _, lines = made()
-    notices.tell_of_unknown("/t", {str(number): "is nothing" for number in range(MOST_NAMES)})
+    notices.tell_of_unknown("/t", {str(number): "is nothing" for number in range(MAX_NAMES)})
     notices.tell_of_unknown("/t", Unread({"more": "is nothing"}))
     assert len(lines) == 1
 

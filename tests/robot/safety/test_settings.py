@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from cellwright.robot.safety.settings import SafetySettings
+from cellwright.robot.safety import SafetySettings
 from cellwright.util.errors import UnknownNameError, UsageError
 
 JOINTS = ("arm_1", "arm_2", "head")

@@ -9,9 +9,8 @@ import pytest
 
 from cellwright.running.evaluation.evaluate import Evaluation
 from cellwright.running.evaluation.job import EvaluatedTrial, Job, make_jobs
-from cellwright.running.evaluation.limits import Limits
-from cellwright.running.evaluation.result import Result
-from cellwright.running.evaluation.results_file import ResultsFile
+from cellwright.running.evaluation.process import Limits
+from cellwright.running.evaluation.result import Result, ResultsFile
 from tests.running.evaluation.programs import PROGRAMS, TRIAL
 
 Judge = Callable[..., list[Result]]

@@ -12,11 +12,10 @@ import pytest
 
 from cellwright.running.evaluation.evaluate import Evaluation, Running
 from cellwright.running.evaluation.job import EvaluatedTrial, make_jobs
-from cellwright.running.evaluation.limits import MEMORY_IS_LIMITED, Limits
-from cellwright.running.evaluation.result import Result
-from cellwright.running.evaluation.results_file import ResultsFile
+from cellwright.running.evaluation.process import MEMORY_IS_LIMITED, Limits
+from cellwright.running.evaluation.result import Result, ResultsFile
 from cellwright.util.errors import UsageError
-from cellwright.util.json_lines import read_json_lines
+from cellwright.util.files import read_json_lines
 from tests.processes import is_running
 from tests.quick_children import QUICK_WORKERS
 from tests.running.evaluation.conftest import Judge, tiny_jobs
@@ -258,7 +257,7 @@ def test_results_that_find_no_room_end_it_with_what_there_is(folder: Path, monke
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     with ResultsFile(folder / "out") as store:
-        monkeypatch.setattr("cellwright.running.evaluation.results_file.os.fsync", full)
+        monkeypatch.setattr("cellwright.running.evaluation.result.os.fsync", full)
         evaluation = Evaluation(store, on_result=results.append)
         assert not evaluation.run(tiny_jobs(folder, "Deliver", 3))
         assert evaluation.failure == f"{store.path}: No space left on device"

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from xml.etree import ElementTree
 
-from cellwright.running.evaluation.junit import junit
-from cellwright.running.evaluation.summary import Threshold
+from cellwright.running.evaluation.summary import Threshold, junit
 from tests.running.evaluation.results import CRASHED, LOST, result, worked
 
 

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from cellwright.running.evaluation.limits import MEMORY_IS_LIMITED, memory_of_sessions
+from cellwright.running.evaluation.process import MEMORY_IS_LIMITED, memory_of_sessions
 
 
 @pytest.mark.skipif(not MEMORY_IS_LIMITED, reason="cannot be seen there")

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.running.evaluation.pictures import histogram, timeline_picture
+from cellwright.running.evaluation.report import histogram, timeline_picture
 from tests.running.evaluation.results import TIMELINE
 
 

@@ -2,7 +2,7 @@ import os
 
 import pytest
 
-from cellwright.running.evaluation.processors import usable_processors
+from cellwright.running.evaluation.process import usable_processors
 
 
 def test_as_many_as_this_process_may_use(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.running.evaluation.results_file import RESULTS, ResultsFile
+from cellwright.running.evaluation.result import RESULTS_NAME, ResultsFile
 from cellwright.util.errors import UsageError
 from tests.running.evaluation.results import CRASHED, LOST, result, worked
 
@@ -46,7 +46,7 @@ def test_of_two_results_the_later_counts(tmp_path: Path) -> None:
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no such links and devices")
 @pytest.mark.parametrize("device", ["/dev/full", "/dev/zero", "."])
 def test_what_is_no_plain_file_is_not_read(tmp_path: Path, device: str) -> None:
-    (tmp_path / RESULTS).symlink_to(device)
+    (tmp_path / RESULTS_NAME).symlink_to(device)
     with pytest.raises(UsageError, match=r"results\.jsonl: no plain file"):
         ResultsFile(tmp_path)
 
@@ -94,7 +94,7 @@ def test_a_folder_that_cannot_be_made(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("line", ["[" * 100_000, '{"a": NaN}', "1" * 5000, '"\\ud800"', "\x00"])
 def test_lines_that_are_no_results_are_refused_in_one_line(tmp_path: Path, line: str) -> None:
-    (tmp_path / RESULTS).write_text(f"{line}\n")
+    (tmp_path / RESULTS_NAME).write_text(f"{line}\n")
     with pytest.raises(UsageError, match=r"results\.jsonl:1: ") as raised:
         ResultsFile(tmp_path)
     assert str(raised.value).isprintable()
@@ -141,7 +141,7 @@ def test_a_file_that_was_removed_is_noticed(tmp_path: Path) -> None:
 
 
 def test_a_return_within_a_line_cuts_nothing_off(tmp_path: Path) -> None:
-    file = tmp_path / RESULTS
+    file = tmp_path / RESULTS_NAME
     file.write_bytes(b"a\rb\n")
     with pytest.raises(UsageError, match=":1:"):
         ResultsFile(tmp_path)

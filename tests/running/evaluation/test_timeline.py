@@ -8,7 +8,7 @@ from cellwright.cell.cell import Cell
 from cellwright.clients.client.client import Client
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.running.evaluation.timeline import Timeline
+from cellwright.running.evaluation.worker import Timeline
 from cellwright.running.run import RunOptions, run_cell
 from tests.cells import KITTING
 from tests.running.run.test_run import Script, deliver_and_go_on, work

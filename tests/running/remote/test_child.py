@@ -6,16 +6,16 @@ from pathlib import Path
 
 import pytest
 
-from cellwright.running.remote.child import read_report
-from cellwright.running.remote.working import Parting, Worked
+from cellwright.running.remote.hosting import read_report
+from cellwright.running.remote.program import AgentExit, Parting
 
 
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ('{"parting": "returned", "error": ""}', Worked(Parting.RETURNED)),
-        ('{"parting": "crashed", "error": "a\\nb"}', Worked(Parting.CRASHED, "a\nb")),
-        (r'{"parting": "crashed", "error": "\ud800\u001b[2J"}', Worked(Parting.CRASHED, r"\ud800\x1b[2J")),
+        ('{"parting": "returned", "error": ""}', AgentExit(Parting.RETURNED)),
+        ('{"parting": "crashed", "error": "a\\nb"}', AgentExit(Parting.CRASHED, "a\nb")),
+        (r'{"parting": "crashed", "error": "\ud800\u001b[2J"}', AgentExit(Parting.CRASHED, r"\ud800\x1b[2J")),
         ('{"parting": "refused", "error": "no map"}', "no map"),
         ('{"parting": "refused", "error": ""}', "the agent could not be made"),
         ('{"parting": "gone", "error": ""}', ""),
@@ -23,7 +23,7 @@ from cellwright.running.remote.working import Parting, Worked
         ("", ""),
     ],
 )
-def test_a_report_says_how_an_agent_left_or_nothing(tmp_path: Path, text: str, said: Worked | str) -> None:
+def test_a_report_says_how_an_agent_left_or_nothing(tmp_path: Path, text: str, said: AgentExit | str) -> None:
     file = tmp_path / "report.json"
     file.write_text(text, encoding="utf-8")
     assert read_report(file) == said

@@ -11,8 +11,7 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.clients.agents.agent import AgentError, find_agent
-from cellwright.running.remote.child import AgentProcess
-from cellwright.running.remote.hosting import Host
+from cellwright.running.remote.hosting import AgentProcess, Host
 from cellwright.running.run import Outcome, RunOptions, run_cell
 from tests.cells import KITTING
 from tests.processes import Process

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from cellwright.running.remote import program
-from cellwright.running.remote.working import Parting
+from cellwright.running.remote.program import Parting
 from cellwright.util.errors import RunEndedError
 
 

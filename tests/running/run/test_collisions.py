@@ -16,7 +16,7 @@ from cellwright.recording.format.format import PANEL
 from cellwright.recording.format.reader import Recording
 from cellwright.recording.format.run_log import RunLog
 from cellwright.running.run import RecordOptions, RunOptions, run_cell
-from cellwright.running.run.collisions import MAX_SHOWN, Collision, CollisionWatch
+from cellwright.running.run.result import MAX_SHOWN, Collision, CollisionWatch
 from tests.cell.model.arm_poses import ABOVE_BIN
 from tests.cells import ARM_ONLY
 

@@ -14,7 +14,7 @@ from cellwright.config.trial.catalogue import find_trial
 from cellwright.recording.format.format import EVENT, PANEL, STATE_HASH
 from cellwright.recording.format.reader import Recording
 from cellwright.running.api import load_trial
-from cellwright.running.run import Course, Outcome, RecordOptions, RunOptions, conduct, run_cell
+from cellwright.running.run import Outcome, RecordOptions, RunContext, RunOptions, execute_run, run_cell
 from tests.cells import KITTING
 
 
@@ -79,12 +79,12 @@ def test_a_run_that_is_broken_off_is_ended(tmp_path: Path) -> None:
     class BreakOffError(BaseException):
         pass
 
-    def break_off(_course: Course) -> tuple[Outcome, str]:
+    def break_off(_course: RunContext) -> tuple[Outcome, str]:
         raise BreakOffError
 
     options = RecordOptions([tmp_path / "a.mcap"])
     with pytest.raises(BreakOffError):
-        conduct(cell, break_off, RunOptions(record=options))
+        execute_run(cell, break_off, RunOptions(record=options))
     with Recording(tmp_path / "a.mcap") as recording:
         assert recording.is_complete
         assert recording.end == {"outcome": "broken off"}

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cellwright.running.run.surroundings import surroundings_kept
+from cellwright.running.run.work import restored_environment
 
 
 def upset(folder: Path) -> None:
@@ -34,11 +34,11 @@ def state() -> tuple[object, ...]:
 
 def test_all_is_as_before_also_after_an_error(tmp_path: Path) -> None:
     before = state()
-    with surroundings_kept():
+    with restored_environment():
         upset(tmp_path)
         assert state() != before
     assert state() == before
-    with suppress(KeyError), surroundings_kept():
+    with suppress(KeyError), restored_environment():
         upset(tmp_path)
         raise KeyError
     assert state() == before
@@ -49,7 +49,7 @@ def test_in_another_thread_handlers_are_left_alone(tmp_path: Path) -> None:
 
     def work() -> None:
         try:
-            with surroundings_kept():
+            with restored_environment():
                 upset(tmp_path)
         except BaseException as error:
             errors.append(error)
@@ -66,6 +66,6 @@ def test_a_folder_that_is_gone_is_no_error(tmp_path: Path, monkeypatch: pytest.M
     gone.mkdir()
     monkeypatch.chdir(gone)
     gone.rmdir()
-    with surroundings_kept():
+    with restored_environment():
         os.chdir(tmp_path)
     assert Path.cwd() == tmp_path

@@ -2,7 +2,7 @@
 
 import pytest
 
-from cellwright.config.robot.posture import link_poses
+from cellwright.config.robot.model import link_poses
 from tools.qinglong.figures import figures
 from tools.qinglong.hands import hand, hand_solids
 from tools.qinglong.shapes import Shape

@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from cellwright.config.robot.posture import link_poses
+from cellwright.config.robot.model import link_poses
 from cellwright.util.pose import Pose
 from tools.qinglong.__main__ import PATH
 from tools.qinglong.figures import figures

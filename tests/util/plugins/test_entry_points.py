@@ -13,9 +13,9 @@ from cellwright.clients.client.client import Client
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.running.run import Outcome, RunOptions, run_cell
+from cellwright.util import plugins as plugins
 from cellwright.util.errors import DescriptionError, UnknownNameError
-from cellwright.util.plugins import entry_points as plugins
-from cellwright.util.plugins.entry_points import PluginError
+from cellwright.util.plugins import PluginError
 from tests.workshop import describe, install
 
 BROKEN = """
@@ -23,7 +23,7 @@ raise ImportError("no such\\nluck")
 """
 ODD = """
 import pathlib
-from cellwright.cell.interface.plugin_sensors import SensorPlugin
+from cellwright.cell.interface.plugins import SensorPlugin
 from cellwright.middleware.interface.table import Where, says
 
 def fails(*arguments):

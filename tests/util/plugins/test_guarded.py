@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from cellwright.util.errors import RunEndedError, SimulationError
-from cellwright.util.plugins.guarded import PluginFailedError, call, guard
+from cellwright.util.plugins import PluginFailedError, call_plugin, guard_plugin
 from tests.workshop import describe
 
 
@@ -30,9 +30,9 @@ class Thing:
 
 def test_what_works_works_as_before() -> None:
     thing = Thing()
-    assert guard(thing, "devices", "pump", ["work"]) is thing
+    assert guard_plugin(thing, "devices", "pump", ["work"]) is thing
     assert thing.work(1) == 2
-    assert call("devices", "pump", len, "abc") == 3
+    assert call_plugin("devices", "pump", len, "abc") == 3
 
 
 class OwnError(BaseException):
@@ -41,7 +41,7 @@ class OwnError(BaseException):
 
 @pytest.mark.parametrize("error", [ValueError("dry"), SystemExit("dry"), OwnError("dry")])
 def test_what_fails_is_told_by_name(error: BaseException) -> None:
-    thing = guard(Thing(error), "devices", "pump", ["work"])
+    thing = guard_plugin(Thing(error), "devices", "pump", ["work"])
     with pytest.raises(
         PluginFailedError,
         match=f"^device 'pump' of the package waterworks failed in work: {type(error).__name__}: dry$",
@@ -51,7 +51,7 @@ def test_what_fails_is_told_by_name(error: BaseException) -> None:
 
 @pytest.mark.parametrize("error", [SimulationError("unstable"), RunEndedError("over"), KeyboardInterrupt()])
 def test_what_is_not_its_own_comes_out_as_it_is(error: BaseException) -> None:
-    thing = guard(Thing(error), "devices", "pump", ["work"])
+    thing = guard_plugin(Thing(error), "devices", "pump", ["work"])
     with pytest.raises(type(error)) as caught:
         thing.work(1)
     assert caught.value is error

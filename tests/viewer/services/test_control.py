@@ -9,18 +9,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.engine.tempo import Tempo
+from cellwright.engine.rate_control import RateControl
 from cellwright.middleware.wire.frames import Frame, Kind
 from cellwright.util.errors import CellwrightError, RejectedCommandError, UnknownNameError
-from cellwright.viewer.services.control import FASTEST, MOST_TICKS, SLOWEST, Control, Reset
+from cellwright.viewer.services.control import FASTEST, MOST_TICKS, SLOWEST, Control, Reset, offer_panel
 from cellwright.viewer.services.names import CONTROL, PANEL
-from cellwright.viewer.services.panel import offer_panel
 from tests.middleware.server.talk import served
 from tests.robot.talk import Talk
 
 
-def control(tempo: Tempo | None = None, **more: Any) -> Control:
-    return Control(tempo or Tempo(1.0), **more)
+def control(tempo: RateControl | None = None, **more: Any) -> Control:
+    return Control(tempo or RateControl(1.0), **more)
 
 
 def test_time_is_paused_stepped_and_let_go_again() -> None:
@@ -101,7 +100,7 @@ def test_the_time_of_a_real_robot_cannot_be_changed(action: str) -> None:
 
 
 def test_over_a_server_a_refusal_says_why_and_the_panel_tells_the_state() -> None:
-    talk, tempo = Talk(), Tempo(1.0)
+    talk, tempo = Talk(), RateControl(1.0)
     with served(talk.node) as hall:
         offer_panel(hall.server, lambda asked: {"kind": "robot", "asked": asked}, Control(tempo))
         guest = hall.guest()

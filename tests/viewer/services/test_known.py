@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.cell.kitting.score.evidence_json import evidence_to_json
-from cellwright.viewer.services.known import keeps_secrets, known_evidence, known_orders, without_faults
+from cellwright.cell.kitting.evidence import evidence_to_json
+from cellwright.viewer.services.cell_panel import hides_ground_truth, known_evidence, known_orders, without_faults
 from tests.cells import KITTING, call, order, run, start
 
 SECRETIVE = replace(
@@ -35,7 +35,7 @@ def begun(*, competition: bool = True) -> Cell:
 
 def test_before_its_start_a_competition_has_no_orders() -> None:
     cell = Cell(SECRETIVE)
-    assert keeps_secrets(cell)
+    assert hides_ground_truth(cell)
     assert (told(cell)["orders"], told(cell)["best"]) == ([], 0.0)
 
 
@@ -53,7 +53,7 @@ def test_when_it_is_over_and_in_development_mode_nothing_is_secret(is_over: bool
     if is_over:
         assert call(cell, "end_competition").success
         cell.step()
-    assert not keeps_secrets(cell)
+    assert not hides_ground_truth(cell)
     assert [each["order_id"] for each in told(cell)["orders"]] == ["order_0", "order_1"]
     assert (told(cell)["reachable"], told(cell)["best"]) == (0.0, 12.0)
     assert known_evidence(cell) == cell.competition.evidence()

@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.cell.cell import Cell
-from cellwright.engine.tempo import Tempo
+from cellwright.engine.rate_control import RateControl
 from cellwright.middleware.bus.served import Served
 from cellwright.middleware.wire.frames import PROTOCOL, Frame, Kind
 from cellwright.robot.node import RobotNode
-from cellwright.viewer.services import onlookers
+from cellwright.viewer.services import scene
 from cellwright.viewer.services.control import Control
 from cellwright.viewer.services.names import CONTROL, FOR_ONLOOKERS, FRAME
 from tests.cells import KITTING
@@ -22,8 +22,8 @@ from tests.middleware.server.talk import Hall, Talker, served
 from tests.robot.robots import two_arms
 
 
-def offered(hall: Hall, what: Served, tempo: Tempo | None = None) -> None:
-    onlookers.offer(hall.server, what, lambda _: {"kind": "any"}, Control(tempo or Tempo()))
+def offered(hall: Hall, what: Served, tempo: RateControl | None = None) -> None:
+    scene.offer_viewer_services(hall.server, what, lambda _: {"kind": "any"}, Control(tempo or RateControl()))
 
 
 def asked(guest: Talker, service: str, **asked: Any) -> Frame:
@@ -47,7 +47,7 @@ def test_a_competition_answers_its_own_page_and_nobody_else(service: str) -> Non
         other, page = hall.guest("/page_2"), shows(hall, hall.server.key)
         refused = asked(other, service)
         assert (refused.kind, refused.name) == (Kind.REFUSED, "RejectedCommandError")
-        assert refused.text() == onlookers.ITS_OWN_PAGE
+        assert refused.text() == scene.ITS_OWN_PAGE
         assert asked(page, service).kind is Kind.ANSWER
 
 
@@ -62,7 +62,7 @@ def test_in_development_mode_and_of_a_robot_anybody_is_told(what: Any) -> None:
 
 
 def test_who_has_no_key_lets_no_time_stand() -> None:
-    cell, tempo = Cell(KITTING), Tempo(1.0)
+    cell, tempo = Cell(KITTING), RateControl(1.0)
     with served(cell) as hall:
         offered(hall, cell, tempo)
         assert asked(hall.guest(), CONTROL, action="pause").kind is Kind.REFUSED

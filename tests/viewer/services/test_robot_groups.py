@@ -4,7 +4,7 @@ import pytest
 
 from cellwright.config.robot.robots import load_robot
 from cellwright.robot.node import RobotNode
-from cellwright.viewer.services.robot_groups import JointGroup, joint_groups, side_name
+from cellwright.viewer.services.robot_panel import JointGroup, joint_groups, side_name
 from tests.robot.robots import two_arms
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cellwright.middleware.messages.build import header, joint_state, pose_message
+from cellwright.middleware.messages.conversions import header, joint_state, pose_message
 from cellwright.middleware.messages.standard import Bool, PoseArray
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import RejectedCommandError

@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.engine.tempo import Tempo
+from cellwright.engine.rate_control import RateControl
 from cellwright.middleware.wire.frames import Frame as Said
 from cellwright.middleware.wire.frames import Kind
-from cellwright.rendering.scene.encoded import decode_scene
-from cellwright.rendering.scene.frame import decode
-from cellwright.viewer.services import onlookers
+from cellwright.rendering.scene.scene import decode_frame, decode_scene
+from cellwright.viewer.services import scene as onlookers
 from cellwright.viewer.services.control import Control
 from cellwright.viewer.services.names import FRAME, SCENE
 from cellwright.viewer.services.scene import SceneServices
@@ -24,7 +23,7 @@ from tests.middleware.server.talk import served
 def test_a_guest_is_told_the_scene_and_where_it_is() -> None:
     cell = Cell(KITTING, competition=False)
     with served(cell) as hall:
-        onlookers.offer(hall.server, cell, lambda _: {}, Control(Tempo()))
+        onlookers.offer_viewer_services(hall.server, cell, lambda _: {}, Control(RateControl()))
         guest = hall.guest()
         told = guest.ask(Said(Kind.CALL, 5, SCENE, payload=b"{}")).json()
         data = b64decode(told["scene"])
@@ -34,7 +33,7 @@ def test_a_guest_is_told_the_scene_and_where_it_is() -> None:
         cell.step()
         found = guest.ask(Said(Kind.CALL, 6, FRAME, payload=json.dumps({"anything": 1}).encode())).json()
     assert (found["time"], found["tick"], found["digest"]) == (cell.simulation.now, 1, told["digest"])
-    frame = decode(b64decode(found["frame"]))
+    frame = decode_frame(b64decode(found["frame"]))
     assert frame.time == cell.simulation.now
     assert len(frame.poses) == len(scene.bodies)
     tray = scene.bodies.index("agv1::kit_tray_1::kit_tray_1::tray")
@@ -46,7 +45,7 @@ def test_parts_that_are_not_in_play_are_not_shown() -> None:
     cell = Cell(WHOLE)
     services = SceneServices(cell)
     scene = decode_scene(b64decode(services.scene({})["scene"]))
-    frame = decode(b64decode(services.frame({})["frame"]))
+    frame = decode_frame(b64decode(services.frame({})["frame"]))
     hidden = {scene.bodies[index] for index in np.flatnonzero(~frame.shown)}
     out = {cell.simulation.model.body(body).name for body in cell.out_of_sight()}
     assert out

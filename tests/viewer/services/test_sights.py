@@ -8,9 +8,9 @@ import pytest
 
 from cellwright.cell.cell import Cell
 from cellwright.config.trial.gear2017 import load_trial
-from cellwright.rendering.scene.taking import SceneTaker
+from cellwright.rendering.scene.engine import SceneTaker
 from cellwright.robot.node import RobotNode
-from cellwright.viewer.services import sights
+from cellwright.viewer.services import scene
 from cellwright.viewer.services.scene import SceneServices
 from tests.cells import BARE, KITTING, SENSORS, WHOLE
 from tests.robot.robots import two_arms
@@ -18,7 +18,7 @@ from tests.robot.robots import two_arms
 
 def about(served: Cell | RobotNode) -> tuple[dict[str, object], SceneTaker]:
     taker = SceneTaker(served.simulation.model)
-    return json.loads(json.dumps(sights.about(served, taker))), taker
+    return json.loads(json.dumps(scene.scene_metadata(served, taker))), taker
 
 
 def test_a_cell_tells_of_its_sensors_and_its_cup() -> None:
@@ -51,7 +51,7 @@ def test_what_sensors_find_is_what_they_would_tell() -> None:
     for _ in range(50):
         cell.step()
     cell.sensors["break_beam_1"].enabled = False
-    found = json.loads(json.dumps(sights.sensors(cell)))
+    found = json.loads(json.dumps(scene.sensor_readings(cell)))
     assert found["break_beam_1"] is None
     reading = cell.sensors["logical_camera_2"].read()
     assert found["logical_camera_2"]["sees"] == bool(reading.detections)
@@ -59,15 +59,15 @@ def test_what_sensors_find_is_what_they_would_tell() -> None:
     assert len(found["laser_profiler_1"]["ranges"]) == 50
     near = cell.sensors["proximity_sensor_1"].read().range
     assert found["proximity_sensor_1"]["ranges"] == [pytest.approx(near, abs=1e-4)]
-    assert sights.sensors(RobotNode(two_arms())) == {}
+    assert scene.sensor_readings(RobotNode(two_arms())) == {}
 
 
 def test_contacts_carry_what_lies_there() -> None:
     cell = Cell(KITTING)
     for _ in range(10):
         cell.step()
-    rows = np.array(sights.contacts(cell))
-    assert 0 < len(rows) <= sights.MOST_CONTACTS
+    rows = np.array(scene.contact_forces(cell))
+    assert 0 < len(rows) <= scene.MOST_CONTACTS
     strengths = np.linalg.norm(rows[:, 3:], axis=1)
     assert (np.diff(strengths) <= 1e-3).all()
     assert all(math.isfinite(value) for value in rows.reshape(-1).tolist())
@@ -93,7 +93,7 @@ def test_a_camera_tells_where_it_is_and_draws_nothing_for_it() -> None:
     for _ in range(20):
         cell.step()
     cell.simulation.refresh()
-    found = json.loads(json.dumps(sights.sensors(cell)))["wrist"]
+    found = json.loads(json.dumps(scene.sensor_readings(cell)))["wrist"]
     tool = cell.simulation.data.body("vacuum_gripper_link")
     assert found["position"] == pytest.approx((tool.xpos + 0.08 * tool.xmat.reshape(3, 3)[:, 0]).tolist(), abs=1e-3)
     assert cell.studio._painter is None

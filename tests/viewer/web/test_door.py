@@ -16,7 +16,7 @@ from websockets.sync.connection import Connection
 from websockets.typing import Origin
 
 from cellwright.util.errors import UsageError
-from cellwright.viewer.web.door import MAX_UNFINISHED, Door
+from cellwright.viewer.web.access import MAX_UNFINISHED, Door
 from cellwright.viewer.web.program import Server
 from tests.waiting import TIMEOUT, wait_until
 

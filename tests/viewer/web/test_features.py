@@ -7,17 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cellwright.rendering.camera import VIEWS
 from cellwright.rendering.scene import Form, Frame, Layer, Scene, Shape
-from cellwright.rendering.views import VIEWS
 from cellwright.util.pose import Pose
-from cellwright.viewer.web.beams import Beams
-from cellwright.viewer.web.bodies import Bodies
-from cellwright.viewer.web.feature import Feature
-from cellwright.viewer.web.moment import Moment
-from cellwright.viewer.web.names import Names
-from cellwright.viewer.web.shadows import Shadows, lamp_of
-from cellwright.viewer.web.tools import LASTS, ToolPaths
-from cellwright.viewer.web.touching import Contacts
+from cellwright.viewer.web.overlays import PATH_DURATION, Beams, Contacts, Names, ToolPaths
+from cellwright.viewer.web.page import Feature, Moment
+from cellwright.viewer.web.scene import Bodies, Shadows, lamp_of
 from cellwright.viewer.web.views import Views, views_of
 from tests.viewer.web.fake import FakePage
 
@@ -181,7 +176,7 @@ def test_the_path_of_a_tool_is_as_long_as_its_last_seconds() -> None:
     for second in range(40):
         paths.show(Moment(frame(second * 10**9, b1=0.1 * second), is_cut=second == 0))
     points = page.nodes["/scene/path of tool 1"].points
-    assert len(points) == LASTS
+    assert len(points) == PATH_DURATION
     np.testing.assert_allclose(points[-1], [(3.8, 0, 0.1), (3.9, 0, 0.1)], atol=1e-5)
     paths.show(Moment(frame(0, b1=0.0), is_cut=True))
     assert "/scene/path of tool 1" not in page.nodes or len(page.nodes["/scene/path of tool 1"].points) == 0

@@ -10,8 +10,7 @@ import pytest
 from cellwright.rendering.scene import Form, Layer, Scene, Shape
 from cellwright.rendering.scene.triangles import Triangles
 from cellwright.util.pose import Pose
-from cellwright.viewer.web.glb import Material, glb
-from cellwright.viewer.web.shapes import surface
+from cellwright.viewer.web.meshes import Material, glb, surface
 
 
 def box(at: float) -> Triangles:

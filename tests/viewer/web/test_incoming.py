@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.util.errors import UsageError
-from cellwright.viewer.web.incoming import MAX_NUMBER, MAX_RATE, MAX_TEXT, Incoming
+from cellwright.viewer.web.access import MAX_NUMBER, MAX_RATE, MAX_TEXT, Incoming
 from tests.viewer.web.onlooker import CAMERA
 
 ELEMENTS: dict[str, Any] = {

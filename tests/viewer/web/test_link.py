@@ -20,8 +20,7 @@ from cellwright.robot.node import RobotNode
 from cellwright.util.errors import CellwrightError, RejectedCommandError, UnknownNameError
 from cellwright.viewer.services.names import SCENE
 from cellwright.viewer.services.scene import SceneServices
-from cellwright.viewer.web.asking import Asking
-from cellwright.viewer.web.link import AwayError, Link
+from cellwright.viewer.web.connection import Asking, AwayError, Link
 from tests.cells import KITTING
 from tests.robot.robots import two_arms
 from tests.waiting import TIMEOUT, wait_until
@@ -134,7 +133,7 @@ class Pause(threading.Event):
 
 
 def test_questions_are_rare_until_there_is_a_browser(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cellwright.viewer.web.asking.time", SimpleNamespace(perf_counter=lambda: 1.0))
+    monkeypatch.setattr("cellwright.viewer.web.connection.time", SimpleNamespace(perf_counter=lambda: 1.0))
     with hosted(Cell(KITTING)) as server:
         asking = Asking(Link(server.address), dict)
         pause = asking._wake = Pause()

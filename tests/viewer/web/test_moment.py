@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.rendering.scene import Frame
-from cellwright.viewer.web.moment import Moments, between
+from cellwright.viewer.web.page import Moments, interpolate_frames
 from tests.rendering.scene.scenes import frames
 
 PERIOD = 1 / 30
@@ -67,20 +67,20 @@ def test_frames_that_come_rarely_are_shown_as_they_come() -> None:
 
 
 def test_what_is_put_elsewhere_does_not_glide_there() -> None:
-    assert between(at(0.0), at(3.0), 0.5).poses[1, 0] == 0.0
-    assert between(at(0.0), at(0.2), 0.5).poses[1, 0] == pytest.approx(0.1)
-    hidden = between(at(0.0), at(0.2, shown=False), 0.5)
+    assert interpolate_frames(at(0.0), at(3.0), 0.5).poses[1, 0] == 0.0
+    assert interpolate_frames(at(0.0), at(0.2), 0.5).poses[1, 0] == pytest.approx(0.1)
+    hidden = interpolate_frames(at(0.0), at(0.2, shown=False), 0.5)
     assert (hidden.poses[1, 0], bool(hidden.shown[1])) == (0.0, True)
 
 
 def test_a_turn_takes_the_short_way() -> None:
     before, after = at(0.0), at(0.0)
     after.poses[1, 3:] = (-0.995, 0.0, 0.0, -0.0998)  # the same turn as (0.995, 0, 0, 0.0998)
-    w, _, _, z = between(before, after, 0.5).poses[1, 3:].tolist()
+    w, _, _, z = interpolate_frames(before, after, 0.5).poses[1, 3:].tolist()
     assert (w, z) == (pytest.approx(0.9987, abs=1e-3), pytest.approx(0.05, abs=1e-3))
 
 
 @pytest.mark.slow
 @given(pair=st.integers(1, 6).flatmap(lambda n: st.tuples(frames(n), frames(n))), share=st.floats(0, 1))
 def test_whatever_comes_is_finite(pair: tuple[Frame, Frame], share: float) -> None:
-    assert np.isfinite(between(*pair, share).poses).all()
+    assert np.isfinite(interpolate_frames(*pair, share).poses).all()

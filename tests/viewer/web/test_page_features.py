@@ -10,10 +10,8 @@ import numpy as np
 import pytest
 
 from cellwright.rendering.scene import Frame, Scene
-from cellwright.viewer.web.feature import Feature
-from cellwright.viewer.web.link import AwayError
-from cellwright.viewer.web.moment import Moment
-from cellwright.viewer.web.page import Page
+from cellwright.viewer.web.connection import AwayError
+from cellwright.viewer.web.page import Feature, Moment, Page
 
 SCENE = Scene("a", ("world",), (), ())
 FRAME = Frame(0, np.array([[0, 0, 0, 1, 0, 0, 0]], np.float32), np.array([True]))

@@ -5,7 +5,7 @@ import numpy as np
 from cellwright.rendering.scene import Form, Layer, Scene, Shape
 from cellwright.rendering.scene.triangles import Triangles
 from cellwright.util.pose import Pose
-from cellwright.viewer.web.shapes import surface
+from cellwright.viewer.web.meshes import surface
 
 
 def cylinder(radius: float) -> Triangles:

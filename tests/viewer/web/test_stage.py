@@ -5,7 +5,7 @@ from unittest.mock import MagicMock
 import pytest
 
 from cellwright.viewer.web import program
-from cellwright.viewer.web.stage import PLAIN, Stage
+from cellwright.viewer.web.scene import PLAIN, Stage
 
 
 def stage() -> Stage:

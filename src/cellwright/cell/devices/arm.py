@@ -7,9 +7,9 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from cellwright.cell.devices.trajectory.controller import Following, JointTrajectoryController
-from cellwright.cell.devices.trajectory.goal import GoalRequest, TrajectoryGoal
-from cellwright.cell.devices.trajectory.trajectory import JointTrajectory
+from cellwright.cell.devices.joint_trajectory import JointTrajectory
+from cellwright.cell.devices.trajectory_controller import Following, JointTrajectoryController
+from cellwright.cell.devices.trajectory_goal import GoalRequest, TrajectoryGoal
 from cellwright.config.layout import ARM_JOINTS
 from cellwright.config.trial.trial import ArmSettings
 from cellwright.engine.device import Device, State

@@ -1,15 +1,37 @@
-"""The conveyor belt: a surface that moves under what lies on it."""
+"""Conveyor belt: its drive, the schedule and the population of parts that come on it, and the deletion wall at its end.
+
+Pure logic, exact: times are whole nanoseconds and the belt's progress is a fraction of them, so it makes no difference
+whether somebody asks at every step or only when the next part is due.
+
+The list of parts is gone through by time at full power; at half power everything takes twice as long. A change of
+power leaves what has passed as it is, so that parts keep their distance on the belt. When the last part has appeared
+the list begins anew, at once. Clones of a type are counted on through all rounds; only as many as the pool has are
+there.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from math import ceil
+from typing import Any, Literal, TypeAlias
+
+import mujoco
 
 from cellwright.cell.devices.parts import Parts
 from cellwright.cell.model.build import WorldPart
+from cellwright.cell.model.frames import SPAWN_FRAME
+from cellwright.cell.model.furniture import DELETION_WALL_GEOM
+from cellwright.config.trial.trial import BeltPart
+from cellwright.engine.clock import nanoseconds
 from cellwright.engine.device import Device, State
+from cellwright.engine.events import NEVER
 from cellwright.engine.simulation import Simulation
+from cellwright.util.errors import UsageError
+from cellwright.util.pose import Pose
 
 FULL_SPEED = 0.2
 """Belt speed [m/s] at 100 % power, towards world -y (ARIAC 2017, kMaxBeltLinVel)."""
@@ -92,3 +114,234 @@ class Conveyor(Device):
             (centre[0] - size.max(), centre[1] - size.max(), centre[2]),
             (centre[0] + size.max(), centre[1] + size.max(), centre[2] + size.min() + 1.0),
         )
+
+
+WALL_PERIOD = Fraction(1, 5)
+"""Time between two looks at the wall [s] (ARIAC 2017: the plugin's 5 Hz)."""
+
+_WALL_REACH = 0.4
+"""No part is larger [m]: an origin further from the wall than this cannot touch it."""
+
+
+class DeletionWall(Device):
+    """Removes parts that touch the wall's volume."""
+
+    def __init__(self, parts: Parts) -> None:
+        super().__init__("deletion_wall")
+        self.parts = parts
+        self._geom = -1
+
+    def attach(self, simulation: Simulation) -> None:
+        """Look up the wall."""
+        super().attach(simulation)
+        self._geom = simulation.model.geom(DELETION_WALL_GEOM).id
+
+    def reset(self) -> None:
+        """Look five times a second from now on."""
+        self._schedule(1)
+
+    def handle(self, kind: str, arguments: tuple[Any, ...]) -> None:
+        """Look for parts that touch the wall."""
+        if kind != "look":
+            super().handle(kind, arguments)
+        self._schedule(arguments[0] + 1)
+        centre = self.simulation.model.geom_pos[self._geom]
+        half = self.simulation.model.geom_size[self._geom] + _WALL_REACH
+        for part in self.parts.inside(centre - half, centre + half):
+            self.simulation.refresh()
+            if self._touches(part):
+                self.parts.put_away(part, "deletion wall")
+
+    def _schedule(self, look: int) -> None:
+        self.simulation.schedule(self, "look", look, at=nanoseconds(look * WALL_PERIOD))
+
+    def _touches(self, part: WorldPart) -> bool:
+        model, data = self.simulation.model, self.simulation.data
+        return any(mujoco.mj_geomDistance(model, data, geom, self._geom, 1e-3, None) <= 0.0 for geom in part.geoms)
+
+
+@dataclass(frozen=True, slots=True)
+class Appearance:
+    """A part that is to appear: clone number `clone` of its type, at `pose` in the spawn frame.
+
+    Where `in_pool` is false the pool has no such clone any more, and nothing appears.
+    """
+
+    type: str
+    clone: int
+    pose: Pose
+    in_pool: bool
+
+    @property
+    def name(self) -> str:
+        """The name of its model."""
+        return f"populate_conveyor|{self.type}_clone_{self.clone}"
+
+
+class PopulationSchedule:
+    """The list of parts, and how far it has been gone through.
+
+    Args:
+        parts: what is to appear and when [s after the start, at full power].
+        cycles: how many rounds the pool of parts is enough for.
+        delay: how much later [s at full power] the first round begins, each time somebody starts the list.
+    """
+
+    def __init__(self, parts: Sequence[BeltPart], cycles: int = 1, delay: float = 0.0) -> None:
+        self._start = Fraction(-nanoseconds(delay))
+        self.parts = tuple(sorted(parts, key=lambda part: part.time))
+        self._due = [nanoseconds(part.time) for part in self.parts]
+        self._pool = Counter({type_: count * cycles for type_, count in Counter(p.type for p in self.parts).items()})
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin a run: paused at the beginning of the list, at full power, no clone used."""
+        self.running = False
+        self._rate = Fraction(1)
+        self._anchor = 0
+        self._progress = self._start
+        self._index = 0
+        self._clones: Counter[str] = Counter()
+        self._last_pop = -1
+
+    def progress(self, now: int) -> Fraction:
+        """How far into the list it is at `now` [ns], in nanoseconds at full power."""
+        return self._progress + (now - self._anchor) * self._rate if self.running else self._progress
+
+    def restart(self, now: int) -> None:
+        """Go through the list from its beginning, from `now` [ns] on. Clones are counted on."""
+        self.running = True
+        self._index, self._anchor, self._progress = 0, now, self._start
+
+    def pause(self, now: int) -> None:
+        """Stand still from `now` [ns] on."""
+        self._anchor, self._progress = now, self.progress(now)
+        self.running = False
+
+    def resume(self, now: int) -> None:
+        """Go on from `now` [ns] on where it stood still."""
+        self._anchor, self._progress = now, self.progress(now)
+        self.running = True
+
+    def set_power(self, power: float, now: int) -> None:
+        """Go on at the pace of the belt from `now` [ns] on.
+
+        Args:
+            power: power of the belt, 0 to 100.
+            now: the time [ns].
+
+        Raises:
+            UsageError: no such power.
+        """
+        if not 0.0 <= power <= 100.0:
+            raise UsageError(f"a belt's power is 0 to 100, not {power}")
+        self._anchor, self._progress = now, self.progress(now)
+        self._rate = Fraction(power) / 100
+
+    def next_due(self) -> int:
+        """When the next part is due [ns], unless something is changed before; `NEVER` if none is.
+
+        It is always later than the last part's appearance: at most one appears in a step.
+        """
+        if not self.running or not self.parts:
+            return NEVER
+        missing = self._due[self._index] - self._progress
+        if missing <= 0:
+            due = self._anchor
+        elif self._rate == 0:
+            return NEVER
+        else:
+            due = self._anchor + ceil(missing / self._rate)
+        return min(max(due, self._last_pop + 1), NEVER)
+
+    def pop(self, now: int) -> Appearance | None:
+        """The part that appears at `now` [ns], if one is due."""
+        if now < self.next_due():
+            return None
+        part = self.parts[self._index]
+        clone = self._clones[part.type]
+        self._clones[part.type] += 1
+        self._index += 1
+        self._last_pop = now
+        if self._index == len(self.parts):
+            self._index, self._anchor, self._progress = 0, now, Fraction(0)
+        return Appearance(part.type, clone, part.pose, clone < self._pool[part.type])
+
+    def get_state(self) -> dict[str, Any]:
+        """All that is remembered, as JSON values."""
+        return {
+            "running": self.running,
+            "rate": list(self._rate.as_integer_ratio()),
+            "anchor": self._anchor,
+            "progress": list(self._progress.as_integer_ratio()),
+            "index": self._index,
+            "clones": dict(self._clones),
+            "last_pop": self._last_pop,
+        }
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Take over what `get_state` returned."""
+        self.running = state["running"]
+        self._rate = Fraction(*state["rate"])
+        self._anchor = state["anchor"]
+        self._progress = Fraction(*state["progress"])
+        self._index = state["index"]
+        self._clones = Counter(state["clones"])
+        self._last_pop = state["last_pop"]
+
+
+PopulationAction: TypeAlias = Literal["pause", "resume", "restart"]
+
+
+class Population(Device):
+    """Puts parts on the belt. The list runs at the pace of the belt, and begins `delay` [s] late."""
+
+    def __init__(
+        self, belt_parts: Sequence[BeltPart], cycles: int, conveyor: Conveyor, parts: Parts, delay: float = 0.0
+    ) -> None:
+        super().__init__("population")
+        self.parts = parts
+        self._schedule = PopulationSchedule(belt_parts, cycles, delay)
+        conveyor.on_power.append(self._take_power)
+
+    @property
+    def enabled(self) -> bool:
+        """Whether the list is being gone through."""
+        return self._schedule.running
+
+    def control(self, action: PopulationAction) -> None:
+        """Pause, resume where it was paused, or restart the list from its beginning."""
+        now = self.simulation.now
+        {"pause": self._schedule.pause, "resume": self._schedule.resume, "restart": self._schedule.restart}[action](now)
+        self._plan()
+
+    def reset(self) -> None:
+        """Stand at the beginning of the list."""
+        self._schedule.reset()
+
+    def handle(self, kind: str, arguments: tuple[Any, ...]) -> None:
+        """Let the part that is due appear, if the pool still has one."""
+        if kind != "appear":
+            super().handle(kind, arguments)
+        appearance = self._schedule.pop(self.simulation.now)
+        if appearance is not None and appearance.in_pool:
+            self.parts.place(self.parts.part(appearance.name), SPAWN_FRAME @ appearance.pose)
+        self._plan()
+
+    def get_state(self) -> dict[str, Any]:
+        """How far the list has been gone through."""
+        return self._schedule.get_state()
+
+    def set_state(self, state: State) -> None:
+        """Remember what `get_state` returned."""
+        self._schedule.set_state(state)
+
+    def _take_power(self, conveyor: Conveyor) -> None:
+        self._schedule.set_power(conveyor.power, self.simulation.now)
+        self._plan()
+
+    def _plan(self) -> None:
+        self.simulation.cancel(self, "appear")
+        due = self._schedule.next_due()
+        if due < NEVER:
+            self.simulation.schedule(self, "appear", at=max(due, self.simulation.now))

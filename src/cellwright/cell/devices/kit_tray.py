@@ -1,27 +1,27 @@
-"""A kit tray: what stands on its plate, as the tray itself reports it once a second."""
+"""Kit trays: what lies on the plate of each, reported once a second, and the demonstration tray."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
 import mujoco
 
-from cellwright.cell.devices.gripper.weld import engage
-from cellwright.cell.devices.parts import Parts
+from cellwright.cell.devices.parts import Parts, engage_weld
 from cellwright.cell.model.build import WorldPart
 from cellwright.config.layout import TRAY_PLATE
+from cellwright.config.trial.trial import KitObject
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.device import Device, State
 from cellwright.engine.simulation import Simulation
 from cellwright.util.pose import Pose, Vector3
 
-PERIOD = Fraction(1)
+REPORT_PERIOD = Fraction(1)
 """Time between two reports [s] (ARIAC 2017: the tray's contact sensor runs at 1 Hz)."""
 
-CONTACT = 5e-4
+CONTACT_DISTANCE = 5e-4
 """A part closer to the plate than this [m] stands on it. A sleeping part has no contacts to go by, so distance does."""
 
 _LOWER, _UPPER = (-0.5, -0.6, -0.1), (0.5, 0.6, 0.3)
@@ -105,7 +105,7 @@ class KitTray(Device):
                 continue
             tray_T_part = tray_T_world @ self.parts.pose(part)
             self.parts.take_from_cup(part)
-            engage(self.simulation, part.locks[self.number - 1], self._body, tray_T_part)
+            engage_weld(self.simulation, part.locks[self.number - 1], self._body, tray_T_part)
 
     def clear(self) -> None:
         """Take the locked parts out of the cell."""
@@ -138,14 +138,16 @@ class KitTray(Device):
         )
 
     def _schedule(self, report: int) -> None:
-        self.simulation.schedule(self, "report", report, at=nanoseconds(report * PERIOD))
+        self.simulation.schedule(self, "report", report, at=nanoseconds(report * REPORT_PERIOD))
 
     def _is_locked(self, part: WorldPart) -> bool:
         return bool(self.simulation.data.eq_active[part.locks[self.number - 1]])
 
     def _touches(self, part: WorldPart) -> bool:
         model, data = self.simulation.model, self.simulation.data
-        return any(mujoco.mj_geomDistance(model, data, g, self._plate, 0.01, None) <= CONTACT for g in part.geoms)
+        return any(
+            mujoco.mj_geomDistance(model, data, g, self._plate, 0.01, None) <= CONTACT_DISTANCE for g in part.geoms
+        )
 
 
 def _box_around(world_T_tray: Pose) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -153,3 +155,34 @@ def _box_around(world_T_tray: Pose) -> tuple[tuple[float, ...], tuple[float, ...
     radius = max(*(abs(value) for value in (*_LOWER[:2], *_UPPER[:2])))
     x, y, z = world_T_tray.position
     return (x - radius, y - radius, z + _LOWER[2]), (x + radius, y + radius, z + _UPPER[2])
+
+
+DROP_HEIGHT = 0.1
+"""Height over the tray link from which the parts are dropped [m] (ARIAC 2017)."""
+
+
+class DemoTray(Device):
+    """Drops `parts[i]` at the ordered place and turn of `objects[i]`, beginning when it is told to."""
+
+    def __init__(self, tray: KitTray, parts: Parts, pool: Sequence[WorldPart], objects: Sequence[KitObject]) -> None:
+        super().__init__("demo_tray")
+        self.tray = tray
+        self.parts = parts
+        self._pool = tuple(pool)
+        self._objects = tuple(objects)
+
+    def fill(self) -> None:
+        """Begin with the next step."""
+        self.simulation.schedule(self, "drop", 0, at=self.simulation.now + 1)
+
+    def handle(self, kind: str, arguments: tuple[Any, ...]) -> None:
+        """Drop one part."""
+        if kind != "drop":
+            super().handle(kind, arguments)
+        number = arguments[0]
+        if number < len(self._objects):
+            ordered = self._objects[number].pose
+            x, y, _ = ordered.position
+            tray_T_part = Pose((x, y, DROP_HEIGHT), ordered.quaternion)
+            self.parts.place(self._pool[number], self.tray.world_T_tray @ tray_T_part)
+            self.simulation.schedule(self, "drop", number + 1, at=self.simulation.now + 1)

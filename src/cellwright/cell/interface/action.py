@@ -10,10 +10,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from cellwright.cell.devices.arm import Arm
-from cellwright.cell.devices.trajectory.command import RejectedTrajectoryError
-from cellwright.cell.devices.trajectory.controller import Following
-from cellwright.cell.devices.trajectory.goal import GoalRequest, GoalResult, TrajectoryGoal
-from cellwright.cell.devices.trajectory.tolerance import AskedTolerance
+from cellwright.cell.devices.trajectory_controller import Following, RejectedTrajectoryError
+from cellwright.cell.devices.trajectory_goal import AskedTolerance, GoalRequest, GoalResult, TrajectoryGoal
 from cellwright.cell.interface.commands import SIMULATOR, trajectory_of
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.device import Device, State
@@ -21,7 +19,6 @@ from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import Bus
 from cellwright.middleware.interface.sampling import Sampled, advertise
 from cellwright.middleware.interface.table import Row
-from cellwright.middleware.messages.build import header, nanoseconds, stamp, trajectory_point
 from cellwright.middleware.messages.control_msgs import (
     FollowJointTrajectoryActionFeedback,
     FollowJointTrajectoryActionGoal,
@@ -30,6 +27,7 @@ from cellwright.middleware.messages.control_msgs import (
     FollowJointTrajectoryResult,
     JointTolerance,
 )
+from cellwright.middleware.messages.conversions import header, nanoseconds, stamp, trajectory_point
 from cellwright.middleware.messages.standard import GoalID, GoalStatus, GoalStatusArray
 
 NAME = "/ariac/arm/follow_joint_trajectory"

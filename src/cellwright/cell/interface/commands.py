@@ -1,24 +1,28 @@
-"""What the kit-building cell hears and answers: command topics and services of the 2017 contract."""
+"""Command topics and services of the kit-building cell: handlers of the 2017 interface."""
 
 from __future__ import annotations
 
+import json
+from dataclasses import asdict
 from typing import Any, cast, get_args
 
 from cellwright.cell.devices.agv import Agv
 from cellwright.cell.devices.arm import Arm
-from cellwright.cell.devices.gripper.vacuum_gripper import VacuumGripper
+from cellwright.cell.devices.conveyor import PopulationAction
+from cellwright.cell.devices.joint_trajectory import JointTrajectory, TrajectoryPoint
 from cellwright.cell.devices.kit_tray import KitTray
-from cellwright.cell.devices.population import Action
-from cellwright.cell.devices.trajectory.command import check_count
-from cellwright.cell.devices.trajectory.trajectory import JointTrajectory, TrajectoryPoint
+from cellwright.cell.devices.trajectory_controller import check_count
+from cellwright.cell.devices.vacuum_gripper import VacuumGripper
+from cellwright.cell.interface.devices import INTENTION_TOPIC as INTENTION
 from cellwright.cell.interface.devices import GearDevices
-from cellwright.cell.interface.intention import TOPIC as INTENTION
-from cellwright.cell.interface.part_types import part_types
 from cellwright.cell.interface.rows import PART_TYPES
-from cellwright.cell.kitting.locations import MaterialLocations
+from cellwright.cell.kitting.inventory import MaterialLocations
+from cellwright.cell.model.own_models import own_part_types
+from cellwright.cell.model.part_tops import part_tops
+from cellwright.config.trial.trial import Trial
 from cellwright.middleware.bus import Bus, Refusals
-from cellwright.middleware.messages.build import floats, nanoseconds
 from cellwright.middleware.messages.control_msgs import QueryTrajectoryStateRequest, QueryTrajectoryStateResponse
+from cellwright.middleware.messages.conversions import floats, nanoseconds
 from cellwright.middleware.messages.osrf_gear import (
     AGVControlRequest,
     AGVControlResponse,
@@ -38,6 +42,20 @@ from cellwright.middleware.messages.standard import JointTrajectory as JointTraj
 from cellwright.middleware.messages.standard import String
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
 from cellwright.util.errors import RejectedCommandError, ServiceFailedError, UnknownNameError, UsageError
+
+
+def part_types_json(trial: Trial) -> str:
+    """The part types of a trial's own, by name, as a JSON object; lengths in m, mass in kg.
+
+    Each has its `mass`, and `tops` with the fields of `world.part_tops.PartTop`, the first as it was modelled. Where
+    parts are, this does not tell.
+    """
+    found = {
+        name: {"mass": own.form.mass, "tops": [asdict(top) for top in part_tops(own.form)]}
+        for name, own in own_part_types(trial).items()
+    }
+    return json.dumps(found, sort_keys=True)
+
 
 SIMULATOR = "/gazebo"
 """The node that the cell appears as. A guest may call itself so as well: the name allows nothing."""
@@ -108,7 +126,7 @@ class Commands:
 
     def _part_types(self, _request: TriggerRequest, _node: str) -> TriggerResponse:
         if self._own_types is None:
-            self._own_types = part_types(self._devices.trial)
+            self._own_types = part_types_json(self._devices.trial)
         return TriggerResponse(success=True, message=self._own_types)
 
     def _intention(self, message: String, node: str) -> None:
@@ -154,10 +172,12 @@ class Commands:
 
     def _population(self, request: PopulationControlRequest, _node: str) -> PopulationControlResponse:
         population = self._devices.population
-        if population is not None and request.action in get_args(Action):
-            population.control(cast("Action", request.action))
+        if population is not None and request.action in get_args(PopulationAction):
+            population.control(cast("PopulationAction", request.action))
         else:
-            raise ServiceFailedError(f"population/control: {request.action!r} is none of {', '.join(get_args(Action))}")
+            raise ServiceFailedError(
+                f"population/control: {request.action!r} is none of {', '.join(get_args(PopulationAction))}"
+            )
         return PopulationControlResponse(success=True)
 
 

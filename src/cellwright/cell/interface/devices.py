@@ -1,4 +1,4 @@
-"""What the contract of the kit-building cell is bound to."""
+"""Devices that the interface of the kit-building cell is bound to, and the intention that the agent states."""
 
 from __future__ import annotations
 
@@ -9,15 +9,41 @@ from typing import Any
 from cellwright.cell.competition import Competition
 from cellwright.cell.devices.agv import Agv
 from cellwright.cell.devices.arm import Arm
-from cellwright.cell.devices.conveyor import Conveyor
-from cellwright.cell.devices.gripper.vacuum_gripper import VacuumGripper
+from cellwright.cell.devices.conveyor import Conveyor, Population
 from cellwright.cell.devices.kit_tray import KitTray
-from cellwright.cell.devices.population import Population
-from cellwright.cell.devices.sensors.quality_control import QualityControlSensor
-from cellwright.cell.interface.intention import Intention
+from cellwright.cell.devices.logical_camera import QualityControlSensor
+from cellwright.cell.devices.vacuum_gripper import VacuumGripper
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.sensor import Sensor
 from cellwright.engine.simulation import Simulation
+from cellwright.util.errors import showable
+
+INTENTION_TOPIC = "/cellwright/intention"
+
+MAX_INTENTION_LENGTH = 200
+"""Characters that are kept of it."""
+
+
+class Intention:
+    """The newest word of an agent about what it is doing."""
+
+    def __init__(self) -> None:
+        self.text = ""
+        """What it said; empty when nothing was said in this run."""
+        self.node = ""
+        """Who said it."""
+        self.time = 0
+        """When [ns]."""
+
+    def say(self, text: str, node: str, now: int) -> None:
+        """Take note of a word; it is made fit for a line of text."""
+        line = " ".join(showable(text[: 4 * MAX_INTENTION_LENGTH], 4 * MAX_INTENTION_LENGTH).split())
+        self.text = line if len(line) <= MAX_INTENTION_LENGTH else line[: MAX_INTENTION_LENGTH - 1] + "…"
+        self.node, self.time = node, now
+
+    def forget(self) -> None:
+        """Begin with nothing said."""
+        self.text, self.node, self.time = "", "", 0
 
 
 @dataclass(frozen=True)

@@ -7,13 +7,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from cellwright.cell.devices.sensors.logical_camera import Frame
-from cellwright.cell.devices.sensors.scene import body_poses
+from cellwright.cell.devices.logical_camera import Frame, body_poses
 from cellwright.cell.interface.devices import GearDevices
 from cellwright.cell.model.frames import AGV_HOMES, BELT_FRAME, BIN_CENTRES, load_point
 from cellwright.config.trial.trial import Camera, Trial
 from cellwright.engine.simulation import Simulation
-from cellwright.rendering.pinhole import OPTICAL
+from cellwright.rendering.camera import OPTICAL
 from cellwright.util.pose import Pose
 
 MOVING_LINKS = (

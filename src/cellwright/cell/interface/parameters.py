@@ -1,17 +1,241 @@
-"""The ROS parameters of the kit-building cell: those of the original that a program of the time may read."""
+"""ROS parameters of the kit-building cell, with its robot description in URDF.
+
+`robot_state_publisher` makes /tf and /tf_static of it, and libraries that solve kinematics read the chain from it. The
+figures are those of the simulated arm. What an XML reader would refuse cannot come in: a frame has one parent, and of
+two with one name the later one holds, as in the tree of frames itself.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from typing import TypeAlias, Union
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
+from cellwright.cell.devices.logical_camera import Frame
+from cellwright.cell.interface.frames import LINK_FRAMES, static_frames
 from cellwright.cell.interface.publications import GRIPPER_JOINT
 from cellwright.cell.interface.rows import rows
-from cellwright.cell.interface.urdf import robot_description
-from cellwright.cell.model.arm import gains_of
+from cellwright.cell.model import arm_looks
+from cellwright.cell.model.arm import BODIES, GRIPPER, JOINTS, WRIST_3_T_GRIPPER, Cylinder, gains_of
+from cellwright.cell.model.frames import RAIL
 from cellwright.config.layout import ARM_JOINTS
 from cellwright.config.trial.trial import ArmSettings, JointTolerance, Trial
+from cellwright.engine.shapes import Shape
 from cellwright.middleware.interface.table import Row
+from cellwright.util.pose import Pose, Vector3
+
+_GIMBAL_LOCK = 1e-7  # a frame nearer to pitch +-pi/2 than this [rad] is taken to stand there
+
+
+def rpy_of(pose: Pose) -> Vector3:
+    """Roll, pitch, yaw [rad] from which a reader of URDF makes the rotation of `pose` again.
+
+    Where the pitch is +-pi/2, only the sum or the difference of roll and yaw is told by a rotation: roll is 0 there.
+    """
+    forward, left = pose.rotate((1.0, 0.0, 0.0)), pose.rotate((0.0, 1.0, 0.0))
+    level = math.hypot(forward[0], forward[1])
+    pitch = math.atan2(-forward[2], level)
+    if level < _GIMBAL_LOCK:
+        return (0.0, pitch, math.atan2(-left[0], left[1]))
+    roll = math.atan2(left[2], pose.rotate((0.0, 0.0, 1.0))[2])
+    return (roll, pitch, math.atan2(forward[1], forward[0]))
+
+
+def new_description(name: str) -> Element:
+    """A description without anything in it."""
+    return Element("robot", name=name)
+
+
+def add_link(
+    parent: Element,
+    name: str,
+    *,
+    solid: Sequence[Shape] = (),
+    seen: Sequence[Shape] = (),
+    form: Cylinder | None = None,
+) -> None:
+    """Add a link.
+
+    Args:
+        parent: the description.
+        name: of the link.
+        solid: what it touches with; it is seen as well.
+        seen: what is only seen of it.
+        form: the cylinder that has its mass and its inertia; None for a link that is a mere frame.
+    """
+    element = SubElement(parent, "link", name=name)
+    if form is not None:
+        _add_inertia(element, form)
+    for shape in (*solid, *seen):
+        for kind, sizes, pose in _urdf_forms(shape):
+            visual = SubElement(element, "visual")
+            _add_form(visual, kind, sizes, pose)
+            material = SubElement(visual, "material", name="rgb_" + "_".join(f"{each:.3g}" for each in shape.colour))
+            SubElement(material, "color", rgba=_number_text(shape.colour))
+    for shape in solid:
+        for kind, sizes, pose in _urdf_forms(shape):
+            _add_form(SubElement(element, "collision"), kind, sizes, pose)
+
+
+def add_fixed_joint(parent: Element, name: str, before: str, behind: str, pose: Pose) -> None:
+    """Fix the link `behind` to the link `before`, at `pose` in its frame."""
+    _add_joint(parent, "fixed", name, before, behind, pose)
+
+
+def add_moving_joint(
+    parent: Element,
+    kind: str,
+    name: str,
+    links: tuple[str, str],
+    pose: Pose,
+    axis: Vector3,
+    *,
+    range_: tuple[float, float],
+    effort: float,
+    velocity: float,
+    damping: float = 0.0,
+    friction: float = 0.0,
+) -> None:
+    """Join two links by a joint that moves.
+
+    Args:
+        parent: the description.
+        kind: `prismatic` or `revolute`.
+        name: of the joint.
+        links: the link before the joint and the one behind it.
+        pose: of the link behind in the frame of the one before, at joint value 0.
+        axis: in the frame of the link behind.
+        range_: least and largest value [m] or [rad].
+        effort: largest force [N] or torque [N m].
+        velocity: largest velocity [m/s] or [rad/s].
+        damping: viscous [N s/m] or [N m s/rad].
+        friction: dry [N] or [N m].
+    """
+    joint = _add_joint(parent, kind, name, *links, pose)
+    SubElement(joint, "axis", xyz=_number_text(axis))
+    lower, upper = range_
+    SubElement(
+        joint, "limit", lower=repr(lower), upper=repr(upper), effort=repr(float(effort)), velocity=repr(float(velocity))
+    )
+    SubElement(joint, "dynamics", damping=repr(float(damping)), friction=repr(float(friction)))
+
+
+def _add_joint(parent: Element, kind: str, name: str, before: str, behind: str, pose: Pose) -> Element:
+    joint = SubElement(parent, "joint", name=name, type=kind)
+    SubElement(joint, "parent", link=before)
+    SubElement(joint, "child", link=behind)
+    _add_origin(joint, pose)
+    return joint
+
+
+def _add_inertia(element: Element, form: Cylinder) -> None:
+    inertial = SubElement(element, "inertial")
+    _add_origin(inertial, Pose((0.0, 0.0, form.middle)))
+    SubElement(inertial, "mass", value=repr(form.mass))
+    across, along = repr(form.across), repr(form.along)
+    SubElement(inertial, "inertia", ixx=across, iyy=across, izz=along, ixy="0.0", ixz="0.0", iyz="0.0")
+
+
+def _urdf_forms(shape: Shape) -> list[tuple[str, dict[str, str], Pose]]:
+    """A shape in the three forms that URDF knows; it has no capsule, so that is a cylinder between two balls."""
+    if shape.kind == "box":
+        return [("box", {"size": _number_text([2 * half for half in shape.size])}, shape.pose)]
+    radius = {"radius": repr(shape.size[0])}
+    if shape.kind == "sphere":
+        return [("sphere", radius, shape.pose)]
+    half = shape.size[1]
+    forms = [("cylinder", {**radius, "length": repr(2 * half)}, shape.pose)]
+    if shape.kind == "capsule":
+        forms += [("sphere", radius, shape.pose @ Pose((0.0, 0.0, end))) for end in (-half, half)]
+    return forms
+
+
+def _add_form(element: Element, kind: str, sizes: dict[str, str], pose: Pose) -> None:
+    _add_origin(element, pose)
+    SubElement(SubElement(element, "geometry"), kind, sizes)
+
+
+def _add_origin(element: Element, pose: Pose) -> None:
+    SubElement(element, "origin", xyz=_number_text(pose.position), rpy=_number_text(rpy_of(pose)))
+
+
+def _number_text(values: Sequence[float]) -> str:
+    """Numbers in a row, without the rounding noise of their last digit and without a minus before 0."""
+    return " ".join(repr(round(float(value), 15) + 0.0) for value in values)
+
+
+ROBOT_NAME = "ariac"
+"""The name in the description."""
+
+_RAIL_LINK = "linear_arm_actuator"
+_UPWARD = (0.0, 0.0, 1.0)
+_TINY_LIMIT = 1e-6  # [rad]; readers of URDF take equal limits for none, or refuse them
+
+
+def robot_description(trial: Trial) -> str:
+    """The description of one cell, as its parameter `robot_description` has it: XML text in the URDF format."""
+    robot = new_description(ROBOT_NAME)
+    add_link(robot, "world")
+    fixed = {frame.child: frame for frame in static_frames(trial)}
+    for frame in fixed.values():
+        _add_frame(robot, frame)
+    if trial.has_arm:
+        _add_arm(robot)
+    indent(robot)
+    return '<?xml version="1.0"?>\n' + tostring(robot, encoding="unicode") + "\n"
+
+
+def _add_frame(robot: Element, frame: Frame) -> None:
+    add_link(robot, frame.child)
+    add_fixed_joint(robot, f"{frame.child}_joint", frame.parent, frame.child, frame.pose)
+
+
+def _add_arm(robot: Element) -> None:
+    add_link(robot, _RAIL_LINK, solid=[arm_looks.BEAM])
+    add_fixed_joint(robot, f"{_RAIL_LINK}_base_joint", "world", _RAIL_LINK, RAIL)
+    before = _RAIL_LINK
+    for joint in JOINTS:
+        name = joint.link
+        solid = [each.cylinder if isinstance(each, arm_looks.Housing) else each for each in arm_looks.SOLID[name]]
+        add_link(robot, name, solid=solid, seen=arm_looks.SEEN[name], form=BODIES[name])
+        add_moving_joint(
+            robot,
+            "prismatic" if before == _RAIL_LINK else "revolute",
+            joint.name,
+            (before, name),
+            joint.pose,
+            joint.axis,
+            range_=(-joint.limit, joint.limit),
+            effort=joint.effort,
+            velocity=joint.velocity,
+            damping=joint.damping,
+            friction=joint.friction,
+        )
+        before = name
+    _add_cup(robot, before)
+    for frame in LINK_FRAMES:
+        _add_frame(robot, frame)
+
+
+def _add_cup(robot: Element, before: str) -> None:
+    """The cup, on a joint that does not turn.
+
+    The joint states name it, and robot_state_publisher complains of a name that belongs to no joint or to a fixed one.
+    """
+    add_link(robot, GRIPPER, solid=[arm_looks.CUP], form=BODIES[GRIPPER])
+    add_moving_joint(
+        robot,
+        "revolute",
+        GRIPPER_JOINT,
+        (before, GRIPPER),
+        WRIST_3_T_GRIPPER,
+        _UPWARD,
+        range_=(-_TINY_LIMIT, _TINY_LIMIT),
+        effort=0.0,
+        velocity=0.0,
+    )
+
 
 Parameter: TypeAlias = Union[bool, int, float, str, "list[Parameter]", "dict[str, Parameter]"]
 
@@ -30,10 +254,10 @@ def parameters(trial: Trial, *, competition: bool) -> dict[str, Parameter]:
     cell: dict[str, Parameter] = {"robot_description": description}
     if trial.has_arm:
         rates = {row.name: row for row in rows(trial, competition=competition) if row.rate is not None}
-        cell["arm"] = _arm(trial.settings.arm, rates)
+        cell["arm"] = _arm_parameters(trial.settings.arm, rates)
         cell["joint_state_controller"] = {
             "type": _JOINT_STATES,
-            "publish_rate": _rate(rates["/ariac/joint_states"]),
+            "publish_rate": _rate_of(rates["/ariac/joint_states"]),
             "extra_joints": [{"name": GRIPPER_JOINT, "position": 0.0, "velocity": 0.0, "effort": 0.0}],
         }
     return {
@@ -44,7 +268,7 @@ def parameters(trial: Trial, *, competition: bool) -> dict[str, Parameter]:
     }
 
 
-def _arm(settings: ArmSettings, rates: Mapping[str, Row]) -> dict[str, Parameter]:
+def _arm_parameters(settings: ArmSettings, rates: Mapping[str, Row]) -> dict[str, Parameter]:
     """The parameters of the arm's controller, in the shape of the original's file."""
     constraints: dict[str, Parameter] = {
         "goal_time": settings.goal_time,
@@ -64,11 +288,11 @@ def _arm(settings: ArmSettings, rates: Mapping[str, Row]) -> dict[str, Parameter
         "gains": gains,
         "stop_trajectory_duration": settings.stop_trajectory_duration,
         "allow_partial_joints_goal": settings.allow_partial_joints_goal,
-        "state_publish_rate": _rate(rates["/ariac/arm/state"]),
-        "action_monitor_rate": _rate(rates["/ariac/arm/follow_joint_trajectory/feedback"]),
+        "state_publish_rate": _rate_of(rates["/ariac/arm/state"]),
+        "action_monitor_rate": _rate_of(rates["/ariac/arm/follow_joint_trajectory/feedback"]),
     }
 
 
-def _rate(row: Row) -> float:
+def _rate_of(row: Row) -> float:
     """How often the topic comes [Hz]."""
     return 0.0 if row.period is None else float(1 / row.period)

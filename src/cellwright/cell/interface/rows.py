@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
-from cellwright.cell.interface.intention import TOPIC as INTENTION
+from cellwright.cell.interface.devices import INTENTION_TOPIC as INTENTION
 from cellwright.config.trial.trial import Camera, CameraType, SensorType, Trial
 from cellwright.middleware.interface.table import Competition, Kind, Pace, Row, Where, says, takes
 from cellwright.util.errors import UsageError

@@ -7,8 +7,8 @@ from enum import StrEnum
 from typing import TypeAlias
 
 from cellwright.cell.kitting.fates import Fate
-from cellwright.cell.kitting.score.kit_score import KitScore
-from cellwright.cell.kitting.score.scorer import GameScore, OrderScore
+from cellwright.cell.kitting.kit_score import KitScore
+from cellwright.cell.kitting.scorer import GameScore, OrderScore
 from cellwright.config.trial.trial import Order
 
 

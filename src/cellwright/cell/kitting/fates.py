@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass
 from enum import StrEnum
 from typing import Any
 
-from cellwright.cell.kitting.score.kit_score import KitScore, Verdict
+from cellwright.cell.kitting.kit_score import KitScore, Verdict
 from cellwright.engine.clock import seconds
 from cellwright.util.pose import Vector3
 

@@ -9,8 +9,8 @@ import mujoco
 
 from cellwright.cell.model.frames import AGV_HOMES, AGV_T_TRAY, TRAY_IDS, TRAY_SURFACE
 from cellwright.config.layout import TRAY_PLATE
-from cellwright.engine.geometry import colours
-from cellwright.engine.geometry.shapes import Colour, Role, Touch, add_looks, add_shape, at, box, capsule, cylinder
+from cellwright.engine import colours
+from cellwright.engine.shapes import Colour, Role, Touch, add_looks, add_shape, at, box, capsule, cylinder
 from cellwright.util.pose import Pose, Vector3
 
 AGV_MASS = 50.0

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from cellwright.cell.model.frames import RAIL
-from cellwright.engine.geometry import colours, meshes
-from cellwright.engine.geometry.shapes import HERE, Colour, Role, Shape, Touch, add_shape, at, box, cylinder, mesh
+from cellwright.engine import colours, shapes
+from cellwright.engine.shapes import HERE, Colour, Role, Shape, Touch, add_shape, at, box, cylinder, mesh
 from cellwright.util.pose import Pose
 
 _CORNERS = 32
@@ -32,7 +32,7 @@ class Housing:
     """
 
     axis: Literal["y", "z"]
-    sections: tuple[meshes.Circle, ...]
+    sections: tuple[shapes.Circle, ...]
 
     @property
     def pose(self) -> Pose:
@@ -40,9 +40,9 @@ class Housing:
         return _SWAPPED if self.axis == "y" else HERE
 
     @property
-    def mesh(self) -> meshes.Mesh:
+    def mesh(self) -> shapes.Mesh:
         """The drum; its axis is parallel to z."""
-        return meshes.lofted(self.sections, _CORNERS)
+        return shapes.lofted(self.sections, _CORNERS)
 
     @property
     def cylinder(self) -> Shape:
@@ -54,7 +54,7 @@ class Housing:
 
 
 def _housing(axis: Literal["y", "z"], *sections: tuple[float, ...]) -> Housing:
-    return Housing(axis, tuple(meshes.Circle(*section) for section in sections))
+    return Housing(axis, tuple(shapes.Circle(*section) for section in sections))
 
 
 def _along_y(radius: float, low: float, high: float, z: float, colour: Colour = colours.ARM_GREY) -> Shape:
@@ -199,7 +199,7 @@ CUP = cylinder(0.05, 0.01, HERE, colours.CUP)
 CUP_FACE_RADIUS = 0.038
 """Radius [m] of the flat face that grips."""
 
-_CUP_SECTIONS = (meshes.Circle(CUP_FACE_RADIUS, -0.005), meshes.Circle(0.05, 0.003), meshes.Circle(0.05, 0.005))
+_CUP_SECTIONS = (shapes.Circle(CUP_FACE_RADIUS, -0.005), shapes.Circle(0.05, 0.003), shapes.Circle(0.05, 0.005))
 
 
 def dress_rail(rail: Any, world: Any) -> None:
@@ -219,7 +219,7 @@ def dress_link(spec: Any, body: Any, link: str) -> None:
         shape = solid
         if isinstance(shape, Housing):
             name = f"{link} {number}"
-            meshes.add_mesh(spec, name, shape.mesh)
+            shapes.add_mesh(spec, name, shape.mesh)
             shape = mesh(name, colours.ARM_GREY, shape.pose)
         add_shape(body, shape, Role.BOTH, Touch.ROBOT)
     for shape in SEEN[link]:
@@ -235,8 +235,8 @@ def dress_cup(spec: Any, gripper: Any, name: str, face: str, contact_time: float
 
     The geom `face` is the plain disc. It touches nothing and is not seen: it tells what such a disc would touch.
     """
-    meshes.add_mesh(spec, meshes.CUP, meshes.lofted(_CUP_SECTIONS, 24))
-    cup = add_shape(gripper, mesh(meshes.CUP, colours.CUP), Role.BOTH, Touch.ROBOT, name=name)
+    shapes.add_mesh(spec, shapes.CUP, shapes.lofted(_CUP_SECTIONS, 24))
+    cup = add_shape(gripper, mesh(shapes.CUP, colours.CUP), Role.BOTH, Touch.ROBOT, name=name)
     cup.friction[0] = 0.1
     cup.priority = 1
     cup.gap = 0.001

@@ -1,4 +1,4 @@
-"""The whole cell as a model of the engine, built from a trial."""
+"""Model of the whole cell, built from a trial, and the settings of the engine's solver."""
 
 from __future__ import annotations
 
@@ -15,13 +15,49 @@ from cellwright.cell.model import furniture
 from cellwright.cell.model.agv import add_agv
 from cellwright.cell.model.arm import GRIPPER, JOINT_NAMES, add_arm, initial_positions
 from cellwright.cell.model.frames import AGV_HOMES, TRAY_IDS, part_frames, shelf_slot
-from cellwright.cell.model.housings import add_housing
+from cellwright.cell.model.furniture import add_housing
 from cellwright.cell.model.own_models import add_furniture, own_part_types
 from cellwright.cell.model.parts import PART_TYPES, PartType, add_part, add_part_meshes, part_type
-from cellwright.cell.model.solver import contact_time, set_solver
 from cellwright.config.trial.trial import KitObject, Part, Trial
 from cellwright.util.errors import DescriptionError, UnknownNameError
 from cellwright.util.pose import Pose
+
+
+def contact_time(timestep: float) -> float:
+    """Time constant [s] of contacts: as stiff as the step allows.
+
+    With the engine's default of 20 ms a part sinks 0.1 mm into what it lies on, and an arm pressed onto a part by its
+    servos sinks in by millimetres.
+    """
+    return max(0.004, 2 * timestep)
+
+
+def set_solver(spec: Any, timestep: float, friction: float = 1.0) -> None:
+    """Set integrator, solver and contact defaults of a model specification.
+
+    Args:
+        spec: an `MjSpec`.
+        timestep: length of a step [s].
+        friction: coefficient of dry friction of everything that says nothing else.
+    """
+    option = spec.option
+    option.timestep = timestep
+    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    option.impratio = 10.0  # parts on a tray or in a bin do not creep
+    option.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    option.iterations = 20
+    option.ls_iterations = 50  # with 20 a kit of many contacts creeps on an AGV that speeds up
+    option.tolerance = 1e-8
+    option.enableflags |= int(mujoco.mjtEnableBit.mjENBL_SLEEP)  # a part at rest costs next to nothing
+    option.sleep_tolerance = 1e-3
+    # islands (sleep is by island) and several contacts for a pair of convex shapes (else parts rock)
+    option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_ISLAND | mujoco.mjtDisableBit.mjDSBL_MULTICCD)
+    geom = spec.default.geom
+    geom.solref = (contact_time(timestep), 1.0)
+    geom.friction = (friction, 0.005, 0.0001)
+    geom.condim = 3
+
 
 _HOLD = (0.95, 0.99, 0.001, 0.5, 2.0)  # solimp of a weld that holds a part
 

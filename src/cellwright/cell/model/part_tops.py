@@ -1,4 +1,4 @@
-"""What a part type of somebody's own offers to a cup from above: its box, its height, and the flat spots of its top.
+"""Tops of user-defined part types: surface heights on a grid, flat spots for the cup, box and height.
 
 The part stands as it was modelled, or with another side up. Its touched shapes are looked at from above on a grid; a
 mesh counts as its convex hull, as it is touched.
@@ -12,12 +12,196 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from cellwright.cell.model.arm_looks import CUP, CUP_FACE_RADIUS
 from cellwright.cell.model.own_models import Form
-from cellwright.cell.model.top_surface import Heights, Mask, Surface, surface_of
-from cellwright.engine.geometry.shapes import Role, Touch, add_shape
+from cellwright.engine.shapes import Role, Shape, Touch, add_shape, bounds
 from cellwright.util.pose import Pose, Quaternion, Vector3
+
+STEEPEST = math.radians(5.0)
+"""A surface that is tilted by more than this [rad] is not flat."""
+
+Heights = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+_GRID_CELLS, _MIN_CELL = 220, 0.0005  # cells of the grid along the longer side; their least size [m]
+_CYLINDER_SIDES = 64  # of the prism that stands for a cylinder
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """Middles of square cells over a part: `x` and `y` [m], shape (rows, columns), and the edge of a cell [m]."""
+
+    x: Heights
+    y: Heights
+    cell: float
+
+    @classmethod
+    def over(cls, lower: NDArray[np.float64], upper: NDArray[np.float64]) -> Grid:
+        """Cells that fill the floor plan of a box with these corners [m]."""
+        size = (upper - lower)[:2]
+        cell = max(_MIN_CELL, float(size.max()) / _GRID_CELLS)
+        columns, rows = (max(1, math.ceil(length / cell)) for length in size)
+        middle = ((lower + upper) / 2)[:2]
+        x = middle[0] + cell * (np.arange(columns) - (columns - 1) / 2)
+        y = middle[1] + cell * (np.arange(rows) - (rows - 1) / 2)
+        across, up = np.meshgrid(x, y)
+        return cls(across, up, cell)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Rows and columns."""
+        return self.x.shape
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """What is seen from above.
+
+    Attributes:
+        lower: corner of least coordinates of the box around the shapes [m].
+        upper: corner of largest coordinates [m].
+        grid: the cells.
+        heights: of the surface over each cell [m]; -inf beside it.
+        is_flat: where it is flat.
+    """
+
+    lower: NDArray[np.float64]
+    upper: NDArray[np.float64]
+    grid: Grid
+    heights: Heights
+    is_flat: Mask
+
+
+def surface_of(touched: tuple[Shape, ...], model: Any, top_T_part: Pose) -> Surface:
+    """The surface of shapes, in a frame whose z is up.
+
+    Args:
+        touched: the shapes, in the part's frame.
+        model: has a geom for each, in their order, and the convex hulls of the meshes.
+        top_T_part: the part's frame in that of the surface.
+    """
+    shapes = [shape.moved(top_T_part) for shape in touched]
+    rotation = _rotation(top_T_part)
+    hulls = {geom: _hull(model, geom) @ rotation.T for geom, shape in enumerate(shapes) if shape.kind == "mesh"}
+    boxes = np.array([_box(shape, hulls.get(geom)) for geom, shape in enumerate(shapes)])
+    lower, upper = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
+    grid = Grid.over(lower, upper)
+    found = [_raster(grid, hulls[geom]) if geom in hulls else _analytic(grid, each) for geom, each in enumerate(shapes)]
+    return Surface(lower, upper, grid, *_highest(found))
+
+
+def _hull(model: Any, geom: int) -> NDArray[np.float64]:
+    """The triangles of a mesh's convex hull in the part's frame [m], shape (n, 3, 3)."""
+    mesh = int(model.geom_dataid[geom])
+    first = int(model.mesh_vertadr[mesh])
+    graph = model.mesh_graph[int(model.mesh_graphadr[mesh]) :]
+    vertices, faces = int(graph[0]), int(graph[1])
+    begin = 2 + 3 * vertices + 3 * faces  # behind the addresses, the vertices and their neighbours
+    numbers = np.array(graph[begin : begin + 3 * faces], np.int64).reshape(-1, 3)
+    rotation = np.zeros(9)
+    mujoco.mju_quat2Mat(rotation, model.geom_quat[geom])
+    corners = np.array(model.mesh_vert[first + numbers], np.float64)
+    turned: NDArray[np.float64] = corners @ rotation.reshape(3, 3).T + model.geom_pos[geom]
+    return turned
+
+
+def _box(shape: Shape, hull: NDArray[np.float64] | None) -> NDArray[np.float64]:
+    """Lower and upper corner [m] of a shape, shape (2, 3)."""
+    if hull is not None:
+        return np.array([hull.min(axis=(0, 1)), hull.max(axis=(0, 1))])
+    return np.array(bounds((shape,)))
+
+
+def _raster(grid: Grid, triangles: NDArray[np.float64]) -> tuple[Heights, Mask]:
+    """Height [m] of a convex surface over each cell, -inf beside it, and where it is flat."""
+    heights, is_flat = np.full(grid.shape, -np.inf), np.zeros(grid.shape, bool)
+    x0, y0 = float(grid.x[0, 0]), float(grid.y[0, 0])
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    lengths = np.linalg.norm(normals, axis=1)
+    for corners, normal, length in zip(triangles, normals, lengths, strict=True):
+        if normal[2] <= 1e-6 * length:
+            continue  # it looks down or aside
+        first = np.floor((corners[:, :2].min(axis=0) - (x0, y0)) / grid.cell).astype(int)
+        last = np.ceil((corners[:, :2].max(axis=0) - (x0, y0)) / grid.cell).astype(int)
+        rows, columns = slice(max(first[1], 0), last[1] + 1), slice(max(first[0], 0), last[0] + 1)
+        dx, dy = grid.x[rows, columns] - corners[0, 0], grid.y[rows, columns] - corners[0, 1]
+        (ax, ay, _), (bx, by, _) = corners[1] - corners[0], corners[2] - corners[0]
+        along_a, along_b = (dx * by - dy * bx) / normal[2], (dy * ax - dx * ay) / normal[2]
+        is_inside = (along_a >= -1e-9) & (along_b >= -1e-9) & (along_a + along_b <= 1 + 1e-9)
+        found = np.where(is_inside, corners[0, 2] - (normal[0] * dx + normal[1] * dy) / normal[2], -np.inf)
+        is_higher = found > heights[rows, columns]
+        heights[rows, columns][is_higher] = found[is_higher]
+        is_flat[rows, columns][is_higher] = normal[2] >= math.cos(STEEPEST) * length
+    return heights, is_flat
+
+
+def _analytic(grid: Grid, shape: Shape) -> tuple[Heights, Mask]:
+    """Height [m] of a simple shape over each cell, -inf beside it, and where it is flat."""
+    radius, half = shape.size[0], shape.size[1]
+    match shape.kind:
+        case "box":
+            axes = np.vstack([np.eye(3), -np.eye(3)])
+            return _prism(grid, shape.pose, axes, np.array([*shape.size, *shape.size]))
+        case "sphere":
+            return _ball(grid, shape.pose.position, radius)
+        case "capsule":
+            ends = [_ball(grid, shape.pose.transform((0.0, 0.0, end)), radius) for end in (-half, half)]
+            return _highest([*ends, _round(grid, shape.pose, radius, half)])
+        case _:
+            return _round(grid, shape.pose, radius, half)
+
+
+def _round(grid: Grid, pose: Pose, radius: float, half: float) -> tuple[Heights, Mask]:
+    """A cylinder, as a prism around it."""
+    turns = np.arange(_CYLINDER_SIDES) * 2 * math.pi / _CYLINDER_SIDES
+    sides = np.column_stack([np.cos(turns), np.sin(turns), np.zeros(_CYLINDER_SIDES)])
+    return _prism(
+        grid, pose, np.vstack([sides, [[0, 0, 1], [0, 0, -1]]]), np.array([radius] * _CYLINDER_SIDES + [half, half])
+    )
+
+
+def _prism(grid: Grid, pose: Pose, normals: NDArray[np.float64], offsets: NDArray[np.float64]) -> tuple[Heights, Mask]:
+    """A body of planes, given by outward normals, shape (n, 3), and distances from its middle [m], in its own frame."""
+    rotation = _rotation(pose)
+    px, py, pz = pose.position
+    leave, enter = np.full(grid.shape, np.inf), np.full(grid.shape, -np.inf)
+    top_slope = np.zeros(grid.shape)
+    is_beside = np.zeros(grid.shape, bool)
+    for (nx, ny, nz), offset in zip(normals @ rotation.T, offsets, strict=True):
+        room = offset - nx * (grid.x - px) - ny * (grid.y - py)
+        if abs(nz) < 1e-9:
+            is_beside |= room < 0.0
+            continue
+        height = room / nz
+        if nz > 0:
+            top_slope = np.where(height < leave, nz, top_slope)
+            leave = np.minimum(leave, height)
+        else:
+            enter = np.maximum(enter, height)
+    is_there = ~is_beside & (enter <= leave)
+    return np.where(is_there, pz + leave, -np.inf), is_there & (top_slope >= math.cos(STEEPEST))
+
+
+def _rotation(pose: Pose) -> NDArray[np.float64]:
+    """The rotation of a pose as a matrix, shape (3, 3)."""
+    return np.array([pose.rotate(axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))]).T
+
+
+def _ball(grid: Grid, centre: Vector3, radius: float) -> tuple[Heights, Mask]:
+    aside = np.hypot(grid.x - centre[0], grid.y - centre[1])
+    up = np.sqrt(np.maximum(radius**2 - aside**2, 0.0))
+    return np.where(aside <= radius, centre[2] + up, -np.inf), aside <= radius * math.sin(STEEPEST)
+
+
+def _highest(surfaces: list[tuple[Heights, Mask]]) -> tuple[Heights, Mask]:
+    heights, is_flat = surfaces[0]
+    for found, flat in surfaces[1:]:
+        is_flat = np.where(found > heights, flat, is_flat)
+        heights = np.maximum(heights, found)
+    return heights, is_flat
+
 
 LEVEL = 0.001
 """What lies within this height [m] of a spot is level with it."""
@@ -91,8 +275,8 @@ def _top(form: Form, model: Any, part_T_top: Pose) -> PartTop:
     covered = np.isfinite(seen.heights)
     middle = (seen.lower + seen.upper) / 2
     far = np.hypot(seen.grid.x - middle[0], seen.grid.y - middle[1])[covered].max(initial=0.0) + seen.grid.cell / 2
-    centre = top_T_part.transform(_vector(model.body_ipos[1]))
-    box = _vector(seen.lower), _vector(seen.upper)
+    centre = top_T_part.transform(_vector3(model.body_ipos[1]))
+    box = _vector3(seen.lower), _vector3(seen.upper)
     return PartTop(part_T_top.quaternion, centre, *box, float(far), _spots(seen, centre))
 
 
@@ -165,6 +349,6 @@ def _distance_to(mask: Mask, cell: float, beyond: float = 0.5) -> Heights:
     return np.asarray(found * cell)
 
 
-def _vector(values: Any) -> Vector3:
+def _vector3(values: Any) -> Vector3:
     x, y, z = (float(value) for value in values)
     return (x, y, z)

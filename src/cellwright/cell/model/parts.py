@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from cellwright.engine.geometry import colours, meshes
-from cellwright.engine.geometry.shapes import Role, Shape, Touch, add_looks, add_shape, at, bounds, box, cylinder, mesh
+from cellwright.engine import colours, shapes
+from cellwright.engine.shapes import Role, Shape, Touch, add_looks, add_shape, at, bounds, box, cylinder, mesh
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose, Vector3
 
@@ -85,7 +85,7 @@ def _gear() -> PartType:
         "gear_part",
         0.5,
         (cylinder(0.0392, top - bottom, at(z=(bottom + top) / 2), colours.GEAR, 1.0), mark),
-        (mesh(meshes.GEAR, colours.GEAR), hub, mark),
+        (mesh(shapes.GEAR, colours.GEAR), hub, mark),
     )
 
 
@@ -120,7 +120,7 @@ def _gasket() -> PartType:
             mark,
         ),
         (
-            mesh(meshes.GASKET, colours.GASKET),
+            mesh(shapes.GASKET, colours.GASKET),
             cylinder(0.009, 0.0204, at(0.072, 0.0, 0.0102), colours.BLACK),
             cylinder(0.009, 0.0204, at(-0.072, 0.0, 0.0102), colours.BLACK),
             mark,
@@ -159,7 +159,7 @@ def _pulley() -> PartType:
         0.5,
         (cylinder(0.1125, height, at(z=height / 2), colours.PULLEY, 1.0),),
         (
-            mesh(meshes.PULLEY, colours.PULLEY),
+            mesh(shapes.PULLEY, colours.PULLEY),
             cylinder(0.0995, 0.0005, at(z=height), colours.PULLEY_FLANGE),
             cylinder(0.075, 0.0009, at(z=height), colours.PULLEY),
             cylinder(0.035, 0.0013, at(z=height), colours.STEEL_LIGHT),
@@ -218,10 +218,10 @@ def part_type(name: str) -> PartType:
 
 def add_part_meshes(spec: Any) -> None:
     """Give a model specification the meshes that parts are drawn with."""
-    meshes.add_mesh(spec, meshes.GEAR, meshes.ring(meshes.gear_outline, 0.006, 0.0, 0.0119, 144))
-    meshes.add_mesh(spec, meshes.GASKET, meshes.ring(meshes.gasket_outline, 0.03, 0.0, 0.02, 72))
+    shapes.add_mesh(spec, shapes.GEAR, shapes.ring(shapes.gear_outline, 0.006, 0.0, 0.0119, 144))
+    shapes.add_mesh(spec, shapes.GASKET, shapes.ring(shapes.gasket_outline, 0.03, 0.0, 0.02, 72))
     groove = [(0.1125, 0.0), (0.1125, 0.004), (0.1, 0.009), (0.1, 0.0634), (0.1125, 0.0684), (0.1125, 0.0724)]
-    meshes.add_mesh(spec, meshes.PULLEY, meshes.lofted([meshes.Circle(*each) for each in groove], 48))
+    shapes.add_mesh(spec, shapes.PULLEY, shapes.lofted([shapes.Circle(*each) for each in groove], 48))
 
 
 def add_part(spec: Any, name: str, kind: PartType, pose: Pose) -> Any:

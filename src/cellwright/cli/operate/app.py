@@ -1,14 +1,341 @@
-"""The commands of `cellwright operate`."""
+"""Commands of `cellwright operate`: call, keyboard, record and play, beside signal."""
 
 from __future__ import annotations
 
-import typer
+import json
+import math
+import sys
+from contextlib import closing
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
 
-from cellwright.cli.operate.call import call
-from cellwright.cli.operate.keyboard import keyboard
-from cellwright.cli.operate.play import play
-from cellwright.cli.operate.record import record
+import typer
+from rich.console import Console
+from rich.live import Live
+from rich.progress import BarColumn, Progress, TextColumn
+
+from cellwright.cli import options
+from cellwright.cli.main import DONE, NOT_DONE
+from cellwright.cli.operate.link import (
+    NODE,
+    RESULT,
+    WHAT,
+    Connect,
+    Node,
+    NodeConnection,
+    OverRos1,
+    Robot,
+    warn_of_unknown,
+)
 from cellwright.cli.operate.signal import signal
+from cellwright.cli.signals import Stop, stopped_by_signals
+from cellwright.clients.operators import playback
+from cellwright.clients.operators.keyboard import Jog, Keyboard
+from cellwright.clients.operators.playback import Recorder, Targets, read_targets
+from cellwright.clients.operators.robot import JOINT_STATES, Ask, OperatedRobot, ServiceCaller, service_request
+from cellwright.clients.operators.terminal import TerminatedError, panel
+from cellwright.clients.operators.terminal import keyboard as terminal_keyboard
+from cellwright.util.errors import CellwrightError, RunEndedError
+
+_HEARD = 2.0  # [s] that a stop may take to be told of
+
+
+class Word(StrEnum):
+    """What can be said."""
+
+    HOME = "home"
+    ENABLE = "enable"
+    DISABLE = "disable"
+    STOP = "stop"
+    CLEAR_STOP = "clear-stop"
+
+
+_ASKS = {Word.HOME: Ask.HOME, Word.ENABLE: Ask.ENABLE, Word.DISABLE: Ask.DISABLE, Word.CLEAR_STOP: Ask.CLEAR_STOP}
+
+
+def call(
+    word: Annotated[
+        Word,
+        typer.Argument(
+            metavar="WORD",
+            help="`home`, `enable`, `disable`, `stop` (the emergency stop), or `clear-stop`.",
+            show_default=False,
+        ),
+    ],
+    connect: Connect = None,
+    ros1: OverRos1 = False,
+    node: Node = NODE,
+) -> None:
+    """Say one word to a robot's node: go home, take commands or none, stop, or end the stop.
+
+    It ends when the node has answered: `home` when the robot is there.
+
+        cellwright operate call home
+
+    Exit status: 0 done; 1 the node refused, or did not answer; 2 bad input.
+    """
+    link = NodeConnection(connect, ros1=ros1, node=node)
+    with link.robot() as robot:
+        try:
+            if word is Word.STOP:
+                robot.stop()
+                robot.session.wait_until(lambda: robot.status is not None and robot.status.emergency_stop, _HEARD)
+                done = robot.status is None or bool(robot.status.emergency_stop)
+                said = "stopped" if done else "sent, and the node does not say that it has stopped"
+            else:
+                response = robot.session.call(*service_request(_ASKS[word]))
+                done, said = bool(response.success), str(response.message)
+        except (CellwrightError, RunEndedError) as error:
+            done, said = False, str(error)
+    typer.echo(f"{word}: {said}" if said else word.value, err=not done)
+    raise typer.Exit(DONE if done else NOT_DONE)
+
+
+def keyboard(connect: Connect = None, ros1: OverRos1 = False, robot: Robot = None, node: Node = NODE) -> None:
+    """Drive a robot by the keys of this terminal: joints, tips, grippers, home, enable, emergency stop.
+
+    A key is one step, from where the robot stands; when it is let go nothing is sent any more, and the robot holds. The
+    keys are listed on the screen. Joints are moved by /io_teleop/joint_cmd, tips by /io_teleop/target_ee_poses, and
+    grippers by /io_teleop/target_gripper_status. The space bar sends /io_teleop/emergency_stop, also while the robot
+    goes home; that is software, and replaces no hardware circuit.
+
+        cellwright operate keyboard
+
+        # a robot of your own, with its limits on the screen
+        cellwright operate keyboard --robot my_robot/vr_configs.yml
+
+    Exit status: 0 quit with q or Ctrl-C; 1 the node has ended, or the process was asked to; 2 bad input, or no
+    terminal.
+    """
+    if not sys.stdin.isatty() or not sys.stdout.isatty():
+        options.refuse(
+            "the keyboard operator needs a terminal; without one: cellwright operate play FILE, "
+            "or cellwright operate signal JOINT"
+        )
+    link = NodeConnection(connect, ros1=ros1, node=node, robot=robot)
+    console = Console(highlight=False)
+    ended = ""
+    with link.robot() as there, closing(ServiceCaller(lambda: link.session("_services"))) as services:
+        limits = link.limits(there)
+        operator = Keyboard(there, Jog(there, limits), services)
+        name = link.name(there)
+        live = Live(console=console, screen=True, auto_refresh=False)
+
+        def draw() -> None:
+            shown = panel(there, operator.jog, limits, name=name, message=operator.message, height=console.size.height)
+            live.update(shown, refresh=True)
+
+        try:
+            with terminal_keyboard() as read, live:
+                operator.run(read, draw)
+        except KeyboardInterrupt:
+            pass
+        except (RunEndedError, TerminatedError) as error:
+            ended = str(error)
+    if ended:
+        typer.echo(f"error: {ended}", err=True)
+    console.print(f"{there.sent} messages sent; the robot stays where it was told to go", markup=False)
+    raise typer.Exit(NOT_DONE if ended else DONE)
+
+
+_LOOK = 0.1  # [s] between two looks at whether it is to end
+_SHORTEST = 0.001  # [s]: less than a tick, and more than rounding makes nothing of
+_MAX_SILENCE = 2.0  # [s]; a recording that grows no longer ends so much later than it should have
+
+APPLIED = "/io_teleop/applied_joint_cmd"
+
+
+def record(
+    file: Annotated[
+        Path,
+        typer.Argument(metavar="FILE", help="A file that ends in .csv or .jsonl.", show_default=False),
+    ],
+    duration: Annotated[
+        float | None,
+        typer.Option(
+            metavar="T",
+            help="How long [s], from the first message on; until Ctrl-C when left out.",
+            rich_help_panel=WHAT,
+        ),
+    ] = None,
+    targets: Annotated[
+        bool,
+        typer.Option(
+            "--targets",
+            metavar="",
+            help="Write the targets that the node applies, instead of what is measured.",
+            rich_help_panel=WHAT,
+        ),
+    ] = False,
+    connect: Connect = None,
+    ros1: OverRos1 = False,
+    node: Node = NODE,
+) -> None:
+    """Write where a robot's joints are, 100 times a second, for `cellwright operate play`.
+
+    Each line is on disk as soon as it is written, so that nothing is lost when something fails.
+
+        cellwright operate record motion.csv --duration 10
+
+    Exit status: 0 recorded; 1 the node has ended, nothing was told, or the disk is full; 2 bad input.
+    """
+    suffix = file.suffix.lower() if file.suffix.lower() == ".jsonl" else ".csv"
+    path = options.output_file("FILE", file, suffix) or file
+    if duration is not None and not 0.0 < duration <= options.LATEST:
+        options.refuse(f"--duration {duration:g}: give a time above 0 s")
+    link, console = NodeConnection(connect, ros1=ros1, node=node), Console(highlight=False)
+    failures: list[str] = []
+    with link.robot() as robot:
+        session, wish = robot.session, Stop()
+        recorder = Recorder(robot, path, topic=APPLIED if targets else JOINT_STATES, report=failures.append)
+        wanted = float("inf") if duration is None else duration
+        end = session.time + wanted + _MAX_SILENCE
+        with stopped_by_signals(wish.stop):
+            try:
+                while not wish.has_come and recorder.is_writing and recorder.time < wanted and session.time < end:
+                    session.sleep(min(_LOOK, max(_SHORTEST, wanted - recorder.time)))
+                recorder.close()
+            except RunEndedError as error:
+                failures.append(str(error))
+    if not recorder.lines and not failures:
+        failures.append(f"nothing came on {APPLIED if targets else JOINT_STATES}")
+    for failure in failures:
+        typer.echo(f"error: {failure}", err=True)
+    console.print(f"{recorder.lines} moments, {recorder.time:.1f} s, in {file}", markup=False, soft_wrap=True)
+    raise typer.Exit(NOT_DONE if failures else DONE)
+
+
+class _StopRequestedError(Exception):
+    """Somebody wants it to end."""
+
+
+def play(
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE",
+            help="Targets: CSV, JSON lines, a ROS 1 bag, or the folder of a ROS 2 bag.",
+            show_default=False,
+        ),
+    ],
+    speed: Annotated[
+        float, typer.Option(metavar="FACTOR", help="Seconds of the file a second.", rich_help_panel=WHAT)
+    ] = 1.0,
+    approach: Annotated[
+        float | None,
+        typer.Option(
+            metavar="T",
+            help="How long the way to the first targets takes [s]; as long as it takes at 0.5 rad/s when left out.",
+            rich_help_panel=WHAT,
+        ),
+    ] = None,
+    loop: Annotated[
+        bool, typer.Option("--loop", metavar="", help="Begin again at the end, until Ctrl-C.", rich_help_panel=WHAT)
+    ] = False,
+    topic: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TOPIC",
+            help="Of a bag: take this topic's joint states as targets; all commands in it when left out.",
+            rich_help_panel=WHAT,
+        ),
+    ] = None,
+    connect: Connect = None,
+    ros1: OverRos1 = False,
+    robot: Robot = None,
+    node: Node = NODE,
+    as_json: Annotated[
+        bool, typer.Option("--json", metavar="", help="Print what was played as JSON.", rich_help_panel=RESULT)
+    ] = False,
+) -> None:
+    """Play a file of targets: move slowly to the first of them, then say each in its time.
+
+    A CSV file begins with the line `time,JOINT,JOINT`; times are in seconds, positions in rad or m, and an empty field
+    says nothing about its joint. A line of JSON is `{"time": 0.0, "positions": {"JOINT": 0.1}}`. In both,
+    `gripper_right` and `gripper_left` are how far a gripper is closed, 0 to 1. Of a bag its io_teleop commands are
+    played, each on its own topic.
+
+        cellwright operate record motion.csv --duration 10
+        cellwright operate play motion.csv --speed 0.5
+
+        # a recording of somebody else's: what was measured becomes the target
+        cellwright operate play session.bag --topic /io_teleop/joint_states
+
+    Exit status: 0 played, or stopped by Ctrl-C; 1 the robot did not come to the first targets, refused a command, or is
+    gone; 2 bad input, and nothing was moved.
+    """
+    if not 0.0 < speed < math.inf:
+        options.refuse(f"--speed {speed:g}: give a factor above 0")
+    if approach is not None and not 0.0 <= approach <= options.LATEST:
+        options.refuse(f"--approach {approach:g}: give a time from 0 s on")
+    targets = _read_any_targets(file, topic)
+    link = NodeConnection(connect, ros1=ros1, node=node, robot=robot)
+    console = Console(stderr=as_json, highlight=False)
+    failure, rounds = "", 0
+    with link.robot() as there:
+        limits = link.limits(there)
+        playback.check(there, targets, limits)
+        warn_of_unknown(limits)
+        wish = Stop()
+        with stopped_by_signals(wish.stop):
+            try:
+                while loop or rounds == 0:
+                    _play_once(there, targets, speed, approach, console, wish)
+                    rounds += 1
+            except (CellwrightError, RunEndedError) as error:
+                failure = str(error)
+            except _StopRequestedError:
+                pass
+    status = NOT_DONE if failure else DONE
+    outcome = "failed" if failure else "stopped" if wish.has_come else "done"
+    if failure:
+        typer.echo(f"error: {failure}", err=True)
+    if as_json:
+        document = {
+            "file": str(file),
+            "moments": len(targets.moments),
+            "duration": targets.duration,
+            "outcome": outcome,
+            "rounds": rounds,
+            "messages": there.sent,
+            "error": failure,
+            "exit_status": status,
+        }
+        typer.echo(json.dumps(document, indent=2))
+    elif not failure:
+        times = f"{rounds} times, " if loop else ""
+        console.print(f"{outcome}: {times}{there.sent} messages sent", markup=False, soft_wrap=True)
+    raise typer.Exit(status)
+
+
+def _read_any_targets(file: Path, topic: str | None) -> Targets:
+    from cellwright.clients.operators.bags import is_bag, read_bag  # readers of bags take a while to load
+
+    if is_bag(file):
+        return read_bag(file, topic)
+    if topic is not None:
+        options.refuse("--topic: only a bag has topics")
+    return read_targets(file)
+
+
+def _play_once(
+    robot: OperatedRobot, targets: Targets, speed: float, slowly: float | None, console: Console, wish: Stop
+) -> None:
+    """Play once."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed:.1f} s"))
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
+        task = progress.add_task("to the first targets", total=None)
+
+        def beat(time: float) -> None:
+            if wish.has_come:
+                raise _StopRequestedError
+            progress.update(task, completed=time)
+
+        playback.approach(robot, targets.first, slowly, on_beat=beat)
+        progress.update(task, description=str(targets.path), total=targets.duration)
+        playback.play(robot, targets, speed=speed, on_beat=beat)
+
 
 app = typer.Typer(
     name="operate",

@@ -1,26 +1,54 @@
-"""How an operator comes to a robot's node: over its socket, or over ROS 1."""
+"""Connection of an operator to a robot's node, over its socket or over ROS 1, and the robot's limits."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import tempfile
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from cellwright.cli import lines, options
-from cellwright.cli.operate.described import described_limits
+from cellwright.cli import options, output
+from cellwright.clients.client.ros1_transport import Ros1Transport
 from cellwright.clients.client.session import Session
-from cellwright.clients.client.transports.ros1 import Ros1Transport
-from cellwright.clients.client.transports.socket import SocketTransport
-from cellwright.clients.operators.limits import JointLimits
-from cellwright.clients.operators.robot import JOINT_STATES, OperatedRobot
+from cellwright.clients.client.socket_transport import SocketTransport
+from cellwright.clients.operators.robot import JOINT_STATES, JointLimits, OperatedRobot
 from cellwright.config.robot.robots import bundled, load_robot
+from cellwright.config.robot.urdf import read_urdf
 from cellwright.middleware.ros1.host import installation
-from cellwright.middleware.ros1.host.identity import node_name
+from cellwright.middleware.ros1.host.master import DEFAULT_URI, URI_VARIABLE, Master
+from cellwright.middleware.ros1.host.ros1 import node_name
 from cellwright.middleware.server import DEFAULT_PORT
 from cellwright.middleware.server.server import LOOPBACK
-from cellwright.util.errors import RunEndedError, UsageError
+from cellwright.util.errors import CellwrightError, RunEndedError, UsageError
+
+PARAMETER = "robot_description"
+
+
+def described_limits(environment: Mapping[str, str]) -> JointLimits:
+    """The limits of the robot that is described at the master; none if there is none that can be read.
+
+    Args:
+        environment: of a program of ROS, which names the master.
+    """
+    try:
+        text = Master(environment.get(URI_VARIABLE) or DEFAULT_URI).parameter(f"/{PARAMETER}")
+        if not isinstance(text, str):
+            return JointLimits()
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / f"{PARAMETER}.urdf"
+            path.write_text(text, encoding="utf-8")
+            robot = read_urdf(path, warn=_ignore_line)
+    except CellwrightError:  # a robot can be driven without
+        return JointLimits()
+    return JointLimits({joint.name: joint.limits for joint in robot.driven}, PARAMETER)
+
+
+def _ignore_line(_line: str) -> None:
+    pass
+
 
 WHERE, WHAT, RESULT = "Where the robot is", "What it does", "Output"
 """Headings in the help, under which options are listed."""
@@ -59,7 +87,7 @@ Robot = Annotated[
 ]
 
 
-class Link:
+class NodeConnection:
     """A way to a node, checked; nothing is connected yet.
 
     Args:
@@ -78,7 +106,7 @@ class Link:
             options.refuse("--connect and --ros1: give one of them")
         self.node = node_name(node)
         self._address = options.address("--connect", connect) if connect else (LOOPBACK, DEFAULT_PORT)
-        self._limits = None if robot is None else JointLimits.of(load_robot(robot, lines.warn).robot)
+        self._limits = None if robot is None else JointLimits.of(load_robot(robot, output.warn).robot)
         self._ros1 = installation.find() if ros1 else None
 
     def session(self, suffix: str = "") -> Session:
@@ -156,7 +184,7 @@ class Link:
 def warn_of_unknown(limits: JointLimits) -> None:
     """Say that nothing was checked against limits, where none are known."""
     if not limits.joints:
-        lines.warn("this robot's joint limits are not known here, so nothing is checked against them; see --robot")
+        output.warn("this robot's joint limits are not known here, so nothing is checked against them; see --robot")
 
 
 def _ignore(_line: object) -> None:

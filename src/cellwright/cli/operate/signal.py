@@ -1,4 +1,4 @@
-"""`cellwright operate signal`: a test signal for joints, and how well they follow it."""
+"""Command `cellwright operate signal`: a test signal for joints, and how well they follow it."""
 
 from __future__ import annotations
 
@@ -9,20 +9,104 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn
+from rich.table import Table
 
-from cellwright.cli import lines, options
-from cellwright.cli.exit_status import DONE, NOT_DONE
-from cellwright.cli.operate import report
-from cellwright.cli.operate.link import NODE, RESULT, WHAT, Connect, Link, Node, OverRos1, Robot, warn_of_unknown
-from cellwright.clients.operators.exercise import Exercise, check, exercise
-from cellwright.clients.operators.plot_svg import picture
+from cellwright.cli import options
+from cellwright.cli import output as lines
+from cellwright.cli.main import DONE, NOT_DONE
+from cellwright.cli.operate.link import (
+    NODE,
+    RESULT,
+    WHAT,
+    Connect,
+    Node,
+    NodeConnection,
+    OverRos1,
+    Robot,
+    warn_of_unknown,
+)
+from cellwright.clients.operators.exercise import Exercise, Shape, StepResponse, Wave, check_signal, exercise
+from cellwright.clients.operators.plots import Curve, terminal_plot, tracking_svg
 from cellwright.clients.operators.robot import OperatedRobot
-from cellwright.clients.operators.waves import Shape, Wave
-from cellwright.util.atomic_file import write_whole
 from cellwright.util.errors import CellwrightError, RunEndedError, UnknownNameError
+from cellwright.util.files import write_whole
+
+_PLOT_WIDTH, _PLOT_HEIGHT = 78, 10
+
+
+def figures_table(exercises: Sequence[Exercise]) -> Table:
+    """The figures of all joints, a line each."""
+    found = Table(box=None, header_style="bold")
+    found.add_column("joint", no_wrap=True)
+    has_steps = any(each.tracking.step for each in exercises)
+    names = ["RMS", "greatest", "delay"]
+    names += ["rise", "settled", "over", "rest"] if has_steps else []
+    for name in names:
+        found.add_column(name, justify="right", no_wrap=True)
+    for each in exercises:
+        figures = each.tracking
+        row = [each.trace.joint, f"{figures.rms:.4f}", f"{figures.worst:.4f}", _milliseconds(figures.delay)]
+        found.add_row(*row, *(_step(figures.step) if has_steps else []))
+    return found
+
+
+def show_plot(console: Console, exercise: Exercise) -> None:
+    """Draw what a joint was told and what it did, in the characters of the terminal."""
+    trace = exercise.trace
+    curves = [
+        Curve("target", trace.told_at, trace.told, "yellow"),
+        Curve("measured", trace.seen_at, trace.seen, "cyan"),
+    ]
+    width = min(console.width, _PLOT_WIDTH)
+    console.print(terminal_plot(curves, width=width, height=_PLOT_HEIGHT, unit="rad; m"))
+
+
+def figures_document(exercise: Exercise) -> dict[str, Any]:
+    """The figures of one joint as JSON values: rad or m, s, Hz."""
+    wave, figures, step = exercise.wave, exercise.tracking, exercise.tracking.step
+    return {
+        "joint": exercise.trace.joint,
+        "wave": wave.shape.value,
+        "amplitude": wave.amplitude,
+        "frequency": wave.frequency,
+        "duration": wave.duration,
+        "start": exercise.start,
+        "rms_error": figures.rms,
+        "max_error": figures.worst,
+        "judged_error": figures.judged,
+        "delay": figures.delay,
+        "state_rate": figures.rate,
+        "step": None
+        if step is None
+        else {"overshoot": step.overshoot, "rise": step.rise, "settling": step.settling, "rest": step.rest},
+        "note": exercise.note,
+    }
+
+
+def csv_text(exercises: Sequence[Exercise]) -> str:
+    """Every measured position with the target in force: joint, time [s], target, measured, error [rad; m]."""
+    lines = ["joint,time,target,measured,error\n"]
+    for each in exercises:
+        trace = each.trace
+        rows = np.column_stack([trace.seen_at, trace.target, trace.seen, trace.target - trace.seen])
+        for time, target, seen, error in rows.tolist():
+            lines.append(f"{trace.joint},{time:.6f},{target:.9g},{seen:.9g},{error:.9g}\n")
+    return "".join(lines)
+
+
+def _step(step: StepResponse | None) -> list[str]:
+    if step is None:
+        return ["", "", "", ""]
+    overshoot = f"{100 * step.overshoot:.1f} %"
+    return [_milliseconds(step.rise), _milliseconds(step.settling), overshoot, f"{step.rest:.4f}"]
+
+
+def _milliseconds(time: float | None) -> str:
+    return "never" if time is None else f"{time * 1e3:.0f} ms"
 
 
 def signal(
@@ -111,12 +195,12 @@ def signal(
         if value is not None and not value >= 0.0:
             options.refuse(f"{option} {value:g}: give a number from 0 on")
     files = (options.output_file("--csv", csv, ".csv"), options.output_file("--plot", plot, ".svg"))
-    link = Link(connect, ros1=ros1, node=node, robot=robot)
+    link = NodeConnection(connect, ros1=ros1, node=node, robot=robot)
     console = Console(stderr=as_json, highlight=False)
     with link.robot() as there:
         chosen = _chosen(there, joints)
         limits = link.limits(there)
-        for warning in check(there, chosen, wanted, limits):
+        for warning in check_signal(there, chosen, wanted, limits):
             lines.warn(warning)
         warn_of_unknown(limits)
         found, failure = _exercise(there, chosen, wanted, console)
@@ -124,7 +208,7 @@ def signal(
     failures += _write(found, *files)
     status = NOT_DONE if failures else DONE
     if as_json:
-        document: dict[str, Any] = {"joints": [report.document(each) for each in found]}
+        document: dict[str, Any] = {"joints": [figures_document(each) for each in found]}
         typer.echo(json.dumps(document | {"failures": failures, "exit_status": status}, indent=2))
     else:
         _show(console, found)
@@ -184,7 +268,7 @@ def _failures(found: Sequence[Exercise], max_error: float | None, max_delay: flo
 def _write(found: Sequence[Exercise], csv: Path | None, plot: Path | None) -> list[str]:
     """Write the files that were asked for; what could not be written."""
     failures = []
-    texts = [(csv, report.csv_text), (plot if found else None, picture)]
+    texts = [(csv, csv_text), (plot if found else None, tracking_svg)]
     for path, text in texts:
         try:
             if path is not None:
@@ -197,10 +281,10 @@ def _write(found: Sequence[Exercise], csv: Path | None, plot: Path | None) -> li
 def _show(console: Console, found: Sequence[Exercise]) -> None:
     for each in found:
         console.print(f"{each.trace.joint}: {each.wave.shape} from {round(each.start, 4):g}", markup=False)
-        report.show_plot(console, each)
+        show_plot(console, each)
         console.print()
     if found:
-        console.print(report.table(found))
+        console.print(figures_table(found))
     for each in found:
         if each.note:
             console.print(f"{each.trace.joint}: {each.note}", markup=False, soft_wrap=True, style="yellow")

@@ -9,16 +9,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from cellwright.cli import lines, options, videos
-from cellwright.cli.arguments import OUTPUT, Host, Port, Recorded
-from cellwright.cli.bar import bar
-from cellwright.cli.exit_status import DONE
-from cellwright.cli.view.arguments import Open, View, ViewHost, ViewPort, page_wish
+from cellwright.cli import arguments, options, output
+from cellwright.cli.arguments import OUTPUT, Host, OpenPage, Port, Recorded, View, ViewHost, ViewPort, page_options
+from cellwright.cli.main import DONE
+from cellwright.cli.output import progress_bar
 from cellwright.engine.clock import nanoseconds, seconds
 from cellwright.middleware.server.server import LOOPBACK
 
 if TYPE_CHECKING:
-    from cellwright.cli.replay.play import PlayOptions
+    from cellwright.cli.replay.playback import PlayOptions
     from cellwright.recording.format.reader import Recording
 
 _PLAY, _VERIFY = "Play it", "Run it again"
@@ -41,7 +40,7 @@ def replay(
     view: View = False,
     view_host: ViewHost = None,
     view_port: ViewPort = None,
-    open_page: Open = False,
+    open_page: OpenPage = False,
     speed: Annotated[
         str,
         typer.Option(
@@ -98,11 +97,11 @@ def replay(
             rich_help_panel=OUTPUT,
         ),
     ] = None,
-    video: videos.File = None,
-    video_camera: videos.From = None,
-    video_speed: videos.Speed = 1.0,
-    video_size: videos.Size = videos.USUAL_SIZE,
-    video_fine: videos.Fine = False,
+    video: arguments.VideoFile = None,
+    video_camera: arguments.VideoCamera = None,
+    video_speed: arguments.VideoSpeed = 1.0,
+    video_size: arguments.VideoSize = arguments.DEFAULT_VIDEO_SIZE,
+    video_fine: arguments.VideoFine = False,
     as_json: Annotated[
         bool,
         typer.Option(
@@ -142,23 +141,22 @@ def replay(
     compare or to see, or the video cannot be written.
     """
     # it takes a moment to load, which the other commands are spared
-    from cellwright.cli.replay import summary
-    from cellwright.cli.replay.film import film
-    from cellwright.cli.replay.play import PlayOptions, play
-    from cellwright.cli.replay.verify import verify as run_again
+    from cellwright.cli.replay import report
+    from cellwright.cli.replay.playback import PlayOptions, film_recording, play_recording
+    from cellwright.cli.replay.report import verify_recording as run_again
     from cellwright.recording.format.bag import write_bag
     from cellwright.recording.format.reader import Recording
-    from cellwright.recording.replay.exported.file import write_mcap
-    from cellwright.recording.replay.playing import AtEnd
+    from cellwright.recording.replay.exported import write_mcap
+    from cellwright.recording.replay.playback import AtEnd
 
     console = Console(stderr=as_json, highlight=False)
     is_played = serve or ros1 or view
-    page = page_wish(view=view, host=view_host, port=view_port, opens=open_page)
+    page = page_options(view=view, host=view_host, port=view_port, opens=open_page)
     if verify and is_played:
         options.refuse("--verify runs it again and plays nothing: leave out --serve, --ros1 and --view")
     if loop and hold:
         options.refuse("--loop and --hold: give one of them")
-    filmed = videos.wish(video, video_camera, video_speed, video_size, fine=video_fine)
+    filmed = arguments.video_options(video, video_camera, video_speed, video_size, fine=video_fine)
     if filmed and (is_played or verify):
         options.refuse("--video: make the video alone: leave out --view, --serve, --ros1 and --verify")
     times = {"--start": start is not None, "--until": until is not None}
@@ -181,16 +179,16 @@ def replay(
     with Recording(file) as recording:
         _check_times(recording, wanted)
         if not recording.is_complete:
-            lines.warn(f"{file}: was cut short; it goes on to {recording.end_time / 1e9:.3f} s")
+            output.warn(f"{file}: was cut short; it goes on to {recording.end_time / 1e9:.3f} s")
         if bag_file is not None:
-            with bar(console, f"writing {bag_file}", 1.0) as tell:
+            with progress_bar(console, f"writing {bag_file}", 1.0) as tell:
                 left_out = write_bag(
                     file, bag_file, start=_nanoseconds(wanted.start), until=_nanoseconds(wanted.until), tell=tell
                 )
             for topic in left_out:
-                lines.warn(f"{topic} is not in the bag: its type has another form in ROS 1")
+                output.warn(f"{topic} is not in the bag: its type has another form in ROS 1")
         if mcap_file is not None:
-            with bar(console, f"writing {mcap_file}", 1.0) as tell:
+            with progress_bar(console, f"writing {mcap_file}", 1.0) as tell:
                 missing = write_mcap(
                     recording,
                     mcap_file,
@@ -199,21 +197,21 @@ def replay(
                     tell=tell,
                 )
             for line in missing:
-                lines.warn(f"{mcap_file}: {line}")
+                output.warn(f"{mcap_file}: {line}")
         if verify:
             raise typer.Exit(run_again(recording, console, as_json=as_json))
         if is_played:
-            play(recording, wanted, console)
-        told = summary.document(recording)
+            play_recording(recording, wanted, console)
+        told = report.contents_document(recording)
         if filmed is not None:
-            with bar(console, f"drawing {filmed.file}", 1.0) as tell:
+            with progress_bar(console, f"drawing {filmed.file}", 1.0) as tell:
                 told["videos"] = [
-                    film(
+                    film_recording(
                         recording,
                         filmed,
                         start=wanted.start,
                         until=wanted.until,
-                        warn=lines.warn,
+                        warn=output.warn,
                         tell=tell,
                     )
                 ]
@@ -221,13 +219,13 @@ def replay(
         typer.echo(json.dumps(told, indent=2))
     elif filmed is not None or bag_file is not None or mcap_file is not None:
         if filmed is not None:
-            lines.note(console, "video", videos.sentence(told["videos"][0]))
+            output.note(console, "video", arguments.video_sentence(told["videos"][0]))
         if bag_file is not None:
-            lines.note(console, "bag", str(bag_file))
+            output.note(console, "bag", str(bag_file))
         if mcap_file is not None:
-            lines.note(console, "mcap", str(mcap_file))
+            output.note(console, "mcap", str(mcap_file))
     elif not is_played:
-        summary.show(console, told)
+        report.show_contents(console, told)
     raise typer.Exit(DONE)
 
 

@@ -1,55 +1,250 @@
-"""`cellwright teleop`: a robot's controller node."""
+"""Command `cellwright teleop`: a robot's controller node."""
 
 from __future__ import annotations
 
 from functools import partial
+from pathlib import Path
+from typing import Annotated
 
 import typer
 
-from cellwright.cli import options, recorded, videos
-from cellwright.cli.arguments import Host, Port, Record, Until
-from cellwright.cli.teleop.arguments import (
-    AsJson,
-    Check,
-    CheckDriver,
-    Clutch,
-    GuardThen,
-    Gui,
-    InitDebug,
-    InRos1,
-    Lockstep,
-    MaxAge,
-    MaxSpeed,
-    MotionLaw,
-    NodeName,
-    OneCommander,
-    OwnDriver,
-    Rate,
-    ResumeSpeed,
-    Robot,
-    SelfCollision,
-    SimTime,
-    Snapshot,
-    Speed,
-    StartDisabled,
-    StartGuard,
-    TipSpeed,
-    TipTurning,
-    Verbose,
-    Watchdog,
+from cellwright.cli import arguments, options
+from cellwright.cli.arguments import (
+    OUTPUT,
+    REACH,
+    WORK,
+    Host,
+    OpenPage,
+    Port,
+    Record,
+    Until,
+    View,
+    ViewHost,
+    ViewPort,
+    page_options,
 )
-from cellwright.cli.teleop.driver import run_check
-from cellwright.cli.teleop.motion_check import run_motion_check
+from cellwright.cli.teleop.checks import run_driver_check, run_motion_check
 from cellwright.cli.teleop.node import run_node
-from cellwright.cli.teleop.options import TeleopOptions
-from cellwright.cli.teleop.sight import Sight
-from cellwright.cli.view.arguments import Open, View, ViewHost, ViewPort, page_wish
+from cellwright.cli.teleop.options import DisplayOptions, TeleopOptions
 from cellwright.config.robot.robots import load_robot
 from cellwright.middleware.server.server import LOOPBACK
-from cellwright.robot.drivers.own import find_driver
+from cellwright.robot.drivers import find_driver
 from cellwright.robot.interface.rows import NODE
-from cellwright.robot.safety.settings import RESUME_SPEED, Guard, SafetySettings
+from cellwright.robot.safety import RESUME_SPEED, Guard, SafetySettings
 from cellwright.robot.servos import Motion
+
+SAFETY = "Safety"
+"""Heading in the help, under which options are listed."""
+
+Robot = Annotated[
+    str,
+    typer.Argument(
+        metavar="ROBOT",
+        help="A robot that comes with Cellwright, such as `qinglong`; a robot configuration (`vr_configs.yml`) or its "
+        "folder; or a URDF.",
+        show_default=False,
+    ),
+]
+MotionLaw = Annotated[
+    Motion,
+    typer.Option(
+        metavar="LAW",
+        help="`servo`: with the URDF's speeds and efforts; `teleport`: at once.",
+        rich_help_panel=WORK,
+    ),
+]
+Rate = Annotated[str, typer.Option(metavar="HZ", help="Steps of physics a second.", rich_help_panel=WORK)]
+Check = Annotated[
+    bool,
+    typer.Option(
+        "--check",
+        metavar="",
+        help="Only look how the robot moves: against its recorded motion, or else joint by joint.",
+        rich_help_panel=WORK,
+    ),
+]
+SelfCollision = Annotated[
+    bool, typer.Option("--self-collision", metavar="", help="Let links touch each other.", rich_help_panel=WORK)
+]
+SimTime = Annotated[
+    bool,
+    typer.Option(
+        "--sim-time",
+        metavar="",
+        help="Tell simulation time on /clock, and stamp messages with it.",
+        rich_help_panel=WORK,
+    ),
+]
+Speed = Annotated[
+    str | None,
+    typer.Option(
+        metavar="FACTOR",
+        help="Simulated seconds a second, or `max`; other than 1 only with --sim-time.",
+        rich_help_panel=WORK,
+    ),
+]
+Lockstep = Annotated[
+    bool,
+    typer.Option(
+        "--lockstep",
+        metavar="",
+        help="Let time pass only when a guest asks; implies --sim-time.",
+        rich_help_panel=WORK,
+    ),
+]
+AsJson = Annotated[
+    bool,
+    typer.Option(
+        "--json",
+        metavar="",
+        help="Print the summary as JSON at the end, and nothing else on stdout.",
+        rich_help_panel=OUTPUT,
+    ),
+]
+Verbose = Annotated[
+    bool, typer.Option("--verbose", "-v", metavar="", help="Say more in the summary.", rich_help_panel=OUTPUT)
+]
+
+OwnDriver = Annotated[
+    str | None,
+    typer.Option(
+        "--driver",
+        metavar="FILE.py:CLASS",
+        help="Have a robot of your own moved, by a driver of your own; nothing is simulated then.",
+        rich_help_panel=WORK,
+    ),
+]
+CheckDriver = Annotated[
+    bool,
+    typer.Option(
+        "--check-driver",
+        metavar="",
+        help="Move each joint of that robot by 0.02 and back, say what is wrong with its driver, and stop.",
+        rich_help_panel=WORK,
+    ),
+]
+Gui = Annotated[
+    bool, typer.Option("--gui", metavar="", help="Show the robot in a window, MuJoCo's own.", rich_help_panel=OUTPUT)
+]
+InitDebug = Annotated[
+    bool,
+    typer.Option(
+        "--init-debug",
+        metavar="",
+        help="Show it with a slider for each joint, under `Control`.",
+        rich_help_panel=OUTPUT,
+    ),
+]
+Snapshot = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE.png", help="Write a picture of the robot at the end.", rich_help_panel=OUTPUT),
+]
+
+StartDisabled = Annotated[
+    bool,
+    typer.Option(
+        "--start-disabled",
+        metavar="",
+        help="Take no commands until the service /io_teleop/set_enabled says so.",
+        rich_help_panel=SAFETY,
+    ),
+]
+Watchdog = Annotated[
+    float | None,
+    typer.Option(
+        metavar="S",
+        help="Hold the joints that a topic moves when nothing has come on it for so long [s], such as 0.5.",
+        rich_help_panel=SAFETY,
+    ),
+]
+MaxSpeed = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="[JOINTS=]V",
+        help="Move targets no faster than this [rad/s; m/s]; for joints whose names fit a pattern: `J_arm_*=1.5`. May "
+        "be repeated, the last that fits counts.",
+        rich_help_panel=SAFETY,
+    ),
+]
+StartGuard = Annotated[
+    float | None,
+    typer.Option(
+        metavar="D",
+        help="How far a first target may be from where the joint stands [rad; m], such as 0.8.",
+        rich_help_panel=SAFETY,
+    ),
+]
+GuardThen = Annotated[
+    Guard,
+    typer.Option(
+        "--start-guard-then",
+        metavar="WHAT",
+        help="What becomes of one farther away: `refuse`, or `blend` (go there slowly).",
+        rich_help_panel=SAFETY,
+    ),
+]
+ResumeSpeed = Annotated[
+    float,
+    typer.Option(
+        metavar="V",
+        help="Speed of the first approach after a stop, a silence or a blend [rad/s; m/s].",
+        rich_help_panel=SAFETY,
+    ),
+]
+OneCommander = Annotated[
+    float | None,
+    typer.Option(
+        metavar="S",
+        help="Take a topic from one node only, until it has been silent for so long [s].",
+        rich_help_panel=SAFETY,
+    ),
+]
+MaxAge = Annotated[
+    float | None,
+    typer.Option(
+        metavar="S",
+        help="Refuse commands stamped longer ago [s], or earlier than the one before.",
+        rich_help_panel=SAFETY,
+    ),
+]
+Clutch = Annotated[
+    bool,
+    typer.Option(
+        "--clutch",
+        metavar="",
+        help="Let targets count from where they and the joints were at first.",
+        rich_help_panel=SAFETY,
+    ),
+]
+TipSpeed = Annotated[
+    float | None,
+    typer.Option(
+        metavar="V",
+        help="How fast the tips of arms are brought to poses [m/s]; 2 when left out.",
+        rich_help_panel=SAFETY,
+    ),
+]
+TipTurning = Annotated[
+    float | None,
+    typer.Option(
+        metavar="W",
+        help="How fast they are turned on the way [rad/s]; a turn a second when left out.",
+        rich_help_panel=SAFETY,
+    ),
+]
+InRos1 = Annotated[
+    bool,
+    typer.Option(
+        "--ros1",
+        metavar="",
+        help="Be a node of ROS 1 too, at the master that ROS_MASTER_URI names.",
+        rich_help_panel=REACH,
+    ),
+]
+NodeName = Annotated[
+    str,
+    typer.Option("--node", metavar="NAME", help="Name of the node in ROS.", rich_help_panel=REACH),
+]
 
 
 def teleop(
@@ -85,13 +280,13 @@ def teleop(
     view: View = False,
     view_host: ViewHost = None,
     view_port: ViewPort = None,
-    open_page: Open = False,
+    open_page: OpenPage = False,
     record: Record = None,
-    video: videos.File = None,
-    video_camera: videos.From = None,
-    video_speed: videos.Speed = 1.0,
-    video_size: videos.Size = videos.USUAL_SIZE,
-    video_fine: videos.Fine = False,
+    video: arguments.VideoFile = None,
+    video_camera: arguments.VideoCamera = None,
+    video_speed: arguments.VideoSpeed = 1.0,
+    video_size: arguments.VideoSize = arguments.DEFAULT_VIDEO_SIZE,
+    video_fine: arguments.VideoFine = False,
     as_json: AsJson = False,
     verbose: Verbose = False,
 ) -> None:
@@ -153,7 +348,7 @@ def teleop(
             options.refuse("--check and --check-driver: give one of them")
         if safety != SafetySettings():
             options.refuse("--check-driver: leave out the options of safety: the driver is told its targets directly")
-        raise typer.Exit(run_check(driver, partial(load_robot, robot)))
+        raise typer.Exit(run_driver_check(driver, partial(load_robot, robot)))
     wanted = TeleopOptions(
         motion=motion,
         timestep=1 / options.physics_rate(rate),
@@ -166,14 +361,14 @@ def teleop(
         host=host,
         port=port,
         driver=None if driver is None else find_driver(driver),
-        sight=Sight(gui or init_debug, init_debug, options.output_file("--snapshot", snapshot, ".png")),
+        sight=DisplayOptions(gui or init_debug, init_debug, options.output_file("--snapshot", snapshot, ".png")),
         ros1=ros1,
         node=node,
         as_json=as_json,
         verbose=verbose,
-        record=recorded.wanted(record),
-        video=videos.wish(video, video_camera, video_speed, video_size, fine=video_fine),
-        page=page_wish(view=view, host=view_host, port=view_port, opens=open_page),
+        record=arguments.record_options(record),
+        video=arguments.video_options(video, video_camera, video_speed, video_size, fine=video_fine),
+        page=page_options(view=view, host=view_host, port=view_port, opens=open_page),
     )
     run = run_motion_check if check else run_node
     raise typer.Exit(run(partial(load_robot, robot), wanted))

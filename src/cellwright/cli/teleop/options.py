@@ -1,22 +1,82 @@
-"""What running a robot's controller node may be told."""
+"""Options of a robot's controller node: how it runs, and the window and picture of it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from fractions import Fraction
+from ipaddress import ip_address
+from pathlib import Path
 
-from cellwright.cli.teleop.sight import Sight
-from cellwright.cli.view.arguments import PageWish
+from rich.console import Console
+
+from cellwright.cli.arguments import PageOptions
+from cellwright.cli.output import progress_bar
 from cellwright.config.robot.config import RobotConfig
+from cellwright.middleware.server import Server
 from cellwright.middleware.server.server import LOOPBACK
-from cellwright.rendering.video_wish import VideoWish
-from cellwright.robot.drivers.driver import Driver
+from cellwright.rendering.video_options import VideoOptions
+from cellwright.robot.drivers import Driver
 from cellwright.robot.interface import rows as io_teleop
-from cellwright.robot.model.robot import TIMESTEP
-from cellwright.robot.safety.settings import SafetySettings
+from cellwright.robot.model import TIMESTEP
+from cellwright.robot.node import RobotNode
+from cellwright.robot.pictures import save_robot_picture
+from cellwright.robot.safety import SafetySettings
+from cellwright.robot.services import RobotServices
 from cellwright.robot.servos import Motion
 from cellwright.running.run import RecordOptions
+from cellwright.viewer.window import Window, WindowError
+
+
+@dataclass(frozen=True)
+class DisplayOptions:
+    """What somebody wants to see.
+
+    Attributes:
+        window: MuJoCo's window, while the node runs.
+        sliders: with a slider for each joint in it.
+        snapshot: a picture of how the robot stands at the end goes to this file.
+    """
+
+    window: bool = False
+    sliders: bool = False
+    snapshot: Path | None = None
+
+    @contextmanager
+    def shown(self, node: RobotNode, server: Server) -> Iterator[None]:
+        """Have the window open; it closes with the server.
+
+        Raises:
+            WindowError: there can be none; node and server are closed then.
+        """
+        if not self.window:
+            yield
+            return
+        RobotServices(node).offer_state(server)
+        try:
+            host, port = server.address
+            address = LOOPBACK if ip_address(host).is_unspecified else host
+            window = Window(node.world.model, (address, port), sliders=self.sliders)
+        except WindowError as error:
+            node.close()
+            server.close(str(error))
+            raise
+        try:
+            yield
+        finally:
+            window.close()
+
+    def save(self, node: RobotNode, console: Console) -> None:
+        """Write the picture, if one is wanted; it takes some seconds.
+
+        Raises:
+            UsageError: it cannot be written.
+        """
+        if self.snapshot is not None:
+            with progress_bar(console, f"drawing {self.snapshot}", 1.0) as tell:
+                save_robot_picture(self.snapshot, node.world, node.simulation.data, progress=tell)
+
 
 Load = Callable[[Callable[[str], None]], RobotConfig]
 """Gives the robot; takes what is told of warnings."""
@@ -65,10 +125,10 @@ class TeleopOptions:
     ros1: bool = False
     node: str = io_teleop.NODE
     driver: MakeDriver | None = None
-    sight: Sight = field(default_factory=Sight)
+    sight: DisplayOptions = field(default_factory=DisplayOptions)
     as_json: bool = False
     verbose: bool = False
-    page: PageWish | None = None
+    page: PageOptions | None = None
     paused: bool = False
     record: RecordOptions | None = None
-    video: VideoWish | None = None
+    video: VideoOptions | None = None

@@ -7,9 +7,9 @@ from collections.abc import Callable
 from typing import Protocol, runtime_checkable
 
 from cellwright.clients.client.client import Client
+from cellwright.util import plugins as own_classes
+from cellwright.util import plugins as plugins
 from cellwright.util.errors import CellwrightError, UnknownNameError, in_a_line
-from cellwright.util.plugins import entry_points as plugins
-from cellwright.util.plugins import own_classes
 
 
 @runtime_checkable
@@ -35,7 +35,7 @@ def find_agent(name: str) -> Callable[[], Agent]:
     """What makes an agent: a name, `path/to/file.py:Class`, or `package.module:Class`.
 
     Names are those of agents that come along, and then those that other packages bring
-    (`cellwright.util.plugins.entry_points`).
+    (`cellwright.util.plugins`).
 
     Raises:
         PluginError: another package brings an agent of this name along, and it cannot be imported.
@@ -45,10 +45,10 @@ def find_agent(name: str) -> Callable[[], Agent]:
     if name not in BUNDLED and ":" not in name and name in plugins.names("agents"):
         return maker_of(f"agent {name}", plugins.load("agents", name))
     target = BUNDLED.get(name, name)
-    if not own_classes.is_place(target):
+    if not own_classes.is_class_path(target):
         reason = UnknownNameError("agent", name, [*BUNDLED, *plugins.names("agents")]).sentence()
         raise AgentError(f"{reason}; your own is given as path.py:Class or module:Class")
-    return maker_of(target, own_classes.find(target, method="run", error=AgentError))
+    return maker_of(target, own_classes.find_class(target, method="run", error=AgentError))
 
 
 def maker_of(target: str, found: object) -> Callable[[], Agent]:

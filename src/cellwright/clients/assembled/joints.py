@@ -1,4 +1,4 @@
-"""The joints of an assembled robot, by index and by name."""
+"""Joints of an assembled robot, by index and by name, and their index table."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, Generic, Iterable, Mapping, NamedTuple, Sequence, TypeVar, Union
 
-from cellwright.clients.assembled import services
+from cellwright.clients.assembled import process as services
 from cellwright.clients.assembled.process import RobotProcess
 from cellwright.util.errors import UnknownNameError, UsageError
 
@@ -86,26 +86,26 @@ class Joints:
 
     def move(self, indices: Indices, positions: Numbers) -> None:
         """Have joints go to positions [rad; m]."""
-        self._command(services.MOVE, indices, positions)
+        self._command(services.MOVE_SERVICE, indices, positions)
 
     def place(self, indices: Indices, positions: Numbers) -> None:
         """Put joints at positions [rad; m] at once."""
-        self._command(services.PLACE, indices, positions)
+        self._command(services.PLACE_SERVICE, indices, positions)
 
     def states(self) -> JointStates:
         """All joints that are not fixed, as they are now."""
-        state = self._process.ask(services.STATE)
+        state = self._process.ask(services.STATE_SERVICE)
         names = [joint.name for joint in self._movable]
         return JointStates(names, state["positions"], state["velocities"], state["efforts"])
 
     def positions(self, indices: Iterable[int]) -> list[float]:
         """Positions of some joints now [rad; m]."""
-        state = self._process.ask(services.STATE)["positions"]
+        state = self._process.ask(services.STATE_SERVICE)["positions"]
         return [state[self._places[index]] for index in indices]
 
     def link_poses(self, indices: Sequence[int]) -> list[Pose]:
         """Poses of link frames in the world now; -1 is the root link."""
-        poses: list[Pose] = self._process.ask(services.STATE, links=list(indices))["links"]
+        poses: list[Pose] = self._process.ask(services.STATE_SERVICE, links=list(indices))["links"]
         return poses
 
     def range_of(self, index: int) -> tuple[float, float]:
@@ -148,3 +148,20 @@ def _joint(row: Mapping[str, Any]) -> JointInfo:
     unlimited = {"lower": -math.inf, "upper": math.inf, "effort": math.inf, "velocity": math.inf}
     found: dict[str, Any] = {key: unlimited.get(key) if value is None else value for key, value in row.items()}
     return JointInfo(**found)
+
+
+_TABLE_HEAD = ("index", "joint", "type", "link", "parent link", "from", "to")
+
+
+def index_table(joints: Iterable[JointInfo]) -> str:
+    """One line for each joint, fixed ones included; limits [rad; m] are empty where there are none."""
+    rows = [_TABLE_HEAD, *(_table_row(joint) for joint in joints)]
+    widths = [max(len(row[column]) for row in rows) for column in range(len(_TABLE_HEAD))]
+    return "\n".join("  ".join(text.ljust(width) for text, width in zip(row, widths)).rstrip() for row in rows)
+
+
+def _table_row(joint: JointInfo) -> tuple[str, ...]:
+    bounds = [
+        f"{value:.4g}" if joint.is_driven and math.isfinite(value) else "" for value in (joint.lower, joint.upper)
+    ]
+    return (str(joint.index), joint.name, joint.type, joint.link, joint.parent, *bounds)

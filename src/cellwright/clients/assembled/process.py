@@ -1,4 +1,4 @@
-"""The process in which a robot moves, and the connection to it."""
+"""Robot process: starts a robot in a process of its own, connects to it, and calls its services."""
 
 from __future__ import annotations
 
@@ -15,11 +15,26 @@ from typing import Any, Mapping
 from cellwright.middleware.wire.frames import Decoder, Frame, FrameError, Kind, hello
 from cellwright.util.errors import CellwrightError, UsageError, showable
 
+DESCRIBE_SERVICE = "/cellwright/robot/describe"
+"""The robot: joints, arms, grippers, head, lift, and where its root link is."""
+STATE_SERVICE = "/cellwright/robot/state"
+"""Positions, velocities and efforts of all movable joints, positions and targets of the driven ones, where the body is
+that carries the robot, and the poses of the links asked for by index."""
+MOVE_SERVICE = "/cellwright/robot/move"
+"""Have joints, by index, go to positions."""
+PLACE_SERVICE = "/cellwright/robot/place"
+"""Put joints, by index, at positions at once."""
+MOVE_TIP_SERVICE = "/cellwright/robot/move_tip"
+"""Bring the tip of an arm, by its number, to a pose in the world."""
+PLACE_BASE_SERVICE = "/cellwright/robot/place_base"
+"""Put the root link at a pose at once."""
+
+
 OWNER = "/assembled_robot"
 """The node as which the program is known to the process of its robot, which ends when that node is gone."""
 
 _START = "import sys; sys.path.insert(0, {!r}); from cellwright.running.remote.robot import main; sys.exit(main())"
-_PLACE = str(Path(__file__).resolve().parents[3])
+_SOURCE_FOLDER = str(Path(__file__).resolve().parents[3])
 _PIECE = 1 << 18
 _PATIENCE = 30.0  # [s] for an answer; the process answers between two steps of its physics
 _TIME_TO_END = 3.0  # [s]
@@ -48,7 +63,7 @@ class RobotProcess:
         self._connection: socket.socket | None = None
         try:
             self._process = subprocess.Popen(  # noqa: S603
-                [python, "-E", "-P", "-c", _START.format(_PLACE)],
+                [python, "-E", "-P", "-c", _START.format(_SOURCE_FOLDER)],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 close_fds=True,

@@ -9,9 +9,9 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from cellwright.clients.client.in_process import Transport
 from cellwright.clients.client.session import Latest, Session
-from cellwright.clients.client.transports.transport import Transport
-from cellwright.middleware.messages.build import NANOSECONDS, joint_trajectory, trajectory_point
+from cellwright.middleware.messages.conversions import NANOSECONDS, joint_trajectory, trajectory_point
 from cellwright.middleware.messages.osrf_gear import (
     AGVControlRequest,
     GetMaterialLocationsRequest,

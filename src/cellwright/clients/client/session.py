@@ -1,4 +1,4 @@
-"""A robot program's hold on a cell: time, topics and services, blocking and in order.
+"""Session of a robot program with a cell: time, topics and services, blocking and in order.
 
 The same program runs over every transport. In the same process the client owns the clock: `sleep` steps the
 simulation, so a program gets the same result on any host.
@@ -7,15 +7,34 @@ simulation, so a program gets the same result on any host.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from threading import get_ident
 from typing import Any, Self
 
-from cellwright.clients.client.transports.address import address_of
-from cellwright.clients.client.transports.in_process import InProcess
-from cellwright.clients.client.transports.transport import Callback, Transport
+from cellwright.clients.client.in_process import Callback, InProcess, Transport
 from cellwright.middleware.bus.served import Served
 from cellwright.util.errors import UsageError
+
+_LAST_PORT = 65535
+
+
+def parse_address(address: str | tuple[str, int]) -> tuple[str, int]:
+    """Host and port from `HOST:PORT`; a pair is one already.
+
+    Raises:
+        UsageError: it is no address.
+    """
+    host, port = address if not isinstance(address, str) else _split_address(address)
+    if not host or not 0 < port <= _LAST_PORT:
+        raise UsageError(f"{address}: give a host and a port, such as 127.0.0.1:11399")
+    return host, port
+
+
+def _split_address(address: str) -> tuple[str, int]:
+    """Host and port of a text; port 0 where it has none."""
+    host, _, port = address.rpartition(":")
+    return host, int(port) if re.fullmatch("[0-9]{1,5}", port) else 0
 
 
 class Session:
@@ -59,11 +78,9 @@ class Session:
         Raises:
             UsageError: it is no address, or nobody answers there.
         """
-        from cellwright.clients.client.transports.socket import (
-            SocketTransport,  # who has the cell at hand needs no network
-        )
+        from cellwright.clients.client.socket_transport import SocketTransport
 
-        return cls(SocketTransport(address_of(address), node=node))
+        return cls(SocketTransport(parse_address(address), node=node))
 
     # ---------------------------------------------------------------- time
 

@@ -9,10 +9,9 @@ from typing import Any
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
+from cellwright.clients.operators.playback import GRIPPERS, Moment, Targets
 from cellwright.clients.operators.robot import GRIPPER_COMMAND, JOINT_COMMAND
-from cellwright.clients.operators.target_files import GRIPPERS, Moment, Targets
-from cellwright.config.parsing.problems import Place, Problem
-from cellwright.config.parsing.tree import shortened
+from cellwright.config.parsing.tree import Place, Problem, shortened
 from cellwright.util.errors import UsageError
 
 COMMANDS = (

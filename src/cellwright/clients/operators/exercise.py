@@ -1,22 +1,292 @@
-"""Gives a joint a test signal by /io_teleop/joint_cmd, and keeps what it was told and what it did."""
+"""Test signals for a joint: waves, the run of one, and how well the joint tracked it."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from enum import StrEnum
 from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from cellwright.clients.operators.limits import JointLimits
-from cellwright.clients.operators.robot import JOINT_STATES, OperatedRobot, by_name
-from cellwright.clients.operators.tracking import Array, Trace, Tracking, tracking
-from cellwright.clients.operators.waves import Shape, Wave
-from cellwright.middleware.messages.build import nanoseconds
+from cellwright.clients.operators.robot import JOINT_STATES, JointLimits, OperatedRobot, by_name
+from cellwright.middleware.messages.conversions import nanoseconds
 from cellwright.util.errors import CellwrightError, RunEndedError, UsageError
+
+MAX_DURATION = 3600.0
+"""[s]"""
+MAX_FREQUENCY = 50.0
+"""Half the rate of commands [Hz]: a faster wave cannot be said."""
+
+
+class Shape(StrEnum):
+    """The shape of a wave."""
+
+    SINE = "sine"
+    """To both sides of the start."""
+    STEP = "step"
+    """Half a period at the start, half a period away from it."""
+    RAMP = "ramp"
+    """Away from the start and back, at constant speed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wave:
+    """A test signal; it lasts whole periods, so that it ends where it began.
+
+    Attributes:
+        shape: of the wave.
+        amplitude: its greatest offset [rad; m]; the sign says to which side it goes first.
+        frequency: periods a second [Hz].
+        periods: how many.
+    """
+
+    shape: Shape
+    amplitude: float
+    frequency: float
+    periods: int
+
+    @classmethod
+    def lasting(cls, shape: Shape, amplitude: float, frequency: float, duration: float) -> Wave:
+        """A wave of about a duration [s], at least one period.
+
+        Raises:
+            UsageError: a number makes no sense.
+        """
+        if not math.isfinite(amplitude) or amplitude == 0.0:
+            raise UsageError(f"an amplitude must be a number other than 0, not {amplitude:g}")
+        if not 0.0 < frequency <= MAX_FREQUENCY:
+            raise UsageError(f"a frequency must be above 0 and up to {MAX_FREQUENCY:g} Hz, not {frequency:g}")
+        if not 0.0 < duration <= MAX_DURATION:
+            raise UsageError(f"a duration must be above 0 and up to {MAX_DURATION:g} s, not {duration:g}")
+        periods = max(1, round(duration * frequency))
+        if periods / frequency > MAX_DURATION:
+            raise UsageError(f"a period of {1 / frequency:g} s is longer than {MAX_DURATION:g} s")
+        return cls(shape, amplitude, frequency, periods)
+
+    @property
+    def duration(self) -> float:
+        """How long it lasts [s]."""
+        return self.periods / self.frequency
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """The lowest and the highest offset [rad; m]."""
+        far = abs(self.amplitude)
+        if self.shape is Shape.SINE:
+            return -far, far
+        return (0.0, far) if self.amplitude > 0 else (-far, 0.0)
+
+    @property
+    def speed(self) -> float:
+        """The greatest speed that it asks for [rad/s; m/s]; without bound for a step."""
+        match self.shape:
+            case Shape.SINE:
+                return abs(self.amplitude) * 2 * math.pi * self.frequency
+            case Shape.RAMP:
+                return abs(self.amplitude) * 2 * self.frequency
+            case Shape.STEP:
+                return math.inf
+
+    def offset(self, time: float) -> float:
+        """The offset [rad; m] at a time [s] from its beginning; 0 before and after."""
+        if not 0.0 <= time < self.duration:
+            return 0.0
+        phase = time * self.frequency % 1.0
+        match self.shape:
+            case Shape.SINE:
+                return self.amplitude * math.sin(2 * math.pi * phase)
+            case Shape.RAMP:
+                return self.amplitude * (1.0 - abs(2.0 * phase - 1.0))
+            case Shape.STEP:
+                return self.amplitude if phase >= 0.5 else 0.0
+
+
+Array = NDArray[np.float64]
+
+SETTLING_BAND = 0.05
+"""A joint has settled when it stays within this part of the step."""
+MIN_MOTION_SHARE = 0.02
+"""A joint that moves less than this part of what it was told did not follow."""
+LONGEST_DELAY = 0.5
+"""Delays are looked for up to this [s], and up to half a period."""
+
+_GRID = 0.001  # [s]
+_LOW, _HIGH = 0.1, 0.9  # rise time is from here to there
+
+
+@dataclass(frozen=True)
+class Trace:
+    """What a joint was told and what it did, against time [s] from the beginning of the signal.
+
+    Attributes:
+        joint: its name.
+        told_at, told: targets [rad; m], each in force until the next.
+        seen_at, seen: measured positions [rad; m].
+    """
+
+    joint: str
+    told_at: Array
+    told: Array
+    seen_at: Array
+    seen: Array
+
+    @property
+    def target(self) -> Array:
+        """The target in force at each measured position [rad; m]."""
+        found: Array = self.told[np.clip(np.searchsorted(self.told_at, self.seen_at, side="right") - 1, 0, None)]
+        return found
+
+
+@dataclass(frozen=True)
+class StepResponse:
+    """What the worst of a signal's steps shows.
+
+    Attributes:
+        overshoot: past the target, as a part of the step.
+        rise: from 10 to 90 % of the step [s]; None if it did not get there.
+        settling: until it stays within 5 % of the step [s]; None if it does not.
+        rest: error [rad; m] just before the next step.
+    """
+
+    overshoot: float
+    rise: float | None
+    settling: float | None
+    rest: float
+
+
+@dataclass(frozen=True)
+class Tracking:
+    """How a joint followed.
+
+    Attributes:
+        joint: its name.
+        rms: root of the mean square of target minus position [rad; m].
+        worst: greatest error [rad; m].
+        delay: by which the position comes after the target, by their correlation [s]; None if it did not follow.
+        rate: measured positions a second [Hz].
+        step: what its steps show; None where there are none.
+    """
+
+    joint: str
+    rms: float
+    worst: float
+    delay: float | None
+    rate: float
+    step: StepResponse | None
+
+    @property
+    def judged(self) -> float:
+        """The error [rad; m] that a limit is held against: the worst, or of steps what is left when they are over."""
+        return self.worst if self.step is None else self.step.rest
+
+
+def tracking(trace: Trace, *, period: float, edges: Sequence[float] = ()) -> Tracking:
+    """How a joint followed its target.
+
+    Args:
+        trace: what it was told and did; two measured positions at least.
+        period: of the signal [s].
+        edges: when its steps are [s].
+    """
+    error = trace.target - trace.seen
+    span = float(trace.seen_at[-1] - trace.seen_at[0])
+    return Tracking(
+        trace.joint,
+        rms=float(np.sqrt(np.mean(error**2))),
+        worst=float(np.abs(error).max()),
+        delay=delay(trace, min(LONGEST_DELAY, period / 2)),
+        rate=(len(trace.seen) - 1) / span if span > 0.0 else 0.0,
+        step=step_response(trace, edges) if len(edges) else None,
+    )
+
+
+def delay(trace: Trace, longest: float) -> float | None:
+    """By how much [s] the position comes after the target; None if it did not follow, or by more than `longest` [s]."""
+    if np.ptp(trace.seen) < MIN_MOTION_SHARE * np.ptp(trace.told):
+        return None
+    begin = max(trace.told_at[0], trace.seen_at[0])
+    grid = np.arange(begin, min(trace.told_at[-1], trace.seen_at[-1]), _GRID)
+    lags = min(int(longest / _GRID), len(grid) // 2)
+    if lags < 2:
+        return None
+    told = trace.told[np.searchsorted(trace.told_at, grid, side="right") - 1]
+    seen = np.interp(grid, trace.seen_at, trace.seen)
+    likeness = np.array([_correlation(told[: len(told) - lag], seen[lag:]) for lag in range(lags + 1)])
+    best = int(likeness.argmax())
+    if likeness[best] <= 0.0 or best == lags:
+        return None
+    return (best + _peak(likeness, best)) * _GRID
+
+
+def step_response(trace: Trace, edges: Sequence[float]) -> StepResponse | None:
+    """What the worst of the steps at times `edges` [s] shows; None if nothing was measured of them."""
+    ends = [*edges[1:], float(trace.seen_at[-1])]
+    found = [each for each in map(lambda begin, end: _one_step(trace, begin, end), edges, ends) if each is not None]
+    if not found:
+        return None
+    rises, settlings = [each.rise for each in found], [each.settling for each in found]
+    return StepResponse(
+        max(each.overshoot for each in found), _slowest(rises), _slowest(settlings), max(each.rest for each in found)
+    )
+
+
+def _one_step(trace: Trace, begin: float, end: float) -> StepResponse | None:
+    chosen = (trace.seen_at >= begin) & (trace.seen_at < end)
+    before = trace.told[max(0, int(np.searchsorted(trace.told_at, begin)) - 1)]
+    if np.count_nonzero(chosen) < 2:
+        return None
+    after = trace.target[chosen][-1]
+    height = after - before
+    if height == 0.0:
+        return None
+    at, way = trace.seen_at[chosen] - begin, (trace.seen[chosen] - before) / height
+    low, high = _first_reached(at, way, _LOW), _first_reached(at, way, _HIGH)
+    outside = np.flatnonzero(np.abs(way - 1.0) > SETTLING_BAND)
+    settling: float | None = 0.0
+    if len(outside):
+        settling = float(at[outside[-1] + 1]) if outside[-1] + 1 < len(at) else None
+    return StepResponse(
+        overshoot=max(0.0, float(way.max()) - 1.0),
+        rise=None if low is None or high is None else high - low,
+        settling=settling,
+        rest=abs(float(trace.seen[chosen][-1] - after)),
+    )
+
+
+def _first_reached(at: Array, way: Array, level: float) -> float | None:
+    """When a level is first reached, between two samples in proportion."""
+    reached = np.flatnonzero(way >= level)
+    if not len(reached):
+        return None
+    number = int(reached[0])
+    if number == 0:
+        return float(at[0])
+    return float(np.interp(level, way[number - 1 : number + 1], at[number - 1 : number + 1]))
+
+
+def _slowest(times: Sequence[float | None]) -> float | None:
+    return None if None in times else max(time for time in times if time is not None)
+
+
+def _correlation(one: Array, other: Array) -> float:
+    one, other = one - one.mean(), other - other.mean()
+    size = float(np.sqrt((one @ one) * (other @ other)))
+    return float(one @ other) / size if size > 0.0 else 0.0
+
+
+def _peak(values: Array, best: int) -> float:
+    """Where the top of a parabola through three values lies, from the middle one."""
+    if not 0 < best < len(values) - 1:
+        return 0.0
+    left, middle, right = values[best - 1 : best + 2]
+    bend = left - 2.0 * middle + right
+    return float(0.5 * (left - right) / bend) if bend < 0.0 else 0.0
+
 
 RATE = 100.0
 """Commands a second, as of the original's controller [Hz]."""
@@ -46,7 +316,7 @@ class Exercise:
     note: str = ""
 
 
-def check(robot: OperatedRobot, joints: list[str], wave: Wave, limits: JointLimits) -> list[str]:
+def check_signal(robot: OperatedRobot, joints: list[str], wave: Wave, limits: JointLimits) -> list[str]:
     """Refuse a signal that joints cannot be given from where they stand now.
 
     Returns:

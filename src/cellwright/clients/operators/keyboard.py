@@ -1,19 +1,348 @@
-"""The keyboard operator: keys in, orders out, and a picture of the robot ten times a second."""
+"""Keyboard operator: terminal input decoded into keys, keys into jog steps, and the loop that sends them.
+
+A key is one step. The first step begins where the robot is measured to be, and so does the first one after anything
+else has moved it; those that follow go on from the target before. A target never runs far ahead of a robot that is held
+up.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from typing import Protocol
 
-from cellwright.clients.operators.jog import Jog
-from cellwright.clients.operators.keys import KeyDecoder
-from cellwright.clients.operators.orders import Ask, MoveGrippers, MoveJoints, MoveTips, Now, Order
-from cellwright.clients.operators.robot import OperatedRobot
-from cellwright.clients.operators.services import Services
+from cellwright.clients.operators.robot import (
+    Ask,
+    JointLimits,
+    MoveGrippers,
+    MoveJoints,
+    MoveTips,
+    Now,
+    OperatedRobot,
+    Order,
+    ServiceCaller,
+)
 from cellwright.util.errors import CellwrightError
+from cellwright.util.pose import Pose, normalized
 
-LOOK = 0.02
+_SEQUENCES = {
+    "[A": "up",
+    "[B": "down",
+    "[C": "right",
+    "[D": "left",
+    "OA": "up",
+    "OB": "down",
+    "OC": "right",
+    "OD": "left",
+    "[H": "home",
+    "[F": "end",
+    "OH": "home",
+    "OF": "end",
+    "[1~": "home",
+    "[4~": "end",
+    "[5~": "pageup",
+    "[6~": "pagedown",
+}
+_CONTROLS = {"\r": "enter", "\n": "enter", "\x7f": "backspace", "\x08": "backspace", "\t": "tab", "\x03": "ctrl-c"}
+_ESCAPE = "\x1b"
+_MAX_SEQUENCE = 16  # characters of a sequence; what is longer is none
+
+
+class KeyDecoder:
+    """Turns text from a terminal into keys: a printed character stands for itself, others have names.
+
+    Sequences may come in pieces. Those that mean nothing here are passed over whole, so that none of their characters
+    is taken for a key.
+    """
+
+    def __init__(self) -> None:
+        self._rest = ""
+
+    def feed(self, text: str) -> list[str]:
+        """The keys in a piece of text. An empty piece says that nothing more comes now: an escape alone is a key."""
+        if not text:
+            keys = ["escape"] if self._rest == _ESCAPE else []
+            self._rest = ""
+            return keys
+        keys, text = [], self._rest + text
+        at = 0
+        while at < len(text):
+            sign = text[at]
+            if sign != _ESCAPE:
+                key = _CONTROLS.get(sign, sign if sign.isprintable() else "")
+                keys += [key] if key else []
+                at += 1
+                continue
+            end = _sequence_end(text, at + 1)
+            if end is None:
+                break
+            name = _SEQUENCES.get(text[at + 1 : end], "")
+            keys += [name] if name else []
+            at = end
+        self._rest = text[at:]
+        return keys
+
+
+def _sequence_end(text: str, at: int) -> int | None:
+    """Where the sequence ends whose first character after the escape is at `at`; None if it has not all come."""
+    if at >= len(text):
+        return None
+    if text[at] == "O":
+        return at + 2 if at + 1 < len(text) else None
+    if text[at] != "[":
+        return at if text[at] == _ESCAPE else at + 1
+    for end in range(at + 1, min(len(text), at + _MAX_SEQUENCE)):
+        if "@" <= text[end] <= "~":
+            return end + 1
+    return at + _MAX_SEQUENCE if len(text) >= at + _MAX_SEQUENCE else None
+
+
+JOINT_STEPS = (0.005, 0.02, 0.05, 0.1, 0.2)
+"""Of a joint or of turning a tip [rad]; of a sliding joint [m], no more than a tenth of its way."""
+TIP_STEPS = (0.002, 0.005, 0.01, 0.02, 0.05)
+"""Of moving a tip [m]."""
+GRIPPER_STEPS = (0.02, 0.05, 0.1, 0.2, 0.5)
+"""Of a gripper, as a part of its way."""
+
+SIDES = ("right", "left")
+
+KEY_HELP = (
+    ("↑ ↓ PgUp PgDn", "choose a joint"),
+    ("/", "find a joint by its name"),
+    ("← →", "move the joint a step"),
+    ("- +", "smaller, larger steps"),
+    ("t", "the other arm and gripper"),
+    ("x X  y Y  z Z", "move its tip: + and -"),
+    ("r R  p P  w W", "roll, pitch, yaw: + and -"),
+    ("f", "axes: the base's, the tip's"),
+    ("o c  , .", "open, close gripper; step"),
+    ("H", "go home"),
+    ("e d", "take commands, or none"),
+    ("SPACE", "EMERGENCY STOP"),
+    ("u", "end the emergency stop"),
+    ("q", "quit; the robot stays"),
+)
+"""Keys, and what they do."""
+
+_PAGE = 10
+_JOINT_LEAD = 0.2  # [rad; m] that a target may be ahead of the joint; three steps if that is more
+_TIP_LEAD = 0.1  # [m]
+_MOVES = {"x": (0, 1), "X": (0, -1), "y": (1, 1), "Y": (1, -1), "z": (2, 1), "Z": (2, -1)}
+_TURNS = {"r": (0, 1), "R": (0, -1), "p": (1, 1), "P": (1, -1), "w": (2, 1), "W": (2, -1)}
+_ASKS = {"H": Ask.HOME, "e": Ask.ENABLE, "d": Ask.DISABLE, "u": Ask.CLEAR_STOP}
+
+
+class JoggedRobot(Protocol):
+    """What there is to know of a robot."""
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names, in the order of the node."""
+
+    @property
+    def positions(self) -> dict[str, float]:
+        """Measured [rad; m]."""
+
+    @property
+    def grippers(self) -> tuple[float, ...]:
+        """How far each is closed, from 0 (open) to 1."""
+
+    @property
+    def tips(self) -> tuple[Pose, ...]:
+        """Measured base_T_tip of each arm."""
+
+    def why_not(self) -> str:
+        """Why it would take no commands; empty if it would."""
+
+
+class Jog:
+    """Keeps what is chosen, and turns keys into orders.
+
+    Args:
+        robot: that is driven.
+        limits: of its joints, as far as they are known.
+    """
+
+    def __init__(self, robot: JoggedRobot, limits: JointLimits) -> None:
+        self._robot = robot
+        self._limits = limits
+        self._chosen = 0
+        self.arm = 0
+        """The arm and gripper that are chosen."""
+        self.size = 1
+        """Which of the steps is taken."""
+        self.in_tip_frame = False
+        """Whether tips move along their own axes instead of the base's."""
+        self.search: str | None = None
+        """What a joint's name is to contain while it is looked for; None otherwise."""
+        self.note = ""
+        """What came of the newest key, in a sentence."""
+        self.joint_targets: dict[str, float] = {}
+        """Targets of the joints that were moved here [rad; m]."""
+        self.tip_targets: tuple[Pose, ...] = ()
+        """Targets of the tips, if those were moved here."""
+        self._grips: tuple[float, ...] = ()
+
+    @property
+    def joint(self) -> str:
+        """The joint that is chosen; empty where the node tells of none."""
+        joints = self._robot.joints
+        return joints[min(self._chosen, len(joints) - 1)] if joints else ""
+
+    @property
+    def joint_step(self) -> float:
+        """How far a key moves the chosen joint [rad; m]."""
+        limits = self._limits.of_joint(self.joint)
+        way = limits.upper - limits.lower
+        return min(JOINT_STEPS[self.size], way / 10.0) if way > 0.0 else JOINT_STEPS[self.size]
+
+    def forget(self) -> None:
+        """Something else moves the robot, or held it: the next step begins where it then is."""
+        self.joint_targets, self.tip_targets, self._grips = {}, (), ()
+
+    def press(self, key: str) -> Order | None:
+        """What a key wants of the robot; None if it changed something here, or nothing."""
+        self.note = ""
+        if key == " ":  # whatever else is going on
+            self.search = None
+            self.forget()
+            return Now.STOP
+        if key == "ctrl-c":
+            return Now.QUIT
+        if self.search is not None:
+            self._look_for(key)
+            return None
+        if key == "q":
+            return Now.QUIT
+        if key in _ASKS:
+            self.forget()
+            return _ASKS[key]
+        return None if self._choose(key) else self._move(key)
+
+    # ---------------------------------------------------------------- choosing
+
+    def _choose(self, key: str) -> bool:
+        last = max(0, len(self._robot.joints) - 1)
+        steps = {"up": -1, "down": 1, "pageup": -_PAGE, "pagedown": _PAGE, "home": -last, "end": last}
+        if key in steps:
+            self._chosen = min(max(self._chosen + steps[key], 0), last)
+        elif key == "/":
+            self.search = ""
+        elif key in "-+=":
+            self.size = min(max(self.size + (-1 if key == "-" else 1), 0), len(JOINT_STEPS) - 1)
+        elif key == "t":
+            count = max(len(self._robot.tips), len(self._robot.grippers))
+            self.arm = (self.arm + 1) % count if count else 0
+        elif key == "f":
+            self.in_tip_frame = not self.in_tip_frame
+        else:
+            return False
+        return True
+
+    def _look_for(self, key: str) -> None:
+        searched = self.search or ""
+        if key in ("enter", "escape"):
+            self.search = None
+        elif key == "backspace":
+            self.search = searched[:-1]
+        elif len(key) == 1:
+            found = self._first(searched + key)
+            if found is None:
+                self.note = f"no joint has {searched + key!r} in its name"
+            else:
+                self._chosen, self.search = found, searched + key
+
+    def _first(self, part: str) -> int | None:
+        names = [name.lower() for name in self._robot.joints]
+        return next((number for number, name in enumerate(names) if part.lower() in name), None)
+
+    # ---------------------------------------------------------------- moving
+
+    def _move(self, key: str) -> Order | None:
+        is_joint, is_tip, is_gripper = (
+            key in ("left", "right"),
+            key in _MOVES or key in _TURNS,
+            key in ("o", "c", ",", "."),
+        )
+        if not (is_joint or is_tip or is_gripper):
+            return None
+        reason = self._robot.why_not()
+        if reason:
+            self.forget()
+            self.note = f"not sent: {reason}"
+            return None
+        if is_joint:
+            return self._move_joint(1 if key == "right" else -1)
+        return self._move_tip(key) if is_tip else self._move_gripper(key)
+
+    def _move_joint(self, sign: int) -> Order | None:
+        joint, step = self.joint, self.joint_step
+        if not joint:
+            self.note = "the node tells of no joints"
+            return None
+        measured = self._robot.positions.get(joint)
+        if measured is None:
+            self.note = f"the node does not say where {joint} is"
+            return None
+        lead = max(_JOINT_LEAD, 3.0 * step)
+        wanted = self.joint_targets.get(joint, measured) + sign * step
+        target = min(max(wanted, measured - lead), measured + lead)
+        if target != wanted:
+            self.note = f"{joint} is held up: it stands at {measured:.3f}"
+        within = self._limits.clamped(joint, target)
+        if within != target:
+            self.note = f"{joint} is at its limit"
+        self.tip_targets = ()
+        self.joint_targets[joint] = within
+        return MoveJoints({joint: within})
+
+    def _move_tip(self, key: str) -> Order | None:
+        measured = self._robot.tips
+        if self.arm >= len(measured):
+            self.note = "the node tells of no such tip on /io_teleop/state_ee_poses"
+            return None
+        tips = list(self.tip_targets if len(self.tip_targets) == len(measured) else measured)
+        tip = self._stepped(tips[self.arm], key)
+        away = math.dist(tip.position, measured[self.arm].position)
+        if away > max(_TIP_LEAD, 3.0 * TIP_STEPS[self.size]):
+            self.note = "the tip is held up, or cannot get there"
+            return None
+        tips[self.arm] = tip
+        self.joint_targets = {}
+        self.tip_targets = tuple(tips)
+        return MoveTips(self.tip_targets)
+
+    def _stepped(self, tip: Pose, key: str) -> Pose:
+        """A tip's target, base_T_tip, one step on."""
+        axis, sign = (_MOVES if key in _MOVES else _TURNS)[key]
+        step = [0.0, 0.0, 0.0]
+        step[axis] = sign * (TIP_STEPS if key in _MOVES else JOINT_STEPS)[self.size]
+        vector = (step[0], step[1], step[2])
+        change = Pose(vector) if key in _MOVES else Pose.from_rpy((0.0, 0.0, 0.0), vector)
+        if self.in_tip_frame:
+            moved = tip @ change
+        else:
+            turned = Pose(quaternion=change.quaternion) @ Pose(quaternion=tip.quaternion)
+            x, y, z = (one + other for one, other in zip(tip.position, change.position, strict=True))
+            moved = Pose((x, y, z), turned.quaternion)
+        return Pose(moved.position, normalized(moved.quaternion))
+
+    def _move_gripper(self, key: str) -> Order | None:
+        measured = self._robot.grippers
+        if self.arm >= len(measured):
+            self.note = "the node tells of no such gripper on /io_teleop/gripper_states"
+            return None
+        closed = list(self._grips if len(self._grips) == len(measured) else measured)
+        step = GRIPPER_STEPS[self.size]
+        wanted = {"o": 0.0, "c": 1.0, ",": closed[self.arm] - step, ".": closed[self.arm] + step}[key]
+        closed[self.arm] = min(max(wanted, 0.0), 1.0)
+        self._grips = tuple(min(max(value, 0.0), 1.0) for value in closed)
+        return MoveGrippers(self._grips)
+
+
+POLL_INTERVAL = 0.02
 """Between two looks at the keyboard [s]."""
-REDRAW = 5
+POLLS_PER_REDRAW = 5
 """Looks from one picture to the next."""
 MOST_STEPS = 3
 """Steps that are taken of one look: what piled up while something stalled is old, and is dropped."""
@@ -28,7 +357,7 @@ class Keyboard:
         services: calls its services.
     """
 
-    def __init__(self, robot: OperatedRobot, jog: Jog, services: Services) -> None:
+    def __init__(self, robot: OperatedRobot, jog: Jog, services: ServiceCaller) -> None:
         self.robot = robot
         self.jog = jog
         self.services = services
@@ -48,10 +377,10 @@ class Keyboard:
         """
         looks = 0
         while self.take(read()):
-            if looks % REDRAW == 0:
+            if looks % POLLS_PER_REDRAW == 0:
                 draw()
             looks += 1
-            self.robot.session.sleep(LOOK)
+            self.robot.session.sleep(POLL_INTERVAL)
 
     def take(self, text: str) -> bool:
         """Do what has been typed; False when that is to quit."""

@@ -1,16 +1,124 @@
-"""A robot as its operator sees it: what its controller node says, and what it can be told, by its public topics."""
+"""Operated robot: the topics and services of a robot's node, its joint limits, and the orders to it."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
-from typing import Any
+import threading
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any, TypeAlias
 
 from cellwright.clients.client.session import Session
-from cellwright.middleware.messages.build import header, joint_state, nanoseconds, pose_from_message, pose_message
+from cellwright.config.robot.model import Limits, RobotModel
+from cellwright.middleware.messages.conversions import header, joint_state, nanoseconds, pose_from_message, pose_message
 from cellwright.middleware.messages.standard import Bool, PoseArray
-from cellwright.util.errors import UnknownNameError, UsageError
+from cellwright.middleware.messages.std_srvs import SetBoolRequest, TriggerRequest
+from cellwright.util.errors import CellwrightError, RunEndedError, UnknownNameError, UsageError
 from cellwright.util.pose import Pose
+
+_LIMIT_SLACK = 2e-3  # [rad; m] that a joint that was measured at its limit may lie outside; the node cuts it off
+
+_UNKNOWN_LIMITS = Limits()
+
+
+@dataclass(frozen=True)
+class JointLimits:
+    """Limits by joint; a joint that is not there has none that anybody knows.
+
+    Attributes:
+        joints: by name.
+        source: where they are from, for people; empty where nothing is known.
+    """
+
+    joints: Mapping[str, Limits] = field(default_factory=dict)
+    source: str = ""
+
+    @classmethod
+    def of(cls, robot: RobotModel) -> JointLimits:
+        """Those of a robot's description."""
+        return cls({joint.name: joint.limits for joint in robot.driven}, robot.name)
+
+    def of_joint(self, name: str) -> Limits:
+        """The limits of a joint, infinite where nothing is known."""
+        return self.joints.get(name, _UNKNOWN_LIMITS)
+
+    def clamped(self, name: str, position: float) -> float:
+        """A position [rad; m] within the limits of a joint."""
+        limits = self.of_joint(name)
+        return min(max(position, limits.lower), limits.upper)
+
+    def check(self, name: str, low: float, high: float, what: str) -> None:
+        """Refuse a way of a joint that leaves its limits.
+
+        Args:
+            name: of the joint.
+            low: the lower end of the way [rad; m].
+            high: the upper one.
+            what: what would take this way, for people.
+
+        Raises:
+            UsageError: it leaves them.
+        """
+        limits = self.of_joint(name)
+        if low < limits.lower - _LIMIT_SLACK or high > limits.upper + _LIMIT_SLACK:
+            raise UsageError(
+                f"{name}: {what} would go from {low:.4g} to {high:.4g}, and its limits ({self.source}) are "
+                f"{limits.lower:.4g} to {limits.upper:.4g}"
+            )
+
+    @property
+    def is_known(self) -> bool:
+        """Whether anything is known."""
+        return any(math.isfinite(limit.upper - limit.lower) for limit in self.joints.values())
+
+
+@dataclass(frozen=True, slots=True)
+class MoveJoints:
+    """Joints are to go to positions [rad; m]."""
+
+    targets: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True)
+class MoveTips:
+    """The tip of each arm is to go to a pose, base_T_tip: right, left."""
+
+    tips: tuple[Pose, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class MoveGrippers:
+    """Each gripper is to be so far closed, 0 to 1: right, left."""
+
+    closed: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class MoveBase:
+    """The base is to move: two or three numbers, as its mode has them (see `cellwright.robot.base.Mode`)."""
+
+    numbers: tuple[float, ...]
+
+
+class Ask(Enum):
+    """A service that is to be called."""
+
+    HOME = "home"
+    ENABLE = "enable"
+    DISABLE = "disable"
+    CLEAR_STOP = "clear the emergency stop"
+
+
+class Now(Enum):
+    """What comes before all else."""
+
+    STOP = "emergency stop"
+    QUIT = "quit"
+
+
+Order: TypeAlias = MoveJoints | MoveTips | MoveGrippers | Ask | Now
+
 
 JOINT_STATES = "/io_teleop/joint_states"
 JOINT_COMMAND = "/io_teleop/joint_cmd"
@@ -18,7 +126,7 @@ GRIPPER_COMMAND = "/io_teleop/target_gripper_status"
 TIP_COMMAND = "/io_teleop/target_ee_poses"
 EMERGENCY_STOP = "/io_teleop/emergency_stop"
 
-PATIENCE = 5.0
+FIRST_STATES_TIMEOUT = 5.0
 """So long [s] the first joint states are waited for."""
 
 SETTLE = 0.5
@@ -50,7 +158,7 @@ class OperatedRobot:
         self._grippers = session.latest("/io_teleop/gripper_states")
         self._tips = session.latest("/io_teleop/state_ee_poses")
         self._status = session.latest("/io_teleop/status")
-        if self._states.wait(PATIENCE) is None:
+        if self._states.wait(FIRST_STATES_TIMEOUT) is None:
             raise UsageError(f"nothing comes on {JOINT_STATES}: is it a robot's controller node that runs there?")
         others = (self._applied, self._grippers, self._tips, self._status)
         session.wait_until(lambda: all(topic.message is not None for topic in others), SETTLE)
@@ -175,3 +283,73 @@ def by_name(message: Any) -> dict[str, float]:
         return {}
     values = zip(message.name, map(float, message.position), strict=False)  # strangers may send what they like
     return {name: value for name, value in values if math.isfinite(value)}
+
+
+HOME_SERVICE = "/io_teleop_reset_robot"
+ENABLE_SERVICE = "/io_teleop/set_enabled"
+CLEAR_STOP_SERVICE = "/io_teleop/clear_emergency_stop"
+
+
+class ServiceCaller:
+    """Calls one service at a time, in a thread, over a connection of its own.
+
+    Args:
+        open_session: makes that connection; called in the thread, when it is needed first.
+    """
+
+    def __init__(self, open_session: Callable[[], Session]) -> None:
+        self._open = open_session
+        self._session: Session | None = None
+        self._thread: threading.Thread | None = None
+        self._answer = ""
+        self.under_way = ""
+        """What is being waited for; empty if nothing is."""
+
+    def begin(self, ask: Ask) -> bool:
+        """Call a service; False if another is still being waited for."""
+        if self._thread is not None:
+            return False
+        self.under_way = ask.value
+        self._thread = threading.Thread(target=self._call, args=(ask,), daemon=True)
+        self._thread.start()
+        return True
+
+    def answer(self) -> str:
+        """What a service has answered, in a sentence, once; empty while there is nothing new."""
+        if self._thread is None or self._thread.is_alive():
+            return ""
+        self._thread, self.under_way = None, ""
+        return self._answer
+
+    def close(self) -> None:
+        """Let go of the connection; an answer that is still to come is not waited for."""
+        if self._session is not None:
+            self._session.close()
+
+    def _call(self, ask: Ask) -> None:
+        try:
+            self._answer = f"{ask.value}: {self._asked(ask)}"
+        except (CellwrightError, RunEndedError) as error:
+            self._answer = f"{ask.value}: {error}"
+        except Exception as error:  # the operator waits for an answer, and a thread that dies gives none
+            self._answer = f"{ask.value}: failed: {type(error).__name__}: {error}"
+
+    def _asked(self, ask: Ask) -> str:
+        """What a service answers, in a sentence."""
+        if self._session is None:
+            self._session = self._open()
+        self._session.adopt()  # each call has a thread of its own, one after the other
+        response = self._session.call(*service_request(ask))
+        outcome = "done" if response.success else "refused"
+        return f"{outcome}; {response.message}" if response.message else outcome
+
+
+def service_request(ask: Ask) -> tuple[str, Any]:
+    """The service that is meant, and what it is asked."""
+    match ask:
+        case Ask.HOME:
+            return HOME_SERVICE, TriggerRequest()
+        case Ask.CLEAR_STOP:
+            return CLEAR_STOP_SERVICE, TriggerRequest()
+        case Ask.ENABLE | Ask.DISABLE:
+            return ENABLE_SERVICE, SetBoolRequest(ask is Ask.ENABLE)

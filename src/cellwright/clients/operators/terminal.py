@@ -1,4 +1,4 @@
-"""The terminal's keyboard, key by key: no line has to be finished, and nothing is echoed.
+"""Terminal of the keyboard operator: raw key input, and the panel of robot state and keys.
 
 The terminal is put back as it was however this ends: by a return, an exception, Ctrl-C, SIGTERM, or by the window being
 closed.
@@ -7,6 +7,7 @@ closed.
 from __future__ import annotations
 
 import codecs
+import math
 import os
 import select
 import signal
@@ -17,6 +18,12 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any, NoReturn
 
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from cellwright.clients.operators.keyboard import GRIPPER_STEPS, JOINT_STEPS, KEY_HELP, SIDES, TIP_STEPS, Jog
+from cellwright.clients.operators.robot import JointLimits, OperatedRobot
 from cellwright.util.errors import UsageError
 
 _PIECE = 4096
@@ -108,3 +115,135 @@ def _ended_by_signals() -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+_BAR = 21  # characters from limit to limit; odd, so that there is a middle
+_OFF = 0.01  # [rad; m] between target and position that is worth a colour
+_FEWEST = 3  # lines of joints, however small the terminal
+
+
+def panel(
+    robot: OperatedRobot, jog: Jog, limits: JointLimits, *, name: str, message: str, height: int = 24
+) -> RenderableType:
+    """The whole of it.
+
+    Args:
+        robot: that is driven.
+        jog: what is chosen.
+        limits: of the joints.
+        name: of the robot.
+        message: what there is to tell.
+        height: of the terminal [lines].
+    """
+    keys, tips = _key_help(), _tips(robot, jog)
+    rest = 2 + 1 + 1 + len(tips) + 1 + (len(KEY_HELP) + 1) // 2
+    joints = _joints(robot, jog, limits, max(_FEWEST, height - rest))
+    told = f"find: {jog.search}▏ {message}" if jog.search is not None else message
+    return Group(
+        _status_line(robot, name), Text(), joints, Text(), *tips, Text(told, style="bold yellow", no_wrap=True), keys
+    )
+
+
+def _status_line(robot: OperatedRobot, name: str) -> Text:
+    """One line: the robot, whether commands are taken, from whom, and how many."""
+    line = Text(no_wrap=True, overflow="ellipsis")
+    line.append(f" {name} ", style="reverse bold").append("  ")
+    status = robot.status
+    if status is None:
+        return line.append("the node tells no /io_teleop/status", style="dim")
+    reason = robot.why_not()
+    if status.emergency_stop:
+        line.append(" EMERGENCY STOP ", style="bold white on red")
+    elif reason:
+        line.append(reason, style="bold yellow")
+    elif status.silent:
+        line.append("holds: nothing came for too long", style="yellow")
+    else:
+        line.append("takes commands", style="green")
+    line.append(f"  from {status.commander}" if status.commander else "")
+    refused = f", {status.refused} refused" if status.refused else ""
+    ignored = f", {status.ignored} ignored" if status.ignored else ""
+    return line.append(f"  {status.taken} taken{refused}{ignored}", style="dim")
+
+
+def _joints(robot: OperatedRobot, jog: Jog, limits: JointLimits, count: int) -> Table:
+    """As many joints as there is room for, the chosen one among them."""
+    names, positions, applied = robot.joints, robot.positions, robot.applied
+    chosen = names.index(jog.joint) if names else 0
+    first = min(max(chosen - count // 2, 0), max(len(names) - count, 0))
+    table = Table.grid(padding=(0, 2))
+    for _ in range(2):
+        table.add_column()
+    table.add_column(justify="right", min_width=8)
+    table.add_column(justify="right", min_width=8)
+    table.add_column(no_wrap=True)
+    table.add_row("", "", "measured", "applied", f"limits ({limits.source})" if limits.is_known else "", style="dim")
+    for name in names[first : first + count]:
+        is_chosen = name == jog.joint
+        position, target = positions.get(name, math.nan), applied.get(name, math.nan)
+        off = "yellow" if abs(target - position) > _OFF else ""
+        table.add_row(
+            "▶" if is_chosen else " ",
+            Text(name, style="bold cyan" if is_chosen else ""),
+            _number(position),
+            Text("" if math.isnan(target) else _number(target), style=off),
+            _bar(name, position, target, limits),
+        )
+    return table
+
+
+def _number(value: float) -> str:
+    return f"{round(value, 3) + 0.0:.3f}"  # no sign before a zero
+
+
+def _bar(name: str, position: float, target: float, limits: JointLimits) -> Text:
+    """Where a joint stands between its limits, and where it is to go."""
+    limit = limits.of_joint(name)
+    way = limit.upper - limit.lower
+    if not 0.0 < way < math.inf or math.isnan(position):
+        return Text()
+    signs = list("─" * _BAR)
+
+    def place(value: float) -> int:
+        return min(max(round((value - limit.lower) / way * (_BAR - 1)), 0), _BAR - 1)
+
+    if not math.isnan(target):
+        signs[place(target)] = "◇"
+    signs[place(position)] = "●"
+    return Text(f"{limit.lower:7.2f} ").append("".join(signs), style="cyan").append(f" {limit.upper:.2f}")
+
+
+def _tips(robot: OperatedRobot, jog: Jog) -> list[Text]:
+    """A line for each arm and gripper, and one for the steps."""
+    lines = []
+    tips, grippers = robot.tips, robot.grippers
+    for number in range(max(len(tips), len(grippers))):
+        side = SIDES[number] if number < len(SIDES) else str(number)
+        line = Text(no_wrap=True, overflow="ellipsis")
+        line.append(f"{'▶' if number == jog.arm else ' '} {side:<6}", style="bold cyan" if number == jog.arm else "")
+        if number < len(tips):
+            x, y, z = tips[number].position
+            roll, pitch, yaw = tips[number].rpy
+            line.append(f" tip {x:6.3f} {y:6.3f} {z:6.3f} m, rpy {roll:5.2f} {pitch:5.2f} {yaw:5.2f}")
+        if number < len(grippers):
+            line.append(f", gripper {100 * grippers[number]:.0f} % closed")
+        lines.append(line)
+    steps = f"  steps: joint {jog.joint_step:.3g}, tip {TIP_STEPS[jog.size]:g} m and {JOINT_STEPS[jog.size]:g} rad"
+    frame = "its own axes" if jog.in_tip_frame else "the base's axes"
+    grip = f", gripper {100 * GRIPPER_STEPS[jog.size]:.0f} %" if grippers else ""
+    return [*lines, Text(f"{steps} along {frame}{grip}", style="dim", no_wrap=True, overflow="ellipsis")]
+
+
+def _key_help() -> Table:
+    """The help, in two columns."""
+    table = Table.grid(padding=(0, 2))
+    half = (len(KEY_HELP) + 1) // 2
+    for left, right in zip(KEY_HELP[:half], [*KEY_HELP[half:], ("", "")], strict=False):
+        table.add_row(
+            Text(left[0], style="bold"), Text(left[1]), Text(right[0], style=_style(right[0])), Text(right[1])
+        )
+    return table
+
+
+def _style(key: str) -> str:
+    return "bold white on red" if key == "SPACE" else "bold"

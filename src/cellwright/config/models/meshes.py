@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cellwright.config.models.files import MAX_ASSET_BYTES, ModelFileError
-from cellwright.config.parsing.contents import read_at_most
-from cellwright.config.parsing.sources import note_source
+from cellwright.config.parsing.sources import note_source, read_at_most
 
 Triangles: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int64]]
 """Vertices, shape (n, 3), in the file's units, and triangles as numbers of vertices, shape (m, 3)."""

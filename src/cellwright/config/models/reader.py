@@ -1,20 +1,22 @@
-"""Reads one model of somebody's own from YAML: its shapes one by one, or the file that has them."""
+"""Reader of a trial's own part types and furniture, from YAML shapes or model files."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import get_args
 
 import numpy as np
 
-from cellwright.config.models.files import ModelFileError, open_model
+from cellwright.config.layout import PART_TYPES
+from cellwright.config.models.files import ModelFileError, check_mjcf, open_model
 from cellwright.config.models.meshes import is_flat, read_mesh
-from cellwright.config.models.mjcf_check import check_mjcf
-from cellwright.config.models.model import Colour, Model, ModelShape, ModelShapeKind
+from cellwright.config.models.model import Colour, Furniture, Model, ModelShape, ModelShapeKind
 from cellwright.config.models.xml import MOST_SHAPES, read_xml
-from cellwright.config.parsing import evaluated
+from cellwright.config.parsing import expressions
 from cellwright.config.parsing.reader import MAX_MESH_BYTES, Reader
 from cellwright.config.parsing.tree import Entry, Items, Leaf, Node, Table, described
 from cellwright.util.errors import did_you_mean
@@ -29,7 +31,7 @@ _SHAPE = (*_FORMS, "pose", "color", "scale", "use")
 _USES = ("both", "touched", "seen")
 
 
-def only(table: Table, known: tuple[str, ...], reader: Reader) -> None:
+def refuse_unknown(table: Table, known: tuple[str, ...], reader: Reader) -> None:
     """Report every entry that is not among the known ones."""
     for entry in table.entries.values():
         if entry.name not in known:
@@ -87,7 +89,7 @@ def _shapes(node: Node, reader: Reader) -> tuple[ModelShape, ...]:
         return ()
     shapes = []
     for item in node.items:
-        evaluated.check(item, reader.problems)
+        expressions.check_expressions(item, reader.problems)
         table = reader.table(item)
         shape = _shape(table, reader) if table else None
         if shape:
@@ -96,7 +98,7 @@ def _shapes(node: Node, reader: Reader) -> tuple[ModelShape, ...]:
 
 
 def _shape(table: Table, reader: Reader) -> ModelShape | None:
-    only(table, _SHAPE, reader)
+    refuse_unknown(table, _SHAPE, reader)
     forms = [name for name in _FORMS if name in table]
     if len(forms) != 1:
         reader.problems.error(table, f"a shape is one of {', '.join(_FORMS)}; this has {len(forms) or 'none'}")
@@ -130,7 +132,7 @@ def _size(form: str, node: Node, reader: Reader) -> Vector3 | None:
     table = reader.table(node)
     if table is None:
         return None
-    only(table, names, reader)
+    refuse_unknown(table, names, reader)
     nodes = [reader.required(table, name) for name in names]
     numbers = [reader.number(each) if each else None for each in nodes]
     if any(number is None for number in numbers):
@@ -206,3 +208,99 @@ def _colour(node: Node, reader: Reader) -> Colour | None:
         return None
     red, green, blue, *opacity = (float(number) for number in numbers)
     return (red, green, blue, opacity[0] if opacity else 1.0)
+
+
+LEAST_MASS, MOST_MASS = 1e-3, 100.0
+"""Bounds of a part's mass [kg]."""
+FARTHEST_REACH = 0.22
+"""How far a part may reach from its origin [m]: parts that wait stand 0.45 m apart."""
+MOST_FURNITURE = 200
+MOST_TYPES = 200
+"""Most part types of somebody's own."""
+
+_RESERVED = frozenset({"agv1", "agv2", "kit_tray", "tray"})
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]+", re.ASCII)
+_NUMBERED = re.compile(r".*(_\d+|_clone.*)")  # these tails are taken off a model's name to get its type
+
+
+@dataclass(frozen=True, slots=True)
+class OwnModels:
+    """Part types by name, and furniture."""
+
+    parts: Mapping[str, Model] = field(default_factory=dict)
+    furniture: tuple[Furniture, ...] = ()
+
+
+def read_own_models(node: Node | None, reader: Reader) -> OwnModels:
+    """What the section `cellwright` has under `parts` and `furniture`."""
+    if not isinstance(node, Table):
+        return OwnModels()
+    parts, furniture = node.get("parts"), node.get("furniture")
+    return OwnModels(_parts(parts, reader) if parts else {}, _furniture(furniture, reader) if furniture else ())
+
+
+def _parts(node: Node, reader: Reader) -> dict[str, Model]:
+    table = reader.table(node)
+    found: dict[str, Model] = {}
+    if table and len(table.entries) > MOST_TYPES:
+        reader.problems.error(node, f"{len(table.entries)} part types; at most {MOST_TYPES} are read")
+        return {}
+    for entry in table.entries.values() if table else ():
+        name = reader.text_key(entry)
+        body = reader.table(entry.value)
+        if name is None or body is None:
+            continue
+        _check_name(name, entry, reader)
+        refuse_unknown(body, ("mass", "color", "shapes", "file"), reader)
+        model = read_model(body, entry, reader)
+        if model is None:
+            continue
+        if model.mjcf is None and not any(shape.is_touched for shape in model.shapes):
+            reader.problems.error(entry, "nothing of it can be touched: it would fall through the floor")
+        elif model.mjcf is None and model.mass is None:
+            reader.problems.error(entry, "the required entry 'mass' is missing, and its file has none [kg]")
+        elif model.mass is not None and not LEAST_MASS <= model.mass <= MOST_MASS:
+            message = f"a mass of {model.mass:g} kg; a part has {LEAST_MASS:g} to {MOST_MASS:g} kg"
+            reader.problems.error(body.entries.get("mass", entry), message)
+        elif (farthest := max(map(reach, model.shapes), default=0.0)) > FARTHEST_REACH:
+            message = f"reaches {farthest:.2f} m from its origin; a part keeps within {FARTHEST_REACH:g} m"
+            reader.problems.error(entry, message)
+        else:
+            found[name] = model
+    return found
+
+
+def _check_name(name: str, entry: Entry, reader: Reader) -> None:
+    if not _NAME.fullmatch(name) or _NUMBERED.fullmatch(name):
+        message = "a part type is named with letters, digits and _, and ends neither in _ and a number nor in _clone"
+        reader.problems.error(entry, message)
+    elif name in PART_TYPES or name in _RESERVED:
+        reader.problems.error(entry, f"there is a model {name!r} already; give yours another name")
+
+
+def _furniture(node: Node, reader: Reader) -> tuple[Furniture, ...]:
+    if not isinstance(node, Items):
+        reader.problems.error(node, f"must be a list, not {described(node)}")
+        return ()
+    if len(node.items) > MOST_FURNITURE:
+        reader.problems.error(node, f"more than {MOST_FURNITURE} pieces")
+        return ()
+    found: dict[str, Furniture] = {}
+    for item in node.items:
+        expressions.check_expressions(item, reader.problems)
+        table = reader.table(item)
+        if table is None:
+            continue
+        refuse_unknown(table, ("name", "pose", "color", "shapes", "file"), reader)
+        name_node = reader.required(table, "name")
+        name = reader.name(name_node) if name_node else None
+        model = read_model(table, table, reader)
+        pose_node = table.get("pose")
+        placement = reader.placement(pose_node) if pose_node else None
+        if name is None or name_node is None or model is None:
+            continue
+        if name in found or "|" in name:
+            what = "there is another piece of this name" if name in found else "a name has no |"
+            reader.problems.error(name_node, what)
+        found[name] = Furniture(name, model, placement.pose if placement else Pose())
+    return tuple(found.values())

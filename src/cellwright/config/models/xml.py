@@ -12,7 +12,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from cellwright.config.models.files import ModelFile, ModelFileError, beside
+from cellwright.config.models.files import ModelFile, ModelFileError, referenced_file
 from cellwright.config.models.meshes import read_mesh
 from cellwright.config.models.model import Colour, Model, ModelShape
 from cellwright.util.pose import Pose, Vector3
@@ -73,7 +73,7 @@ class _Reader(ABC):
         """Factors and file of a mesh."""
         if not reference:
             raise self.refuse("a mesh without a file")
-        file = beside(self.path, reference, self.folder)
+        file = referenced_file(self.path, reference, self.folder)
         read_mesh(file)
         return self.vector(scale, "scale") if scale else (1.0, 1.0, 1.0), file
 

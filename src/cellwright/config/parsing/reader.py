@@ -1,20 +1,82 @@
-"""Reading single values out of the tree, with a diagnostic for everything that is not as it should be.
+"""Declared keys of a configuration section, and the reader of single values with a diagnostic for each mistake.
+
+A reader passes `names` on to whatever tells unknown entries; the pages of the documentation have the rest.
 
 Each method returns None after it has reported an error, so that a caller can go on and find more.
 """
 
+from __future__ import annotations
+
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
-from cellwright.config.parsing import evaluated
-from cellwright.config.parsing.figures import Placement
-from cellwright.config.parsing.problems import Located, Problems
-from cellwright.config.parsing.python2 import dictionary_order, scalar_text
-from cellwright.config.parsing.tree import Entry, Items, Leaf, Node, Table, described
+from cellwright.config.parsing import expressions
+from cellwright.config.parsing.raw_trial import Placement, dictionary_order, scalar_text
+from cellwright.config.parsing.tree import Entry, Items, Leaf, Located, Node, Problems, Table, described
 from cellwright.util.errors import ExpressionError, did_you_mean
 from cellwright.util.pose import Vector3
+
+REQUIRED = "required"
+"""The default of an entry that must be there."""
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """One entry.
+
+    Attributes:
+        name: as it stands in the file.
+        value: what is written there, with its unit.
+        meaning: what that does.
+        default: what is meant when it is left out: a value, or a remark in words; `REQUIRED` where it must be there.
+    """
+
+    name: str
+    value: str
+    meaning: str
+    default: object = "none"
+
+
+class Keys:
+    """The entries of a section, in the order of the reference."""
+
+    def __init__(self, *keys: Key) -> None:
+        self._keys = keys
+
+    def __iter__(self) -> Iterator[Key]:
+        return iter(self._keys)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What they are called."""
+        return tuple(key.name for key in self)
+
+    @property
+    def required(self) -> tuple[str, ...]:
+        """Those that must be there."""
+        return tuple(key.name for key in self if key.default == REQUIRED)
+
+    def table(self, prefix: str = "") -> str:
+        """The entries as a table in Markdown.
+
+        Args:
+            prefix: what stands before each name, such as `arm.`.
+        """
+        rows = [
+            f"| `{prefix}{key.name}` | {key.value} | {key.meaning} | {_default_text(key.default)} |" for key in self
+        ]
+        return "\n".join(["| entry | value | meaning | default |", "|---|---|---|---|", *rows, ""])
+
+
+def _default_text(default: object) -> str:
+    """A default as a file would have it, or in words."""
+    if isinstance(default, bool):
+        return str(default).lower()
+    return f"{default:g}" if isinstance(default, int | float) else str(default)
+
 
 FARTHEST = 10_000.0
 """Largest coordinate [m]; what lies beyond is a slip of the pen."""
@@ -140,7 +202,7 @@ class Reader:
         if not isinstance(node, Items):
             return None
         try:
-            numbers = [evaluated.value(item) for item in node.items]
+            numbers = [expressions.expression_value(item) for item in node.items]
         except ExpressionError:
             return None
         if len(numbers) != 3:

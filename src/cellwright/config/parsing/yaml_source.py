@@ -12,9 +12,20 @@ from typing import Any
 import yaml
 from yaml.nodes import CollectionNode, MappingNode, ScalarNode, SequenceNode
 
-from cellwright.config.parsing.problems import Place, Problem, Problems
-from cellwright.config.parsing.texts import JoinedText
-from cellwright.config.parsing.tree import Entry, Items, Leaf, Node, Scalar, Table, key_text, shortened
+from cellwright.config.parsing.sources import JoinedText
+from cellwright.config.parsing.tree import (
+    Entry,
+    Items,
+    Leaf,
+    Node,
+    Place,
+    Problem,
+    Problems,
+    Scalar,
+    Table,
+    key_text,
+    shortened,
+)
 from cellwright.util.errors import DescriptionError
 
 MAX_DEPTH = 50

@@ -1,14 +1,31 @@
-"""Reads the cameras of a robot configuration, by the file's own keys."""
+"""Cameras of a robot configuration: the entries as written, and the picture cameras that follow from them.
+
+The stack's own reader of these entries is not public. Names and figures are its own; what follows from them here, where
+they leave it open, is said in the documentation.
+"""
 
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Sequence
 from typing import Any
 
 from cellwright.config.parsing.reader import Reader
 from cellwright.config.parsing.tree import Items, Leaf, Node, Table, described
 from cellwright.config.robot import config_keys
-from cellwright.config.robot.config import Camera
+from cellwright.config.robot.config import Camera, RobotConfig
+from cellwright.config.trial.sensors import (
+    MAX_CAMERA_DEPTH,
+    MAX_DEPTH_PIXELS,
+    MAX_FOV,
+    MAX_PICTURE_SIZE,
+    MIN_CAMERA_DEPTH,
+    MIN_PICTURE_SIZE,
+)
+from cellwright.config.trial.trial import Camera as Taking
+from cellwright.util.errors import UsageError
+from cellwright.util.pose import Pose, Vector3, normalized, quaternion_from_rpy
 
 
 def read_cameras(node: Node, reader: Reader) -> tuple[Camera, ...]:
@@ -16,7 +33,7 @@ def read_cameras(node: Node, reader: Reader) -> tuple[Camera, ...]:
     if not isinstance(node, Items):
         reader.problems.error(node, f"must be a list of cameras, not {described(node)}")
         return ()
-    cameras = [_camera(item, reader) for item in node.items]
+    cameras = [_read_camera(item, reader) for item in node.items]
     return tuple(camera for camera in cameras if camera is not None)
 
 
@@ -30,7 +47,7 @@ def plain(node: Node) -> Any:
     return node.value
 
 
-def _camera(node: Node, reader: Reader) -> Camera | None:
+def _read_camera(node: Node, reader: Reader) -> Camera | None:
     table = reader.table(node)
     name_node = reader.required(table, "name") if table else None
     if table is None or name_node is None:
@@ -49,3 +66,137 @@ def _check_finite(node: Node, reader: Reader) -> None:
             _check_finite(item, reader)
     elif isinstance(node, Leaf) and isinstance(node.value, float) and not math.isfinite(node.value):
         reader.problems.error(node, "must be a finite number")
+
+
+VERTICAL_FOV = math.radians(100)
+"""How far the stack's cameras see up and down together [rad]."""
+
+RATE = 30.0
+"""Pictures a second [Hz]: what the stack's monitors ask of cameras."""
+
+_AXES: dict[str, Vector3] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+_NAME = re.compile(r"[A-Za-z0-9_]+", re.ASCII)
+_ALONG = 1e-6
+
+
+def picture_camera(config: RobotConfig, camera: Camera) -> Taking:
+    """A camera of a configuration as one that takes pictures; its frame is the link that it is fixed to.
+
+    Raises:
+        UsageError: its figures make no camera; the text says why.
+    """
+    if not _NAME.fullmatch(camera.name):
+        raise UsageError("its name becomes a topic: only letters, digits and _")
+    width = _size(camera, "img_width", 640, MAX_PICTURE_SIZE[0])
+    height = _size(camera, "img_height", 480, MAX_PICTURE_SIZE[1])
+    if width * height > MAX_DEPTH_PIXELS:
+        raise UsageError(f"{width} x {height} pixels; at most {MAX_DEPTH_PIXELS} in all")
+    near, far = _depth(camera, "near_val", 0.1), _depth(camera, "far_val", 10.0)
+    if near >= far:
+        raise UsageError(f"near_val, {near:g} m, must be less than far_val, {far:g} m")
+    fov = 2 * math.atan(math.tan(VERTICAL_FOV / 2) * width / height)
+    return Taking(
+        camera.name,
+        "rgbd_camera",
+        _pose(camera),
+        frame=_link(config, camera.name),
+        width=width,
+        height=height,
+        fov=min(fov, MAX_FOV),
+        rate=RATE,
+        near=near,
+        far=far,
+    )
+
+
+def _link(config: RobotConfig, name: str) -> str:
+    """What a camera is fixed to: the tip of an arm where its name has `hand_eye`, else the head, else the root."""
+    if "hand_eye" in name and config.arms:
+        is_left = "left" in name and len(config.arms) > 1
+        return config.arms[1 if is_left else 0].tip
+    if config.head is not None and config.head.joints:
+        return config.robot.joint(config.head.joints[-1]).child
+    return config.robot.root
+
+
+def _pose(camera: Camera) -> Pose:
+    """link_T_camera, which looks along +x with z up."""
+    x, y, z, w = _numbers(camera, "quat", (0.0, 0.0, 0.0, 1.0))
+    turn = Pose((0.0, 0.0, 0.0), normalized((w, x, y, z)))
+    ex, ey, ez = turn.transform(_three(_numbers(camera, "pos_offset", (0.0, 0.0, 0.0))))
+    eye = (ex, ey, ez + _number(camera, "height", 0.0))
+    ahead = turn.transform((1.0, 0.0, 0.0))
+    target = (eye[0] + ahead[0], eye[1] + ahead[1], eye[2] + ahead[2])
+    if "target_offset" in camera.values:
+        target = turn.transform(_three(_numbers(camera, "target_offset", target)))
+    return Pose(eye, look_rotation((target[0] - eye[0], target[1] - eye[1], target[2] - eye[2]), _up(camera)))
+
+
+def look_rotation(forward: Vector3, up: Vector3) -> tuple[float, float, float, float]:
+    """The turn (w, x, y, z) of what looks `forward` along +x, with `up` as far along +z as that allows.
+
+    Raises:
+        UsageError: there is no such turn, or no one.
+    """
+    length = math.hypot(*forward)
+    if length < _ALONG:
+        raise UsageError("it looks at the point where it stands")
+    x, y, z = (value / length for value in forward)
+    yaw, pitch = math.atan2(y, x), -math.asin(max(-1.0, min(1.0, z)))
+    level = Pose((0.0, 0.0, 0.0), quaternion_from_rpy(0.0, pitch, yaw))
+    across, above = (_dot(up, level.rotate(axis)) for axis in (_AXES["y"], _AXES["z"]))
+    if math.hypot(across, above) < _ALONG * math.hypot(*up) or not math.hypot(*up):
+        raise UsageError("what is up for it lies along its line of sight")
+    return quaternion_from_rpy(math.atan2(-across, above), pitch, yaw)
+
+
+def _up(camera: Camera) -> Vector3:
+    value = camera.values.get("up_axis")
+    if isinstance(value, str) and value.lower() in _AXES:
+        return _AXES[value.lower()]
+    if isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= 2:
+        return (*_AXES.values(),)[value]
+    return _three(_numbers(camera, "up_axis", _AXES["z"]))
+
+
+def _size(camera: Camera, name: str, default: int, most: int) -> int:
+    value = camera.values.get(name, default)
+    if isinstance(value, bool) or not isinstance(value, int) or not MIN_PICTURE_SIZE <= value <= most:
+        raise UsageError(f"{name} must be a whole number from {MIN_PICTURE_SIZE} to {most}, not {_shown(value)}")
+    return value
+
+
+def _depth(camera: Camera, name: str, default: float) -> float:
+    value = _number(camera, name, default)
+    if not value > 0.0:
+        raise UsageError(f"{name} must be above 0 m, not {value:g}")
+    return min(max(value, MIN_CAMERA_DEPTH), MAX_CAMERA_DEPTH)
+
+
+def _number(camera: Camera, name: str, default: float) -> float:
+    value = camera.values.get(name, default)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise UsageError(f"{name} must be a number, not {_shown(value)}")
+    return float(value)
+
+
+def _numbers(camera: Camera, name: str, default: Sequence[float]) -> tuple[float, ...]:
+    value: Any = camera.values.get(name, default)
+    is_list = isinstance(value, list | tuple) and len(value) == len(default)
+    if not is_list or any(isinstance(each, bool) or not isinstance(each, int | float) for each in value):
+        raise UsageError(f"{name} must be a list of {len(default)} numbers, not {_shown(value)}")
+    return tuple(float(each) for each in value)
+
+
+def _three(numbers: Sequence[float]) -> Vector3:
+    x, y, z = numbers
+    return (x, y, z)
+
+
+def _dot(a: Vector3, b: Vector3) -> float:
+    return sum(p * q for p, q in zip(a, b, strict=True))
+
+
+def _shown(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 40 else f"{text[:40]}…"

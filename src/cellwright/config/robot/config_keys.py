@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from cellwright.config.parsing.keys import REQUIRED, Key, Keys
+from cellwright.config.parsing.reader import REQUIRED, Key, Keys
 
 BASE_COMMAND_MODES = ("delta", "velocity")
 INDEX_ORDERS = ("pybullet", "urdf")

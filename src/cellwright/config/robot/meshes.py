@@ -1,15 +1,20 @@
-"""Finds the mesh files of a robot."""
+"""Mesh files of a robot: where they are, and the text of a URDF with their absolute addresses.
+
+Robots are passed on in folders, with meshes beside the URDF or in what was once a package. Programs that are given the
+text alone, such as rviz, find neither.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from html import escape, unescape
 from pathlib import Path
 from urllib.parse import unquote
 
 from cellwright.config.models.files import ModelFileError
 from cellwright.config.models.meshes import read_mesh
-from cellwright.config.robot.packages import package_folders
+from cellwright.config.robot.urdf_file import package_folders
 
 MAX_TOTAL_BYTES = 50 << 20
 """Largest meshes of one robot together [bytes]."""
@@ -74,3 +79,32 @@ class MeshFinder:
         name = unquote(reference.removeprefix("file://")) if reference.startswith("file://") else reference
         for folder in self._path.resolve().parents:  # PyBullet, too, looks further and further up
             yield folder / name.replace("\\", "/")
+
+
+_MESH = re.compile(r"""(<mesh\b[^>]*?\bfilename\s*=\s*)(["'])(.*?)\2""", re.DOTALL)
+_MANIFEST = "package.xml"
+_PACKAGE = "package://"
+
+
+def with_absolute_meshes(text: str, path: Path) -> str:
+    """The text of a URDF with the address of each mesh file that is found on this machine.
+
+    What stays as it is: meshes that are not found, and those of real packages, which ROS finds on other machines too.
+
+    Args:
+        text: of the URDF.
+        path: where the URDF is; meshes are looked for from there.
+    """
+    finder = MeshFinder(path)
+
+    def replace(match: re.Match[str]) -> str:
+        found = finder.locate(unescape(match[3]))
+        if found is None or (match[3].startswith(_PACKAGE) and _is_in_package(found)):
+            return match[0]
+        return f"{match[1]}{match[2]}{escape(found.resolve().as_uri())}{match[2]}"
+
+    return _MESH.sub(replace, text)
+
+
+def _is_in_package(file: Path) -> bool:
+    return any((folder / _MANIFEST).is_file() for folder in file.parents)

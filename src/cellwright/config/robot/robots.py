@@ -1,16 +1,290 @@
-"""The robot that somebody means: one that comes along, a configuration file, a folder with one, or a plain URDF."""
+"""Robots by name or path: bundled robots, configuration files in all revisions, and plain URDF files.
+
+What the file's own node read is read; what is known and belongs to the headset's side is kept and not used; what is
+unknown is a warning. A file that means nothing, or the wrong joint, is refused with everything that is wrong at once.
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
-from cellwright.config.parsing.problems import Place, Problem, Problems
-from cellwright.config.robot.config import RobotConfig
+from cellwright.config.parsing.reader import Reader
+from cellwright.config.parsing.sources import read_texts
+from cellwright.config.parsing.tree import Entry, Items, Leaf, Node, Place, Problem, Problems, Table, described
+from cellwright.config.parsing.yaml_source import parse
+from cellwright.config.robot import config_keys
+from cellwright.config.robot.cameras import plain, read_cameras
+from cellwright.config.robot.config import Arm, Posture, RobotConfig
 from cellwright.config.robot.config_keys import READ, UNUSED
-from cellwright.config.robot.config_reader import Warn, read_robot_config, read_tree
+from cellwright.config.robot.group_reader import GroupReader, References, numbered
+from cellwright.config.robot.groups import check_arms, check_shared, check_sides
+from cellwright.config.robot.model import RobotModel
 from cellwright.config.robot.urdf import read_urdf
-from cellwright.util.errors import DescriptionError, UnknownNameError
+from cellwright.util.errors import DescriptionError, UnknownNameError, did_you_mean
+from cellwright.util.pose import Pose, normalized
+
+_NEARBY = tuple(f"{levels}*.{suffix}" for levels in ("", "*/", "*/*/") for suffix in ("urdf", "xacro"))
+
+
+def find_urdf(root: Table, path: Path, reader: Reader) -> Path | None:
+    """The URDF; its path counts from the folder of the configuration, or, as in old revisions, from the one above.
+
+    Args:
+        root: the top level of the configuration.
+        path: the configuration's file.
+        reader: takes what is wrong.
+    """
+    node = reader.required(root, "urdf_path")
+    if node is None:
+        return None
+    if not isinstance(node, Leaf) or not isinstance(node.value, str) or not node.value.isprintable() or not node.value:
+        reader.problems.error(node, f"must be the path of a URDF or xacro file, not {described(node)}")
+        return None
+    folder = path.parent
+    for found in (folder / node.value, folder.parent / node.value):
+        try:
+            if found.is_file():
+                return found
+        except OSError:  # a name too long for the file system, or a folder that may not be looked into
+            break
+    reader.problems.error(
+        node,
+        f"there is no file {node.value} in {folder.absolute()}, nor in the folder above{_close(node.value, folder)}",
+    )
+    return None
+
+
+def _close(name: str, folder: Path) -> str:
+    """A remark with a URDF in the folder that has a name like this one, or the only one that there is."""
+    try:
+        found = [str(path.relative_to(folder)) for pattern in _NEARBY for path in folder.glob(pattern)]
+    except OSError:
+        return ""
+    return did_you_mean(name, found) or (f"; did you mean {found[0]}" if len(found) == 1 else "")
+
+
+_ROUGH = 0.01  # how far from 1 the length of a quaternion may be before somebody should look: 0.707 is rounding
+
+
+def read_base_pose(node: Node | None, reader: Reader) -> Pose:
+    """The pose [m], its quaternion scaled to unit length; the identity where nothing is said."""
+    table = reader.table(node) if node else None
+    if table is None:
+        return Pose()
+    reader.ignored(table, config_keys.BASE_POSE)
+    position_node, orientation_node = table.get("position"), table.get("orientation")
+    position = _fixed_numbers(position_node, 3, "x, y, z [m]", reader) if position_node else (0.0, 0.0, 0.0)
+    orientation = (
+        _fixed_numbers(orientation_node, 4, "x, y, z, w", reader) if orientation_node else (0.0, 0.0, 0.0, 1.0)
+    )
+    if position is None or orientation is None:
+        return Pose()
+    reader.near(position_node or table, position)
+    x, y, z, w = orientation
+    length = math.hypot(x, y, z, w)
+    where = orientation_node or table
+    if not 1e-6 < length < 1e6:
+        reader.problems.error(
+            where, f"must be a quaternion x, y, z, w, and this one turns nowhere: its length is {length:g}"
+        )
+        return Pose()
+    if abs(length - 1.0) > _ROUGH:
+        reader.problems.warn(where, f"a quaternion has the length 1, and this one {length:.3g}; it is scaled")
+    return Pose((position[0], position[1], position[2]), normalized((w, x, y, z)))
+
+
+def _fixed_numbers(node: Node, count: int, what: str, reader: Reader) -> tuple[float, ...] | None:
+    if not isinstance(node, Items) or len(node.items) != count:
+        found = f"one of {len(node.items)}" if isinstance(node, Items) else described(node)
+        reader.problems.error(node, f"must be a list of {count} numbers, {what}, not {found}")
+        return None
+    numbers = [reader.number(item) for item in node.items]
+    return tuple(float(number) for number in numbers if number is not None) if None not in numbers else None
+
+
+Warn = Callable[[str], None]
+"""Takes a line that somebody should know, `path:line: key: what`."""
+
+
+def read_robot_config(path: Path, warn: Warn) -> RobotConfig:
+    """The robot that a configuration file is about.
+
+    Args:
+        path: the file.
+        warn: takes warnings about it and about its URDF.
+
+    Raises:
+        DescriptionError: the file or its URDF cannot be used; the error lists everything that was found wrong.
+    """
+    problems = Problems()
+    root = read_tree(path, problems)
+    reader = Reader(problems)
+    reader.ignored(root, (*config_keys.READ, *config_keys.UNUSED))
+    urdf = find_urdf(root, path, reader)
+    robot = None
+    if urdf is not None:
+        try:
+            robot = read_urdf(urdf, warn=warn)
+        except DescriptionError as error:
+            raise DescriptionError((*problems.errors, *error.problems), (*problems.warnings, *error.warnings)) from None
+    config = _Reading(root, reader, path).config(robot, urdf) if robot and urdf else None
+    if config is None or problems.errors:
+        raise DescriptionError(problems.errors, problems.warnings)
+    for warning in problems.warnings:
+        warn(str(warning))
+    return config
+
+
+def read_tree(path: Path, problems: Problems) -> Table:
+    """The top level of a file; nothing at all is an empty one.
+
+    Raises:
+        DescriptionError: it is no YAML file with a mapping.
+    """
+    root = parse(read_texts([path]), problems)
+    if root is None or (isinstance(root, Leaf) and root.value is None):
+        return Table(Place(0, str(path), 0), "")
+    if not isinstance(root, Table):
+        problems.error(root, f"a robot configuration is a mapping of entries, not {described(root)}")
+        raise DescriptionError(problems.errors, problems.warnings)
+    return root
+
+
+@dataclass(frozen=True, slots=True)
+class _Reading:
+    """Reads the entries of one file, one after the other."""
+
+    root: Table
+    reader: Reader
+    path: Path
+
+    def config(self, robot: RobotModel, urdf: Path) -> RobotConfig:
+        """What the file comes to; worth nothing where errors were reported."""
+        joints = numbered(robot, self._order())
+        references = References(robot, joints, self.reader.problems)
+        groups = GroupReader(self.reader, references)
+        arms = [(node, groups.arm(node)) for node in self._list("arms", "arms")]
+        grippers = [(node, groups.gripper(node)) for node in self._list("grippers", "grippers")]
+        lift, head = self.root.get("dorsal"), self.root.get("head")
+        dorsal = groups.lift(lift) if lift else None
+        head_posture, head_axes = groups.head(head) if head else (None, ())
+        fixed = self.root.get("fixed_link")
+        fixed_link = references.link(fixed, may_be_root=True) if fixed else None
+        found_arms = [(node, arm) for node, arm in arms if arm is not None]
+        command_links, reference_links = self._controller(references, found_arms)
+        cameras = self.root.get("cameras")
+        config = RobotConfig(
+            robot=robot,
+            name=self._name() or robot.name,
+            path=self.path,
+            urdf_path=urdf,
+            base_pose=read_base_pose(self.root.get("base_pose"), self.reader),
+            fixed_link=fixed_link,
+            arms=tuple(arm for _, arm in found_arms),
+            grippers=tuple(gripper for _, gripper in grippers if gripper is not None),
+            head=head_posture,
+            head_axes=head_axes,
+            dorsal=dorsal,
+            waist=self._waist(groups),
+            wo_controller=self._truth("wo_controller"),
+            command_links=command_links,
+            reference_links=reference_links,
+            cameras=read_cameras(cameras, self.reader) if cameras else (),
+            max_accelerations=groups.max_accelerations,
+            others=self._others(),
+        )
+        if not self.reader.problems.errors:
+            check_shared(self.root, config, self.reader.problems)
+            check_arms(found_arms, config, joints, self.reader.problems)
+            check_sides(self.root, config, self.reader.problems)
+        return config
+
+    def _list(self, name: str, what: str) -> Iterator[Node]:
+        """The items of a list that may be missing."""
+        node = self.root.get(name)
+        if isinstance(node, Items):
+            yield from node.items
+        elif node is not None:
+            hint = "; begin each with a dash" if isinstance(node, Table) else "; write [] for none"
+            self.reader.problems.error(node, f"must be a list of {what}, not {described(node)}{hint}")
+
+    def _waist(self, groups: GroupReader) -> Posture | None:
+        """The waist, to which the joints of a folding waist count as well."""
+        node, folding_node = self.root.get("waist"), self.root.get("folding_waist")
+        found = [groups.posture(node)] if node else []
+        found += [groups.posture(folding_node, config_keys.FOLDING_WAIST_UNUSED)] if folding_node else []
+        parts = [posture for posture in found if posture is not None]
+        joints = tuple(name for posture in parts for name in posture.joints)
+        return Posture(joints, tuple(value for posture in parts for value in posture.home)) if parts else None
+
+    def _controller(
+        self, references: References, arms: list[tuple[Node, Arm]]
+    ) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
+        """The links that poses of the hands command, and those in whose frames they are given."""
+        node = self.root.get("controller_indices")
+        table = self.reader.table(node) if node else None
+        if table is not None:
+            self.reader.ignored(table, config_keys.CONTROLLER)
+        own = tuple(arm.tip for _, arm in arms)
+        commanded = self._links(table, "cmd_ee", references, len(own), is_base=False)
+        bases = self._links(table, "base", references, len(own), is_base=True)
+        reference = tuple(None if link == references.robot.root else link for link in bases)
+        return (commanded or own), (reference or (None,) * len(own))
+
+    def _links(
+        self, table: Table | None, name: str, references: References, count: int, *, is_base: bool
+    ) -> tuple[str, ...]:
+        """A link for each arm; empty where there is no such entry."""
+        node = table.get(name) if table else None
+        if node is None:
+            return ()
+        items = node.items if isinstance(node, Items) else (node,)
+        links = [references.link(item, may_be_root=is_base) for item in items]
+        if len(links) != count and not self.reader.problems.errors:
+            self.reader.problems.error(
+                node, f"must be one link for each arm: here are {len(links)} for {count} arm{'' if count == 1 else 's'}"
+            )
+        return tuple(link for link in links if link is not None)
+
+    def _order(self) -> str:
+        """How the file counts joints."""
+        return self._one_of("joint_index_order", config_keys.INDEX_ORDERS)
+
+    def _one_of(self, name: str, valid: tuple[str, ...]) -> str:
+        """One of some words, the first when nothing is said."""
+        node = self.root.get(name)
+        if node is None:
+            return valid[0]
+        if isinstance(node, Leaf) and node.value in valid:
+            return str(node.value)
+        hint = did_you_mean(node.value, valid) if isinstance(node, Leaf) and isinstance(node.value, str) else ""
+        self.reader.problems.error(node, f"must be {' or '.join(valid)}, not {described(node)}{hint}")
+        return valid[0]
+
+    def _truth(self, name: str) -> bool:
+        node = self.root.get(name)
+        if node is None or (isinstance(node, Leaf) and isinstance(node.value, bool)):
+            return bool(node is not None and node.value)
+        self.reader.problems.error(node, f"must be true or false, not {described(node)}")
+        return False
+
+    def _name(self) -> str | None:
+        node = self.root.get("robot_name")
+        return self.reader.name(node) if node else None
+
+    def _others(self) -> dict[str, Any]:
+        """What is kept as it is written, as plain values."""
+        self._truth("without_gui")
+        self._one_of("base_command_mode", config_keys.BASE_COMMAND_MODES)
+        entries: Iterator[Entry] = iter(self.root.entries.values())
+        known = (*config_keys.KEPT, *config_keys.UNUSED)
+        return {str(entry.name): plain(entry.value) for entry in entries if entry.name in known}
+
 
 CONFIG = "vr_configs.yml"
 """Name of the configuration file in a robot's folder."""

@@ -1,4 +1,7 @@
-"""From the bytes of a URDF file to elements that know where they stand.
+"""URDF files as elements with places: ROS packages, xacro expansion, tolerant XML and numbers in attributes.
+
+A xacro file is a program: it reckons, includes other files, and may go on for ever. It is run in a process of its own,
+see `xacro_program.py`.
 
 Robot files come from many hands. What programs of the field forgive is forgiven here, with a warning: stray control
 bytes, blanks before the declaration, an encoding that is not the one declared. What could grow without limit or reach
@@ -8,18 +11,112 @@ out of the file (document types, entities) is refused.
 from __future__ import annotations
 
 import codecs
+import json
+import math
 import os
 import re
-from collections.abc import Mapping
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers import expat
 from xml.sax.saxutils import escape
 
-from cellwright.config.parsing.contents import read_at_most
-from cellwright.config.parsing.problems import Place, Problem, Problems
-from cellwright.config.robot.xacro_file import expand, is_xacro
+import cellwright
+from cellwright.config.parsing.sources import note_source, read_at_most
+from cellwright.config.parsing.tree import Place, Problem, Problems, shortened
 from cellwright.util.errors import DescriptionError
+from cellwright.util.pose import Pose, Vector3
+
+_MOST_READ = 10_000  # of a package's manifest, whose name stands near its beginning [bytes]
+_NAME = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
+
+
+def package_folders(name: str, path: Path) -> Iterator[Path]:
+    """Where a package may be, the likeliest place first; not all of them exist.
+
+    First come the folders above the file that asks: one that is called so, on disk or in its `package.xml`, or a
+    neighbour of one. Then those that the environment of ROS names.
+
+    Args:
+        name: of the package.
+        path: the file that asks for it.
+    """
+    for folder in path.resolve().parents:
+        if folder.name == name or _declared_name(folder) == name:
+            yield folder
+        yield folder / name
+    for entry in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep):
+        if entry:
+            yield Path(entry) / name
+            if Path(entry).name == name:
+                yield Path(entry)
+    for entry in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep):
+        if entry:
+            yield Path(entry) / "share" / name
+
+
+def _declared_name(folder: Path) -> str | None:
+    try:
+        with (folder / "package.xml").open("rb") as stream:
+            text = stream.read(_MOST_READ).decode("utf-8", "replace")
+    except (OSError, ValueError):
+        return None
+    note_source(folder / "package.xml")
+    found = _NAME.search(text)
+    return found[1] if found else None
+
+
+MAX_EXPANSION_TIME = 30.0
+"""Time that a file may take to expand [s]."""
+
+_DOCUMENT_TYPE = re.compile(r"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
+_PROGRAM = (
+    "import sys; sys.path.insert(0, sys.argv.pop(1)); from cellwright.config.robot.xacro_program import main; main()"
+)
+
+
+def is_xacro(path: Path) -> bool:
+    """Whether a file has to be expanded, which its name says: a file that is data is never run as a program."""
+    return path.suffix.lower() == ".xacro"
+
+
+def expand_xacro(path: Path, text: str) -> str:
+    """The URDF that a file's text expands to; `$(find PACKAGE)` needs no ROS.
+
+    Raises:
+        DescriptionError: it does not expand, or not within bounds.
+    """
+    if found := _DOCUMENT_TYPE.search(text):
+        line = text.count("\n", 0, found.start()) + 1
+        raise _refusal(path, line, "declares a document type or entities, which are not read")
+    place = str(Path(cellwright.__file__).parents[1])
+    try:
+        done = subprocess.run(  # noqa: S603 - our own interpreter and module
+            [sys.executable, "-P", "-c", _PROGRAM, place, str(path)],
+            input=text.encode("utf-8", "replace"),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            timeout=MAX_EXPANSION_TIME,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        raise _refusal(path, 0, f"xacro: takes longer than {MAX_EXPANSION_TIME:g} s to expand") from None
+    try:
+        said = json.loads(done.stdout)
+    except ValueError:  # it was ended by the system, or by a library that does not take a lack of memory well
+        raise _refusal(path, 0, f"xacro: its process ended before it was expanded (status {done.returncode})") from None
+    if "text" in said:
+        for each in said["files"]:
+            note_source(Path(each))
+        return str(said["text"])
+    raise _refusal(Path(said["path"]), int(said["line"]), str(said["message"]))
+
+
+def _refusal(path: Path, line: int, message: str) -> DescriptionError:
+    return DescriptionError([Problem(Place(0, str(path), line), "", message)])
+
 
 MAX_BYTES = 16 << 20
 """Largest robot file [bytes]."""
@@ -82,7 +179,7 @@ def _text(path: Path, problems: Problems) -> tuple[str, bool]:
         start, end = declared.span(1)  # what it says is known by now, and it may stand only at the very beginning
         text = text[:start] + re.sub(r"[^\n]", " ", declared[1]) + text[end:]
     if is_xacro(path):
-        return expand(path, text), False
+        return expand_xacro(path, text), False
     return _FROM_ENVIRONMENT.sub(_from_environment, text), True
 
 
@@ -177,3 +274,61 @@ def _parsed(path: Path, text: str, *, has_lines: bool) -> Element:
         message = f"no valid XML: {expat.ErrorString(error.code)} (column {error.offset + 1})"
         raise refusal(path, error.lineno if has_lines else 0, message) from None
     return top[0]
+
+
+FARTHEST = 1e6
+"""Largest coordinate that means anything [m; rad]."""
+
+
+class Numbers:
+    """Reads numbers; what is wrong with them goes to `problems`, and a stand-in is returned."""
+
+    def __init__(self, problems: Problems) -> None:
+        self.problems = problems
+
+    def read(self, element: Element, name: str, count: int, *, may_be_infinite: bool = False) -> list[float] | None:
+        """So many numbers of an attribute; None where it is missing or wrong, which is told when it is wrong."""
+        text = element.get(name)
+        if text is None:
+            return None
+        words = text.replace(",", " ").split()
+        tidied = [word.removesuffix(".") if word.count(".") > 1 else word for word in words]
+        try:
+            found = [float(word) for word in tidied] if "_" not in text else []
+        except ValueError:
+            found = []
+        are_fine = not any(math.isnan(value) or (math.isinf(value) and not may_be_infinite) for value in found)
+        if are_fine and (len(found) == count or len(found) > count > 1):
+            taken = " ".join(tidied[:count])
+            if taken != " ".join(text.split()):
+                self.problems.warn(element, f"{name}={shortened(text)!r} is taken for {taken}")
+            return found[:count]
+        what = "a finite number" if count == 1 else f"{count} finite numbers with blanks between them"
+        self.problems.error(element, f"{name} takes {what}, not {shortened(text)!r}")
+        return None
+
+    def number(self, element: Element, name: str, default: float, *, may_be_infinite: bool = False) -> float:
+        """One number, or the default where there is none."""
+        found = self.read(element, name, 1, may_be_infinite=may_be_infinite)
+        return found[0] if found else default
+
+    def vector(self, element: Element, name: str, default: Vector3 = (0.0, 0.0, 0.0)) -> Vector3:
+        """Three numbers, or the default where there are none."""
+        found = self.read(element, name, 3)
+        return _three(found) if found else default
+
+    def pose(self, owner: Element) -> Pose:
+        """The `<origin>` of an element; the identity where it has none."""
+        origin = owner.find("origin")
+        if origin is None:
+            return Pose()
+        position, rpy = self.vector(origin, "xyz"), self.vector(origin, "rpy")
+        if max(map(abs, (*position, *rpy))) > FARTHEST:
+            self.problems.error(origin, f"a coordinate beyond {FARTHEST:g}")
+            return Pose()
+        return Pose.from_rpy(position, rpy) if any(rpy) else Pose(position)
+
+
+def _three(numbers: Sequence[float]) -> Vector3:
+    x, y, z = numbers
+    return (x, y, z)

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from importlib.resources import files
 from pathlib import Path
 
+from cellwright.util import plugins as plugins
 from cellwright.util.errors import UnknownNameError, in_a_line
-from cellwright.util.plugins import entry_points as plugins
 
 _SUFFIX = ".yaml"
 _SENSORS = "_sensors"
@@ -77,11 +77,13 @@ def _brought(name: str) -> Path:
     try:
         path = found() if callable(found) else found
     except Exception as error:
-        raise plugins.refusal("trials", name, f"failed: {in_a_line(error)}") from error
+        raise plugins.plugin_error("trials", name, f"failed: {in_a_line(error)}") from error
     if not isinstance(path, str | Path):
-        raise plugins.refusal("trials", name, f"must be the path of a file, and is of the type {type(path).__name__}")
+        raise plugins.plugin_error(
+            "trials", name, f"must be the path of a file, and is of the type {type(path).__name__}"
+        )
     if not Path(path).is_file():
-        raise plugins.refusal("trials", name, f"has no file {path}")
+        raise plugins.plugin_error("trials", name, f"has no file {path}")
     return Path(path)
 
 

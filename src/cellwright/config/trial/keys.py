@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import get_args
 
 from cellwright.config.layout import BIN_PART_HEIGHT, BIN_WIDTH
-from cellwright.config.parsing.keys import REQUIRED, Key, Keys
+from cellwright.config.parsing.reader import REQUIRED, Key, Keys
 from cellwright.config.trial.trial import (
     ArmSettings,
     Camera,

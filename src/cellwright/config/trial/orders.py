@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 
-from cellwright.config.parsing.figures import OrderFigure, Placement, order_id
-from cellwright.config.parsing.python2 import dictionary_order
+from cellwright.config.parsing.raw_trial import Placement, RawOrder, dictionary_order, order_id
 from cellwright.config.parsing.tree import Entry, Items, Leaf, Node, described, shortened
 from cellwright.config.trial.keys import DEFAULT_KITS, ORDER
-from cellwright.config.trial.models import MAX_PARTS, PartBook, read_part
 from cellwright.config.trial.other_years import OtherYear
+from cellwright.config.trial.parts import MAX_PARTS, PartBook, read_part
 from cellwright.util.errors import did_you_mean
 
 MOST_KITS = 10_000
@@ -18,14 +17,14 @@ MOST_KITS = 10_000
 CONDITIONS = ("time", "wanted_parts", "unwanted_parts")
 
 
-def read_orders(node: Node, book: PartBook, other_year: OtherYear) -> tuple[OrderFigure, ...]:
+def read_orders(node: Node, book: PartBook, other_year: OtherYear) -> tuple[RawOrder, ...]:
     """The orders in the order that gives them their ids."""
     reader = book.reader
     if isinstance(node, Items):
         reader.problems.error(node, f"must be a mapping; a list of orders{other_year.list_of_orders()}")
         return ()
     table = reader.table(node)
-    orders: dict[object, OrderFigure] = {}
+    orders: dict[object, RawOrder] = {}
     asked = 0
     for entry in reader.entries(table) if table else ():
         order = _order(entry, book, other_year)
@@ -45,7 +44,7 @@ def read_orders(node: Node, book: PartBook, other_year: OtherYear) -> tuple[Orde
     return walked
 
 
-def _order(entry: Entry, book: PartBook, other_year: OtherYear) -> OrderFigure | None:
+def _order(entry: Entry, book: PartBook, other_year: OtherYear) -> RawOrder | None:
     reader = book.reader
     name = reader.key(entry)
     table = reader.table(entry.value)
@@ -73,7 +72,7 @@ def _order(entry: Entry, book: PartBook, other_year: OtherYear) -> OrderFigure |
         reader.problems.warn(entry, f"asks for no {'parts' if kit_count else 'kits'}")
     condition = _condition(condition_node, book)
     value = _value(condition, value_node, book)
-    return None if value is None else OrderFigure(name, condition, value, kit_count, parts)
+    return None if value is None else RawOrder(name, condition, value, kit_count, parts)
 
 
 def _parts(node: Node, book: PartBook) -> tuple[tuple[str, Placement], ...]:

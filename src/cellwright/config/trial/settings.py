@@ -1,4 +1,4 @@
-"""Cellwright's own section `cellwright`: seed, timestep and the arm's control. Strict: every slip is an error."""
+"""Settings of the section `cellwright`: seed, timestep and the arm's control. Strict: every slip is an error."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from fractions import Fraction
 from typing import Any, cast, get_args
 
 from cellwright.config.layout import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
-from cellwright.config.parsing import evaluated
+from cellwright.config.parsing import expressions
 from cellwright.config.parsing.reader import Reader
 from cellwright.config.parsing.tree import Entry, Leaf, Node, Table, described, shortened
 from cellwright.config.trial import keys
@@ -25,18 +25,18 @@ _STEP = re.compile(r"\s*(\d{1,12})\s*/\s*(\d{1,12})\s*|\s*(\d{0,12}\.?\d{1,12}([
 
 
 @dataclass(frozen=True, slots=True)
-class SettingFigures:
+class RawSettings:
     """The settings, and the joint positions [rad or m] that the arm begins with where they are not the usual ones."""
 
     settings: CellSettings = field(default_factory=CellSettings)
     initial_joint_states: Mapping[str, float] = field(default_factory=dict)
 
 
-def read_settings(node: Node, reader: Reader) -> SettingFigures:
+def read_settings(node: Node, reader: Reader) -> RawSettings:
     """The section `cellwright`."""
     table = reader.table(node)
     if table is None:
-        return SettingFigures()
+        return RawSettings()
     _only(table, keys.OWN.names, reader)
     values: dict[str, Any] = {}
     seed = table.get("seed")
@@ -51,7 +51,7 @@ def read_settings(node: Node, reader: Reader) -> SettingFigures:
     states: Mapping[str, float] = {}
     if arm and (arm_table := reader.table(arm)):
         values["arm"], states = _arm(arm_table, reader)
-    return SettingFigures(CellSettings(**values), states)
+    return RawSettings(CellSettings(**values), states)
 
 
 def _only(table: Table, known: tuple[str, ...], reader: Reader, kind: str = "entry") -> None:
@@ -170,7 +170,7 @@ def _initial(node: Node, reader: Reader) -> dict[str, float]:
     for entry in _joints(node, reader) if isinstance(node, Table) else ():
         limit = RAIL_LIMIT if entry.name == ARM_JOINTS[0] else TURN_LIMIT
         try:
-            position = evaluated.value(entry.value)
+            position = expressions.expression_value(entry.value)
         except ExpressionError:
             continue
         if abs(position) > limit:

@@ -1,4 +1,4 @@
-"""The bus: topics and services by name.
+"""Bus of a cell or robot: topics and services by name, and a throttled count of refused input.
 
 The cell advertises what it says (`advertise`), names what it hears (`listen`) and what it does on request (`serve`).
 Clients of every kind `subscribe`, `publish` and `call`; each is an equal guest, and none changes what the cell does by
@@ -9,16 +9,105 @@ than one thread (commands of other threads go through the simulation's inbox).
 from __future__ import annotations
 
 from base64 import b64decode, b64encode
+from collections import Counter, deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, TypeVar
 
-from cellwright.middleware.bus.given import Given, How
-from cellwright.middleware.bus.later import Later
-from cellwright.middleware.bus.refusals import Refusals
-from cellwright.middleware.bus.topics import Callback, Direction, Handler, Publisher, Subscription, Topic
+from cellwright.middleware.bus.topics import (
+    Callback,
+    Direction,
+    Given,
+    Handler,
+    How,
+    Later,
+    Publisher,
+    Subscription,
+    Topic,
+)
 from cellwright.middleware.messages import Message, ServiceType, checked, from_cdr, said, service_type, to_cdr, type_of
 from cellwright.util.errors import CellwrightError, MessageError, RejectedCommandError, UnknownNameError, UsageError
+
+NANOSECONDS = 1_000_000_000
+MOST_SOURCES = 256
+"""So many sources are told apart; names come from outside, and must not eat the memory. The others share one."""
+OTHERS = "others"
+MOST_LINES = 20
+"""So many lines at most are said in a second, whatever the sources call themselves; the rest is counted."""
+LONGEST_LINE = 1000
+"""Characters of a line at most: names and values in it come from outside."""
+
+_LONGEST_SOURCE = 400
+
+
+class Refusals:
+    """Counts refused input by source, and reports it.
+
+    The first refusal of a source is reported at once; those that follow within a second of simulation time are only
+    counted, and their number is told with the next report. Of many sources at once some are only counted as well.
+
+    Args:
+        now: simulation time [ns].
+        report: takes the line to be logged.
+    """
+
+    def __init__(self, now: Callable[[], int], report: Callable[[str], None]) -> None:
+        self._now = now
+        self._report = report
+        self._counts: Counter[str] = Counter()
+        self._reported: dict[str, int] = {}
+        self._untold: Counter[str] = Counter()
+        self._said: deque[int] = deque(maxlen=MOST_LINES)  # when the newest lines were said [ns]
+
+    @property
+    def counts(self) -> Mapping[str, int]:
+        """How much was refused, by source."""
+        return MappingProxyType(self._counts)
+
+    @property
+    def total(self) -> int:
+        """How much was refused in all."""
+        return self._counts.total()
+
+    def refuse(self, source: str, reason: str) -> None:
+        """Count a refusal, and report it unless one from the same source was reported less than a second ago."""
+        source = _one_line(source, _LONGEST_SOURCE)
+        if source not in self._counts and len(self._counts) >= MOST_SOURCES:
+            source = OTHERS
+        self._counts[source] += 1
+        now = self._now()
+        last = self._reported.get(source)
+        if _is_recent(now, last) or (len(self._said) == MOST_LINES and _is_recent(now, self._said[0])):
+            self._untold[source] += 1
+            return
+        self._said.append(now)
+        untold = self._untold.pop(source, 0)
+        self._reported[source] = now
+        more = f" (and {untold} more since the last report)" if untold else ""
+        self._report(f"{_one_line(f'refused {source}: {reason}', LONGEST_LINE)}{more}")
+
+    def flush(self) -> None:
+        """Report what was counted and not told yet, as at the end of a run; of many sources the first ones."""
+        untold = list(self._untold.items())
+        for source, count in untold[:MOST_LINES]:
+            self._report(f"refused {source}: {count} more since the last report")
+            self._reported[source] = self._now()
+        if rest := untold[MOST_LINES:]:
+            self._report(f"refused {sum(count for _, count in rest)} more, from {len(rest)} other sources")
+        self._untold.clear()
+
+
+def _is_recent(now: int, then: int | None) -> bool:
+    """Whether less than a second has passed [ns]; not when time has begun anew since."""
+    return then is not None and 0 <= now - then < NANOSECONDS
+
+
+def _one_line(text: str, most: int) -> str:
+    """A text that breaks no line, however long its names are and whatever is in them."""
+    short = text if len(text) <= most else f"{text[: most - 3]}..."
+    return short if short.isprintable() else "".join(each if each.isprintable() else "?" for each in short)
+
 
 M = TypeVar("M", bound=Message)
 E = TypeVar("E", bound=CellwrightError)

@@ -1,13 +1,107 @@
-"""One topic: who publishes on it, who listens, and who hears of that."""
+"""Topics of the bus: publishers, subscriptions, external input and pending responses."""
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
-from enum import Enum
+from dataclasses import dataclass
+from enum import Enum, StrEnum
+from functools import partial
 from typing import Any, TypeAlias
 
 from cellwright.middleware.messages import Message, message_type, said, short_name
 from cellwright.util.errors import UsageError
+
+
+class How(StrEnum):
+    """How something came."""
+
+    PUBLISH = "publish"
+    CALL = "call"
+    EXTRA = "extra"
+    """A service of the server itself, past the bus."""
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """Something that came from outside.
+
+    Attributes:
+        how: how it came.
+        name: of the topic or service.
+        message: what was published, or the request; a dictionary of JSON values where it came past the bus.
+        node: whom it came from.
+    """
+
+    how: How
+    name: str
+    message: Any
+    node: str
+
+
+class Later:
+    """A service's response that is not there yet: the service answers once, whoever called hears of it."""
+
+    def __init__(self) -> None:
+        self.response: Message | None = None
+        """The response, once it is there."""
+        self._listeners: list[Callable[[Message], None]] = []
+
+    def answer(self, response: Message) -> None:
+        """Give the response. A second one counts for nothing."""
+        if self.response is None:
+            self.response = response
+            for listener in self._listeners:
+                listener(response)
+            self._listeners.clear()
+
+    def then(self, listener: Callable[[Message], None]) -> None:
+        """Have `listener(response)` called when it is there; at once if it is."""
+        if self.response is None:
+            self._listeners.append(listener)
+        else:
+            listener(self.response)
+
+
+class Mailbox:
+    """Messages of any number of topics in order of arrival, the oldest dropped when it is full.
+
+    Args:
+        size: how many messages fit in.
+    """
+
+    def __init__(self, size: int) -> None:
+        if size < 1:
+            raise UsageError(f"a mailbox must hold at least one message, not {size}")
+        self._waiting: deque[tuple[str, Message]] = deque()
+        self.size = size
+        self.dropped = 0
+        """How many messages were dropped so far."""
+
+    def __len__(self) -> int:
+        return len(self._waiting)
+
+    def listener(self, topic: str) -> Callable[[Message], None]:
+        """A callback that puts the messages of a topic in here."""
+        return partial(self.put, topic)
+
+    def put(self, topic: str, message: Message) -> None:
+        """Leave a message."""
+        if len(self._waiting) >= self.size:
+            self._waiting.popleft()
+            self.dropped += 1
+        self._waiting.append((topic, message))
+
+    def take(self) -> tuple[str, Message] | None:
+        """Take out the oldest message and its topic; None when there is none."""
+        return self._waiting.popleft() if self._waiting else None
+
+    def empty(self) -> list[tuple[str, Message]]:
+        """Take out all messages."""
+        messages = list(self._waiting)
+        self._waiting.clear()
+        return messages
+
 
 Callback: TypeAlias = Callable[[Any], None]
 """Takes a message of the topic's class."""

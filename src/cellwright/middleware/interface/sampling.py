@@ -11,9 +11,9 @@ from fractions import Fraction
 from functools import partial
 from typing import Generic, TypeVar
 
+from cellwright.engine.events import Watch
 from cellwright.engine.sensor import Reading
 from cellwright.engine.simulation import Simulation
-from cellwright.engine.watches import Watch
 from cellwright.middleware.bus import Bus, Publisher
 from cellwright.middleware.interface.table import Row
 from cellwright.middleware.messages import Message

@@ -5,12 +5,21 @@ The types that the ROS world shares come from the library (`standard`), what it 
 ROS 2 form, which nobody changes once it is published; the ROS 1 form exists as bytes only.
 """
 
-from cellwright.middleware.messages.check import checked, said
-from cellwright.middleware.messages.md5 import definition, md5, type_hash
-from cellwright.middleware.messages.names import Message, full_name, short_name, type_of
-from cellwright.middleware.messages.sources import source
-from cellwright.middleware.messages.types import ServiceType, message_type, service_type
-from cellwright.middleware.messages.wire import from_cdr, from_ros1, to_cdr, to_ros1
+from cellwright.middleware.messages.serialization import from_cdr, from_ros1, to_cdr, to_ros1
+from cellwright.middleware.messages.types import (
+    Message,
+    ServiceType,
+    definition,
+    full_name,
+    md5,
+    message_type,
+    service_type,
+    short_name,
+    source,
+    type_hash,
+    type_of,
+)
+from cellwright.middleware.messages.validation import checked, said
 
 __all__ = [
     "Message",

@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from cellwright.middleware.messages.build import duration, stamp
+from cellwright.middleware.messages.conversions import duration, stamp
 from cellwright.middleware.messages.standard import Duration, Time
 
 Counts = np.ndarray[tuple[int, ...], np.dtype[np.uint64]]

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from cellwright.middleware.messages.build import Floats, duration, floats, header, stamp, trajectory_point
+from cellwright.middleware.messages.conversions import Floats, duration, floats, header, stamp, trajectory_point
 from cellwright.middleware.messages.standard import (
     Duration,
     GoalID,

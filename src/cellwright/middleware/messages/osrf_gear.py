@@ -6,7 +6,7 @@ Quaternions in messages are (x, y, z, w); `build.py` turns them. Every field has
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from cellwright.middleware.messages.build import header, origin
+from cellwright.middleware.messages.conversions import header, origin
 from cellwright.middleware.messages.standard import Header, Pose
 
 

@@ -1,22 +1,120 @@
-"""Message and service classes by name, and the two stores that know how they look on a wire."""
+"""Message and service types: names, definition files, classes, ROS 1 and ROS 2 stores, checksums.
+
+Both are understood everywhere; short ones are given back. A service is named alike ("osrf_gear/AGVControl"); its two
+halves are types of their own, "osrf_gear/srv/AGVControl_Request" and "…_Response".
+
+They are written so that ROS 1 and ROS 2 can both take them (but for `time` and `duration`, which ROS 2 spells
+otherwise), and lie in the folder `definitions` as `<package>/msg/<Name>.msg` and `<package>/srv/<Name>.srv`.
+
+The ROS 1 checksum of a message is the MD5 of its bare text: constants first, then fields, comments dropped, and each
+type that is itself a message replaced by that one's checksum. A service is the MD5 of its two bare texts joined with
+nothing between.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache, partial
-from typing import TYPE_CHECKING, cast
+from hashlib import md5 as hash_md5
+from importlib.resources import files
+from typing import TYPE_CHECKING, ClassVar, Literal, Protocol, cast
 
 from rosbags.interfaces import Nodetype
+from rosbags.interfaces.typing import Constdefs, Fielddefs
+from rosbags.typesys import TypesysError, get_types_from_msg
 from rosbags.typesys.store import Typestore
 from rosbags.typesys.stores import ros2_kilted
 
 from cellwright.middleware.messages import cellwright_msgs, control_msgs, osrf_gear, std_srvs
-from cellwright.middleware.messages.names import MESSAGE, SERVICE, Message, full_name, short_name
-from cellwright.middleware.messages.sources import parsed
-from cellwright.util.errors import UnknownNameError
+from cellwright.util.errors import UnknownNameError, UsageError
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import MsgType
+
+MESSAGE = "msg"
+SERVICE = "srv"
+
+
+class Message(Protocol):
+    """What every message class has: its full name."""
+
+    __msgtype__: ClassVar[str]
+
+
+def full_name(name: str, namespace: str = MESSAGE) -> str:
+    """The full name of a type.
+
+    Raises:
+        UsageError: the name is neither "package/Name" nor "package/msg/Name" (or srv, as `namespace` says).
+    """
+    match name.split("/"):
+        case [package, last] if package and last:
+            return f"{package}/{namespace}/{last}"
+        case [package, middle, last] if package and last and middle in (namespace, SERVICE):
+            return name
+        case _:
+            raise UsageError(f"{name!r} is no name of a type: they look like 'osrf_gear/Order'")
+
+
+def short_name(name: str) -> str:
+    """The short name of a type: "osrf_gear/Order"."""
+    package, _, rest = name.partition("/")
+    return f"{package}/{rest.rpartition('/')[2]}" if rest else package
+
+
+def type_of(message: Message | type[Message]) -> str:
+    """The short name of a message's type."""
+    return short_name(message.__msgtype__)
+
+
+EMPTY_FIELDS: Fielddefs = [("structure_needs_at_least_one_member", (Nodetype.BASE, ("uint8", 0)))]
+"""Fields of a message without any, as ROS 2 has it; ROS 1 sends nothing."""
+
+
+@cache
+def sources() -> dict[str, str]:
+    """The text of every definition file, by full name ("osrf_gear/msg/Order", "std_srvs/srv/Trigger"), sorted."""
+    found = {}
+    for package in (files("cellwright.middleware.messages") / "definitions").iterdir():
+        for namespace in package.iterdir():
+            for file in namespace.iterdir():
+                stem, _, ending = file.name.rpartition(".")
+                if ending == namespace.name:
+                    found[f"{package.name}/{namespace.name}/{stem}"] = file.read_text(encoding="utf-8")
+    return dict(sorted(found.items()))
+
+
+def source(name: str) -> str:
+    """The text of one definition file, message or service.
+
+    Raises:
+        UnknownNameError: the project brings no file of this name.
+    """
+    texts = sources()
+    for namespace in (MESSAGE, SERVICE):
+        if (text := texts.get(full_name(name, namespace))) is not None:
+            return text
+    raise UnknownNameError("definition file", name, texts)
+
+
+def parsed_definitions() -> Iterator[tuple[str, tuple[Constdefs, Fielddefs]]]:
+    """Every type that the files define, with its constants and fields; a service makes two types."""
+    for name, text in sources().items():
+        package, namespace, last = name.split("/")
+        if namespace == MESSAGE:
+            yield name, _parse_definition(text, package, last)
+        else:
+            request, _, response = text.partition("---\n")
+            yield f"{name}_Request", _parse_definition(request, package, last)
+            yield f"{name}_Response", _parse_definition(response, package, last)
+
+
+def _parse_definition(text: str, package: str, last: str) -> tuple[Constdefs, Fielddefs]:
+    name = f"{package}/msg/{last}"  # so that a bare type name is looked up in its own package
+    constants, fields = get_types_from_msg(text, name)[name]
+    return constants, fields or EMPTY_FIELDS
+
 
 LONGEST_SEQUENCE = 1 << 24
 """More entries in one field are not decoded: no cell sends so many, and a wrong length must not eat the memory."""
@@ -73,7 +171,7 @@ def message_type(name: str) -> type[Message]:
     if found is None and full in ros2_kilted.FIELDDEFS:
         found = getattr(ros2_kilted, full.replace("/", "__"))
     if found is None:
-        raise _unknown("message", name, [*own_types(), *ros2_kilted.FIELDDEFS], MESSAGE)
+        raise _unknown_type("message", name, [*own_types(), *ros2_kilted.FIELDDEFS], MESSAGE)
     return found
 
 
@@ -91,7 +189,7 @@ def service_type(name: str) -> ServiceType:
         return ServiceType(short_name(full), own[f"{full}_Request"], own[f"{full}_Response"])
     except KeyError:
         names = [key.removesuffix("_Request") for key in own if key.endswith("_Request")]
-        raise _unknown("service type", name, names, SERVICE) from None
+        raise _unknown_type("service type", name, names, SERVICE) from None
 
 
 @cache
@@ -99,7 +197,7 @@ def ros2_store() -> Typestore:
     """The library's store of ROS 2 forms, with the project's types in it. Made at first use (some 20 ms)."""
     store = Typestore(ros2_kilted, max_sequence_length=LONGEST_SEQUENCE)
     classes = own_types()
-    for name, definition in parsed():
+    for name, definition in parsed_definitions():
         store.fielddefs[name] = definition
         store.types[name] = classes[name]
     return store
@@ -139,10 +237,78 @@ def ros1_store() -> Typestore:
     return store
 
 
-def _unknown(kind: str, name: str, known: list[str], namespace: str) -> UnknownNameError:
+def _unknown_type(kind: str, name: str, known: list[str], namespace: str) -> UnknownNameError:
     """The error for an unknown type, with the names of its package, or with the packages when that is unknown too."""
     package = name.partition("/")[0]
     same = sorted({short_name(key) for key in known if key.startswith(f"{package}/{namespace}/")})
     if same:
         return UnknownNameError(kind, name, same)
     return UnknownNameError(f"{kind} package", package, sorted({key.partition("/")[0] for key in known}))
+
+
+SEPARATOR = "=" * 80
+
+
+@cache
+def md5(name: str) -> str:
+    """The ROS 1 checksum of a message or service, by its short or full name; no name stands for both.
+
+    Raises:
+        UnknownNameError: there is neither a message nor a service of this name.
+        UsageError: the type has another form in ROS 1 that is not supported.
+    """
+    try:
+        return message_md5(message_type(name).__msgtype__)
+    except UnknownNameError as no_message:
+        try:
+            service = service_type(name)
+        except (UnknownNameError, UsageError):
+            raise no_message from None
+        return service_md5(service)
+
+
+def message_md5(full: str) -> str:
+    """The ROS 1 checksum of a message by its full name."""
+    return _digest(_bare_text(full))
+
+
+def service_md5(service: ServiceType) -> str:
+    """The ROS 1 checksum of a service."""
+    return _digest(_bare_text(service.request.__msgtype__) + _bare_text(service.response.__msgtype__))
+
+
+def definition(name: str, *, ros: Literal[1, 2] = 1) -> str:
+    """The whole definition of a message, the types in it included, as connection headers and bags carry it.
+
+    Raises:
+        UnknownNameError: there is no such message.
+        UsageError: the type has another form in ROS 1 that is not supported.
+    """
+    return _definition(message_type(name).__msgtype__, ros)
+
+
+def type_hash(name: str) -> str:
+    """The ROS 2 hash of a message ("RIHS01_…")."""
+    return ros2_store().hash_rihs01(message_type(name).__msgtype__)
+
+
+def _definition(full: str, ros: Literal[1, 2]) -> str:
+    store = ros1_store() if ros == 1 else ros2_store()
+    try:
+        return store.generate_msgdef(full, ros_version=ros)[0]
+    except TypesysError:
+        raise UsageError(f"{short_name(full)} has another form in ROS 1, which is not supported") from None
+
+
+def _bare_text(full: str) -> str:
+    """The text that goes into the checksum of a message or of one half of a service."""
+    lines = []
+    for line in _definition(full, 1).split(SEPARATOR)[0].splitlines():
+        kind, _, rest = line.partition(" ")
+        package_type = kind.partition("[")[0]
+        lines.append(f"{message_md5(full_name(package_type))} {rest}" if "/" in package_type else line)
+    return "\n".join(lines)
+
+
+def _digest(text: str) -> str:
+    return hash_md5(text.encode(), usedforsecurity=False).hexdigest()

@@ -1,4 +1,4 @@
-"""What guests ask for, carried out on the cell's bus."""
+"""Requests of clients: greeting, message encodings, and execution on the bus."""
 
 from __future__ import annotations
 
@@ -9,16 +9,27 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from typing import Any, TypeAlias
 
-from cellwright.middleware.bus import Direction, Given, How, Later, absolute
+import cellwright
+from cellwright.middleware.bus import Bus, Direction, Given, How, Later, TopicInfo, absolute
 from cellwright.middleware.bus.served import Served
-from cellwright.middleware.messages import Message, ServiceType, message_type, service_type, type_of
-from cellwright.middleware.server.guest import Guest
-from cellwright.middleware.server.heartbeat import Heartbeat
-from cellwright.middleware.server.translation import ENCODINGS, Translation, from_bytes
-from cellwright.middleware.server.welcome import welcome
+from cellwright.middleware.interface.table import Pace
+from cellwright.middleware.messages import (
+    Message,
+    ServiceType,
+    definition,
+    from_cdr,
+    from_ros1,
+    md5,
+    message_type,
+    service_type,
+    to_cdr,
+    to_ros1,
+    type_of,
+)
+from cellwright.middleware.server.client_connection import ClientConnection, Heartbeat
 from cellwright.middleware.wire.frames import PROTOCOL, QUIET, Frame, FrameError, Kind, read_advance, time_frame
 from cellwright.util import errors
 from cellwright.util.errors import (
@@ -30,10 +41,104 @@ from cellwright.util.errors import (
     UsageError,
 )
 
+_WRITE: dict[str, Callable[[Message], bytes]] = {"cdr": to_cdr, "ros1": to_ros1}
+
+ENCODINGS = tuple(_WRITE)
+"""Names of the forms: CDR as in ROS 2, and that of ROS 1."""
+
+
+class MessageEncoder:
+    """Writes each message once in each form, however many guests it goes to."""
+
+    def __init__(self) -> None:
+        self._newest: Message | None = None
+        self._written: dict[str, bytes] = {}
+
+    def to_bytes(self, message: Message, encoding: str) -> bytes:
+        """A message as bytes.
+
+        Raises:
+            UsageError: its type has no such form.
+            MessageError: a value does not fit its field.
+        """
+        if message is not self._newest:
+            self._newest, self._written = message, {}
+        data = self._written.get(encoding)
+        if data is None:
+            data = self._written[encoding] = _WRITE[encoding](message)
+        return data
+
+
+def decode_message(data: bytes, message_class: type[Message], encoding: str) -> Message:
+    """The message in bytes.
+
+    Raises:
+        MessageError: it is something else.
+    """
+    return from_ros1(data, message_class) if encoding == "ros1" else from_cdr(data, message_class)
+
+
+def welcome_frame(cell: Served, *, lockstep: bool) -> Frame:
+    """The frame that answers HELLO, as things stand now."""
+    timestep = cell.simulation.clock.timestep
+    document = {
+        "protocol": PROTOCOL,
+        "cellwright": cellwright.__version__,
+        "trial": cell.name,
+        "timestep": [timestep.numerator, timestep.denominator],
+        "lockstep": lockstep,
+        "competition": cell.in_competition,
+        "time": cell.simulation.now,
+        **describe_interface(cell.bus),
+    }
+    return Frame(Kind.WELCOME, payload=json.dumps(document).encode())
+
+
+def describe_interface(bus: Bus) -> dict[str, list[dict[str, Any]]]:
+    """Topics and services with their types; the first call takes some time, for checksums are worked out."""
+    services = [
+        {"name": service.name, "type": service.type, "md5": ros1_checksum(service.type), "node": service.node}
+        for service in bus.services()
+    ]
+    return {"topics": [_describe_topic(info) for info in bus.topics()], "services": services}
+
+
+def _describe_topic(info: TopicInfo) -> dict[str, Any]:
+    return {
+        "name": info.name,
+        "type": info.type,
+        "md5": ros1_checksum(info.type),
+        "definition": _ros1_definition(info.type),
+        "direction": info.direction.value,
+        "rate": info.rate,
+        "on_event": info.rate == Pace.ON_EVENT.value,
+        "latch": info.latch,
+        "publishers": list(info.publishers),
+        "subscribers": list(info.subscribers),
+    }
+
+
+@cache
+def ros1_checksum(type_name: str) -> str:
+    """The ROS 1 checksum of a type; empty for one that has no form in ROS 1."""
+    try:
+        return md5(type_name)
+    except UsageError:
+        return ""
+
+
+@cache
+def _ros1_definition(type_name: str) -> str:
+    try:
+        return definition(type_name)
+    except UsageError:
+        return ""
+
+
 MOST_SUBSCRIPTIONS = 1024
 """Of one guest."""
 
-MOST_WISHES = 16
+MAX_PENDING_ADVANCES = 16
 """So many wishes of one guest that time pass may wait at once; a program waits for each before it asks again."""
 
 _LONGEST_NODE = 255
@@ -45,10 +150,10 @@ log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class AdvanceRequest:
     """A guest's wish that time pass: to `until` [ns], or for one tick; answered with `number`."""
 
-    guest: Guest
+    guest: ClientConnection
     number: int
     until: int
     each_tick: bool
@@ -65,11 +170,11 @@ class Requests:
     def __init__(self, cell: Served, *, lockstep: bool) -> None:
         self._cell = cell
         self._lockstep = lockstep
-        self._translation = Translation()
+        self._translation = MessageEncoder()
         topics = cell.bus.topics()
         self._heard = {info.name: message_type(info.type) for info in topics if info.direction is Direction.IN}
         self._services = {info.name: service_type(info.type) for info in cell.bus.services()}
-        self.asked: deque[Asked] = deque()
+        self.asked: deque[AdvanceRequest] = deque()
         """Wishes that time pass, in the order in which they came."""
         self.extras: dict[str, Extra] = {}
         """Services of the server itself, by name. They are not on the bus, and no bridge offers them."""
@@ -79,9 +184,9 @@ class Requests:
         """Those of them that answer only who has shown the key, and what all others are told."""
         self.key = ""
         """The key; empty: there is none."""
-        welcome(cell, lockstep=lockstep)  # works out all checksums now, while nobody waits
+        welcome_frame(cell, lockstep=lockstep)  # works out all checksums now, while nobody waits
 
-    def carry_out(self, guest: Guest, frame: Frame) -> None:
+    def carry_out(self, guest: ClientConnection, frame: Frame) -> None:
         """Do what a frame asks for, and answer.
 
         Raises:
@@ -93,26 +198,26 @@ class Requests:
         try:
             self._act(guest, frame)
         except CellwrightError as error:
-            guest.say(refusal(frame.number, error))
+            guest.say(refused_frame(frame.number, error))
         except FrameError:
             raise
         except Exception as error:  # a defect of ours that a guest came upon: it must not end the run of all others
             log.exception("%s %s of %s", frame.kind.name, frame.name, guest.name)
             failed = ServiceFailedError(f"the cell failed: {type(error).__name__}: {error}")
-            guest.say(refusal(frame.number, failed))
+            guest.say(refused_frame(frame.number, failed))
 
-    def forget(self, guest: Guest) -> None:
+    def forget(self, guest: ClientConnection) -> None:
         """Forget what a guest has wished for that is gone."""
         self.asked = deque(each for each in self.asked if each.guest is not guest)
 
-    def answer(self, asked: Asked) -> None:
+    def answer(self, asked: AdvanceRequest) -> None:
         """Give time back to the guest that asked for it to pass."""
         asked.guest.has_news = False
         asked.guest.say(time_frame(asked.number, self._cell.simulation.now))
 
     # ---------------------------------------------------------------- each kind of frame
 
-    def _act(self, guest: Guest, frame: Frame) -> None:
+    def _act(self, guest: ClientConnection, frame: Frame) -> None:
         if frame.node and not _is_name(frame.node):
             raise UsageError(f"a node's name is like '/robot', not {frame.node!r:.40}")
         match frame.kind:
@@ -134,7 +239,7 @@ class Requests:
                 again = " again" if frame.kind is Kind.HELLO else ""
                 raise FrameError(f"{frame.kind.name} is nothing that a guest may say{again}")
 
-    def _greet(self, guest: Guest, frame: Frame) -> None:
+    def _greet(self, guest: ClientConnection, frame: Frame) -> None:
         if frame.kind is not Kind.HELLO:
             raise FrameError(f"the first word must be HELLO, not {frame.kind.name}")
         said = frame.json()
@@ -147,9 +252,9 @@ class Requests:
             raise FrameError(f"messages can be had as {' or '.join(ENCODINGS)}, not {encoding!r:.20}")
         guest.greet(node, encoding)
         guest.has_key = self._is_key(said.get("key"))
-        guest.say(welcome(self._cell, lockstep=self._lockstep))
+        guest.say(welcome_frame(self._cell, lockstep=self._lockstep))
 
-    def _subscribe(self, guest: Guest, frame: Frame) -> None:
+    def _subscribe(self, guest: ClientConnection, frame: Frame) -> None:
         if frame.number in guest.subscriptions:
             raise UsageError(f"the number {frame.number} is in use for another subscription")
         if len(guest.subscriptions) >= MOST_SUBSCRIPTIONS:
@@ -168,14 +273,14 @@ class Requests:
         guest.subscriptions[frame.number] = cancel
         guest.say(Frame(Kind.DONE, frame.number))
 
-    def _deliver(self, guest: Guest, number: int, is_quiet: bool, message: Message) -> None:  # noqa: FBT001
+    def _deliver(self, guest: ClientConnection, number: int, is_quiet: bool, message: Message) -> None:  # noqa: FBT001
         try:
             data = self._translation.to_bytes(message, guest.encoding)
             guest.tell(number, data, is_quiet=is_quiet)
         except (CellwrightError, FrameError) as error:  # it has no such form, or is too long; the step goes on
             guest.untold.add(str(error))
 
-    def _publish(self, guest: Guest, frame: Frame) -> None:
+    def _publish(self, guest: ClientConnection, frame: Frame) -> None:
         node = frame.node or guest.node
         message_class = self._heard.get(frame.name)
         message: Any = None  # the bus refuses a topic that it does not hear before it looks at the message
@@ -185,7 +290,7 @@ class Requests:
         if frame.number:
             guest.say(Frame(Kind.DONE, frame.number))
 
-    def _call(self, guest: Guest, frame: Frame) -> None:
+    def _call(self, guest: ClientConnection, frame: Frame) -> None:
         extra = self.extras.get(frame.name)
         if extra is not None:
             if frame.name in self.guarded and not guest.has_key:
@@ -207,7 +312,7 @@ class Requests:
             answer = self._translation.to_bytes(response, guest.encoding)
         guest.say(Frame(Kind.ANSWER, frame.number, payload=answer))
 
-    def _answer(self, guest: Guest, number: int, response: Message) -> None:
+    def _answer(self, guest: ClientConnection, number: int, response: Message) -> None:
         """Pass on an answer that took its time; whoever asked may have left."""
         if not guest.is_gone:
             guest.say(Frame(Kind.ANSWER, number, payload=self._translation.to_bytes(response, guest.encoding)))
@@ -218,20 +323,20 @@ class Requests:
             return False
         return hmac.compare_digest(shown.encode(errors="replace"), self.key.encode())
 
-    def _advance(self, guest: Guest, frame: Frame) -> None:
+    def _advance(self, guest: ClientConnection, frame: Frame) -> None:
         until, each_tick = read_advance(frame)
         if not self._lockstep:
             raise UsageError("time passes by itself here; only in lockstep can it be asked for")
-        if sum(each.guest is guest for each in self.asked) >= MOST_WISHES:
-            raise UsageError(f"{MOST_WISHES} wishes of this guest that time pass wait already")
-        self.asked.append(Asked(guest, frame.number, until, each_tick))
+        if sum(each.guest is guest for each in self.asked) >= MAX_PENDING_ADVANCES:
+            raise UsageError(f"{MAX_PENDING_ADVANCES} wishes of this guest that time pass wait already")
+        self.asked.append(AdvanceRequest(guest, frame.number, until, each_tick))
 
-    def _read(self, guest: Guest, frame: Frame, message_class: type[Message], type_name: str) -> Message:
+    def _read(self, guest: ClientConnection, frame: Frame, message_class: type[Message], type_name: str) -> Message:
         """The message in a frame; what is none is counted and reported, as the bus does with what it refuses."""
         try:
             if frame.type not in ("", type_name):
                 raise MessageError(f"it takes {type_name}, not {frame.type:.80}")
-            return from_bytes(frame.payload, message_class, guest.encoding)
+            return decode_message(frame.payload, message_class, guest.encoding)
         except MessageError as error:
             self._cell.bus.refusals.refuse(f"{frame.name} from {frame.node or guest.node}", str(error))
             raise
@@ -242,7 +347,7 @@ def _is_name(node: str) -> bool:
     return node.startswith("/") and 1 < len(node) <= _LONGEST_NODE and node.isprintable()
 
 
-def refusal(number: int, error: BaseException) -> Frame:
+def refused_frame(number: int, error: BaseException) -> Frame:
     """The answer that says why not, by the nearest class of error that every guest knows."""
     kinds = type(error).__mro__
     known = next((kind for kind in kinds if kind.__module__ == errors.__name__), CellwrightError)

@@ -1,4 +1,4 @@
-"""The server: takes guests in, and serves them while the simulation waits.
+"""Server of a bus on a TCP socket: listening, reading and writing in the simulation's thread.
 
 One thread does everything. The loop that steps the cell calls `wait` between two ticks; commands that come then are
 carried out at that border. Time is looked at after every frame, so that a flood of them eats idle time and no more.
@@ -6,20 +6,109 @@ carried out at that border. Time is looked at after every frame, so that a flood
 
 from __future__ import annotations
 
+import errno
 import os
 import secrets
 import select
 import socket
 import time
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from ipaddress import ip_address
 
 from cellwright.middleware.bus.served import Served
-from cellwright.middleware.server.guest import Guest
-from cellwright.middleware.server.guests import Guests
-from cellwright.middleware.server.listening import Listener, listen
-from cellwright.middleware.server.requests import Asked, Extra, Requests, refusal
+from cellwright.middleware.server.client_connection import ClientConnection
+from cellwright.middleware.server.client_registry import ClientRegistry
+from cellwright.middleware.server.requests import AdvanceRequest, Extra, Requests, refused_frame
 from cellwright.middleware.wire.frames import Frame, FrameError, Kind
+from cellwright.util.errors import UsageError
+
+_EXHAUSTED = frozenset({errno.EMFILE, errno.ENFILE})
+
+
+def open_listener(host: str, port: int, *, tries: int = 1, backlog: int = 64) -> socket.socket:
+    """A socket that listens at an address.
+
+    Args:
+        host: name or address of this machine.
+        port: 0 takes a free one.
+        tries: so many ports are tried, from `port` upward, where it is in use.
+        backlog: so many connections may wait to be accepted.
+
+    Raises:
+        UsageError: the address cannot be listened at.
+    """
+    if not 0 <= port <= 65535:
+        raise UsageError(f"a port is from 0 to 65535, not {port}")
+    for wished in range(port, min(port + (tries if port else 1), 65536)):
+        try:
+            family, kind, protocol, _, address = socket.getaddrinfo(host, wished, type=socket.SOCK_STREAM)[0]
+            listener = socket.socket(family, kind, protocol)
+        except OSError as error:
+            raise UsageError(f"{host}: cannot be listened at: {error.strerror or error}") from None
+        try:
+            if os.name == "posix":  # elsewhere it would let two servers share a port
+                listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            listener.bind(address)
+            listener.listen(backlog)
+        except OSError as error:
+            listener.close()
+            reason = error.strerror or str(error)
+        else:
+            return listener
+    raise UsageError(f"{host}:{port}: cannot be listened at: {reason}")
+
+
+class Listener:
+    """A listening socket that turns connections away when the process has no more descriptors.
+
+    A connection that is not accepted stays in the queue, and `select` reports the socket as readable without end. So
+    one descriptor is kept back, with which such a connection is accepted and closed.
+
+    Args:
+        listener: a listening socket; it is closed with this object.
+    """
+
+    def __init__(self, listener: socket.socket) -> None:
+        listener.setblocking(False)
+        self.socket = listener
+        self._spare: int | None = None
+        self._keep_one_back()
+
+    def accept(self) -> tuple[socket.socket, str] | None:
+        """The next connection and the host that it comes from; None where there is none, or it was turned away."""
+        if self._spare is None:
+            self._keep_one_back()
+        try:
+            connection, address = self.socket.accept()
+        except OSError as error:
+            if error.errno in _EXHAUSTED:
+                self._turn_away()
+            return None
+        return connection, str(address[0])
+
+    def close(self) -> None:
+        """Listen no longer."""
+        self.socket.close()
+        self._give_one_up()
+
+    def _turn_away(self) -> None:
+        self._give_one_up()
+        with suppress(OSError):  # the connection has gone, or another thread took the descriptor
+            self.socket.accept()[0].close()
+        self._keep_one_back()
+
+    def _keep_one_back(self) -> None:
+        try:
+            self._spare = os.open(os.devnull, os.O_RDONLY)
+        except OSError:
+            self._spare = None
+
+    def _give_one_up(self) -> None:
+        if self._spare is not None:
+            os.close(self._spare)
+            self._spare = None
+
 
 DEFAULT_PORT = 11399
 TRIES = 20
@@ -60,13 +149,13 @@ class Server:
         lockstep: bool = False,
         report: Callable[[str], None] = lambda _line: None,
     ) -> None:
-        found = listen(host, port) if port is not None else listen(host, DEFAULT_PORT, tries=TRIES)
+        found = open_listener(host, port) if port is not None else open_listener(host, DEFAULT_PORT, tries=TRIES)
         self._listener = Listener(found)
         self.busy_port = DEFAULT_PORT if port is None and self.address[1] != DEFAULT_PORT else 0
         """The default port where it was wished for and in use; else 0."""
         self.key = ""
         self._requests = Requests(cell, lockstep=lockstep)
-        self._guests = Guests(report, self._requests.forget)
+        self._guests = ClientRegistry(report, self._requests.forget)
         self._turn = 0
         self._rests_until = 0.0
         self.lockstep = lockstep
@@ -88,21 +177,21 @@ class Server:
         return tuple(guest.node for guest in self._guests if guest.node)
 
     @property
-    def asked(self) -> Asked | None:
+    def asked(self) -> AdvanceRequest | None:
         """In lockstep: the wish that time pass whose turn it is; None when nobody has one."""
         asked = self._requests.asked
         while asked and asked[0].guest.is_gone:
             asked.popleft()
         return asked[0] if asked else None
 
-    def answer(self, asked: Asked, refused: BaseException | None = None) -> None:
+    def answer(self, asked: AdvanceRequest, refused: BaseException | None = None) -> None:
         """In lockstep: answer a wish with the time as it stands, or say why it will not pass."""
         if asked in self._requests.asked:
             self._requests.asked.remove(asked)
         if refused is None:
             self._requests.answer(asked)
         else:
-            asked.guest.say(refusal(asked.number, refused))
+            asked.guest.say(refused_frame(asked.number, refused))
 
     def offer(self, service: str, handler: Extra, *, acts: bool = False) -> None:
         """Offer a service of the server itself: JSON in and out. It is not on the bus.
@@ -193,8 +282,8 @@ class Server:
 
     def _look_at_sockets(self, timeout: float) -> None:
         """Wait until some socket is ready; take in what came, send what waits."""
-        readers: list[Guest | None] = [None, *(guest for guest in self._guests if guest.may_be_read)]
-        read = {_socket(guest, self._listener.socket): guest for guest in readers}
+        readers: list[ClientConnection | None] = [None, *(guest for guest in self._guests if guest.may_be_read)]
+        read = {_socket_of(guest, self._listener.socket): guest for guest in readers}
         write = {guest.connection: guest for guest in self._guests if guest.has_waiting and not guest.is_gone}
         readable, writable, _ = select.select(list(read), list(write), (), timeout)
         for connection in writable:
@@ -220,7 +309,7 @@ class Server:
             connection.close()
             return
         try:
-            self._guests.admit(Guest(connection, host))
+            self._guests.admit(ClientConnection(connection, host))
         except OSError:  # it is gone already
             connection.close()
 
@@ -236,7 +325,7 @@ class Server:
                     return False
         return True
 
-    def _serve(self, guest: Guest, deadline: float) -> None:
+    def _serve(self, guest: ClientConnection, deadline: float) -> None:
         try:
             for _ in range(_FRAMES_A_TURN):
                 frame = guest.next_frame()
@@ -253,7 +342,7 @@ class Server:
         except FrameError as error:
             self._guests.cut(guest, error)
 
-    def _is_ready(self, guest: Guest) -> bool:
+    def _is_ready(self, guest: ClientConnection) -> bool:
         """Whether frames of a guest may be carried out now.
 
         Who asks for what is heavy waits then, so that all such guests together get a part of the time. In lockstep time
@@ -267,5 +356,5 @@ class Server:
             guest.flush()
 
 
-def _socket(guest: Guest | None, listener: socket.socket) -> socket.socket:
+def _socket_of(guest: ClientConnection | None, listener: socket.socket) -> socket.socket:
     return listener if guest is None else guest.connection

@@ -12,10 +12,9 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from cellwright.engine.pacing import Pacer
-from cellwright.engine.tempo import Tempo
+from cellwright.engine.rate_control import RateControl, RealTimePacer
 from cellwright.middleware.bus.served import Served
-from cellwright.middleware.server.requests import Asked
+from cellwright.middleware.server.requests import AdvanceRequest
 from cellwright.middleware.server.server import Server
 from cellwright.util.errors import RunEndedError
 
@@ -44,7 +43,7 @@ class Timekeeper:
         served: Served,
         server: Server,
         *,
-        tempo: float | Tempo | None = 1.0,
+        tempo: float | RateControl | None = 1.0,
         on_poll: Callable[[], None] = lambda: None,
         patience: float = 0.0,
         can_stand: bool = True,
@@ -57,9 +56,9 @@ class Timekeeper:
         self._polled = self._served = 0.0
         self.is_stopped = False
         """Set it, from anywhere, to have `run` end before the next tick."""
-        self.tempo = tempo if isinstance(tempo, Tempo) else Tempo(tempo)
+        self.tempo = tempo if isinstance(tempo, RateControl) else RateControl(tempo)
         """How time is to pass."""
-        self.pacer = Pacer(self._simulation, self.tempo, sleep=self._serve)
+        self.pacer = RealTimePacer(self._simulation, self.tempo, sleep=self._serve)
 
     def run(self, deadline: Callable[[], float], reason: Callable[[], str] = lambda: "time is over") -> None:
         """Let time pass up to the deadline [ns], which may move, or until it is stopped.
@@ -127,7 +126,7 @@ class Timekeeper:
                 self._grant(asked, deadline)
             self._look_around()
 
-    def _grant(self, asked: Asked, deadline: Callable[[], float]) -> None:
+    def _grant(self, asked: AdvanceRequest, deadline: Callable[[], float]) -> None:
         """Let time pass as a guest asked for; not at all if it is gone."""
         clock = self._simulation.clock
         while clock.now < asked.until and clock.now < deadline():

@@ -9,10 +9,9 @@ from rosbags.interfaces import Connection
 from rosbags.rosbag1 import Writer, WriterError
 
 from cellwright.middleware.messages import definition, full_name, md5, to_ros1
-from cellwright.recording.format.reader import Recording
-from cellwright.recording.format.span import Span
-from cellwright.util.atomic_file import in_its_place
+from cellwright.recording.format.reader import Recording, TimeRange
 from cellwright.util.errors import CellwrightError, UsageError
+from cellwright.util.files import in_its_place
 
 _TOLD_EVERY = 500  # messages
 
@@ -49,13 +48,13 @@ def write_bag(
     """
     try:
         with Recording(recording) as source, in_its_place(bag) as unfinished:
-            return _write(source, unfinished, Span.of(source, start, until), tell or _nobody)
+            return _write(source, unfinished, TimeRange.of(source, start, until), tell or _nobody)
     except (OSError, WriterError) as error:
         reason = error.strerror if isinstance(error, OSError) else None
         raise UsageError(f"{bag}: cannot be written: {reason or error}") from None
 
 
-def _write(source: Recording, path: Path, span: Span, tell: Callable[[float], None]) -> list[str]:
+def _write(source: Recording, path: Path, span: TimeRange, tell: Callable[[float], None]) -> list[str]:
     connections: dict[str, Connection] = {}
     left_out = []
     with Writer(path) as writer:

@@ -1,4 +1,4 @@
-"""The format of a recording: an MCAP file with the profile of ROS 2, and what Cellwright adds to it.
+"""Recording format: topics, attachments, metadata and header that Cellwright adds to an MCAP file of ROS 2.
 
 Times are simulation time [ns]. Topics of the bus keep their names and types. What Cellwright adds stands under
 `/cellwright/`, as messages of standard types too, so that every tool of ROS opens every channel.
@@ -6,13 +6,17 @@ Times are simulation time [ns]. Topics of the bus keep their names and types. Wh
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TypeAlias
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+from cellwright.util.errors import RecordingError, showable
 
 Entry: TypeAlias = tuple[int, int, bytes]
 """A message in a file: number of its channel, its time [ns], its bytes."""
 
-FORMAT = "1"
+FORMAT_VERSION = "1"
 """Version of the format, in the metadata."""
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -77,3 +81,51 @@ class RecordedTopic:
             "latch": "true" if self.latch else "false",
             "node": self.node,
         }
+
+
+_EXPORT = "export"
+_MAX_NAME_LENGTH = 200  # characters
+
+
+@dataclass(frozen=True)
+class RecordingHeader:
+    """What a recording is of.
+
+    Attributes:
+        kind: "cell" or "robot".
+        name: of the trial or the robot.
+        facts: JSON values: versions, seed, timestep and whatever else the run depends on.
+    """
+
+    kind: str
+    name: str
+    facts: Mapping[str, Any] = field(default_factory=dict)
+
+    def metadata(self) -> dict[str, str]:
+        """As the values of a metadata record."""
+        return {"format": FORMAT_VERSION, "kind": self.kind, "name": self.name, "header": json.dumps(self.facts)}
+
+    def of_export(self) -> dict[str, str]:
+        """As the values of a metadata record in a file that was made of the recording for other tools."""
+        return self.metadata() | {"format": _EXPORT}
+
+    @staticmethod
+    def of(values: Mapping[str, str]) -> RecordingHeader:
+        """The header in a metadata record, which may come from anywhere.
+
+        Raises:
+            RecordingError: it is none, or of another format.
+        """
+        if values.get("format") == _EXPORT:
+            raise RecordingError("it was made for other tools, and is no recording: give the one that it was made of")
+        if values.get("format") != FORMAT_VERSION:
+            found = values.get("format", "none")
+            raise RecordingError(f"it is a recording of format {found!r:.20}, and this version reads {FORMAT_VERSION}")
+        kind, name = values.get("kind", ""), values.get("name", "")
+        try:
+            facts = json.loads(values.get("header", ""))
+        except (ValueError, RecursionError):
+            facts = None
+        if kind not in ("cell", "robot") or not isinstance(facts, dict):
+            raise RecordingError("what it says of itself makes no sense")
+        return RecordingHeader(kind, " ".join(showable(name, _MAX_NAME_LENGTH).split()), facts)

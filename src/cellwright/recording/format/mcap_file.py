@@ -1,4 +1,4 @@
-"""An MCAP file that grows while a run goes on, and loses next to nothing whatever ends the program.
+"""MCAP writer: a file that grows during a run, its background thread, and the summary at its end.
 
 Who records hands in bytes and goes on; a thread puts them together, compresses them (outside of the interpreter's
 lock) and gives them to the operating system, some times a second. SIGKILL takes away what came since then.
@@ -7,33 +7,106 @@ lock) and gives them to the operating system, some times a second. SIGKILL takes
 from __future__ import annotations
 
 import os
+import struct
 import time
 import zlib
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from threading import Event, Thread
 from types import TracebackType
 from typing import Self, TypeAlias
 
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
 from mcap.records import (
     Attachment,
     AttachmentIndex,
     Channel,
+    ChunkIndex,
+    DataEnd,
+    Footer,
     Header,
+    McapRecord,
     Metadata,
     MetadataIndex,
     Schema,
+    Statistics,
+    SummaryOffset,
 )
 
 import cellwright
-from cellwright.middleware.messages.names import full_name
-from cellwright.middleware.messages.types import message_type, ros2_store
-from cellwright.recording.format.chunks import ChunkMaker
+from cellwright.middleware.messages.types import full_name, message_type, ros2_store
+from cellwright.recording.format.chunks import (
+    MESSAGE_OVERHEAD,
+    ChunkMaker,
+    Messages,
+    WriteQueue,
+    built_bytes,
+    encoded_records,
+)
 from cellwright.recording.format.format import MAGIC, PROFILE, RecordedTopic
-from cellwright.recording.format.records import written
-from cellwright.recording.format.summary import Summary
-from cellwright.recording.format.waiting import HEAD, Messages, Waiting
 from cellwright.util.errors import UsageError
+
+
+@dataclass
+class Summary:
+    """What is in a file so far."""
+
+    schemas: list[Schema] = field(default_factory=list)
+    channels: list[Channel] = field(default_factory=list)
+    chunks: list[ChunkIndex] = field(default_factory=list)
+    attachments: list[AttachmentIndex] = field(default_factory=list)
+    metadata: list[MetadataIndex] = field(default_factory=list)
+    counts: dict[int, int] = field(default_factory=dict)
+    """Messages by channel."""
+
+    def count(self, more: dict[int, int]) -> None:
+        """Count messages."""
+        for channel, number in more.items():
+            self.counts[channel] = self.counts.get(channel, 0) + number
+
+    def encode(self, offset: int, checksum: int) -> bytes:
+        """The end of the file, which begins at `offset` in it; `checksum` is the CRC-32 of all before."""
+        head = encoded_records(DataEnd(checksum))
+        builder = RecordBuilder()
+        start = offset + len(head)
+        groups: list[tuple[Opcode, list[McapRecord]]] = [
+            (Opcode.SCHEMA, [*self.schemas]),
+            (Opcode.CHANNEL, [*self.channels]),
+            (Opcode.STATISTICS, [self._statistics()]),
+            (Opcode.CHUNK_INDEX, [*self.chunks]),
+            (Opcode.ATTACHMENT_INDEX, [*self.attachments]),
+            (Opcode.METADATA_INDEX, [*self.metadata]),
+        ]
+        offsets = []
+        for opcode, records in groups:
+            begin = builder.count
+            for record in records:
+                record.write(builder)
+            if records:
+                offsets.append(SummaryOffset(opcode, start + begin, builder.count - begin))
+        offsets_start = start + builder.count
+        for each in offsets:
+            each.write(builder)
+        body = built_bytes(builder)
+        places = struct.pack("<BQQQ", Opcode.FOOTER, 20, start, offsets_start)
+        footer = Footer(start, offsets_start, zlib.crc32(places, zlib.crc32(body)))
+        return head + body + encoded_records(footer) + MAGIC
+
+    def _statistics(self) -> Statistics:
+        return Statistics(
+            attachment_count=len(self.attachments),
+            channel_count=len(self.channels),
+            channel_message_counts=self.counts,
+            chunk_count=len(self.chunks),
+            message_count=sum(self.counts.values()),
+            metadata_count=len(self.metadata),
+            message_start_time=min((each.message_start_time for each in self.chunks), default=0),
+            message_end_time=max((each.message_end_time for each in self.chunks), default=0),
+            schema_count=len(self.schemas),
+        )
+
 
 INTERVAL = 0.25
 """Wall time [s] after which what was handed in is on its way to the file."""
@@ -67,7 +140,7 @@ class McapFile:
         self._report = report
         self._failure = ""
         self._is_deaf = False
-        self._waiting: Waiting[_Record | Event] = Waiting()
+        self._waiting: WriteQueue[_Record | Event] = WriteQueue()
         self._hurry_at = CHUNK
         self._summary = Summary()
         self._schemas: dict[str, int] = {}
@@ -78,7 +151,7 @@ class McapFile:
             self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | _BYTES_AS_THEY_ARE, 0o666)
         except OSError as error:
             raise UsageError(f"{path}: cannot be written: {error.strerror or error}") from None
-        self._begin = MAGIC + written(Header(PROFILE, f"cellwright {cellwright.__version__}"))
+        self._begin = MAGIC + encoded_records(Header(PROFILE, f"cellwright {cellwright.__version__}"))
         self._wake, self._is_closing = Event(), False
         self._thread = Thread(target=self._work, name=f"recording {path.name}", daemon=True)
         self._thread.start()
@@ -133,7 +206,7 @@ class McapFile:
         waiting.channels.append(channel)
         waiting.times.append(time)
         waiting.contents.append(data)
-        waiting.given += HEAD + len(data)
+        waiting.given += MESSAGE_OVERHEAD + len(data)
         if waiting.given >= self._hurry_at:
             self._hurry()
 
@@ -210,7 +283,7 @@ class McapFile:
         self._waiting.taken = int(messages.ends[-1])
 
     def _write_record(self, record: _Record) -> None:
-        data, offset, summary = written(record), self._offset, self._summary
+        data, offset, summary = encoded_records(record), self._offset, self._summary
         self._pass_on(data)
         match record:
             case Schema():

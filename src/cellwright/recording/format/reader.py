@@ -1,10 +1,11 @@
-"""Reads recordings: those that were ended as they should be, and those that were cut anywhere."""
+"""Recording reader: topics, messages, commands and frames, also of files that were cut short."""
 
 from __future__ import annotations
 
 import json
 from collections import Counter
 from collections.abc import Collection, Iterator
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple, Self
@@ -13,11 +14,11 @@ from cellwright.middleware.messages import Message, from_cdr, message_type, shor
 from cellwright.middleware.messages.standard import String, UInt8MultiArray
 from cellwright.recording.format import format as names
 from cellwright.recording.format.commands import Command
-from cellwright.recording.format.format import Entry, RecordedTopic
-from cellwright.recording.format.header import RecordingHeader
+from cellwright.recording.format.format import FRAME, Entry, RecordedTopic, RecordingHeader
 from cellwright.recording.format.scan import ChannelRecord, ChunkPlace
 from cellwright.recording.format.scanned_file import ScannedFile
-from cellwright.util.errors import CellwrightError, MessageError, RecordingError, UnknownNameError
+from cellwright.rendering.scene.scene import Frame, decode_frame, is_whole_frame
+from cellwright.util.errors import CellwrightError, MessageError, RecordingError, UnknownNameError, UsageError
 
 
 class RecordedMessage(NamedTuple):
@@ -252,3 +253,69 @@ def _topic(channel: ChannelRecord) -> RecordedTopic:
         told.get("latch") == "true",
         told.get("node", ""),
     )
+
+
+@dataclass(frozen=True)
+class TimeRange:
+    """The part of a recording that is wanted: its first and last time [ns], and whether something is before it."""
+
+    begin: int
+    end: int
+    begins_later: bool
+
+    @classmethod
+    def of(cls, source: Recording, start: int | None, until: int | None) -> Self:
+        """The part from one time [ns] up to another; None: from the begin, to the end.
+
+        Raises:
+            UsageError: nothing is in it at these times.
+        """
+        begin = source.begin if start is None else max(source.begin, start)
+        end = source.end_time if until is None else min(source.end_time, until)
+        if begin > end:
+            raise UsageError(f"{source.path}: nothing is in it at these times")
+        return cls(begin, end, begin > source.begin)
+
+    def share(self, time: int) -> float:
+        """How much of it is over, 0..1."""
+        return (time - self.begin) / max(1, self.end - self.begin)
+
+    def messages(self, source: Recording, topics: Collection[str]) -> Iterator[RecordedMessage]:
+        """What was latched when it begins, as if it were said then, and what was said in it."""
+        for topic in topics if self.begins_later else ():
+            latched = source.newest(topic, self.begin) if source.topics[topic].latch else None
+            if latched is not None and latched.time < self.begin:
+                yield latched._replace(time=self.begin)
+        yield from source.messages(topics, start=self.begin, until=self.end + 1)
+
+
+WHOLE_FRAME_SEARCH = 5_000_000_000
+"""So far back [ns] a whole frame is looked for; there is one a second."""
+
+
+def recorded_frames(recording: Recording, *, start: int | None = None, until: int | None = None) -> Iterator[Frame]:
+    """The frames from a time on and before another [ns], in order. Changes to a frame that was cut off are left out.
+
+    Raises:
+        RecordingError: the file is damaged.
+    """
+    before: Frame | None = None
+    begin = None if start is None else start - WHOLE_FRAME_SEARCH
+    for message in recording.messages([FRAME], start=begin, until=until):
+        data = frame_bytes(message.data)
+        if before is None and not is_whole_frame(data):
+            continue  # it begins in the middle of a second
+        try:
+            before = decode_frame(data, before)
+        except MessageError as error:
+            raise RecordingError(f"{recording.path}: {FRAME} at {message.time / 1e9:.3f} s: {error}") from None
+        if start is None or message.time >= start:
+            yield before
+
+
+def frame_bytes(data: bytes) -> bytes:
+    """The bytes of a frame in the message that carries it, CDR; none where it is no such message."""
+    try:
+        return from_cdr(data, UInt8MultiArray).data.tobytes()
+    except MessageError:
+        return b""

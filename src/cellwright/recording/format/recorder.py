@@ -11,19 +11,17 @@ from typing import Any
 
 import numpy as np
 
-from cellwright.engine.watches import Watch
+from cellwright.engine.events import Watch
 from cellwright.middleware.bus import Subscription
 from cellwright.middleware.bus.served import Served
 from cellwright.middleware.messages import Message, to_cdr
 from cellwright.middleware.messages.standard import MultiArrayLayout, String, UInt8MultiArray
 from cellwright.recording.format import format as names
 from cellwright.recording.format.commands import Command, CommandNotes
-from cellwright.recording.format.format import RecordedTopic
-from cellwright.recording.format.header import RecordingHeader
+from cellwright.recording.format.format import RecordedTopic, RecordingHeader
 from cellwright.recording.format.mcap_file import McapFile
-from cellwright.rendering.scene.encoded import encode_scene
-from cellwright.rendering.scene.frame import Frame
-from cellwright.rendering.scene.taking import SceneTaker
+from cellwright.rendering.scene.engine import SceneTaker
+from cellwright.rendering.scene.scene import Frame, encode_scene
 from cellwright.util.errors import CellwrightError
 
 NODE = "/recorder"

@@ -27,13 +27,12 @@ from cellwright.cell.kitting.effects import (
     StateChanged,
     TrialEnded,
 )
-from cellwright.cell.kitting.score.evidence import Evidence, kit_evidence
-from cellwright.cell.kitting.score.evidence_json import evidence_to_json, kit_to_json
-from cellwright.cell.kitting.score.reach import TrialReach, reach
-from cellwright.cell.kitting.score.trial_score import system_cost
+from cellwright.cell.kitting.evidence import Evidence, evidence_to_json, kit_evidence, kit_to_json
+from cellwright.cell.kitting.reach import TrialReach, reach
+from cellwright.cell.kitting.scorer import system_cost
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.clock import seconds
-from cellwright.util.json_lines import JsonLines
+from cellwright.util.files import JsonLines
 
 FORMAT = 1
 """Number of the format, in the first line."""

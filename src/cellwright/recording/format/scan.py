@@ -1,4 +1,4 @@
-"""What an MCAP file holds and where, found by going from record to record: files cut anywhere have no index.
+"""MCAP parser for untrusted files: layout record by record, and the messages of a chunk.
 
 Nothing that the file says of sizes is trusted: a record ends with the file at the latest, and what is too large to be
 true is an error. The content of chunks is passed over, so that some hundred megabytes take a moment.
@@ -7,12 +7,14 @@ true is an error. The content of chunks is passed over, so that some hundred meg
 from __future__ import annotations
 
 import struct
+import zlib
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from typing import BinaryIO
 
 from mcap.opcode import Opcode
 
-from cellwright.recording.format.format import MAGIC
+from cellwright.recording.format.format import MAGIC, Entry
 from cellwright.util.errors import RecordingError, showable
 
 LARGEST_CHUNK = 256 << 20
@@ -29,7 +31,7 @@ LATEST = 4 * 10**18
 LONGEST_NAME = 1000
 """Characters of the name of a topic or a type; of a longer one some are left out."""
 
-HEAD = struct.Struct("<BQ")
+RECORD_HEAD = struct.Struct("<BQ")
 """What each record begins with: what it is, and how long."""
 
 _BAG = b"#ROSBAG V"  # what a bag of ROS 1 begins with
@@ -129,7 +131,7 @@ class Fields:
         return data
 
 
-def scan(file: BinaryIO, size: int) -> Layout:
+def scan_file(file: BinaryIO, size: int) -> Layout:
     """What the file holds, up to its end or to where it was cut.
 
     Args:
@@ -151,11 +153,11 @@ def scan(file: BinaryIO, size: int) -> Layout:
     place = len(MAGIC)
     while place < size:
         file.seek(place)
-        head = file.read(HEAD.size)
-        if len(head) < HEAD.size:
+        head = file.read(RECORD_HEAD.size)
+        if len(head) < RECORD_HEAD.size:
             break
-        opcode, length = HEAD.unpack(head)
-        place += HEAD.size
+        opcode, length = RECORD_HEAD.unpack(head)
+        place += RECORD_HEAD.size
         if opcode == Opcode.CHUNK:
             chunk = _chunk(file, place, length, size)
             if chunk is not None:
@@ -173,10 +175,10 @@ def scan(file: BinaryIO, size: int) -> Layout:
                 raise RecordingError(f"a record of {length} bytes")
             _describe(opcode, Fields(file.read(length)), layout, schemas)
         elif opcode == Opcode.DATA_END:
-            layout.data_end = place - HEAD.size
+            layout.data_end = place - RECORD_HEAD.size
         elif opcode == Opcode.FOOTER:
             layout.is_complete = True
-            layout.footer = place - HEAD.size
+            layout.footer = place - RECORD_HEAD.size
             break
         place += length
     if layout.chunks and not layout.is_complete:
@@ -241,3 +243,67 @@ def _describe(opcode: int, fields: Fields, layout: Layout, schemas: dict[int, st
     else:
         name = fields.text()
         layout.metadata.setdefault(name, fields.table())
+
+
+_MESSAGE_HEAD = struct.Struct("<BQHIQQ")
+_HEAD = struct.Struct("<BQ")
+
+
+def unpack_chunk(data: bytes, place: ChunkPlace) -> bytes:
+    """The content of a chunk; of one that was cut, what can be had of it.
+
+    Args:
+        data: its bytes as they are in the file.
+        place: what the file says of it.
+
+    Raises:
+        RecordingError: it is damaged, or compressed in a way that is not known.
+    """
+    raw = _decompressed(data, place)
+    if not place.is_cut and (len(raw) != place.size or (place.checksum and zlib.crc32(raw) != place.checksum)):
+        raise RecordingError(f"damaged at byte {place.offset}: a chunk's checksum is wrong")
+    return raw
+
+
+def _decompressed(data: bytes, place: ChunkPlace) -> bytes:
+    match place.compression:
+        case "":
+            return data
+        case "zstd":
+            return _zstd(data, place)
+    raise RecordingError(f"a chunk is compressed by {place.compression!r:.20}, which is not known here")
+
+
+def _zstd(data: bytes, place: ChunkPlace) -> bytes:
+    """Decompress piece by piece: what the data says of its own size is no measure of what it may take."""
+    import zstandard  # not before something is read: the command line starts without it
+
+    found = bytearray()
+    reader = zstandard.ZstdDecompressor(max_window_size=1 << 27).stream_reader(data)
+    try:
+        while len(found) <= place.size and (piece := reader.read(1 << 18)):
+            found += piece
+    except (zstandard.ZstdError, MemoryError) as fault:
+        if not place.is_cut:
+            raise RecordingError(f"damaged at byte {place.offset}: {fault}") from None
+    return bytes(found[: place.size + 1])
+
+
+def chunk_entries(raw: bytes, channels: Collection[int] | None = None) -> Iterator[Entry]:
+    """The whole messages in the content of a chunk, in its order; those of some channels, or of all."""
+    place, size = 0, len(raw)
+    unpack_message, head = _MESSAGE_HEAD.unpack_from, _MESSAGE_HEAD.size
+    while place + head <= size:
+        opcode, length, channel, _, time, _ = unpack_message(raw, place)
+        if opcode != Opcode.MESSAGE:
+            length = _HEAD.unpack_from(raw, place)[1]
+        elif length < head - 9:
+            raise RecordingError("a message is shorter than its own head")
+        end = place + 9 + length
+        if end > size:
+            return
+        if opcode == Opcode.MESSAGE and (channels is None or channel in channels):
+            if time > LATEST:
+                raise RecordingError(f"damaged: a message at {time} ns, which no run comes to")
+            yield channel, time, raw[place + head : end]
+        place = end

@@ -1,18 +1,79 @@
-"""The bytes of a recording: its file, the layout that a scan found in it, and chunks, unpacked as they are needed."""
+"""Recording file: its layout, chunks unpacked on demand, and verification of all its checksums."""
 
 from __future__ import annotations
 
+import os
+import zlib
 from bisect import bisect_left
 from collections import OrderedDict
 from collections.abc import Collection, Iterator
 from pathlib import Path
+from typing import BinaryIO
 
-from cellwright.recording.format.format import METADATA, Entry
-from cellwright.recording.format.scan import ChunkPlace, Layout, scan
-from cellwright.recording.format.soundness import check_bytes
-from cellwright.recording.format.unpacking import entries, unpack
-from cellwright.util.atomic_file import open_to_read
+from cellwright.recording.format.format import MAGIC, METADATA, Entry
+from cellwright.recording.format.scan import RECORD_HEAD, ChunkPlace, Layout, chunk_entries, scan_file, unpack_chunk
 from cellwright.util.errors import RecordingError
+from cellwright.util.files import open_to_read
+
+_PIECE = 1 << 20
+_DATA_END = RECORD_HEAD.size + 4
+_FOOTER = RECORD_HEAD.size + 20
+
+
+def verify_checksums(file: BinaryIO, layout: Layout) -> None:
+    """Compare all checksums that the file has with its bytes.
+
+    Of a file that was ended as it should be that is every byte up to the last records. One that was cut short has
+    checksums of its whole chunks and of the files within.
+
+    Raises:
+        RecordingError: some are not what was written; the text says where.
+    """
+    for chunk in layout.chunks:
+        if not chunk.is_cut:
+            file.seek(chunk.offset)
+            unpack_chunk(file.read(chunk.length), chunk)
+    for name, (begin, length) in layout.checked.items():
+        file.seek(begin + length)
+        if _crc_of(file, begin, length) != _read_number(file, begin + length):
+            raise RecordingError(f"damaged at byte {begin}: the checksum of the file {name!r:.60} within is wrong")
+    if layout.is_complete:
+        _check_end(file, layout)
+
+
+def _check_end(file: BinaryIO, layout: Layout) -> None:
+    """Compare the checksum of everything before the summary, and that of the summary."""
+    end = layout.data_end
+    told = _read_number(file, end + RECORD_HEAD.size)
+    if told and _crc_of(file, 0, end) != told:
+        raise RecordingError(f"damaged before byte {end}: the checksum of all data is wrong")
+    summary, footer = end + _DATA_END, layout.footer
+    told = _read_number(file, footer + _FOOTER - 4)
+    if told and _crc_of(file, summary, footer + _FOOTER - 4 - summary) != told:
+        raise RecordingError(f"damaged behind byte {summary}: the checksum of the summary is wrong")
+    file.seek(footer + _FOOTER)
+    if file.read(len(MAGIC) + 1) != MAGIC:
+        raise RecordingError(f"damaged at byte {footer + _FOOTER}: it does not end as an MCAP file ends")
+
+
+def _crc_of(file: BinaryIO, begin: int, length: int) -> int:
+    checksum = 0
+    for piece in _pieces(file, begin, length):
+        checksum = zlib.crc32(piece, checksum)
+    return checksum
+
+
+def _pieces(file: BinaryIO, begin: int, length: int) -> Iterator[bytes]:
+    file.seek(begin, os.SEEK_SET)
+    while length > 0 and (piece := file.read(min(length, _PIECE))):
+        length -= len(piece)
+        yield piece
+
+
+def _read_number(file: BinaryIO, place: int) -> int:
+    file.seek(place)
+    return int.from_bytes(file.read(4), "little")
+
 
 _KEPT = 8  # chunks that are kept unpacked, for those who look around in one place
 
@@ -64,7 +125,7 @@ class ScannedFile:
             RecordingError: the file is damaged.
         """
         try:
-            yield from entries(self._content(chunk), channels)
+            yield from chunk_entries(self._content(chunk), channels)
         except RecordingError as error:
             raise RecordingError(f"{self.path}: {error}") from None
 
@@ -90,7 +151,7 @@ class ScannedFile:
             RecordingError: it is damaged; the text says where.
         """
         try:
-            check_bytes(self._file, self.layout)
+            verify_checksums(self._file, self.layout)
         except RecordingError as error:
             raise RecordingError(f"{self.path}: {error}") from None
         except OSError as error:
@@ -99,7 +160,7 @@ class ScannedFile:
     def _scanned(self) -> Layout:
         try:
             size = self._file.seek(0, 2)
-            layout = scan(self._file, size)
+            layout = scan_file(self._file, size)
         except RecordingError as error:
             raise RecordingError(f"{self.path}: {error}") from None
         except OSError as error:
@@ -111,7 +172,7 @@ class ScannedFile:
     def _content(self, chunk: ChunkPlace) -> bytes:
         found = self._kept.get(chunk.offset)
         if found is None:
-            found = self._kept[chunk.offset] = unpack(self.read(chunk.offset, chunk.length), chunk)
+            found = self._kept[chunk.offset] = unpack_chunk(self.read(chunk.offset, chunk.length), chunk)
             if len(self._kept) > _KEPT:
                 self._kept.popitem(last=False)
         self._kept.move_to_end(chunk.offset)

@@ -1,4 +1,4 @@
-"""One page: a heading, and below it what was asked for, over one axis of time."""
+"""Figure of a recording: charts over one time axis on a page, written as PNG, SVG or PDF."""
 
 from __future__ import annotations
 
@@ -10,17 +10,23 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cellwright.recording.plots import joints, score, tool, traffic, trays
-from cellwright.recording.plots.style import INK, SETTINGS
+from cellwright.recording.plots import charts
+from cellwright.recording.plots.charts import INK, SETTINGS
 from cellwright.recording.plots.tracks import Story
-from cellwright.recording.plots.what import WHAT
-from cellwright.util.atomic_file import write_whole
 from cellwright.util.errors import UsageError, showable
+from cellwright.util.files import write_whole
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.transforms import Bbox
+
+FIGURE_SUFFIXES = (".png", ".svg", ".pdf")
+"""Of the files that can be written."""
+
+PANELS = ("score", "trays", "joints", "tool", "commands")
+"""Parts of a figure, in the order in which they stand on the page."""
+
 
 _WIDTH = 8.27  # of the page [in]: A4
 _LEFT, _RIGHT = 1.3, 0.9  # margins [in]: names of rows, names of curves
@@ -42,7 +48,7 @@ class _Panel:
     is_over_time: bool = True
 
 
-def draw(story: Story, what: Sequence[str] = WHAT) -> Figure:
+def draw_figure(story: Story, what: Sequence[str] = PANELS) -> Figure:
     """The page.
 
     Args:
@@ -55,7 +61,7 @@ def draw(story: Story, what: Sequence[str] = WHAT) -> Figure:
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    panels = [panel for name in WHAT if name in what for panel in _panels(story, name)]
+    panels = [panel for name in PANELS if name in what for panel in _panels(story, name)]
     panels.sort(key=lambda panel: not panel.is_over_time)
     if not panels:
         raise UsageError(f"{story.title}: holds nothing of {', '.join(what)} that could be drawn")
@@ -88,7 +94,7 @@ def draw(story: Story, what: Sequence[str] = WHAT) -> Figure:
     return figure
 
 
-def write(figure: Figure, path: Path) -> None:
+def write_figure(figure: Figure, path: Path) -> None:
     """Write a page into a file, whole or not at all; its suffix says the format.
 
     Raises:
@@ -135,19 +141,19 @@ def _panels(story: Story, name: str) -> list[_Panel]:
     match name:
         case "score" if story.score is not None and len(story.score.times):
             found = story.score
-            return [_Panel(1.35, lambda axes: score.draw(axes, found, story))]
+            return [_Panel(1.35, lambda axes: charts.draw_score(axes, found, story))]
         case "trays" if story.tray_parts:
-            return [_Panel(0.17 * trays.rows(story) + 0.1, lambda axes: trays.draw(axes, story))]
+            return [_Panel(0.17 * charts.tray_rows(story) + 0.1, lambda axes: charts.draw_trays(axes, story))]
         case "joints":
             return [_Panel(*each) for each in _joints(story)]
         case "tool" if any(len(each.times) for each in story.tools):
             tools = [each for each in story.tools if len(each.times)]
             return [
-                _Panel(1.25, lambda axes: tool.draw_height(axes, tools)),
-                _Panel(_FROM_ABOVE, lambda axes: tool.draw_from_above(axes, tools), is_over_time=False),
+                _Panel(1.25, lambda axes: charts.draw_height(axes, tools)),
+                _Panel(_FROM_ABOVE, lambda axes: charts.draw_from_above(axes, tools), is_over_time=False),
             ]
-        case "commands" if traffic.rows(story):
-            return [_Panel(0.17 * traffic.rows(story) + 0.1, lambda axes: traffic.draw(axes, story))]
+        case "commands" if charts.command_rows(story):
+            return [_Panel(0.17 * charts.command_rows(story) + 0.1, lambda axes: charts.draw_commands(axes, story))]
         case _:
             return []
 
@@ -159,10 +165,10 @@ def _joints(story: Story) -> list[tuple[float, Callable[[Axes], None]]]:
         for group, tracks in story.joints.items()
         for unit in dict.fromkeys(track.unit for track in tracks if len(track.times))
     ]
-    moving = [each for each in groups if any(track.travel >= joints.STILL for track in each[1])] or groups[:1]
+    moving = [each for each in groups if any(track.travel >= charts.STILL for track in each[1])] or groups[:1]
     drawn: list[tuple[float, Callable[[Axes], None]]] = []
     for group, tracks in moving:
         is_one = len(tracks) == 1
         title = f"{group}: {tracks[0].name}" if is_one and len(story.joints[group]) > 1 else group
-        drawn.append((0.9 if is_one else 1.7, partial(joints.draw, group=title, tracks=tracks)))
+        drawn.append((0.9 if is_one else 1.7, partial(charts.draw_joints, group=title, tracks=tracks)))
     return drawn

@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 from cellwright.engine.clock import nanoseconds, seconds
 from cellwright.recording.format.commands import Command
 from cellwright.recording.format.format import EVENT
-from cellwright.recording.format.frames import frames
-from cellwright.recording.format.reader import Recording
+from cellwright.recording.format.reader import Recording, recorded_frames
 from cellwright.rendering.scene import Frame, Scene
-from cellwright.rendering.scene.encoded import decode_scene
+from cellwright.rendering.scene.scene import decode_scene
 from cellwright.util.errors import MessageError, RecordingError, UnknownNameError
 
 
@@ -176,7 +175,7 @@ class OpenedRecording:
         Raises:
             RecordingError: the file is damaged.
         """
-        return frames(self.recording, start=_time(start), until=_time(until))
+        return recorded_frames(self.recording, start=_time(start), until=_time(until))
 
     def path(
         self, body: str, *, start: float | None = None, until: float | None = None

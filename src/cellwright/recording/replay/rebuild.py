@@ -1,12 +1,14 @@
-"""Making a cell or a robot again from what a recording carries, to stand where the recording begins."""
+"""Cell or robot rebuilt from the files and settings in a recording, ready to run again."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from fractions import Fraction
-from pathlib import Path
+from pathlib import Path, PurePosixPath
+from tempfile import TemporaryDirectory
 from typing import Any, TypeVar, get_args
 
 from cellwright.cell import variation
@@ -15,14 +17,86 @@ from cellwright.config.robot.robots import load_robot
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import ServoProfile
 from cellwright.engine.snapshot import read_checkpoint
+from cellwright.middleware.bus.served import Served
+from cellwright.recording.format.commands import Command, Extras
 from cellwright.recording.format.reader import Recording
-from cellwright.recording.replay.rebuilt import Rebuilt, Stamps
-from cellwright.recording.replay.unpacked import inside, unpacked
 from cellwright.robot.node import RobotNode
-from cellwright.robot.safety.settings import Guard, SafetySettings
+from cellwright.robot.safety import Guard, SafetySettings
 from cellwright.robot.services import RobotServices
 from cellwright.robot.servos import Motion
 from cellwright.util.errors import RecordingError
+
+
+@contextmanager
+def unpacked_files(sources: Mapping[str, bytes]) -> Iterator[Path]:
+    """A folder with these files in it, by their names; it is gone afterwards.
+
+    Raises:
+        RecordingError: a name leads out of the folder, or is none that a file can have here.
+    """
+    with TemporaryDirectory(prefix="cellwright-") as made:
+        folder = Path(made)
+        for name, content in sources.items():
+            path = path_inside(folder, name)
+            try:
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_bytes(content)
+            except (OSError, ValueError) as error:
+                raise RecordingError(f"a file {name!r:.80} in the recording cannot be unpacked: {error}") from None
+        yield folder
+
+
+def path_inside(folder: Path, name: object) -> Path:
+    """The path of a named file in the folder.
+
+    Raises:
+        RecordingError: it would be somewhere else.
+    """
+    if isinstance(name, str) and name and "\\" not in name and ":" not in name:
+        parts = PurePosixPath(name).parts
+        if ".." not in parts and not PurePosixPath(name).is_absolute():
+            return folder.joinpath(*parts)
+    raise RecordingError(f"a file {name!r:.80} in the recording has a name that it cannot have")
+
+
+class Stamps:
+    """The wall clock of a run that is over: it says what it said when the newest command came."""
+
+    def __init__(self) -> None:
+        self.now = 0
+        """Its time [ns]."""
+
+    def __call__(self) -> int:
+        """Its time [ns]."""
+        return self.now
+
+
+@dataclass(frozen=True)
+class Rebuilt:
+    """What runs again.
+
+    Attributes:
+        served: the cell or the robot's node.
+        stamps: the clock that its messages are stamped by, where that was the wall's.
+        extras: what can be done to it past the bus, by name.
+        close: lets go of it.
+    """
+
+    served: Served
+    stamps: Stamps = field(default_factory=Stamps)
+    extras: Extras = field(default_factory=dict)
+    close: Callable[[], None] = lambda: None
+
+    def carry_out(self, command: Command) -> None:
+        """Do what was done; what was refused then is refused again.
+
+        Raises:
+            RecordingError: the command makes no sense.
+        """
+        if command.stamp is not None:
+            self.stamps.now = command.stamp
+        command.carry_out(self.served.bus, self.extras)
+
 
 _PACKAGES = "ROS_PACKAGE_PATH"
 _MOST_TIMES = 10_000
@@ -37,7 +111,7 @@ def rebuild(recording: Recording) -> Iterator[Rebuilt]:
         RecordingError: the recording does not say what it was, or it was something that cannot be run again.
         CellwrightError: what it was read from cannot be used here, such as a sensor of a package that is missing.
     """
-    with unpacked(recording.sources) as folder:
+    with unpacked_files(recording.sources) as folder:
         rebuilt = _robot(recording, folder) if recording.header.kind == "robot" else _cell(recording, folder)
         try:
             yield rebuilt
@@ -68,7 +142,7 @@ def _robot(recording: Recording, folder: Path) -> Rebuilt:
     if facts.of("driver", bool):
         raise RecordingError("a driver moved this robot, and no simulation: what it did cannot be run again")
     with _packages(folder, facts):
-        config = load_robot(_files(folder, facts)[0], _nothing)
+        config = load_robot(_files(folder, facts)[0], _ignore_line)
     stamps = Stamps()
     node = RobotNode(
         config,
@@ -133,7 +207,7 @@ class _Collected:
 
 
 def _files(folder: Path, facts: _Facts) -> list[Path]:
-    found = [inside(folder, name) for name in facts.names("files")]
+    found = [path_inside(folder, name) for name in facts.names("files")]
     if not found:
         raise RecordingError("the recording does not hold the files that it was made from: it cannot be run again")
     missing = [each.name for each in found if not each.is_file()]
@@ -160,7 +234,7 @@ def _safety(told: Mapping[str, Any]) -> SafetySettings:
 def _packages(folder: Path, facts: _Facts) -> Iterator[None]:
     """Have packages of ROS looked for where the recording has them."""
     before = os.environ.get(_PACKAGES)
-    places: Sequence[str] = [str(inside(folder, name)) for name in facts.names("packages")]
+    places: Sequence[str] = [str(path_inside(folder, name)) for name in facts.names("packages")]
     os.environ[_PACKAGES] = os.pathsep.join(places)
     try:
         yield
@@ -171,5 +245,5 @@ def _packages(folder: Path, facts: _Facts) -> Iterator[None]:
             os.environ[_PACKAGES] = before
 
 
-def _nothing(_line: str) -> None:
+def _ignore_line(_line: str) -> None:
     pass

@@ -19,14 +19,11 @@ import numpy as np
 
 from cellwright.engine.clock import nanoseconds, seconds
 from cellwright.middleware.server import Server
-from cellwright.recording.replay.playing import Playing
-from cellwright.rendering.scene.encoded import decode_scene, encode_scene
-from cellwright.rendering.scene.frame import Frame
-from cellwright.rendering.scene.scene import Scene
+from cellwright.recording.replay.playback import Playing
+from cellwright.rendering.scene.scene import Frame, Scene, decode_scene, encode_scene
 from cellwright.util.errors import MessageError, RejectedCommandError
-from cellwright.viewer.services.control import Control, Reset
+from cellwright.viewer.services.control import Control, Reset, offer_panel
 from cellwright.viewer.services.names import FRAME, SCENE
-from cellwright.viewer.services.panel import offer_panel
 
 KIND = "recording"
 

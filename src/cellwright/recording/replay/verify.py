@@ -1,17 +1,159 @@
-"""Running a recording again from its commands, and comparing what comes of it with what came of it then."""
+"""Verification of a recording: runs its commands again and compares state hashes and frames."""
 
 from __future__ import annotations
 
+import json
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any, TypeAlias
 
+from cellwright.engine.clock import seconds
+from cellwright.middleware.messages import from_cdr
+from cellwright.middleware.messages.standard import String
 from cellwright.recording.format.commands import Command
-from cellwright.recording.replay.rebuilt import Rebuilt
-from cellwright.recording.replay.steps import HashPoint, Step
-from cellwright.recording.replay.verdict import Moment, Verdict
-from cellwright.rendering.scene.frame import Frame
-from cellwright.rendering.scene.taking import SceneTaker
-from cellwright.util.errors import SimulationError
+from cellwright.recording.format.format import COMMAND, FRAME, STATE_HASH
+from cellwright.recording.format.reader import RecordedMessage, frame_bytes
+from cellwright.recording.replay.frame_cursor import Source
+from cellwright.recording.replay.rebuild import Rebuilt
+from cellwright.rendering.scene.engine import SceneTaker
+from cellwright.rendering.scene.scene import Frame, decode_frame
+from cellwright.util.errors import MessageError, RecordingError, SimulationError
+
+_NEVER = 1 << 62
+
+
+@dataclass(frozen=True, slots=True)
+class HashPoint:
+    """What the whole state came to at a tick."""
+
+    tick: int
+    hash: str
+
+
+Step: TypeAlias = Command | HashPoint | Frame
+
+
+def recorded_steps(source: Source) -> Iterator[Step]:
+    """Commands, state hashes and frames.
+
+    Raises:
+        RecordingError: the recording does not hold what it should.
+    """
+    before: Frame | None = None
+    for message in source.messages((COMMAND, STATE_HASH, FRAME)):
+        if message.topic == FRAME:
+            try:
+                before = decode_frame(frame_bytes(message.data), before)
+            except MessageError as error:
+                raise _senseless(message, error) from None
+            yield before
+        elif message.topic == COMMAND:
+            yield Command.decode(_message_text(message))
+        else:
+            yield _hash_point(message)
+
+
+def _hash_point(message: RecordedMessage) -> HashPoint:
+    try:
+        told: dict[str, Any] = json.loads(_message_text(message))
+        tick, digest = told["tick"], told["hash"]
+    except (ValueError, TypeError, KeyError, RecursionError) as error:
+        raise _senseless(message, error) from None
+    if type(tick) is not int or not 0 <= tick < _NEVER or not isinstance(digest, str):
+        raise _senseless(message, "a tick and a hash are needed")
+    return HashPoint(tick, digest)
+
+
+def _message_text(message: RecordedMessage) -> str:
+    try:
+        return from_cdr(message.data, String).data
+    except MessageError as error:
+        raise _senseless(message, error) from None
+
+
+def _senseless(message: RecordedMessage, why: object) -> RecordingError:
+    return RecordingError(f"{message.topic} at {message.time / 1e9:.3f} s makes no sense: {why}")
+
+
+class Answer(StrEnum):
+    """Whether a run came out alike."""
+
+    EQUAL = "equal"
+    DIFFERENT = "different"
+    UNKNOWN = "unknown"
+    """There was nothing to compare."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """A tick, and its simulation time [ns]."""
+
+    tick: int
+    time: int
+
+    def __str__(self) -> str:
+        return f"tick {self.tick} ({seconds(self.time):.3f} s)"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What came of running it again.
+
+    Attributes:
+        hashes: how many state hashes were compared and equal.
+        frames: how many times all bodies were where they had been.
+        commands: how many commands were carried out.
+        equal_until: the newest moment whose state hash is equal; None before the first.
+        different: the first moment whose state hash is another; None when there is none.
+        moved: the first moment at which bodies stand elsewhere; None when there is none.
+        bodies: names of some of those.
+        begun: where it began.
+        reached: how far it was run.
+        wall: how long that took [s].
+        fault: what ended the run before that; empty when nothing did.
+    """
+
+    hashes: int
+    frames: int
+    commands: int
+    equal_until: Moment | None
+    different: Moment | None
+    moved: Moment | None
+    bodies: tuple[str, ...]
+    begun: Moment
+    reached: Moment
+    wall: float
+    fault: str = ""
+
+    @property
+    def answer(self) -> Answer:
+        """In a word."""
+        if self.different is not None or self.moved is not None or self.fault:
+            return Answer.DIFFERENT
+        return Answer.EQUAL if self.hashes else Answer.UNKNOWN
+
+    @property
+    def first_difference(self) -> Moment | None:
+        """The first moment at which it is known to be another run."""
+        found = [moment for moment in (self.different, self.moved) if moment is not None]
+        return min(found, key=lambda moment: moment.tick, default=None)
+
+    @property
+    def factor(self) -> float:
+        """Simulated seconds a wall second."""
+        return seconds(self.reached.time - self.begun.time) / self.wall if self.wall > 0.0 else 0.0
+
+
+def versions_that_differ(recorded: dict[str, str], here: dict[str, str]) -> list[str]:
+    """What was of another version, in words."""
+    return [
+        f"{name} {recorded.get(name, 'unknown')}, here {here.get(name, 'unknown')}"
+        for name in sorted({*recorded, *here})
+        if recorded.get(name) != here.get(name)
+    ]
+
 
 _MOST_NAMED = 5  # bodies
 

@@ -11,7 +11,7 @@ import sys
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.middleware.messages.build import floats, header
+from cellwright.middleware.messages.conversions import floats, header
 from cellwright.middleware.messages.standard import (
     CameraInfo,
     Image,

@@ -1,4 +1,9 @@
-"""Cameras that take pictures: colour, depth, or both."""
+"""Camera sensors that take colour and depth pictures, with reproducible noise.
+
+A normal number for each pixel would take longer than all else that the cell's process does for a picture. So random
+bytes choose from a table of the normal distribution's quantiles, which is exact to the eye and to a standard
+deviation.
+"""
 
 from __future__ import annotations
 
@@ -6,21 +11,71 @@ from collections import Counter, deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cache
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.config.trial.trial import Camera
+from cellwright.config.trial.trial import Camera, PictureNoise
+from cellwright.engine.random_streams import SampleNoise
 from cellwright.engine.sensor import Reading, Sensor
 from cellwright.engine.simulation import Simulation
-from cellwright.rendering.cameras.picture_noise import blur_colour, blur_depth
+from cellwright.rendering.backend import requested_backend
+from cellwright.rendering.camera import Pinhole
 from cellwright.rendering.cameras.studio import Studio
 from cellwright.rendering.painter import Drawn, View
-from cellwright.rendering.pinhole import Pinhole
-from cellwright.rendering.way import settled_way
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
+
+_COLOUR_STREAM, _DEPTH_STREAM = 1, 2  # streams of random bytes
+_WHITE = 255
+_LEVELS = 256
+
+
+def blur_colour(
+    colour: NDArray[np.uint8], noise: PictureNoise, chance: SampleNoise, sample: int, factor: float = 1.0
+) -> NDArray[np.uint8]:
+    """A picture with noise; the sample's number says which.
+
+    Args:
+        colour: the picture, of any shape.
+        noise: how strong.
+        chance: where it comes from.
+        sample: number of the sample.
+        factor: on the standard deviation.
+    """
+    deviation = noise.colour * factor * _WHITE
+    if deviation == 0.0:
+        return colour
+    shifts = np.rint(_quantiles() * deviation).astype(np.int16)
+    random = chance.bytes(sample, colour.size, _COLOUR_STREAM).reshape(colour.shape)
+    blurred: NDArray[np.uint8] = np.clip(colour + shifts[random], 0, _WHITE).astype(np.uint8)
+    return blurred
+
+
+def blur_depth(
+    depth: NDArray[np.float32], noise: PictureNoise, chance: SampleNoise, sample: int, factor: float = 1.0
+) -> NDArray[np.float32]:
+    """Depths [m] with noise, as in `blur_colour`; what is not finite stays as it is."""
+    if factor == 0.0 or noise.depth == noise.depth_growth == 0.0:
+        return depth
+    random = chance.bytes(sample, depth.size, _DEPTH_STREAM).reshape(depth.shape)
+    deviation = np.float32(factor * noise.depth) + np.float32(factor * noise.depth_growth) * depth * depth
+    blurred: NDArray[np.float32] = depth + deviation * _quantiles()[random]
+    return blurred
+
+
+@cache
+def _quantiles() -> NDArray[np.float32]:
+    """Numbers as likely as one another that are distributed normally, with a standard deviation of 1."""
+    from statistics import NormalDist
+
+    normal = NormalDist()
+    found = np.array([normal.inv_cdf((level + 0.5) / _LEVELS) for level in range(_LEVELS)])
+    scaled: NDArray[np.float64] = found / found.std()
+    return scaled.astype(np.float32)
+
 
 _COLOUR, _DEPTH = "colour", "depth"
 _A_SECOND = 1_000_000_000  # [ns]
@@ -80,7 +135,7 @@ class PictureCamera(Sensor[Picture]):
     def __init__(
         self, description: Camera, studio: Studio, *, report: Callable[[str], None] = lambda _line: None
     ) -> None:
-        settled_way()  # one that does not exist is told of before time passes, and not with the first picture
+        requested_backend()  # one that does not exist is told of before time passes, and not with the first picture
         period = 1 / Fraction(repr(description.rate))
         latency = period if description.latency is None else Fraction(repr(description.latency))
         super().__init__(description.name, description.pose, period=period, latency=latency)

@@ -13,9 +13,8 @@ import mujoco
 
 from cellwright.engine.simulation import Simulation
 from cellwright.rendering.painter import Drawn, Painter, View
-from cellwright.rendering.scene.frame import Frame
-from cellwright.rendering.scene.scene import Scene
-from cellwright.rendering.scene.taking import SceneTaker
+from cellwright.rendering.scene.engine import SceneTaker
+from cellwright.rendering.scene.scene import Frame, Scene
 from cellwright.util.errors import RenderingError
 from cellwright.util.pose import Vector3
 
@@ -128,7 +127,7 @@ def hire_painter(scene: Scene, *, about: Vector3 | None = None) -> Painter:
         scene: what there is to be seen.
         about: the point [m] that the lamp is placed by; None takes that of a cell's pictures.
     """
-    from cellwright.rendering.views import VIEWS
-    from cellwright.rendering.worker.painter import WorkerPainter
+    from cellwright.rendering.camera import VIEWS
+    from cellwright.rendering.worker.client import WorkerPainter
 
     return WorkerPainter(scene, about=VIEWS["overview"].target if about is None else about)

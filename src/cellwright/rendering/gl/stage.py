@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from OpenGL import GL
 
 from cellwright.rendering.scene import SEEN, Form, Frame, Layer, Scene, Shape
-from cellwright.rendering.scene.colours import linear
-from cellwright.rendering.scene.forms import triangles
-from cellwright.rendering.scene.triangles import Fineness
+from cellwright.rendering.scene.scene import linear
+from cellwright.rendering.scene.triangles import Fineness, shape_triangles
 
 _CORNER = np.dtype(
     [("point", "<f4", (3,)), ("normal", "<f4", (3,)), ("colour", "<f4", (4,)), ("body", "<u4"), ("is_plane", "<u4")]
@@ -65,7 +64,7 @@ class Stage:
         )
         corners, indices, counts, total = [], [], [0] * _KINDS, 0
         for shape in drawn:
-            surface = triangles(shape, scene, _FINENESS)
+            surface = shape_triangles(shape, scene, _FINENESS)
             kind = _order(shape, scene)
             of_shape = np.zeros(len(surface.points), _CORNER)
             of_shape["point"], of_shape["normal"] = surface.points, surface.normals

@@ -3,7 +3,6 @@
 It is what viewers, videos, cameras and recordings have in common: small, and the same for every version of the engine.
 """
 
-from cellwright.rendering.scene.frame import Frame
-from cellwright.rendering.scene.scene import SEEN, TOUCHED, Form, Layer, Mesh, Scene, Shape
+from cellwright.rendering.scene.scene import SEEN, TOUCHED, Form, Frame, Layer, Mesh, Scene, Shape
 
 __all__ = ["SEEN", "TOUCHED", "Form", "Frame", "Layer", "Mesh", "Scene", "Shape"]

@@ -1,14 +1,23 @@
-"""Shapes on bodies: what there is to be seen, whatever moves it."""
+"""Scenes and frames: shapes on bodies, where the bodies are, both as bytes, and colours."""
 
 from __future__ import annotations
 
+import base64
+import json
+import struct
+import zlib
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cellwright.util.errors import MessageError
 from cellwright.util.pose import Pose, Vector3
+
+if TYPE_CHECKING:
+    import mujoco
 
 
 class Form(StrEnum):
@@ -101,3 +110,190 @@ class Scene:
     bodies: tuple[str, ...]
     shapes: tuple[Shape, ...]
     meshes: tuple[Mesh, ...]
+
+
+_FRAME_HEAD = struct.Struct("<BqII")  # whole or changes; time; bodies; entries that follow
+_WHOLE, _CHANGES = 0, 1
+_FRAME_ENTRY = np.dtype([("body", "<u4"), ("shown", "u1"), ("pose", "<f4", (7,))])
+MOST_BODIES = 100_000
+"""More bodies are not taken from outside."""
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """Where the bodies of a scene are.
+
+    Attributes:
+        time: simulation time [ns].
+        poses: (bodies, 7) x, y, z [m] and quaternion w, x, y, z of each body in the world, in the order of
+            `Scene.bodies`; float32. The world's own is the identity.
+        shown: (bodies,) whether each is there to be seen; a part that is not in play is not.
+    """
+
+    time: int
+    poses: NDArray[np.float32]
+    shown: NDArray[np.bool_]
+
+    def pose(self, body: int) -> Pose:
+        """world_T_body of a body."""
+        x, y, z, qw, qx, qy, qz = self.poses[body].tolist()
+        return Pose((x, y, z), (qw, qx, qy, qz))
+
+    def placed(self, body: int, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Points (n, 3) [m] in the frame of a body, in the world."""
+        place, scalar, vector = np.split(self.poses[body].astype(np.float64), (3, 4))
+        across = 2 * np.cross(vector, points)
+        found: NDArray[np.float64] = points + scalar * across + np.cross(vector, across) + place
+        return found
+
+    def encode(self, before: Frame | None = None) -> bytes:
+        """As bytes; with a frame `before` of the same scene, only what has changed since then."""
+        count = len(self.poses)
+        if before is None or len(before.poses) != count:
+            kind, bodies = _WHOLE, np.arange(count)
+        else:
+            changed = (self.poses != before.poses).any(axis=1)
+            if self.shown is not before.shown:  # the same array, mostly
+                changed |= self.shown != before.shown
+            kind, bodies = _CHANGES, changed.nonzero()[0]
+        entries = np.empty(len(bodies), _FRAME_ENTRY)
+        entries["body"], entries["shown"], entries["pose"] = bodies, self.shown[bodies], self.poses[bodies]
+        return _FRAME_HEAD.pack(kind, self.time, count, len(bodies)) + entries.tobytes()
+
+
+def decode_frame(data: bytes | memoryview, before: Frame | None = None) -> Frame:
+    """The frame in these bytes; `before` is the one that came before it, for those that hold changes.
+
+    Raises:
+        MessageError: the bytes are no frame, or hold changes to a frame that is not there.
+    """
+    try:
+        kind, time, count, changed = _FRAME_HEAD.unpack_from(data)
+        entries = np.frombuffer(data, _FRAME_ENTRY, changed, _FRAME_HEAD.size)
+    except (struct.error, ValueError):
+        raise MessageError(f"these {len(data)} bytes are no frame of a scene") from None
+    if len(data) != _FRAME_HEAD.size + entries.nbytes or count > MOST_BODIES or kind not in (_WHOLE, _CHANGES):
+        raise MessageError(f"these {len(data)} bytes are no frame of a scene")
+    if kind == _WHOLE:
+        is_fitting = np.array_equal(entries["body"], np.arange(count))
+    else:
+        is_fitting = before is not None and len(before.poses) == count and bool((entries["body"] < count).all())
+    if not is_fitting or not np.isfinite(entries["pose"]).all():
+        raise MessageError("a frame of a scene that does not fit the one before it")
+    if kind == _WHOLE or before is None:
+        return Frame(time, entries["pose"].copy(), entries["shown"] != 0)
+    poses, shown = before.poses.copy(), before.shown.copy()
+    poses[entries["body"]] = entries["pose"]
+    shown[entries["body"]] = entries["shown"] != 0
+    return Frame(time, poses, shown)
+
+
+def is_whole_frame(data: bytes | memoryview) -> bool:
+    """Whether the bytes of a frame hold all bodies, and need none before them."""
+    return len(data) >= _FRAME_HEAD.size and data[0] == _WHOLE
+
+
+_SCENE_FORMAT = 1
+MAX_SCENE_BYTES = 256 << 20
+"""Bytes of the largest scene that is taken, uncompressed."""
+
+
+def encode_scene(scene: Scene) -> bytes:
+    """The scene as bytes."""
+    document = {
+        "format": _SCENE_FORMAT,
+        "name": scene.name,
+        "bodies": scene.bodies,
+        "shapes": [
+            [
+                shape.body,
+                shape.form.value,
+                shape.size,
+                shape.pose.position,
+                shape.pose.quaternion,
+                shape.colour,
+                int(shape.layer),
+                shape.mesh,
+            ]
+            for shape in scene.shapes
+        ],
+        "meshes": [[_base64(mesh.vertices, "<f4"), _base64(mesh.faces, "<i4")] for mesh in scene.meshes],
+    }
+    return zlib.compress(json.dumps(document).encode(), 6)
+
+
+def decode_scene(data: bytes) -> Scene:
+    """The scene in these bytes, which may come from anywhere.
+
+    Raises:
+        MessageError: the bytes are no scene.
+    """
+    try:
+        unpacker = zlib.decompressobj()
+        text = unpacker.decompress(data, MAX_SCENE_BYTES)
+        if not unpacker.eof:
+            raise ValueError("it is cut short, or too large")
+        return _scene(json.loads(text))
+    except (zlib.error, ValueError, TypeError, KeyError, IndexError, RecursionError) as fault:
+        raise MessageError(f"these {len(data)} bytes are no scene: {fault}") from None
+
+
+def _scene(document: dict[str, Any]) -> Scene:
+    if document["format"] != _SCENE_FORMAT:
+        raise ValueError(f"its format is {document['format']!r:.20}, and {_SCENE_FORMAT} is known")
+    meshes = tuple(_mesh(*each) for each in document["meshes"])
+    bodies = tuple(document["bodies"])
+    if not 1 <= len(bodies) <= MOST_BODIES or not all(isinstance(name, str) for name in bodies):
+        raise ValueError("its bodies have no names")
+    shapes = tuple(_shape(each, len(bodies), len(meshes)) for each in document["shapes"])
+    return Scene(str(document["name"]), bodies, shapes, meshes)
+
+
+def _shape(entry: Any, bodies: int, meshes: int) -> Shape:
+    body, form, size, position, quaternion, colour, layer, mesh = entry
+    numbers = np.array([*size, *position, *quaternion, *colour], np.float64)
+    if numbers.shape != (14,) or not np.isfinite(numbers).all() or (numbers[:3] < 0).any():
+        raise ValueError("a shape's numbers make no sense")
+    known = Form(form)
+    if not 0 <= body < bodies or (known is Form.MESH and not 0 <= mesh < meshes):
+        raise ValueError("a shape belongs to nothing")
+    (sx, sy, sz, x, y, z, qw, qx, qy, qz, red, green, blue, opacity) = numbers.tolist()
+    return Shape(
+        body=int(body),
+        form=known,
+        size=(sx, sy, sz),
+        pose=Pose((x, y, z), (qw, qx, qy, qz)),
+        colour=(red, green, blue, opacity),
+        layer=Layer(layer),
+        mesh=int(mesh) if known is Form.MESH else None,
+    )
+
+
+def _base64(array: np.typing.NDArray[Any], kind: str) -> str:
+    return base64.b64encode(np.ascontiguousarray(array, kind).tobytes()).decode()
+
+
+def _mesh(vertices: str, faces: str) -> Mesh:
+    points = np.frombuffer(base64.b64decode(vertices), "<f4").reshape(-1, 3)
+    triangles = np.frombuffer(base64.b64decode(faces), "<i4").reshape(-1, 3)
+    if not np.isfinite(points).all() or (triangles < 0).any() or (triangles >= len(points)).any():
+        raise ValueError("a mesh makes no sense")
+    return Mesh(points.astype(np.float32), triangles.astype(np.int32))
+
+
+_UNSET = (0.5, 0.5, 0.5, 1.0)
+"""The engine's default colour of a geom; a geom with a material that has this colour shows the material's."""
+
+
+def geom_colours(model: mujoco.MjModel) -> NDArray[np.float64]:
+    """The colour and opacity (ngeom, 4) of every geom, sRGB 0..1: its own, or else its material's."""
+    colours = np.array(model.geom_rgba, np.float64)
+    from_material = (model.geom_matid >= 0) & np.all(model.geom_rgba == np.array(_UNSET, np.float32), axis=1)
+    colours[from_material] = model.mat_rgba[model.geom_matid[from_material]]
+    return colours
+
+
+def linear(colour: NDArray[np.floating]) -> NDArray[np.float32]:
+    """Amounts of light for sRGB values 0..1 (IEC 61966-2-1)."""
+    c = np.asarray(colour, np.float32)
+    return np.where(c <= 0.04045, c / 12.92, ((np.maximum(c, 0.04045) + 0.055) / 1.055) ** 2.4).astype(np.float32)

@@ -1,14 +1,18 @@
-"""The surfaces of a scene as triangles, for whatever draws them."""
+"""Triangle meshes of a scene's shapes, with smooth normals and bevelled boxes."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import math
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.util.pose import Pose
+from cellwright.rendering.scene.scene import Form, Mesh, Scene, Shape
+from cellwright.util.pose import Pose, Vector3
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +50,7 @@ class Fineness:
     breaks_edges: bool
 
 
-def joined(surfaces: Iterable[Triangles]) -> Triangles:
+def join_triangles(surfaces: Iterable[Triangles]) -> Triangles:
     """Several surfaces as one."""
     found = list(surfaces)
     firsts = np.cumsum([0, *(len(each.points) for each in found)])
@@ -54,4 +58,185 @@ def joined(surfaces: Iterable[Triangles]) -> Triangles:
         np.concatenate([each.points for each in found]),
         np.concatenate([each.normals for each in found]),
         np.concatenate([each.faces + first for each, first in zip(found, firsts, strict=False)]),
+    )
+
+
+_CREASE = math.cos(math.radians(38))  # edges sharper than that stay edges
+_MAX_FACES = (
+    48  # faces at a vertex of which all pairs are looked at; where more meet, as at the tip of a cone, each is flat
+)
+
+
+def soft_normals(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.float64]:
+    """A normal (3 m, 3) of unit length for each corner of each face.
+
+    It is the mean of those faces around the corner that are turned much as its own is, larger ones counting more.
+
+    Args:
+        vertices: (n, 3).
+        faces: (m, 3), counterclockwise as seen from outside.
+    """
+    a, b, c = (vertices[faces[:, corner]] for corner in range(3))
+    weighted = np.cross(b - a, c - a)
+    length = np.linalg.norm(weighted, axis=1, keepdims=True)
+    flat = np.divide(weighted, length, out=np.tile((0.0, 0.0, 1.0), (len(faces), 1)), where=length > 0)
+
+    # Files often hold a vertex once for each face: those in the same place count as one.
+    _, place = np.unique(np.round(vertices, 6), axis=0, return_inverse=True)
+    at = place.reshape(-1)[faces.reshape(-1)]
+    order = np.argsort(at, kind="stable")
+    first = np.searchsorted(at[order], at, side="left")
+    count = np.searchsorted(at[order], at, side="right") - first
+    count[count > _MAX_FACES] = 0
+
+    mine = np.repeat(np.arange(len(at)), count)
+    within = np.arange(len(mine)) - np.repeat(np.cumsum(count) - count, count)
+    other = order[np.repeat(first, count) + within] // 3
+    is_alike = np.einsum("ij,ij->i", flat[mine // 3], flat[other]) > _CREASE
+    total = np.zeros((len(at), 3))
+    np.add.at(total, mine[is_alike], weighted[other[is_alike]])
+    size = np.linalg.norm(total, axis=1, keepdims=True)
+    own = np.repeat(flat, 3, axis=0)
+    return np.where(size > 0, total / np.where(size > 0, size, 1.0), own)
+
+
+_BEVEL, _MOST_BEVEL = 0.08, 0.004  # share of the least half side; [m]
+_LEAST_BEVELLED = 0.004  # [m]: what is thinner than that is a plain box
+
+_Corner = tuple[dict[int, int], int]
+"""In which octant a corner is, as a sign for each axis, and on the side of which axis: broken, it is three corners."""
+
+
+def box_triangles(half: Vector3, *, breaks_edges: bool) -> Triangles:
+    """A box of these half sides [m]."""
+    least = min(half)
+    bevel = min(_BEVEL * least, _MOST_BEVEL) if breaks_edges and least > _LEAST_BEVELLED else 0.0
+    octants, set_back, normals, faces = _pattern(is_broken=bevel > 0)
+    return Triangles(octants * np.array(half) - bevel * set_back, normals, faces)
+
+
+@cache
+def _pattern(
+    *, is_broken: bool
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+    """What boxes of any size have in common: octants of their corners, whither these are set back, normals, faces."""
+    octants, set_back, normals, faces, count = [], [], [], [], 0
+    for piece in _pieces(is_broken=is_broken):
+        signs = np.array([[octant[axis] for axis in range(3)] for octant, _ in piece], np.float64)
+        side = np.eye(3)[[axis for _, axis in piece]]
+        normal = (signs * side).sum(axis=0)
+        points = signs - 0.1 * signs * (1 - side)
+        if np.cross(points[1] - points[0], points[2] - points[0]) @ normal < 0:
+            signs, side = signs[::-1], side[::-1]
+        octants.append(signs)
+        set_back.append(signs * (1 - side))
+        normals.append(np.tile(normal / np.linalg.norm(normal), (len(piece), 1)))
+        faces += [(count, count + other, count + other + 1) for other in range(1, len(piece) - 1)]
+        count += len(piece)
+    return np.concatenate(octants), np.concatenate(set_back), np.concatenate(normals), np.array(faces)
+
+
+def _pieces(*, is_broken: bool) -> list[list[_Corner]]:
+    """The flat pieces of a box, each as its corners in the order around it, one way or the other."""
+    pieces: list[list[_Corner]] = []
+    for axis in range(3):
+        u, v = (axis + 1) % 3, (axis + 2) % 3
+        around = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+        pieces += [[({axis: side, u: at_u, v: at_v}, axis) for at_u, at_v in around] for side in (-1, 1)]
+        if is_broken:  # edges along this axis
+            for at_u, at_v in around:
+                low, high = ({axis: end, u: at_u, v: at_v} for end in (-1, 1))
+                pieces.append([(low, u), (low, v), (high, v), (high, u)])
+    if is_broken:
+        pieces += [[(dict(enumerate(octant)), axis) for axis in range(3)] for octant in product((-1, 1), repeat=3)]
+    return pieces
+
+
+_NO_AREA = 1e-14  # [m²]
+
+
+def shape_triangles(shape: Shape, scene: Scene, fineness: Fineness) -> Triangles:
+    """The surface of a shape of a scene, in the frame of its body."""
+    x, y, z = shape.size
+    match shape.form:
+        case Form.BOX:
+            found = box_triangles((x, y, z), breaks_edges=fineness.breaks_edges)
+        case Form.CYLINDER:
+            found = _cylinder(x, y, fineness.corners(x))
+        case Form.SPHERE:
+            found = _ball((x, x, x), 0.0, fineness.corners(x))
+        case Form.CAPSULE:
+            found = _ball((x, x, x), y, fineness.corners(x))
+        case Form.ELLIPSOID:
+            found = _ball((x, y, z), 0.0, fineness.corners(max(x, y, z)))
+        case Form.PLANE:
+            found = _plane(x or fineness.endless, y or fineness.endless)
+        case Form.MESH:
+            assert shape.mesh is not None
+            found = mesh_triangles(scene.meshes[shape.mesh])
+    return found.placed(shape.pose)
+
+
+def mesh_triangles(mesh: Mesh) -> Triangles:
+    """A mesh's surface, without what has no extent; edges that are no creases are made round, as they were meant."""
+    vertices, faces = mesh.vertices.astype(np.float64), mesh.faces.astype(np.int64)
+    a, b, c = (vertices[faces[:, corner]] for corner in range(3))
+    faces = faces[np.linalg.norm(np.cross(b - a, c - a), axis=1) > _NO_AREA]
+    points = vertices[faces.reshape(-1)]
+    return Triangles(points, soft_normals(vertices, faces), np.arange(len(points)).reshape(-1, 3))
+
+
+def _plane(x: float, y: float) -> Triangles:
+    points = np.array([(-x, -y, 0.0), (x, -y, 0.0), (x, y, 0.0), (-x, y, 0.0)])
+    return Triangles(points, np.tile((0.0, 0.0, 1.0), (4, 1)), np.array([(0, 1, 2), (0, 2, 3)]))
+
+
+# -------------------------------------------------------------------- what is round about z
+
+
+def _cylinder(radius: float, half: float, corners: int) -> Triangles:
+    below, above = (0.0, -1.0), (0.0, 1.0)
+    side = (1.0, 0.0)
+    return join_triangles(
+        [
+            _swept([(0.0, -half), (radius, -half)], [below, below], corners),
+            _swept([(radius, -half), (radius, half)], [side, side], corners),
+            _swept([(radius, half), (0.0, half)], [above, above], corners),
+        ]
+    )
+
+
+def _ball(radii: Vector3, half: float, corners: int) -> Triangles:
+    """An ellipsoid; one that is drawn apart at its equator by `half` [m] to either side is a capsule."""
+    tilts = np.linspace(0.0, np.pi / 2, corners // 4 + 1)
+    tilts = np.concatenate([-tilts[::-1], tilts if half else tilts[1:]])  # of a capsule the equator is there twice
+    outline = [*zip(np.cos(tilts).tolist(), np.sin(tilts).tolist(), strict=True)]
+    outline[0], outline[-1] = (0.0, -1.0), (0.0, 1.0)
+    unit = _swept(outline, outline, corners)
+    points = unit.points * np.array(radii)
+    if half:
+        points[:, 2] += np.where(np.arange(len(points)) < len(points) // 2, -half, half)
+    normals = unit.normals / np.maximum(np.array(radii), 1e-9)
+    return Triangles(points, normals / np.linalg.norm(normals, axis=1, keepdims=True), unit.faces)
+
+
+def _swept(outline: Sequence[tuple[float, float]], facing: Sequence[tuple[float, float]], corners: int) -> Triangles:
+    """What an outline of (radius, height) [m], from below to above, sweeps out; it faces (outwards, up) at each."""
+    angle = np.arange(corners) * (2 * np.pi / corners)
+    circle = np.column_stack([np.cos(angle), np.sin(angle)])
+    points = [np.column_stack([radius * circle, np.full(corners, height)]) for radius, height in outline]
+    normals = [np.column_stack([out * circle, np.full(corners, up)]) for out, up in facing]
+    here = np.arange(corners)
+    right = (here + 1) % corners
+    faces = []
+    for row in range(len(outline) - 1):
+        low, high = row * corners, (row + 1) * corners
+        if outline[row][0] > 0:
+            faces.append(np.column_stack([low + here, low + right, high + right]))
+        if outline[row + 1][0] > 0:
+            faces.append(np.column_stack([low + here, high + right, high + here]))
+    return Triangles(
+        np.concatenate(points),
+        np.concatenate(normals),
+        np.concatenate(faces) if faces else np.zeros((0, 3), np.int64),
     )

@@ -1,4 +1,4 @@
-"""Holds a process that draws: gives it frames of a scene, and gets pictures back when they are ready."""
+"""Render process client: starts the process, sends frames, and returns pictures when they are ready."""
 
 from __future__ import annotations
 
@@ -9,21 +9,56 @@ import threading
 from collections.abc import Mapping
 from contextlib import suppress
 from types import TracebackType
-from typing import Any
+from typing import Any, Generic, TypeVar, cast
 
 import numpy as np
+from numpy import float32, uint8
 from numpy.typing import NDArray
 
+from cellwright.rendering.backend import requested_backend
 from cellwright.rendering.camera import Camera
+from cellwright.rendering.painter import Drawn, View
 from cellwright.rendering.scene import Frame, Scene
-from cellwright.rendering.scene.encoded import encode_scene
-from cellwright.rendering.way import settled_way
+from cellwright.rendering.scene.scene import encode_scene
 from cellwright.rendering.worker import wire
-from cellwright.rendering.worker.pending import Pending
-from cellwright.util.errors import showable
+from cellwright.util.errors import RenderingError, showable
 from cellwright.util.pose import Vector3
 
-_TIME_TO_END = 20.0  # [s], for what was asked for last
+T = TypeVar("T")
+
+
+class Pending(Generic[T]):
+    """Something that will be there later."""
+
+    def __init__(self) -> None:
+        self._event = threading.Event()
+        self._value: Any = None
+        self._error = ""
+
+    @property
+    def is_done(self) -> bool:
+        """Whether it is there, or has failed."""
+        return self._event.is_set()
+
+    def result(self, timeout: float | None = None) -> T:
+        """What was asked for, waiting for it at most so long [s].
+
+        Raises:
+            RenderingError: it could not be made, or is not there in time.
+        """
+        if not self._event.wait(timeout):
+            raise RenderingError(f"what draws has not answered within {timeout:g} s")
+        if self._error:
+            raise RenderingError(self._error)
+        return cast("T", self._value)
+
+    def settle(self, value: Any, error: str = "") -> None:
+        """Say what has come of it."""
+        self._value, self._error = value, error
+        self._event.set()
+
+
+_CLOSE_TIMEOUT = 20.0  # [s], for what was asked for last
 
 
 class RenderWorker:
@@ -44,7 +79,7 @@ class RenderWorker:
     """
 
     def __init__(self, scene: Scene, *, most: int = 8) -> None:
-        settled_way()  # refused here, where somebody hears of it
+        requested_backend()  # refused here, where somebody hears of it
         self.error = ""
         self._most = most
         self._log = tempfile.TemporaryFile()  # noqa: SIM115 (closed with the process)
@@ -115,7 +150,7 @@ class RenderWorker:
             wire.write(self._stdin, {**head, "number": number}, payload)
         return pending
 
-    def close(self, timeout: float = _TIME_TO_END) -> None:
+    def close(self, timeout: float = _CLOSE_TIMEOUT) -> None:
         """Have it finish what it was asked for, within a time [s], and end."""
         with self._changed:
             self._is_closing = True
@@ -185,3 +220,61 @@ def _environment(own: Mapping[str, str]) -> dict[str, str]:
     """That of this process, but for what settles how the engine and others draw: the program does that itself."""
     kept = {name: value for name, value in own.items() if name not in ("PYOPENGL_PLATFORM", "DISPLAY")}
     return {**kept, "MUJOCO_GL": "disable"}
+
+
+_ABANDON_TIMEOUT = 0.5  # [s]
+
+
+class WorkerPainter:
+    """Draws one scene; see `Painter`.
+
+    Args:
+        scene: what there is to be seen.
+        about: the point [m] that the lamp is placed by.
+    """
+
+    def __init__(self, scene: Scene, *, about: Vector3 = (0.0, 0.0, 0.0)) -> None:
+        self._about = about
+        self._worker = RenderWorker(scene)
+        self._asked = 0
+        self._pictures: dict[int, tuple[Pending[NDArray[uint8]] | None, Pending[NDArray[float32]] | None]] = {}
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether the process has begun to draw."""
+        return self._worker.ready.is_done
+
+    def submit(self, frame: Frame, view: View) -> int:
+        """Ask for a picture; returns its number."""
+        camera, size = view.pinhole.at(view.world_T_camera), (view.pinhole.width, view.pinhole.height)
+        worker = self._worker
+        self._asked += 1
+        self._pictures[self._asked] = (
+            worker.colour(frame, camera, *size, samples=1, shadows=view.shadows, about=self._about)
+            if view.colour
+            else None,
+            worker.depth(frame, camera, *size) if view.depth else None,
+        )
+        return self._asked
+
+    def is_drawn(self, number: int) -> bool:
+        """Whether a picture is there, or will never be."""
+        return all(pending is None or pending.is_done for pending in self._pictures[number])
+
+    def fetch(self, number: int) -> Drawn:
+        """The picture; waits for it. It is gone then.
+
+        Raises:
+            RenderingError: it could not be drawn.
+        """
+        colour, depth = self._pictures.pop(number)
+        return Drawn(None if colour is None else colour.result(), None if depth is None else depth.result())
+
+    def forget(self, number: int) -> None:
+        """A picture that was asked for is not wanted any more."""
+        self._pictures.pop(number, None)
+
+    def close(self) -> None:
+        """Let the process end; pictures that nobody has fetched are not drawn any more."""
+        self._pictures.clear()
+        self._worker.close(_ABANDON_TIMEOUT)

@@ -1,4 +1,4 @@
-"""The process that draws.
+"""Render process: chooses a backend, draws what it is asked for, and writes videos.
 
 It is told a scene, and then what to draw of it; see `client`. It tries what there is of OpenGL, each way in a program
 of its own, for a driver stays loaded once it is, and casts rays in the end. When nobody asks any more, it finishes and
@@ -11,17 +11,129 @@ import os
 import sys
 import threading
 from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
 from queue import SimpleQueue
-from typing import Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 
-from cellwright.rendering.gl import context as gl
+import numpy as np
+from numpy.typing import NDArray
+
+from cellwright.rendering import backend as gl
+from cellwright.rendering.backend import RAYS, requested_backend
+from cellwright.rendering.camera import Camera
+from cellwright.rendering.picture import check_size
 from cellwright.rendering.renderer import CastRenderer, Renderer
-from cellwright.rendering.scene import Scene
-from cellwright.rendering.way import RAYS, settled_way
+from cellwright.rendering.scene import Frame, Scene
+from cellwright.rendering.scene.scene import decode_frame, decode_scene
 from cellwright.rendering.worker import wire
-from cellwright.rendering.worker.drawing import Drawing
+from cellwright.util.errors import CellwrightError, in_a_line
 
-_TIME_TO_END = 60.0  # [s] after nobody asks any more
+if TYPE_CHECKING:
+    from cellwright.rendering.worker.film import Film
+
+
+class Drawing:
+    """Does what is asked, in the order in which it is asked, and answers everything once.
+
+    Args:
+        make: makes what draws a scene.
+        answers: where answers go.
+    """
+
+    def __init__(self, make: Callable[[Scene], Renderer], answers: BinaryIO) -> None:
+        self._make = make
+        self._answers: BinaryIO | None = answers
+        self._scene_renderer: Renderer | None = None
+        self._film: Film | None = None
+        self._shot: dict[str, Any] = {}
+        self._last: NDArray[np.uint8] | None = None
+
+    def work(self, asked: SimpleQueue[Any]) -> None:
+        """Do what is asked until nobody asks any more, and then finish."""
+        while (said := asked.get()) is not None:
+            head, payload = said
+            try:
+                done = getattr(self, f"_do_{head['what']}")(head, payload)
+            except CellwrightError as error:
+                self._answer(head, {"error": str(error)})
+            except Exception as error:  # drivers and what stands before them have errors of their own
+                self._answer(head, {"error": in_a_line(error)})
+            else:
+                if isinstance(done, np.ndarray):
+                    self._answer(head, {"shape": done.shape, "kind": done.dtype.str}, np.ascontiguousarray(done))
+                else:
+                    self._answer(head, {"value": done})
+        try:
+            self._do_finish({}, b"")
+        except CellwrightError as error:
+            sys.stderr.write(f"{error}\n")
+
+    def _do_scene(self, _head: dict[str, Any], payload: bytes) -> str:
+        self._scene_renderer = self._make(decode_scene(payload))
+        return self._scene_renderer.says
+
+    def _do_colour(self, head: dict[str, Any], payload: bytes) -> NDArray[np.uint8]:
+        return self._picture(head, decode_frame(payload), wire.to_camera(head["camera"]))
+
+    def _do_depth(self, head: dict[str, Any], payload: bytes) -> NDArray[np.float32]:
+        check_size(head["width"], head["height"])
+        return self._renderer.depth(
+            decode_frame(payload), wire.to_camera(head["camera"]), head["width"], head["height"]
+        )
+
+    def _do_film(self, head: dict[str, Any], _payload: bytes) -> None:
+        from cellwright.rendering.worker.film import Film
+
+        check_size(head["width"], head["height"])
+        self._film = Film(Path(head["file"]), head["width"], head["height"], Fraction(*head["rate"]))
+        self._shot = head
+
+    def _do_take(self, head: dict[str, Any], payload: bytes) -> None:
+        if self._film is None:
+            raise CellwrightError("no video is under way")
+        self._repeat(head["repeats"])
+        picture = self._picture(self._shot, decode_frame(payload), wire.to_camera(head["camera"]))
+        if head["caption"]:
+            from cellwright.rendering.worker.lettering import write_line
+
+            write_line(picture, head["caption"])
+        self._film.add(picture)
+        self._last = picture
+
+    def _do_finish(self, head: dict[str, Any], _payload: bytes) -> int:
+        self._repeat(head.get("repeats", 0))
+        film, self._film = self._film, None
+        return 0 if film is None else film.finish()
+
+    def _repeat(self, times: int) -> None:
+        """Show the last picture for longer, in place of frames that nobody had the time to draw."""
+        for _ in range(times):
+            if self._film is not None and self._last is not None:
+                self._film.add(self._last)
+
+    @property
+    def _renderer(self) -> Renderer:
+        if self._scene_renderer is None:
+            raise CellwrightError("there is no scene to draw")
+        return self._scene_renderer
+
+    def _picture(self, head: dict[str, Any], frame: Frame, camera: Camera) -> NDArray[np.uint8]:
+        check_size(head["width"], head["height"])
+        quality = {name: head[name] for name in ("samples", "shadows", "about", "lamp") if name in head}
+        return self._renderer.colour(frame, camera, head["width"], head["height"], **quality)
+
+    def _answer(self, head: dict[str, Any], about: dict[str, Any], payload: NDArray[Any] | None = None) -> None:
+        if self._answers is None:
+            return
+        data = b"" if payload is None else payload.data.cast("B")
+        try:
+            wire.write(self._answers, {"number": head["number"], **about}, data)
+        except OSError:  # nobody is there to be told any more; what was asked for is done all the same
+            self._answers = None
+
+
+_EXIT_TIMEOUT = 60.0  # [s] after nobody asks any more
 
 
 def main() -> None:
@@ -29,7 +141,7 @@ def main() -> None:
     way, later = _ways(sys.argv[2:])
     make: Callable[[Scene], Renderer] = CastRenderer
     if way != RAYS:
-        gl.choose(way)
+        gl.select_platform(way)
         try:
             opened = gl.open_context(way)
         except gl.NoOpenGL as reason:
@@ -54,8 +166,14 @@ def main() -> None:
 def _ways(given: list[str]) -> tuple[str, list[str]]:
     """The way to draw now, and those to try if it fails."""
     if not given:
-        wanted = settled_way()
-        given = [wanted, RAYS] if wanted in gl.WAYS else [RAYS] if wanted == RAYS else [*gl.WAYS, RAYS]
+        wanted = requested_backend()
+        given = (
+            [wanted, RAYS]
+            if wanted in gl.OPENGL_BACKENDS
+            else [RAYS]
+            if wanted == RAYS
+            else [*gl.OPENGL_BACKENDS, RAYS]
+        )
     return given[0], given[1:]
 
 
@@ -69,6 +187,6 @@ def _read(pipe: BinaryIO, asked: SimpleQueue[Any]) -> None:
     while (said := wire.read(pipe)) is not None:
         asked.put(said)
     asked.put(None)
-    timer = threading.Timer(_TIME_TO_END, os._exit, [1])
+    timer = threading.Timer(_EXIT_TIMEOUT, os._exit, [1])
     timer.daemon = True
     timer.start()

@@ -10,8 +10,7 @@ import numpy as np
 
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import Limits, RobotModel
-from cellwright.robot.drivers.driver import Driver
-from cellwright.robot.drivers.live import DriverError, LiveDriver
+from cellwright.robot.drivers import Driver, DriverError, LiveDriver
 from cellwright.util.errors import in_a_line
 
 NUDGE = 0.02

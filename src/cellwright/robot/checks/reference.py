@@ -1,22 +1,179 @@
-"""Compares a robot's motion with what was recorded of it."""
+"""Reference motion: reads what was recorded of a robot, and compares its motion with it.
+
+Its own key `about` says how samples are counted.
+"""
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from cellwright.config.parsing.sources import read_at_most
+from cellwright.config.parsing.tree import Place, Problem, shortened
 from cellwright.config.robot.config import RobotConfig
-from cellwright.robot.checks.findings import Finding
-from cellwright.robot.checks.recorded import Closing, Hand, Mapping, ReferenceMotion, Sine, Step
-from cellwright.robot.checks.rig import Rig
+from cellwright.robot.checks.rig import Finding, Rig
 from cellwright.robot.servos import Array
-from cellwright.util.pose import Pose
+from cellwright.util.errors import UsageError
+from cellwright.util.pose import Pose, Vector3
 
-RANGE = 0.05
+MAX_FILE_SIZE = 64 << 20
+"""A larger file is not read [bytes]."""
+REFERENCE_FILE = "reference_motion.json"
+
+
+@dataclass(frozen=True)
+class Hand:
+    """Where a link is in the world, with the robot as it is put up."""
+
+    link: str
+    pose: Pose
+
+
+@dataclass(frozen=True)
+class Closing:
+    """A gripper that is told a status once: its status, 0 to 1, at times since then [s]."""
+
+    gripper: int
+    status: float
+    times: Array
+    statuses: Array
+
+
+@dataclass(frozen=True)
+class GripperMapping:
+    """Where the joints of a gripper are [rad; m] for a status."""
+
+    gripper: int
+    status: float
+    positions: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Step:
+    """A joint that is told a target once: its positions [rad; m] at times since then [s]."""
+
+    joint: str
+    start: float
+    target: float
+    times: Array
+    positions: Array
+
+
+@dataclass(frozen=True)
+class Sine:
+    """A joint that is told target after target, and where it is when the next one comes [s; rad; m]."""
+
+    joint: str
+    period: float
+    targets: Array
+    positions: Array
+
+
+@dataclass(frozen=True)
+class ReferenceMotion:
+    """All that was recorded of a robot.
+
+    Attributes:
+        joints: names of the joint states, in their order.
+        hands: poses at home.
+        gripper_joints: of each gripper, right and left.
+        mappings: what a status means.
+        closings: grippers on their way.
+        steps: responses to one target.
+        sines: responses to many.
+    """
+
+    joints: tuple[str, ...]
+    hands: tuple[Hand, ...]
+    gripper_joints: tuple[tuple[str, ...], ...]
+    mappings: tuple[GripperMapping, ...]
+    closings: tuple[Closing, ...]
+    steps: tuple[Step, ...]
+    sines: tuple[Sine, ...]
+
+
+def find_reference(config: RobotConfig) -> Path | None:
+    """The recorded motion that comes with a robot; None if none does."""
+    path = config.path.parent / REFERENCE_FILE
+    return path if path.is_file() else None
+
+
+def read_reference(path: Path) -> ReferenceMotion:
+    """Read a recorded motion.
+
+    Raises:
+        UsageError: it cannot be read, or is none.
+    """
+    try:
+        content = read_at_most(path, MAX_FILE_SIZE)
+        if content is None:
+            raise UsageError(f"{path}: this is no recorded motion: larger than {MAX_FILE_SIZE >> 20} MiB")
+        return _read_motion(json.loads(content.decode("utf-8")))
+    except OSError as error:
+        raise UsageError(f"cannot read {path}: {error.strerror or error}") from error
+    except (ValueError, OverflowError, KeyError, TypeError, IndexError, AttributeError, RecursionError) as error:
+        message = f"this is no recorded motion: {type(error).__name__}: {error}"
+        raise UsageError(str(Problem(Place(0, str(path), 0), "", shortened(message, 300)))) from error
+
+
+def _read_motion(read: dict[str, Any]) -> ReferenceMotion:
+    second = float(read["steps_per_second"])
+    grippers = read["grippers"]
+    return ReferenceMotion(
+        joints=tuple(map(str, read["joints"])),
+        hands=tuple(Hand(each["link"], _read_pose(each["position"], each["orientation"])) for each in read["hands"]),
+        gripper_joints=tuple(tuple(each["joints"]) for each in grippers),
+        mappings=tuple(
+            GripperMapping(number, float(known["status"]), tuple(_numbers(known["joints"]).tolist()))
+            for number, each in enumerate(grippers)
+            for known in each["positions"]
+        ),
+        closings=tuple(
+            Closing(int(each["gripper"]), float(each["status"]), *_read_samples(each["samples"], second))
+            for each in read["closing"]
+        ),
+        steps=tuple(
+            Step(each["joint"], float(each["start"]), float(each["target"]), *_read_samples(each["samples"], second))
+            for each in read["steps"]
+        ),
+        sines=tuple(_read_sine(each) for each in read["sines"]),
+    )
+
+
+def _read_samples(samples: list[list[float]], second: float) -> tuple[Array, Array]:
+    steps, values = _numbers(samples).T
+    return steps / second, values
+
+
+def _read_sine(read: dict[str, Any]) -> Sine:
+    _, targets, positions = _numbers(read["samples"]).T
+    return Sine(read["joint"], 1.0 / float(read["rate"]), targets, positions)
+
+
+def _read_pose(position: list[float], xyzw: list[float]) -> Pose:
+    x, y, z, w = _numbers(xyzw) / np.linalg.norm(_numbers(xyzw))
+    position = _numbers(position).tolist()
+    at: Vector3 = (float(position[0]), float(position[1]), float(position[2]))
+    return Pose(at, (float(w), float(x), float(y), float(z)))
+
+
+def _numbers(values: Any) -> Array:
+    """Numbers as an array; with one that is not finite, a comparison would come out well whatever was measured."""
+    found: Array = np.array(values, dtype=np.float64)
+    if not np.isfinite(found).all():
+        raise ValueError("a number is not finite")
+    return found
+
+
+MAX_RANGE_ERROR = 0.05
 """How far a response may be off, as a share of its range: of the way of a step, of the whole swing of a sine."""
-TIME = 0.020
+MAX_TIME_ERROR = 0.020
 """Or how much earlier or later it may be [s]."""
 HAND_POSITION, HAND_ANGLE = 1e-3, 1e-3
 """How far a hand may be off at home [m; rad]."""
@@ -83,7 +240,7 @@ def _mappings(rig: Rig, config: RobotConfig, reference: ReferenceMotion) -> Iter
         yield Finding(what, 1e3 * worst, 1e3 * GRIPPER_JOINT, "mrad", where, worst <= GRIPPER_JOINT)
 
 
-def _mapping(rig: Rig, config: RobotConfig, mapping: Mapping, names: tuple[str, ...]) -> tuple[float, str]:
+def _mapping(rig: Rig, config: RobotConfig, mapping: GripperMapping, names: tuple[str, ...]) -> tuple[float, str]:
     rig.begin()
     _command_gripper(rig, config, mapping.gripper, mapping.status)
     _, positions = rig.run(_CLOSED)
@@ -112,7 +269,7 @@ def _closing(rig: Rig, config: RobotConfig, closing: Closing) -> Finding:
 def _step(rig: Rig, step: Step) -> Finding:
     what = f"{step.joint}, step {_short(step.start)} to {_short(step.target)}"
     if step.joint not in rig.numbers:
-        return Finding(what, math.inf, 100 * RANGE, "%", "there is no such joint", passed=False)
+        return Finding(what, math.inf, 100 * MAX_RANGE_ERROR, "%", "there is no such joint", passed=False)
     rig.begin()
     rig.send({step.joint: step.target})
     times, positions = rig.run(float(step.times[-1]))
@@ -124,7 +281,7 @@ def _sine(rig: Rig, sine: Sine) -> Finding:
     """Each target is sent at the first step at or after it is due, as by a client of the node."""
     what = f"{sine.joint}, sine at {1 / sine.period:g} commands/s"
     if sine.joint not in rig.numbers:
-        return Finding(what, math.inf, 100 * RANGE, "%", "there is no such joint", passed=False)
+        return Finding(what, math.inf, 100 * MAX_RANGE_ERROR, "%", "there is no such joint", passed=False)
     rig.begin()
     due: Array = np.arange(len(sine.targets), dtype=np.float64) * sine.period
     found, sent = [rig.positions], 0
@@ -143,20 +300,24 @@ def _sine(rig: Rig, sine: Sine) -> Finding:
 def _response(what: str, times: Array, found: Array, at: Array, wanted: Array, whole: float) -> Finding:
     """A response against its samples: near enough where it is, or where it was or will be within `TIME`."""
     off = np.abs(np.interp(at, times, found) - wanted) / max(whole, _LEAST)
-    far = np.flatnonzero(off > RANGE)
+    far = np.flatnonzero(off > MAX_RANGE_ERROR)
     shifts = [_shift(times, found, at[number], wanted[number]) for number in far]
-    worst = int(far[int(np.argmax(shifts))]) if len(far) and max(shifts) > TIME else int(np.argmax(off))
+    worst = int(far[int(np.argmax(shifts))]) if len(far) and max(shifts) > MAX_TIME_ERROR else int(np.argmax(off))
     note = ""
     if len(far):
-        by = f"by {1e3 * max(shifts):.0f} ms" if max(shifts) <= TIME else f"and by more than {1e3 * TIME:.0f} ms"
-        note = f"{len(far)} of {len(at)} samples are off by more than {100 * RANGE:g} %, {by}"
-    passed = not len(far) or max(shifts) <= TIME
-    return Finding(what, 100 * float(off[worst]), 100 * RANGE, "%", f"{at[worst]:.3f} s", passed, note)
+        by = (
+            f"by {1e3 * max(shifts):.0f} ms"
+            if max(shifts) <= MAX_TIME_ERROR
+            else f"and by more than {1e3 * MAX_TIME_ERROR:.0f} ms"
+        )
+        note = f"{len(far)} of {len(at)} samples are off by more than {100 * MAX_RANGE_ERROR:g} %, {by}"
+    passed = not len(far) or max(shifts) <= MAX_TIME_ERROR
+    return Finding(what, 100 * float(off[worst]), 100 * MAX_RANGE_ERROR, "%", f"{at[worst]:.3f} s", passed, note)
 
 
 def _shift(times: Array, found: Array, time: float, value: float) -> float:
     """How much earlier or later a response has a value [s]; infinite when by more than `TIME`."""
-    for shift in np.arange(0.0, TIME + 1e-9, _TICK):
+    for shift in np.arange(0.0, MAX_TIME_ERROR + 1e-9, _TICK):
         low, high = time - shift, time + shift
         around = [*np.interp((low, high), times, found), *found[(times > low) & (times < high)]]
         if min(around) <= value <= max(around):

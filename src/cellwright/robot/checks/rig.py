@@ -1,8 +1,9 @@
-"""A robot's node on the bench: commands go in as messages on its topics, positions are read after each step."""
+"""Test rig of the motion checks: a robot's node that is driven step by step, and the findings."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -10,12 +11,58 @@ import numpy as np
 
 from cellwright.config.robot.config import RobotConfig
 from cellwright.middleware.bus import Later
-from cellwright.middleware.messages.build import joint_state
+from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.messages.std_srvs import TriggerRequest
-from cellwright.robot.model.robot import TIMESTEP, body_of
+from cellwright.robot.model import TIMESTEP, body_of
 from cellwright.robot.node import RobotNode
 from cellwright.robot.servos import Array, Motion
 from cellwright.util.pose import Pose
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing that was looked at.
+
+    Attributes:
+        what: it is, for people.
+        worst: the figure that came out worst.
+        limit: what it may be.
+        unit: of both.
+        where: the worst figure was found; empty where there is but one.
+        passed: whether all was well.
+        note: more to say, in a sentence.
+        remedy: what to do where it failed, in a sentence.
+    """
+
+    what: str
+    worst: float
+    limit: float
+    unit: str
+    where: str = ""
+    passed: bool = True
+    note: str = ""
+    remedy: str = ""
+
+
+@dataclass(frozen=True)
+class MotionReport:
+    """What a check of a robot's motion found.
+
+    Attributes:
+        robot: its name.
+        reference: where the motion that it was compared with is from; empty where it was not compared with any.
+        findings: all of them.
+    """
+
+    robot: str
+    reference: str
+    findings: tuple[Finding, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether all findings passed."""
+        return all(finding.passed for finding in self.findings)
+
 
 NODE = "/motion_check"
 

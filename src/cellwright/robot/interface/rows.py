@@ -1,4 +1,4 @@
-"""The contract of the robot controller node: the `io_teleop` names, and what stands around them.
+"""Interface of the robot's node: the table of io_teleop topics and services, and its ROS parameters.
 
 Names, types and rates are those of the io_teleop stack, as its public ROS 1 workspace and those who speak to it have
 them. What it has no name for (what was really applied, enabling, emergency stop) is marked as Cellwright's own.
@@ -6,8 +6,10 @@ them. What it has no name for (what was really applied, enabling, emergency stop
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import replace
+from typing import Any
 
 from cellwright.config.robot.config import RobotConfig
 from cellwright.middleware.interface.table import Kind, Pace, Row, Where, says, takes
@@ -95,3 +97,24 @@ def rows(
     found = [row for row in IO_TELEOP if there.get(row.where)]
     found += [row.of(name) for name in cameras for row in IO_TELEOP if row.where is Where.EACH_CAMERA]
     return tuple(replace(row, node=node) for row in found)
+
+
+DESCRIPTION = "robot_description"
+"""The parameter that holds a robot's URDF, wherever ROS looks for one."""
+
+_NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""Characters that no XML may hold. URDFs that were passed on for years do, and a master cannot be told of them."""
+
+
+def ros_parameters(urdf: str, *, node: str, sim_time: bool) -> dict[str, Any]:
+    """The parameters, in nested dictionaries by their names.
+
+    Args:
+        urdf: the robot's URDF; empty for none.
+        node: absolute name of the node.
+        sim_time: whether time is simulated, and told on /clock.
+    """
+    found: dict[str, Any] = {"use_sim_time": True} if sim_time else {}
+    if urdf:
+        found[node.strip("/")] = {DESCRIPTION: _NOT_XML.sub("", urdf)}
+    return found

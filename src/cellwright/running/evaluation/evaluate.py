@@ -12,10 +12,8 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from cellwright.running.evaluation.job import Job
-from cellwright.running.evaluation.limits import MEBIBYTE, MEMORY_IS_LIMITED, Limits, memory_of_sessions
-from cellwright.running.evaluation.result import Lost, Result, lost
-from cellwright.running.evaluation.results_file import ResultsFile
-from cellwright.running.evaluation.worker_process import WorkerProcess
+from cellwright.running.evaluation.process import MEBIBYTE, MEMORY_IS_LIMITED, Limits, WorkerProcess, memory_of_sessions
+from cellwright.running.evaluation.result import Lost, Result, ResultsFile, lost
 from cellwright.running.run import Outcome
 from cellwright.util.errors import UsageError, showable
 

@@ -1,19 +1,18 @@
-"""The report: one HTML file with everything in it, the worst runs first."""
+"""Report of an evaluation: one HTML file with its pictures, the worst runs first."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from statistics import fmean
 from typing import Any
 
-from cellwright.running.evaluation.evidence_lines import kit_words
-from cellwright.running.evaluation.pictures import histogram, timeline_picture
-from cellwright.running.evaluation.report_style import STYLE
 from cellwright.running.evaluation.result import OUTCOMES, Result
 from cellwright.running.evaluation.summary import (
     Threshold,
     TrialSummary,
+    kit_words,
     real_time_factor,
     shortcoming,
     summarize,
@@ -21,10 +20,178 @@ from cellwright.running.evaluation.summary import (
 )
 from cellwright.running.run import versions
 
+STYLE = """
+:root { color-scheme: light dark; --paper: #f6f7f9; --card: #ffffff; --ink: #1b2430; --soft: #5d6b7c; --line: #dde2e9;
+  --lane: #eef1f5; --accent: #2563b0; --good: #1d8a52; --fair: #b7791f; --bad: #c4382f; --held: #d97a1f; }
+@media (prefers-color-scheme: dark) { :root { --paper: #12171e; --card: #1a212b; --ink: #e4e9f0; --soft: #93a1b3;
+  --line: #2c3643; --lane: #222b37; --accent: #6aa5ee; --good: #4cc38a; --fair: #e0ac4f; --bad: #f0766c;
+  --held: #f0a050; } }
+* { box-sizing: border-box; }
+body { margin: 0; background: var(--paper); color: var(--ink);
+  font: 15px/1.5 system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", Arial, sans-serif; }
+main { max-width: 1080px; margin: 0 auto; padding: 32px 24px 64px; }
+h1 { font-size: 26px; line-height: 1.25; margin: 0 0 4px; letter-spacing: -0.01em; overflow-wrap: anywhere; }
+h2 { font-size: 17px; margin: 36px 0 12px; }
+h3 { font-size: 14px; margin: 18px 0 6px; font-weight: 600; }
+p { margin: 4px 0; }
+.soft { color: var(--soft); } .good { color: var(--good); } .fair { color: var(--fair); } .bad { color: var(--bad); }
+.tiles { display: grid; grid-template-columns: repeat(auto-fit, minmax(150px, 1fr)); gap: 12px; margin-top: 22px; }
+.tile, .card, details { background: var(--card); border: 1px solid var(--line); border-radius: 10px; }
+.tile { padding: 14px 16px; }
+.tile b { display: block; font-size: 24px; line-height: 1.2; font-variant-numeric: tabular-nums; }
+.tile span { color: var(--soft); font-size: 13px; }
+.card { padding: 4px 16px; overflow-x: auto; }
+table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
+th { text-align: left; font-size: 12px; font-weight: 600; color: var(--soft); padding: 9px 12px 7px 0; }
+td { padding: 7px 12px 7px 0; border-top: 1px solid var(--line); vertical-align: middle; }
+th.n, td.n { text-align: right; } .n + :not(.n) { padding-left: 14px; } td.tight { font-size: 13px; }
+details { margin-bottom: 10px; }
+summary { display: grid; grid-template-columns: minmax(170px, 1.5fr) 150px 110px minmax(120px, 1.6fr) 90px; gap: 14px;
+  align-items: center; padding: 11px 16px; cursor: pointer; list-style: none; }
+summary::-webkit-details-marker { display: none; }
+summary b::before { content: "\\25B8"; display: inline-block; width: 18px; color: var(--soft); }
+details[open] summary b::before { content: "\\25BE"; }
+summary b { font-weight: 600; overflow-wrap: anywhere; }
+.meter { height: 8px; border-radius: 4px; background: var(--lane); overflow: hidden; }
+.meter i { display: block; height: 100%; border-radius: 4px; background: var(--accent); }
+.meter i.good { background: var(--good); } .meter i.fair { background: var(--fair); }
+.meter i.bad { background: var(--bad); }
+.badge { font-size: 12px; font-weight: 600; padding: 2px 9px; border-radius: 20px; border: 1px solid currentColor;
+  justify-self: start; }
+.inside { padding: 2px 16px 16px; border-top: 1px solid var(--line); }
+pre, code { font: 12.5px/1.5 ui-monospace, SFMono-Regular, Menlo, Consolas, monospace; }
+pre { background: var(--lane); padding: 10px 12px; border-radius: 8px; overflow-x: auto; margin: 6px 0; }
+code { overflow-wrap: anywhere; }
+svg { display: block; } svg.histogram { width: 132px; height: 34px; }
+svg.timeline { width: 100%; min-width: 620px; height: auto; margin-top: 10px; }
+.scroll { overflow-x: auto; }
+svg text { font: 12px system-ui, -apple-system, "Segoe UI", Roboto, Arial, sans-serif; fill: var(--soft); }
+svg text.points { font-weight: 600; fill: var(--ink); font-size: 11px; }
+.bar, .order { fill: var(--accent); } .open { fill: var(--bad); opacity: 0.75; } .lane { fill: var(--lane); }
+.held { fill: var(--held); } .rule { stroke: var(--line); stroke-width: 1; }
+.preparing_to_deliver { fill: var(--soft); opacity: 0.55; } .delivering { fill: var(--good); opacity: 0.75; }
+.delivered { fill: var(--good); } .returning { fill: var(--soft); opacity: 0.35; }
+.kit { fill: var(--card); stroke: var(--ink); stroke-width: 1.6; }
+.key { display: flex; flex-wrap: wrap; gap: 16px; font-size: 12.5px; color: var(--soft); margin: 0 0 12px; }
+.key svg { display: inline-block; width: 16px; height: 12px; vertical-align: -1px; margin-right: 5px; }
+@media (max-width: 760px) { summary { grid-template-columns: 1fr 1fr; } }
+@media print { body { background: none; } details { break-inside: avoid; } }
+"""
+"""The style sheet. It names no font, picture or file that would have to be fetched."""
+
+
+_WIDTH, _LEFT, _RIGHT, _ROW, _BAR = 960, 84, 20, 24, 14
+_STEPS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
+_MOST_BINS = 13
+
+
+def histogram(values: Sequence[float], best: float) -> str:
+    """How often which score came, from 0 to the best [points]."""
+    width, height = 132, 34
+    bins = min(int(best) + 1, _MOST_BINS) if best >= 1 else 1
+    counts = [0] * bins
+    for value in values:
+        counts[min(bins - 1, max(0, round(value / best * (bins - 1)))) if best > 0 else 0] += 1
+    top, step = max(counts), width / bins
+    bars = []
+    for index, count in enumerate(counts):
+        tall = max(2.0, count / top * (height - 6)) if count else 0.0
+        points = best * index / (bins - 1) if bins > 1 else best
+        words = f"{count} x about {points:g} points"
+        bars.append(
+            f'<rect class="bar" x="{index * step + 0.75:.1f}" y="{height - 1 - tall:.1f}" width="{step - 1.5:.1f}" '
+            f'height="{tall:.1f}"><title>{words}</title></rect>'
+        )
+    label = f"scores from 0 to {best:g} points"
+    line = f'<line class="rule" x1="0" y1="{height - 0.5}" x2="{width}" y2="{height - 0.5}"/>'
+    return _svg(width, height, label, "".join(bars) + line, "histogram")
+
+
+def timeline_picture(timeline: Mapping[str, Any]) -> str:
+    """What happened when in a run: orders, what the gripper held, AGVs and the kits that they took away."""
+    end = max(float(timeline["end"]), 1e-3)
+    rows = [*((each["order"], _order(each)) for each in timeline["orders"])]
+    rows.append(("gripper", [(held["begin"], held["end"], "held", held["part"]) for held in timeline["held"]]))
+    for number, spans in sorted(timeline["agvs"].items()):
+        moves = [
+            (each["begin"], each["end"], each["state"], each["state"].replace("_", " "))
+            for each in spans
+            if each["state"] != "ready_to_deliver"
+        ]
+        rows.append((f"AGV {number}", moves))
+    height = len(rows) * _ROW + 26
+    parts = [_axis(end, len(rows) * _ROW)]
+    for index, (name, spans) in enumerate(rows):
+        parts.append(_row(index * _ROW, name, spans, end))
+    lanes = {name: index for index, (name, _) in enumerate(rows)}
+    parts += [_kit_mark(each, lanes.get(f"AGV {each['agv']}", 0) * _ROW, end) for each in timeline["kits"]]
+    return _svg(_WIDTH, height, "what happened when", "".join(parts), "timeline")
+
+
+def _order(order: Mapping[str, Any]) -> list[tuple[float, float | None, str, str]]:
+    words = f"{order['order']}: announced"
+    if order["completed"] is None:
+        return [(order["announced"], None, "open", f"{words}, never completed")]
+    return [(order["announced"], order["completed"], "order", f"{words} until completed")]
+
+
+def _x(time: float, end: float) -> float:
+    return _LEFT + (_WIDTH - _LEFT - _RIGHT) * min(time, end) / end
+
+
+def _row(y: int, name: str, spans: Sequence[tuple[float, float | None, str, str]], end: float) -> str:
+    middle = y + _ROW / 2
+    found = [
+        f'<text class="name" x="{_LEFT - 10}" y="{middle + 4}" text-anchor="end">{escape(name)}</text>',
+        f'<rect class="lane" x="{_LEFT}" y="{middle - _BAR / 2}" width="{_WIDTH - _LEFT - _RIGHT}" height="{_BAR}"/>',
+    ]
+    for begin, stop, kind, words in spans:
+        last = end if stop is None else stop
+        width = max(1.5, _x(last, end) - _x(begin, end))
+        title = f"{escape(words)}, {begin:.1f} s to {last:.1f} s"
+        found.append(
+            f'<rect class="{kind}" x="{_x(begin, end):.1f}" y="{middle - _BAR / 2}" width="{width:.1f}" '
+            f'height="{_BAR}" rx="2"><title>{title}</title></rect>'
+        )
+    return "".join(found)
+
+
+def _kit_mark(kit: Mapping[str, Any], y: float, end: float) -> str:
+    x, middle = _x(kit["time"], end), y + _ROW / 2
+    title = f"{escape(kit['kit'])} submitted at {kit['time']:.1f} s: {kit['points']:g} points"
+    anchor, shift = ("end", -9) if x > _WIDTH - 120 else ("start", 9)
+    return (
+        f'<path class="kit" d="M{x:.1f} {middle - 8}l8 8l-8 8l-8 -8z"><title>{title}</title></path>'
+        f'<text class="points" x="{x + shift:.1f}" y="{middle + 4}" text-anchor="{anchor}">'
+        f"{kit['points']:g} points</text>"
+    )
+
+
+def _axis(end: float, y: float) -> str:
+    step = next((each for each in _STEPS if end / each <= 10), math.ceil(end / 10))
+    lines = []
+    for time in _ticks(end, step):
+        x = _x(time, end)
+        lines.append(
+            f'<line class="rule" x1="{x:.1f}" y1="0" x2="{x:.1f}" y2="{y + 4}"/>'
+            f'<text class="tick" x="{x:.1f}" y="{y + 18}" text-anchor="middle">{time:g} s</text>'
+        )
+    return "".join(lines)
+
+
+def _ticks(end: float, step: float) -> Iterator[float]:
+    for number in range(int(end / step) + 1):
+        yield round(number * step, 3)
+
+
+def _svg(width: int, height: int, label: str, content: str, kind: str) -> str:
+    return f'<svg class="{kind}" viewBox="0 0 {width} {height}" role="img" aria-label="{escape(label)}">{content}</svg>'
+
+
 _OPEN = 3  # runs that are shown at length from the start, if they lost points
 _SHORT = {"memory_limit": "memory", "log_limit": "log", "died": "died", "gave_up": "gave up"}
 
-_KEY = (
+_LEGEND = (
     ("order", "order, until it is complete"),
     ("open", "order, never complete"),
     ("held", "a part in the gripper"),
@@ -44,7 +211,7 @@ def report(results: Sequence[Result], threshold: Threshold | None) -> str:
         "<h2>Trials</h2>",
         _trials(results),
         "<h2>Runs, the worst first</h2>",
-        _key(),
+        _legend(),
         *_runs(results, threshold),
         f'<p class="soft">{escape(known)}</p>',
     ]
@@ -91,7 +258,7 @@ def _trials(results: Sequence[Result]) -> str:
 
 
 def _trial(summary: TrialSummary, points: Sequence[float]) -> str:
-    outcomes = ", ".join(f"{count} {_short(name)}" for name, count in summary.outcomes.items())
+    outcomes = ", ".join(f"{count} {_outcome_words(name)}" for name, count in summary.outcomes.items())
     numbers = [summary.mean, summary.least, summary.most, summary.reachable]
     cells = "".join(f'<td class="n">{number:.4g}</td>' for number in numbers)
     return (
@@ -101,10 +268,10 @@ def _trial(summary: TrialSummary, points: Sequence[float]) -> str:
     )
 
 
-def _key() -> str:
+def _legend() -> str:
     marks = "".join(
         f'<span><svg viewBox="0 0 16 12"><rect class="{kind}" width="16" height="12" rx="2"/></svg>{words}</span>'
-        for kind, words in _KEY
+        for kind, words in _LEGEND
     )
     kit = '<svg viewBox="0 0 16 12"><path class="kit" d="M8 1l5 5l-5 5l-5 -5z"/></svg>'
     return f'<p class="key">{marks}<span>{kit}kit submitted, with its points</span></p>'
@@ -123,7 +290,7 @@ def _head(result: Result, threshold: Threshold | None) -> str:
     )
     return (
         f"<summary><b>{escape(result.name)}</b>"
-        f'<span class="badge {kind}">{escape(_short(result.outcome))}</span>'
+        f'<span class="badge {kind}">{escape(_outcome_words(result.outcome))}</span>'
         f"<span>{result.points:g} of {result.reachable:g}</span>{meter}"
         f'<span class="soft">{result.wall:.1f} s</span></summary>'
     )
@@ -165,7 +332,7 @@ def _part(part: Mapping[str, Any]) -> str:
     return f"<tr>{row}</tr>"
 
 
-def _short(outcome: str) -> str:
+def _outcome_words(outcome: str) -> str:
     return _SHORT.get(outcome) or (outcome.replace("_", " ") if outcome in OUTCOMES else outcome)
 
 

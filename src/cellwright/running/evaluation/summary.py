@@ -1,17 +1,45 @@
-"""What many results come to: per trial, and against the score that was asked for."""
+"""Summary of many results: by trial, as evidence in lines, and as a JUnit file."""
 
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from statistics import fmean
 from typing import Any
+from xml.etree import ElementTree
 
 from cellwright.running.evaluation.result import Result
 from cellwright.running.run import versions
 from cellwright.util.errors import UsageError
+
+
+def evidence_lines(result: Result) -> Iterator[str]:
+    """How a run ended and what it earned; a line for each ordered part and for each object that was of no use."""
+    yield f"{result.ending}: {result.points:g} of {result.reachable:g} points"
+    for order in result.score.get("orders", ()):
+        for kit in order["kits"]:
+            yield f"{order['order_id']}, kit {kit['kit_type']}: {kit_words(kit)}"
+            for part in kit["parts"]:
+                yield f"  {part['presence'] + part['pose']:g} of 2  {part['type']}: {part['sentence']}"
+            for extra in kit["extras"]:
+                yield f"  besides: {extra['name']} ({extra['reason']})"
+
+
+def kit_words(kit: Mapping[str, Any]) -> str:
+    """The sums of a kit."""
+    count = len(kit["parts"])
+    words = f"{kit['total']:g} of {kit['reachable']:g} points"
+    if kit["reachable"] < kit["best"]:
+        words += f" within reach, {kit['best']:g} on paper"
+    if kit["submitted"]:
+        words += f": there {kit['part_presence']:g} of {count}, pose {kit['part_pose']:g} of {count}, "
+        words += f"bonus {kit['all_parts_bonus']:g} of {count} ({kit['bonus_reason']})"
+    else:
+        words += f": {kit['bonus_reason']}"
+    return words
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,3 +163,38 @@ def summary_document(results: Sequence[Result], threshold: Threshold | None, sta
 def _run(result: Result, threshold: Threshold | None) -> dict[str, Any]:
     short = shortcoming(result, threshold)
     return {"passed": not short, "shortcoming": short, **result.as_json()}
+
+
+_FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""What cannot stand in an XML file, in any form."""
+
+
+def junit(results: Sequence[Result], threshold: Threshold | None) -> bytes:
+    """The file: a test case for each run, of the class of its trial."""
+    short = [shortcoming(result, threshold) for result in results]
+    counts = {"tests": str(len(results)), "failures": str(sum(map(bool, short))), "errors": "0", "skipped": "0"}
+    times = {"time": f"{sum(result.wall for result in results):.3f}"}
+    suites = ElementTree.Element("testsuites", counts | times)
+    suite = ElementTree.SubElement(suites, "testsuite", {"name": "cellwright eval", **counts, **times})
+    for result, why in zip(results, short, strict=True):
+        _add_case(suite, result, why)
+    ElementTree.indent(suites)
+    return bytes(ElementTree.tostring(suites, encoding="utf-8", xml_declaration=True))
+
+
+def _add_case(suite: ElementTree.Element, result: Result, why: str) -> None:
+    name = f"seed {result.seed}{' varied' if result.vary else ''}"
+    case = ElementTree.SubElement(
+        suite, "testcase", {"classname": _clean(result.trial), "name": name, "time": f"{result.wall:.3f}"}
+    )
+    evidence = "\n".join(evidence_lines(result))
+    if why:
+        failure = ElementTree.SubElement(case, "failure", {"message": _clean(why), "type": result.outcome})
+        failure.text = _clean(evidence)
+    ElementTree.SubElement(case, "system-out").text = _clean(evidence)
+    if result.log:
+        ElementTree.SubElement(case, "system-err").text = _clean("\n".join(result.log))
+
+
+def _clean(text: str) -> str:
+    return _FORBIDDEN.sub("\N{REPLACEMENT CHARACTER}", text)

@@ -1,4 +1,4 @@
-"""The process that works one job: it is told the job on stdin, and tells on stdout how it goes and what came of it.
+"""Worker program of an evaluation: reads one job on stdin, and writes on stdout how it goes and what came of it.
 
 What the agent prints, logs or leaves behind when it crashes goes to stderr, which is the log of the job. The process
 ends when its stdin ends, so that it never outlives the evaluation that started it, however that ended.
@@ -19,16 +19,78 @@ from pathlib import Path
 from typing import Any, BinaryIO, NoReturn, TextIO
 
 from cellwright.cell.cell import Cell
-from cellwright.cell.kitting.score.evidence_json import evidence_to_json
+from cellwright.cell.devices.vacuum_gripper import VacuumGripper
+from cellwright.cell.kitting.effects import Effect, KitSubmitted, OrderAnnounced, OrderCompleted
+from cellwright.cell.kitting.evidence import evidence_to_json
+from cellwright.cell.kitting.inventory import part_type
 from cellwright.cell.variation import vary
 from cellwright.clients.agents.agent import AgentError, find_agent
 from cellwright.config.parsing.sources import Sources, sources_collected
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.recording.format.run_log import RunLog
-from cellwright.running.evaluation.limits import limit_memory
-from cellwright.running.evaluation.timeline import Timeline
+from cellwright.running.evaluation.process import limit_memory
 from cellwright.running.run import RecordOptions, RunOptions, run_cell
 from cellwright.util.errors import UsageError
+
+
+class Timeline:
+    """Looks on at a cell in one run; it leaves the run as it is.
+
+    `look` is to be called some ten times a simulated second: the states of the AGVs are read there.
+    """
+
+    def __init__(self, cell: Cell) -> None:
+        self._cell = cell
+        self._orders: dict[str, dict[str, Any]] = {}
+        self._kits: list[dict[str, Any]] = []
+        self._held: list[dict[str, Any]] = []
+        self._agvs: dict[int, list[dict[str, Any]]] = {number: [] for number in cell.agvs}
+        cell.competition.on_effect.append(self._take_effect)
+        if cell.gripper is not None:
+            cell.gripper.on_change.append(self._take_grip)
+
+    def look(self) -> None:
+        """Read the states of the AGVs."""
+        now = self._cell.simulation.time
+        for number, agv in self._cell.agvs.items():
+            spans = self._agvs[number]
+            if not spans or spans[-1]["state"] != agv.state:
+                if spans:
+                    spans[-1]["end"] = now
+                spans.append({"begin": now, "end": None, "state": agv.state})
+
+    def as_json(self) -> dict[str, Any]:
+        """What has happened so far, as JSON values; times in s, `end` None for what goes on."""
+        return {
+            "end": self._cell.simulation.time,
+            "orders": list(self._orders.values()),
+            "kits": self._kits,
+            "held": self._held,
+            "agvs": {str(number): spans for number, spans in self._agvs.items()},
+        }
+
+    def _take_effect(self, effect: Effect) -> None:
+        now = self._cell.simulation.time
+        match effect:
+            case OrderAnnounced(order):
+                self._orders[order.order_id] = {"order": order.order_id, "announced": now, "completed": None}
+            case OrderCompleted(score):
+                self._orders[score.order_id]["completed"] = now
+            case KitSubmitted(tray, kit_type, score):
+                number = tray.partition("::")[0].removeprefix("agv")
+                self._kits.append({"time": now, "agv": number, "kit": kit_type, "points": score.total})
+            case _:
+                pass
+
+    def _take_grip(self, gripper: VacuumGripper) -> None:
+        now = self._cell.simulation.time
+        if self._held and self._held[-1]["end"] is None:
+            if gripper.attached and gripper.part == self._held[-1]["part"]:
+                return
+            self._held[-1]["end"] = now
+        if gripper.attached and gripper.part is not None:
+            self._held.append({"begin": now, "end": None, "part": gripper.part, "type": part_type(gripper.part)})
+
 
 _TELL = 0.5  # [s] of wall time between two lines about how it goes
 

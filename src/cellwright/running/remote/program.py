@@ -1,4 +1,4 @@
-"""The process of an agent: `python -m cellwright.running.remote.program WAY HOST PORT NODE AGENT REPORT LEVEL`.
+"""Process of an agent: `python -m cellwright.running.remote.program WAY HOST PORT NODE AGENT REPORT LEVEL`.
 
 It connects, over a socket to HOST and PORT or to the cell that ROS 1 knows; lets the agent work; and writes to the file
 REPORT how that ended, as JSON. What the agent logs at LEVEL or above is printed with the simulation time.
@@ -10,17 +10,65 @@ import json
 import logging
 import sys
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
 from threading import get_ident
 
-from cellwright.clients.agents.agent import find_agent
-from cellwright.clients.client.transports.ros1 import Ros1Transport
-from cellwright.clients.client.transports.socket import SocketTransport
+from cellwright.clients.agents.agent import Agent, find_agent
+from cellwright.clients.client.client import Client
+from cellwright.clients.client.in_process import Transport
+from cellwright.clients.client.ros1_transport import Ros1Transport
+from cellwright.clients.client.socket_transport import SocketTransport
 from cellwright.middleware.ros1.host import installation
-from cellwright.running.remote.working import Parting, work
+from cellwright.running.run import agent_traceback, call_agent
 from cellwright.util.errors import CellwrightError, RunEndedError
-from cellwright.util.loading import end_despite_threads
+from cellwright.util.process import end_despite_threads
+
+
+class Parting(StrEnum):
+    """How an agent left its cell."""
+
+    RETURNED = "returned"
+    RUN_ENDED = "run ended"
+    CRASHED = "crashed"
+    INTERRUPTED = "interrupted"
+
+
+@dataclass(frozen=True, slots=True)
+class AgentExit:
+    """How an agent left its cell, and what it failed of."""
+
+    parting: Parting
+    error: str = ""
+
+
+def run_agent(
+    agent: Agent, transport: Transport, afterwards: Callable[[Client], None] = lambda _client: None
+) -> AgentExit:
+    """Let an agent work a cell; nothing that it raises comes out.
+
+    Args:
+        agent: what works.
+        transport: its way to the cell; closed in the end.
+        afterwards: what is still to be done once the agent has returned.
+    """
+    parting, error = Parting.RETURNED, ""
+    try:
+        client = Client(transport)
+        call_agent(agent, client)
+        afterwards(client)
+    except RunEndedError:
+        parting = Parting.RUN_ENDED  # the ordinary end of a program that works until it is stopped
+    except KeyboardInterrupt:
+        parting = Parting.INTERRUPTED
+    except BaseException as raised:  # whatever it is, it is told
+        parting, error = Parting.CRASHED, agent_traceback(raised, __file__)
+    finally:
+        transport.close()
+    return AgentExit(parting, error)
+
 
 REFUSED = "refused"
 """Said in place of how the agent left: it could not begin."""
@@ -41,7 +89,7 @@ def main(arguments: Sequence[str]) -> None:
         log = logging.getLogger()
         log.addHandler(_LogLines(transport))
         log.setLevel(int(level))
-        worked = work(agent, transport)
+        worked = run_agent(agent, transport)
         said = {"parting": worked.parting, "error": worked.error}
     sys.stdout.flush()
     Path(report).write_text(json.dumps(said), encoding="utf-8")

@@ -20,7 +20,7 @@ import yaml
 
 from cellwright.clients.assembled.process import OWNER
 from cellwright.config.robot.config import RobotConfig
-from cellwright.config.robot.config_reader import read_robot_config
+from cellwright.config.robot.robots import read_robot_config
 from cellwright.middleware.server import Server
 from cellwright.middleware.server.timekeeper import Timekeeper
 from cellwright.robot.node import RobotNode

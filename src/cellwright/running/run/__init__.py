@@ -1,25 +1,31 @@
 """One run from start to result."""
 
-from cellwright.running.run.course import DRIVE, Course, how_it_ended, wait_for_kits
-from cellwright.running.run.options import RunOptions
 from cellwright.running.run.record import RecordOptions
 from cellwright.running.run.result import Outcome, RunResult, versions
-from cellwright.running.run.run import GRACE, conduct, run_cell
-from cellwright.running.run.working import let_work, told, work_in_process
+from cellwright.running.run.run import GRACE, RunOptions, execute_run, run_cell
+from cellwright.running.run.work import (
+    DRIVE,
+    RunContext,
+    agent_traceback,
+    call_agent,
+    how_it_ended,
+    wait_for_kits,
+    work_in_process,
+)
 
 __all__ = [
     "DRIVE",
     "GRACE",
-    "Course",
     "Outcome",
     "RecordOptions",
+    "RunContext",
     "RunOptions",
     "RunResult",
-    "conduct",
+    "agent_traceback",
+    "call_agent",
+    "execute_run",
     "how_it_ended",
-    "let_work",
     "run_cell",
-    "told",
     "versions",
     "wait_for_kits",
     "work_in_process",

@@ -13,11 +13,10 @@ from cellwright.cell.cell import Cell
 from cellwright.cell.kitting.effects import Effect
 from cellwright.config.parsing.sources import Sources
 from cellwright.engine.clock import nanoseconds
-from cellwright.running.run.collisions import Collision
-from cellwright.running.run.result import RunResult, versions
+from cellwright.running.run.result import Collision, RunResult, versions
 
 if TYPE_CHECKING:
-    from cellwright.running.run.options import RunOptions
+    from cellwright.running.run.run import RunOptions
 
 
 @dataclass(frozen=True)
@@ -57,7 +56,7 @@ class CellRecording:
         from cellwright.recording.format.files import (
             RecordingFiles,  # it loads a good deal, which a run without it spares
         )
-        from cellwright.recording.format.header import RecordingHeader
+        from cellwright.recording.format.format import RecordingHeader
         from cellwright.recording.format.recorder import Recorder
         from cellwright.recording.format.run_log import RunEvents
         from cellwright.viewer.services.cell_panel import CellPanel

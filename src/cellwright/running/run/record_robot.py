@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from cellwright.robot.node import RobotNode
-from cellwright.robot.safety.settings import SafetySettings
+from cellwright.robot.safety import SafetySettings
 from cellwright.robot.servos import Motion
 from cellwright.running.run.record import RecordOptions, source_attachments, source_facts
 from cellwright.running.run.result import versions
@@ -65,7 +65,7 @@ class RobotRecording:
 
     def __init__(self, node: RobotNode, options: RecordOptions, settings: RobotSettings) -> None:
         from cellwright.recording.format.files import RecordingFiles  # they load a good deal
-        from cellwright.recording.format.header import RecordingHeader
+        from cellwright.recording.format.format import RecordingHeader
         from cellwright.recording.format.recorder import Recorder
         from cellwright.viewer.services.robot_panel import RobotPanel
 

@@ -1,19 +1,164 @@
-"""What came of a run, and what that depends on."""
+"""Result of a run: its outcome, its score, and what links of the arm hit."""
 
 from __future__ import annotations
 
 import platform
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
 from enum import StrEnum
+from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
 
 import cellwright
-from cellwright.cell.kitting.score.evidence import Evidence
-from cellwright.cell.kitting.score.scorer import GameScore
-from cellwright.running.run.collisions import Collision
+from cellwright.cell.cell import Cell
+from cellwright.cell.kitting.evidence import Evidence
+from cellwright.cell.kitting.scorer import GameScore
+from cellwright.cell.model.arm import GRIPPER, JOINTS
+from cellwright.config.layout import ARM_JOINTS
+
+PERIOD = Fraction(1, 20)
+"""Simulation time [s] between two looks at the contacts."""
+
+MIN_DURATION = 0.2
+"""Shorter contacts [s] are no collisions: the arm brushes a bin's rim as it takes a part."""
+
+GAP = 0.5
+"""A contact that comes again within this time [s] is the same collision: an arm that is held up rattles."""
+
+MIN_DEVIATION = 0.02
+"""A tool farther from its setpoint than this [m] is held up."""
+
+MAX_SHOWN = 20
+"""A panel shows this many collisions, the newest ones."""
+
+
+@dataclass(slots=True)
+class Collision:
+    """A contact of a link of the arm with something; the suction cup's own contacts are none.
+
+    Attributes:
+        link: name of the link.
+        obstacle: what it hit, such as `camera frame 2`, `bin8` or a part.
+        begin: simulation time [s].
+        end: simulation time [s] of the last look at which they touched.
+        deviation: largest distance [m] of the tool from its setpoint meanwhile.
+    """
+
+    link: str
+    obstacle: str
+    begin: float
+    end: float
+    deviation: float = 0.0
+
+    @property
+    def duration(self) -> float:
+        """Simulation time [s] from the first touch to the last."""
+        return self.end - self.begin
+
+    def sentence(self) -> str:
+        """The collision in words.
+
+        Example:
+            >>> Collision("forearm_link", "camera frame 2", 12.3, 15.4, 0.041).sentence()
+            'forearm_link against camera frame 2, 12.3 to 15.4 s; the tool was held up 41 mm from its goal'
+        """
+        held_up = f"; the tool was held up {self.deviation * 1e3:.0f} mm from its goal"
+        what = f"{self.link} against {self.obstacle}, {self.begin:.1f} to {self.end:.1f} s"
+        return what + (held_up if self.deviation > MIN_DEVIATION else "")
+
+
+class CollisionWatch:
+    """Watches the contacts of a cell's arm. The run stays as it is.
+
+    Args:
+        cell: the cell, with an arm.
+        on_collision: called with each collision that is over.
+    """
+
+    def __init__(self, cell: Cell, on_collision: Callable[[Collision], None] = lambda _collision: None) -> None:
+        self._cell = cell
+        self._on_collision = on_collision
+        self._open: dict[tuple[int, int], Collision] = {}
+        self.collisions: list[Collision] = []
+        """Those that are over, in the order of their ends."""
+        model = cell.simulation.model
+        links = [model.body(joint.link).id for joint in JOINTS]
+        self._is_link = np.zeros(model.nbody, dtype=bool)
+        self._is_link[links] = True
+        self._joints = [int(model.joint(name).qposadr[0]) for name in ARM_JOINTS]
+        self._gripper = int(model.body(GRIPPER).id)
+        self._setpoint: mujoco.MjData | None = None
+        self._watch = cell.simulation.watch("collisions", PERIOD, self._look)
+
+    def end(self) -> list[Collision]:
+        """Watch no longer; all collisions, those included that still last."""
+        self._watch.cancel()
+        self._close(float("inf"))
+        return self.collisions
+
+    def panel(self) -> dict[str, Any]:
+        """What a panel shows: the `count`, and the `latest` collisions as JSON values, in the order of their ends.
+
+        Those that still last come last, and their `end` is None. `deviation` is in whole millimetres [m].
+        """
+        over = [asdict(each) for each in self.collisions[-MAX_SHOWN:]]
+        lasting = [asdict(each) | {"end": None} for each in self._open.values() if each.duration >= MIN_DURATION]
+        latest = [each | {"deviation": round(each["deviation"], 3)} for each in (over + lasting)[-MAX_SHOWN:]]
+        return {"count": len(self.collisions) + len(lasting), "latest": latest}
+
+    def reset(self, _stood: int = 0) -> None:
+        """Forget what was: the run has begun anew."""
+        self._open.clear()
+        self.collisions = []
+
+    def _look(self, _index: int) -> None:
+        simulation = self._cell.simulation
+        data = simulation.data
+        touching: set[tuple[int, int]] = set()
+        if data.ncon:
+            bodies = simulation.model.geom_bodyid[data.contact.geom[: data.ncon]]
+            for one, other in bodies[self._is_link[bodies].any(axis=1)].tolist():
+                touching.add((one, other) if self._is_link[one] else (other, one))
+        now = simulation.time
+        if self._open:
+            self._close(now)
+        if touching:
+            deviation = self._deviation()
+            for link, body in touching:
+                names = [str(simulation.model.body(each).name) for each in (link, body)]
+                open_ = self._open.setdefault((link, body), Collision(names[0], _shown(names[1]), now, now))
+                open_.end, open_.deviation = now, max(open_.deviation, deviation)
+
+    def _close(self, now: float) -> None:
+        for pair in [pair for pair, collision in self._open.items() if now - collision.end > GAP]:
+            collision = self._open.pop(pair)
+            if collision.duration >= MIN_DURATION:
+                self.collisions.append(collision)
+                self._on_collision(collision)
+
+    def _deviation(self) -> float:
+        """Distance [m] of the gripper link from where the controller wants it."""
+        cell = self._cell
+        assert cell.arm is not None
+        if self._setpoint is None:
+            self._setpoint = mujoco.MjData(cell.simulation.model)
+        self._setpoint.qpos[:] = cell.simulation.data.qpos
+        self._setpoint.qpos[self._joints] = cell.arm.following().desired.positions
+        mujoco.mj_kinematics(cell.simulation.model, self._setpoint)
+        cell.simulation.refresh()
+        found = cell.simulation.data.xpos[self._gripper] - self._setpoint.xpos[self._gripper]
+        return float(np.linalg.norm(found))
+
+
+def _shown(body: str) -> str:
+    """The words for a body of the model that is no link of the arm."""
+    if body == "world":
+        return "floor"
+    return body.replace("_frame", " frame").replace("frame_", "frame ").replace("_belt", " belt")
 
 
 class Outcome(StrEnum):

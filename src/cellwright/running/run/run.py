@@ -1,31 +1,65 @@
-"""One run: a trial, an agent that works it, and what came of it."""
+"""Run of a cell from start to result, and its options."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from fractions import Fraction
 from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.competition import is_done
 from cellwright.cell.kitting.effects import Effect
 from cellwright.clients.agents.agent import Agent
-from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.clients.client.in_process import InProcess
 from cellwright.engine.clock import nanoseconds
-from cellwright.engine.pacing import Pacer
+from cellwright.engine.events import Watch
+from cellwright.engine.rate_control import RealTimePacer
 from cellwright.engine.snapshot import read_checkpoint
-from cellwright.engine.watches import Watch
 from cellwright.recording.format.run_log import RunLog
-from cellwright.running.run.collisions import Collision, CollisionWatch
-from cellwright.running.run.course import Course, Work
-from cellwright.running.run.options import RunOptions
-from cellwright.running.run.record import CellRecording, record_while
-from cellwright.running.run.result import RunResult, versions
-from cellwright.running.run.working import work_in_process
+from cellwright.running.run.record import CellRecording, RecordOptions, record_while
+from cellwright.running.run.result import Collision, CollisionWatch, RunResult, versions
+from cellwright.running.run.work import RunContext, Work, work_in_process
 from cellwright.util.errors import UsageError
+
+if TYPE_CHECKING:
+    from cellwright.viewer.services.cell_panel import CellPanel
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """What a run may be told besides its cell and its agent.
+
+    Attributes:
+        speed: simulated seconds a wall second; None: as fast as it goes.
+        until: stop at this simulation time [s]; None: when the run is over.
+        ends_when_done: whether the run is over soon after the competition is; else it goes on.
+        listen: topics to listen to besides; "all" stands for every topic.
+        at: actions at given simulation times [s], such as taking a picture.
+        on_progress: called ten times a simulated second.
+        checkpoints: files to save the simulation to, at given simulation times [s]; the times are part of the run.
+        log: takes what happens, to keep it on disk as it grows.
+        record: how the run is recorded, if it is.
+        panel: shows the run; it gets the collisions of the arm.
+        start: a checkpoint to begin from, instead of time 0. The agent begins anew all the same.
+    """
+
+    speed: float | None = None
+    until: float | None = None
+    ends_when_done: bool = True
+    listen: Sequence[str] = ()
+    at: Sequence[tuple[Fraction, Callable[[Cell], None]]] = ()
+    on_progress: Callable[[Cell], None] | None = None
+    checkpoints: Sequence[tuple[Fraction, Path]] = ()
+    start: Path | None = None
+    panel: CellPanel | None = None
+    log: RunLog | None = None
+    record: RecordOptions | None = None
+
 
 GRACE = 2.0
 """Simulation time [s] that an agent may go on after the competition is done, to see that it is."""
@@ -42,10 +76,10 @@ def run_cell(cell: Cell, agent: Agent | None, options: RunOptions | None = None)
     options = options or RunOptions()
     if agent is None and options.until is None:
         raise UsageError("without an agent a run has no end: say until when")
-    return conduct(cell, partial(work_in_process, agent), options)
+    return execute_run(cell, partial(work_in_process, agent), options)
 
 
-def conduct(cell: Cell, work: Work, options: RunOptions) -> RunResult:
+def execute_run(cell: Cell, work: Work, options: RunOptions) -> RunResult:
     """Run a cell from the start, with `work` to let its time pass.
 
     Raises:
@@ -65,7 +99,7 @@ def _conduct(cell: Cell, work: Work, options: RunOptions, leaving: ExitStack) ->
         read_checkpoint(cell.simulation, options.start)
     transport = InProcess(cell, node="/agent")
     if options.speed is not None:
-        transport.step = Pacer(cell.simulation, options.speed).step
+        transport.step = RealTimePacer(cell.simulation, options.speed).step
     if options.until is not None:
         transport.deadline = nanoseconds(options.until)
 
@@ -77,7 +111,7 @@ def _conduct(cell: Cell, work: Work, options: RunOptions, leaving: ExitStack) ->
     _plan(cell, options, leaving)
     cell.competition.on_effect.append(watch_for_the_end)
     leaving.callback(cell.competition.on_effect.remove, watch_for_the_end)
-    course = Course(cell, transport, heard)
+    course = RunContext(cell, transport, heard)
     if options.log is not None:
         _keep_log(course, options.log, leaving)
     if cell.competition.state == "done" and options.ends_when_done:  # it was so in the checkpoint
@@ -99,7 +133,7 @@ def _conduct(cell: Cell, work: Work, options: RunOptions, leaving: ExitStack) ->
     return result
 
 
-def _keep_log(course: Course, log: RunLog, leaving: ExitStack) -> None:
+def _keep_log(course: RunContext, log: RunLog, leaving: ExitStack) -> None:
     cell = course.cell
 
     def keep(effect: Effect) -> None:
@@ -114,7 +148,7 @@ def _keep_log(course: Course, log: RunLog, leaving: ExitStack) -> None:
 
 
 def _watch_collisions(
-    course: Course, options: RunOptions, recording: CellRecording | None, leaving: ExitStack
+    course: RunContext, options: RunOptions, recording: CellRecording | None, leaving: ExitStack
 ) -> CollisionWatch | None:
     if course.cell.arm is None:
         return None

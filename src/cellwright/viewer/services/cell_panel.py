@@ -1,4 +1,4 @@
-"""What a panel shows of a cell: the competition, its orders and trays, the score with its evidence, what stands where.
+"""Panel of a cell: competition, orders, trays and score, as far as a running competition lets them be known.
 
 It is made when somebody asks, and leaves the cell as it is. What a competition keeps secret stays secret: orders that
 have not come up, and which parts are faulty before the referee has said so. What changes all the time is under `clock`,
@@ -12,14 +12,39 @@ from dataclasses import replace
 from typing import Any
 
 from cellwright.cell.cell import Cell
-from cellwright.cell.kitting.score.evidence import evidence, kit_evidence
-from cellwright.cell.kitting.score.evidence_json import evidence_to_json, kit_to_json
-from cellwright.cell.kitting.score.matching import score_kit
-from cellwright.cell.kitting.score.reach import TrialReach, reach
-from cellwright.cell.kitting.score.scorer import GameScore
-from cellwright.cell.kitting.tray import TrayContents
-from cellwright.config.trial.trial import Kit, Order
-from cellwright.viewer.services.known import keeps_secrets, known_orders, without_faults
+from cellwright.cell.kitting.evidence import Evidence, evidence, evidence_to_json, kit_evidence, kit_to_json
+from cellwright.cell.kitting.inventory import TrayContents
+from cellwright.cell.kitting.kit_score import score_kit
+from cellwright.cell.kitting.reach import TrialReach, reach
+from cellwright.cell.kitting.scorer import GameScore
+from cellwright.config.trial.trial import Kit, Order, Trial
+
+
+def hides_ground_truth(cell: Cell) -> bool:
+    """Whether this is a competition that is not over yet."""
+    return cell.in_competition and cell.competition.referee.end_reason is None
+
+
+def known_orders(cell: Cell) -> list[Order]:
+    """All orders that may be known, those announced first; while secrets are kept, no others."""
+    announced = cell.competition.announced
+    if hides_ground_truth(cell):
+        return announced
+    return [*announced, *(order for order in cell.trial.orders if order not in announced)]
+
+
+def without_faults(cell: Cell) -> Trial:
+    """The trial; while secrets are kept, as if all parts were good, for what is out of reach tells how many are not."""
+    return replace(cell.trial, faulty_parts=frozenset()) if hides_ground_truth(cell) else cell.trial
+
+
+def known_evidence(cell: Cell) -> Evidence:
+    """The score with its evidence; while secrets are kept, as if there were no orders but those that have come up."""
+    if not hides_ground_truth(cell):
+        return cell.competition.evidence()
+    trial = replace(without_faults(cell), orders=tuple(known_orders(cell)))
+    return evidence(trial, cell.competition.score(), cell.competition.process_time)
+
 
 IN_COMPETITION = "not in a competition: development mode (-d) allows it"
 """Why belt, reset and the like are refused."""
@@ -110,7 +135,7 @@ class CellPanel:
 
     def _score(self, score: GameScore, could: TrialReach) -> dict[str, Any]:
         """The score with its evidence, without times, and without orders that nobody may know of yet."""
-        fates = {} if keeps_secrets(self._cell) else self._cell.competition.fates()  # they tell what is faulty
+        fates = {} if hides_ground_truth(self._cell) else self._cell.competition.fates()  # they tell what is faulty
         found = evidence_to_json(evidence(without_faults(self._cell), score, could=could, fates=fates))
         for key in ("process_time", "part_travel_time"):
             del found[key]
@@ -124,7 +149,7 @@ class CellPanel:
 
     def _reach(self) -> TrialReach:
         """What can be earned in the trial as it may be known."""
-        key = keeps_secrets(self._cell)
+        key = hides_ground_truth(self._cell)
         if key not in self._could:
             self._could[key] = reach(without_faults(self._cell))
         return self._could[key]
@@ -173,7 +198,9 @@ class CellPanel:
 
     def _known(self, contents: TrayContents) -> TrayContents:
         """Contents as one may know them: in a competition nobody says beforehand which parts are faulty."""
-        return tuple(replace(each, is_faulty=False) for each in contents) if keeps_secrets(self._cell) else contents
+        return (
+            tuple(replace(each, is_faulty=False) for each in contents) if hides_ground_truth(self._cell) else contents
+        )
 
     def _as_kit(self, number: int, kit: Kit, contents: TrayContents, could: TrialReach) -> dict[str, Any]:
         known, found = self._as_kits.get((number, kit.kit_type), (None, {}))

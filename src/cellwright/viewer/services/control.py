@@ -1,4 +1,4 @@
-"""How time passes, told and changed by those who look on.
+"""Time control for viewers, and the panel service that reports it.
 
 The service `cellwright/control` takes `{"action": …}` and answers with the state as it is then:
 
@@ -14,6 +14,9 @@ What is played, and not simulated, may know more: a recording goes to a `time` [
 
 None of it is part of a run's state: a run that was paused is the same run. When the run is over, the state's `over`
 says so, and all but `reset` and `state` is refused.
+
+What a cell tells stands in `cell_panel`, what a robot tells in `robot_panel`; beside it `control` has the state that
+`cellwright/control` answers with.
 """
 
 from __future__ import annotations
@@ -22,10 +25,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from cellwright.engine.tempo import Tempo
+from cellwright.engine.rate_control import RateControl
 from cellwright.middleware.server import Server
 from cellwright.util.errors import RejectedCommandError, UnknownNameError
-from cellwright.viewer.services.names import CONTROL
+from cellwright.viewer.services.names import CONTROL, PANEL
 
 SLOWEST, FASTEST = 0.01, 1000.0
 """Of the speeds that may be asked for, beside as fast as it goes [simulated s a wall s]."""
@@ -69,7 +72,7 @@ class Control:
 
     def __init__(
         self,
-        tempo: Tempo,
+        tempo: RateControl,
         *,
         reset: Reset = NO_RESET,
         refused: Mapping[str, str] | None = None,
@@ -150,3 +153,13 @@ def _speed(value: Any) -> float | None:
             f'factor: a number from {SLOWEST:g} to {FASTEST:g}, or "{FASTER_THAN_ANY}", not {value!r:.40}'
         )
     return float(value)
+
+
+Tell = Callable[[dict[str, Any]], dict[str, Any]]
+"""Tells what a panel shows, as JSON values; takes what was asked."""
+
+
+def offer_panel(server: Server, tell: Tell, control: Control) -> None:
+    """Offer a panel and the control of time on a server."""
+    server.offer(PANEL, lambda asked: {**tell(asked), "control": control.state()})
+    control.offer(server)

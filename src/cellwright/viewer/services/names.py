@@ -18,6 +18,6 @@ PAGE = "/page_"
 """What the names of pages as guests begin with."""
 
 
-def is_onlooker(node: str) -> bool:
+def is_viewer(node: str) -> bool:
     """Whether a guest of this name looks on, and does not work what is served."""
     return node.startswith(PAGE)

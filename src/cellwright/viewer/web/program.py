@@ -21,19 +21,13 @@ from typing import Any, TextIO
 import viser
 
 from cellwright.util.errors import CellwrightError
-from cellwright.viewer.web.beams import Beams
-from cellwright.viewer.web.bodies import Bodies
-from cellwright.viewer.web.door import Door
-from cellwright.viewer.web.feature import Feature
-from cellwright.viewer.web.names import Names
+from cellwright.viewer.web.access import Door
+from cellwright.viewer.web.cell_panels import CellPanels
 from cellwright.viewer.web.operator.feature import Operator
-from cellwright.viewer.web.page import Page
-from cellwright.viewer.web.panels.cell import CellPanels
-from cellwright.viewer.web.panels.time_controls import TimeControls
-from cellwright.viewer.web.shadows import Shadows
-from cellwright.viewer.web.stage import PLAIN, Stage
-from cellwright.viewer.web.tools import ToolPaths
-from cellwright.viewer.web.touching import Contacts
+from cellwright.viewer.web.overlays import Beams, Contacts, Names, ToolPaths
+from cellwright.viewer.web.page import Feature, Page
+from cellwright.viewer.web.scene import PLAIN, Bodies, Shadows, Stage
+from cellwright.viewer.web.time_controls import TimeControls
 from cellwright.viewer.web.views import Views
 
 

@@ -10,14 +10,11 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from cellwright.rendering.camera import Camera
+from cellwright.rendering.camera import VIEWS, Camera
 from cellwright.rendering.scene import SEEN, Form, Frame, Scene
-from cellwright.rendering.views import VIEWS
 from cellwright.util.errors import UsageError
-from cellwright.viewer.web.feature import Feature
-from cellwright.viewer.web.moment import Moment
-from cellwright.viewer.web.page import Page
-from cellwright.viewer.web.shapes import surface
+from cellwright.viewer.web.meshes import surface
+from cellwright.viewer.web.page import Feature, Moment, Page
 
 TAB = "View"
 """Name of the tab for all that changes what is seen, and nothing else."""

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.cli.launchers.gear.arguments import OUTPUT, Arguments, parse, without_remappings
+from cellwright.cli.launchers.gear.launcher import OUTPUT, Arguments, parse, without_remappings
 
 
 def test_nothing_is_a_competition_without_a_configuration() -> None:

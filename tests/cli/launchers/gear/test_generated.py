@@ -7,12 +7,10 @@ from pathlib import Path
 import pytest
 import yaml
 
-from cellwright.cell.interface.urdf import robot_description
-from cellwright.cli.launchers.gear.arguments import parse
-from cellwright.cli.launchers.gear.generated import generated, resolved_text, write
+from cellwright.cell.interface.parameters import robot_description
+from cellwright.cli.launchers.gear.launcher import launch_files, parse, resolved_text, write_launch_files
 from cellwright.config.trial.catalogue import find_trial
-from cellwright.config.trial.gear2017 import Loaded, load_trial
-from cellwright.config.trial.resolved import resolved
+from cellwright.config.trial.gear2017 import Loaded, load_trial, resolved
 from cellwright.util.errors import UsageError
 
 
@@ -22,7 +20,7 @@ def sample() -> Loaded:
 
 
 def test_the_files(sample: Loaded) -> None:
-    files = generated(sample, "time_limit: -1\n", competition=True)
+    files = launch_files(sample, "time_limit: -1\n", competition=True)
     assert list(files) == ["config.yaml", "gear.yaml", "gear.urdf", "gear.launch"]
     assert files["config.yaml"] == "time_limit: -1\n"
     assert files["gear.urdf"] == robot_description(sample.trial)
@@ -47,7 +45,7 @@ def test_a_cell_without_anything() -> None:
 @pytest.mark.parametrize("competition", [True, False])
 @pytest.mark.parametrize("verbose", [True, False])
 def test_the_launch_file_does_the_same(sample: Loaded, *, competition: bool, verbose: bool) -> None:
-    files = generated(sample, "", competition=competition, verbose=verbose)
+    files = launch_files(sample, "", competition=competition, verbose=verbose)
     (node,) = ET.fromstring(files["gear.launch"]).iter("node")
     assert (node.get("pkg"), node.get("type")) == ("osrf_gear", "gear.py")
     arguments = node.get("args", "").replace("$(dirname)", "/there").split()
@@ -57,12 +55,12 @@ def test_the_launch_file_does_the_same(sample: Loaded, *, competition: bool, ver
 
 
 def test_writing(tmp_path: Path) -> None:
-    write({"a": "one\n"}, tmp_path / "deep" / "down")
-    write({"a": "two\n"}, tmp_path / "deep" / "down")
+    write_launch_files({"a": "one\n"}, tmp_path / "deep" / "down")
+    write_launch_files({"a": "two\n"}, tmp_path / "deep" / "down")
     assert (tmp_path / "deep" / "down" / "a").read_text() == "two\n"
 
 
 def test_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(UsageError, match=f"^{tmp_path}{os.sep}file: cannot be written: "):
-        write({"a": ""}, tmp_path / "file")
+        write_launch_files({"a": ""}, tmp_path / "file")

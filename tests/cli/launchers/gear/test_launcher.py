@@ -8,7 +8,7 @@ import yaml
 from cellwright.cli.launchers.gear import launcher
 from cellwright.cli.launchers.gear.launcher import main
 from cellwright.cli.options import SPEED
-from cellwright.cli.serve.trial import ServeOptions
+from cellwright.cli.serve import ServeOptions
 from cellwright.config.trial.catalogue import find_trial
 
 SAMPLE = str(find_trial("sample"))

@@ -18,8 +18,8 @@ from cellwright.cell.kitting.effects import (
     StateChanged,
     TrialEnded,
 )
-from cellwright.cell.kitting.score.kit_score import KitScore, PartFinding, Refusal, RefusalReason, Verdict
-from cellwright.cell.kitting.score.scorer import GameScore, OrderScore
+from cellwright.cell.kitting.kit_score import KitScore, PartFinding, Refusal, RefusalReason, Verdict
+from cellwright.cell.kitting.scorer import GameScore, OrderScore
 from cellwright.cli.launchers.gear.performance_log import PerformanceLog, log_path, score_lines
 from cellwright.config.trial.trial import Order
 from cellwright.util.pose import Pose

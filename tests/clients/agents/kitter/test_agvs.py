@@ -1,9 +1,9 @@
 """Whether AGVs are there, as they tell."""
 
 from cellwright.cell.cell import Cell
-from cellwright.clients.agents.kitter.agvs import AgvStates
+from cellwright.clients.agents.kitter.cell_view import AgvStates
 from cellwright.clients.client.client import Client
-from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.clients.client.in_process import InProcess
 from tests.cells import KITTING
 
 

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.cell.devices.sensors.frustum import Frustum
-from cellwright.cell.devices.sensors.logical_camera import LogicalCamera
-from cellwright.clients.agents.kitter.areas import (
+from cellwright.cell.devices.logical_camera import Frustum, LogicalCamera
+from cellwright.clients.agents.kitter.part_figures import Catalogue
+from cellwright.clients.agents.kitter.perception import (
     BELT,
     BELT_MIDDLE,
     BELT_SURFACE,
@@ -19,8 +19,7 @@ from cellwright.clients.agents.kitter.areas import (
     is_well_in_view,
     view_of,
 )
-from cellwright.clients.agents.kitter.part_figures import Catalogue
-from cellwright.clients.agents.kitter.placing import STATIONS
+from cellwright.clients.agents.kitter.pick_and_place import STATIONS
 from cellwright.util.pose import Pose
 
 DOWN = (0.0, math.pi / 2, 0.0)

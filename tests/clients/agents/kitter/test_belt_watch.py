@@ -7,10 +7,16 @@ from typing import Any, cast
 
 import pytest
 
-from cellwright.clients.agents.kitter.areas import BELT_MIDDLE, BELT_SURFACE
-from cellwright.clients.agents.kitter.belt_watch import SPEED, BeltWatch, crosses_belt
-from cellwright.clients.agents.kitter.eyes import Image, Seen
 from cellwright.clients.agents.kitter.part_figures import Catalogue
+from cellwright.clients.agents.kitter.perception import (
+    BELT_MIDDLE,
+    BELT_SPEED,
+    BELT_SURFACE,
+    BeltWatch,
+    Image,
+    Seen,
+    crosses_belt,
+)
 from cellwright.clients.client import Client
 from cellwright.util.pose import Pose
 
@@ -50,7 +56,7 @@ def test_a_part_seen_by_a_camera_is_followed_where_no_camera_looks() -> None:
     belt = watch(FakeClient())
     for index in range(10):
         time = 0.1 * index
-        belt.take_image(Image(time, (on_belt("disk_part", 3.0 - SPEED * time, x=1.2),)))
+        belt.take_image(Image(time, (on_belt("disk_part", 3.0 - BELT_SPEED * time, x=1.2),)))
     (part,) = belt.coming("disk_part", 1.0, -1.0)
     assert part.has_yaw
     assert part.pose(10.0).position == pytest.approx((1.2, 1.0, BELT_SURFACE))
@@ -65,9 +71,9 @@ def test_parts_are_told_apart_by_type_and_place() -> None:
             Image(
                 time,
                 (
-                    on_belt("disk_part", 3.0 - SPEED * time),
-                    on_belt("gear_part", 2.9 - SPEED * time),
-                    on_belt("gear_part", 2.5 - SPEED * time),
+                    on_belt("disk_part", 3.0 - BELT_SPEED * time),
+                    on_belt("gear_part", 2.9 - BELT_SPEED * time),
+                    on_belt("gear_part", 2.5 - BELT_SPEED * time),
                 ),
             )
         )

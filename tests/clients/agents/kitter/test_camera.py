@@ -3,13 +3,11 @@
 from collections.abc import Callable
 
 from cellwright.cell.cell import Cell
-from cellwright.clients.agents.kitter.areas import BINS
-from cellwright.clients.agents.kitter.camera import IMAGES, Camera, Images, take_fresh
-from cellwright.clients.agents.kitter.cellview import CellView
-from cellwright.clients.agents.kitter.eyes import Sighting
+from cellwright.clients.agents.kitter.cell_view import CellView
 from cellwright.clients.agents.kitter.part_figures import Catalogue
+from cellwright.clients.agents.kitter.perception import BINS, IMAGES, Camera, Images, Sighting, take_fresh
 from cellwright.clients.client.client import Client
-from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.clients.client.in_process import InProcess
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.util.pose import Pose

@@ -3,13 +3,12 @@
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.clients.agents.kitter.areas import BINS
-from cellwright.clients.agents.kitter.cellview import CellView
-from cellwright.clients.agents.kitter.discovery import Sensors, find_sensors
+from cellwright.clients.agents.kitter.cell_view import CellView, Sensors, find_sensors
 from cellwright.clients.agents.kitter.part_figures import Catalogue
-from cellwright.clients.agents.kitter.placing import STATIONS
+from cellwright.clients.agents.kitter.perception import BINS
+from cellwright.clients.agents.kitter.pick_and_place import STATIONS
 from cellwright.clients.client.client import Client
-from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.clients.client.in_process import InProcess
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.util.pose import Pose

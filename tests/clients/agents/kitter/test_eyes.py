@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from cellwright.cell.devices.sensors.logical_camera import blurred
-from cellwright.clients.agents.kitter.eyes import Image, Seen, Sighting, mean_pose, resting
+from cellwright.cell.devices.logical_camera import blurred
+from cellwright.clients.agents.kitter.perception import Image, Seen, Sighting, mean_pose, resting_parts
 from cellwright.util.pose import Pose
 
 
@@ -42,7 +42,7 @@ ROD = Seen("piston_rod_part", Pose.from_rpy((-0.1, 0.2, 0.725), (0.0, 0.0, 0.785
 
 
 def test_noise_is_averaged_away() -> None:
-    gear, rod = resting(images(GEAR, ROD))
+    gear, rod = resting_parts(images(GEAR, ROD))
     for found, true in ((gear, GEAR), (rod, ROD)):
         assert found.type == true.type
         assert found.count == 8
@@ -53,22 +53,22 @@ def test_noise_is_averaged_away() -> None:
 
 
 def test_what_moves_is_not_at_rest() -> None:
-    assert resting(images(GEAR, drift=0.02)) == []
+    assert resting_parts(images(GEAR, drift=0.02)) == []
 
 
 def test_what_is_missing_in_an_image_is_not_at_rest() -> None:
     seen = images(GEAR, ROD)
     seen[3] = Image(0.3, seen[3].parts[:1])
-    assert [each.type for each in resting(seen)] == ["gear_part"]
+    assert [each.type for each in resting_parts(seen)] == ["gear_part"]
 
 
 def test_no_image_shows_nothing() -> None:
-    assert resting([]) == []
+    assert resting_parts([]) == []
 
 
 def test_neighbours_of_one_type_are_told_apart() -> None:
     other = Seen("gear_part", moved(GEAR.world_T_part, 0.1))
-    first, second = resting(images(GEAR, other))
+    first, second = resting_parts(images(GEAR, other))
     assert first.world_T_part.position[1] == pytest.approx(0.2, abs=0.0012)
     assert second.world_T_part.position[1] == pytest.approx(0.3, abs=0.0012)
 

@@ -5,12 +5,11 @@ from typing import cast
 
 import pytest
 
-from cellwright.clients.agents.kitter.cellview import CellView
-from cellwright.clients.agents.kitter.eyes import Sighting
-from cellwright.clients.agents.kitter.inspection import Verdict, inspect, is_known_faulty, strays
-from cellwright.clients.agents.kitter.kits import Kit, Task
+from cellwright.clients.agents.kitter.cell_view import CellView
+from cellwright.clients.agents.kitter.kits import Kit, Task, Verdict, inspect_part, is_known_faulty, strays
 from cellwright.clients.agents.kitter.part_figures import Catalogue
-from cellwright.clients.agents.kitter.placing import STATIONS, pose_on_tray
+from cellwright.clients.agents.kitter.perception import Sighting
+from cellwright.clients.agents.kitter.pick_and_place import STATIONS, pose_on_tray
 from cellwright.util.pose import Pose
 
 PLACE = Pose((0.1, 0.1, 0.0))
@@ -49,11 +48,11 @@ def view(*seen: Sighting, faulty: tuple[Pose, ...] = (), has_camera: bool = True
     ],
 )
 def test_verdicts(seen: list[Sighting], verdict: Verdict) -> None:
-    assert inspect(view(*seen), KIT, TASK, PLACE).verdict is verdict
+    assert inspect_part(view(*seen), KIT, TASK, PLACE).verdict is verdict
 
 
 def test_how_far_off_a_part_is() -> None:
-    finding = inspect(view(beside(0.02, 0.1), beside(0.3)), KIT, TASK, PLACE)
+    finding = inspect_part(view(beside(0.02, 0.1), beside(0.3)), KIT, TASK, PLACE)
     assert finding.offset == pytest.approx(0.02)
     assert finding.turn == pytest.approx(0.1)
     assert finding.world_T_part == beside(0.02, 0.1).world_T_part
@@ -61,9 +60,9 @@ def test_how_far_off_a_part_is() -> None:
 
 def test_a_fault_is_found_without_a_camera_too() -> None:
     fault = beside(0.01).world_T_part
-    assert inspect(view(faulty=(fault,), has_camera=False), KIT, TASK, PLACE).verdict is Verdict.FAULTY
+    assert inspect_part(view(faulty=(fault,), has_camera=False), KIT, TASK, PLACE).verdict is Verdict.FAULTY
     elsewhere = beside(0.1).world_T_part
-    assert inspect(view(faulty=(elsewhere,), has_camera=False), KIT, TASK, PLACE).verdict is Verdict.UNSEEN
+    assert inspect_part(view(faulty=(elsewhere,), has_camera=False), KIT, TASK, PLACE).verdict is Verdict.UNSEEN
 
 
 def test_what_was_not_put_where_it_lies_is_a_stray() -> None:

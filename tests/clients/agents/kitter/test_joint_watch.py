@@ -3,9 +3,9 @@
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.clients.agents.kitter.joint_watch import JointWatch
+from cellwright.clients.agents.kitter.arm import JointWatch
 from cellwright.clients.client.client import Client
-from cellwright.clients.client.transports.in_process import InProcess
+from cellwright.clients.client.in_process import InProcess
 from cellwright.motion import Joints, forward
 from cellwright.util.errors import UsageError
 from tests.cells import ARM_ONLY, BARE

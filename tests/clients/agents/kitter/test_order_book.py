@@ -3,10 +3,10 @@
 from types import SimpleNamespace
 from typing import cast
 
-from cellwright.clients.agents.kitter.order_book import OrderBook
+from cellwright.clients.agents.kitter.kits import OrderBook
 from cellwright.clients.agents.kitter.part_figures import Catalogue
 from cellwright.clients.client import Client
-from cellwright.middleware.messages.build import pose_message
+from cellwright.middleware.messages.conversions import pose_message
 from cellwright.middleware.messages.osrf_gear import Kit, KitObject, Order
 from cellwright.util.pose import Pose
 

@@ -8,7 +8,7 @@ import pytest
 from cellwright.cell.model.parts import PART_TYPES as BUILT
 from cellwright.cell.model.parts import part_type
 from cellwright.clients.agents.kitter.part_figures import PART_TYPES, Catalogue, Disc, box_outline
-from cellwright.engine.geometry.shapes import bounds
+from cellwright.engine.shapes import bounds
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose
 

@@ -6,18 +6,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.clients.agents.kitter.placing import STATIONS
-from cellwright.clients.agents.kitter.postures import (
+from cellwright.clients.agents.kitter.motion import (
     FOLDED_HEIGHT,
     RAIL_END,
     closest,
-    faces,
+    faces_station,
     folded,
     near_posture,
     on_rail,
     station_pan,
     station_posture,
 )
+from cellwright.clients.agents.kitter.pick_and_place import STATIONS
 from cellwright.motion import Joints, forward, tool_down
 from cellwright.util.pose import Pose
 
@@ -36,7 +36,7 @@ def test_stations_are_worked_with_the_hand_outwards(goal: Pose, rail: float) -> 
     joints = station_posture(goal, rail, PRESENT)
     assert joints is not None
     assert off_by(joints, goal) < 1e-6
-    assert faces(joints, station_pan(goal.position[0], goal.position[1], rail))
+    assert faces_station(joints, station_pan(goal.position[0], goal.position[1], rail))
 
 
 def test_what_is_out_of_reach_has_no_posture() -> None:

@@ -8,19 +8,15 @@ from typing import Any, cast
 
 import pytest
 
-from cellwright.clients.agents.kitter.areas import Area
+from cellwright.clients.agents.kitter.agent import ATTEMPTS, MAX_SENDINGS, Strategy
 from cellwright.clients.agents.kitter.arm import Arm
-from cellwright.clients.agents.kitter.belt_watch import BeltPart
-from cellwright.clients.agents.kitter.cellview import CellView
-from cellwright.clients.agents.kitter.eyes import Sighting
-from cellwright.clients.agents.kitter.inspection import gap
+from cellwright.clients.agents.kitter.cell_view import CellView
+from cellwright.clients.agents.kitter.kits import horizontal_distance
 from cellwright.clients.agents.kitter.part_figures import Catalogue
-from cellwright.clients.agents.kitter.picking import Held, Picker
-from cellwright.clients.agents.kitter.placing import STATIONS, Placer
-from cellwright.clients.agents.kitter.strategy import SENDINGS, Strategy
-from cellwright.clients.agents.kitter.supply import ATTEMPTS
+from cellwright.clients.agents.kitter.perception import Area, BeltPart, Sighting
+from cellwright.clients.agents.kitter.pick_and_place import STATIONS, Held, Picker, Placer
 from cellwright.clients.client import Client
-from cellwright.middleware.messages.build import pose_message
+from cellwright.middleware.messages.conversions import pose_message
 from cellwright.middleware.messages.osrf_gear import Kit, KitObject, Order
 from cellwright.util.pose import Pose
 
@@ -122,7 +118,7 @@ class FakeView:
         return list(self.floor.bins)
 
     def parts_on_tray(self, world_T_tray: Pose) -> list[Sighting]:
-        return [part for part in self.floor.tray if gap(part.world_T_part, world_T_tray) < 0.5]
+        return [part for part in self.floor.tray if horizontal_distance(part.world_T_part, world_T_tray) < 0.5]
 
     def faulty_on_tray(self, _number: int) -> tuple[Pose, ...]:
         return tuple(self.floor.faulty)
@@ -161,8 +157,8 @@ class FakePicker:
             floor.stuck -= 1
             return None
         for lying in (floor.bins, floor.tray):
-            lying[:] = [part for part in lying if gap(part.world_T_part, world_T_part) > 0.01]
-        floor.faulty = [pose for pose in floor.faulty if gap(pose, world_T_part) > 0.01]
+            lying[:] = [part for part in lying if horizontal_distance(part.world_T_part, world_T_part) > 0.01]
+        floor.faulty = [pose for pose in floor.faulty if horizontal_distance(pose, world_T_part) > 0.01]
         return Held(part_type, flat(0.0, 0.0, -0.02))
 
     def is_in_reach(self, _part_type: str, _world_T_part: Pose, _rail: float) -> bool:
@@ -328,7 +324,7 @@ def test_an_agv_that_does_not_go_is_asked_again() -> None:
 
 
 def test_a_kit_that_no_agv_takes_does_not_hold_up_the_next() -> None:
-    floor = work(Floor(bins=gears(2), stubborn=SENDINGS), [order(("gear_part", 0.1, 0.1), kits=2)], kits_sent=1)
+    floor = work(Floor(bins=gears(2), stubborn=MAX_SENDINGS), [order(("gear_part", 0.1, 0.1), kits=2)], kits_sent=1)
     assert floor.sent == [(1, "order_0_kit_1")]
 
 

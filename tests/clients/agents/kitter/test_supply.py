@@ -3,12 +3,11 @@
 from types import SimpleNamespace
 from typing import cast
 
+from cellwright.clients.agents.kitter.agent import ATTEMPTS, BELT_HORIZON, Supply, bin_cell
 from cellwright.clients.agents.kitter.arm import Arm
-from cellwright.clients.agents.kitter.belt_watch import SPEED, BeltPart
-from cellwright.clients.agents.kitter.cellview import CellView
-from cellwright.clients.agents.kitter.eyes import Sighting
-from cellwright.clients.agents.kitter.picking import Picker
-from cellwright.clients.agents.kitter.supply import ATTEMPTS, SOON, Supply, spot
+from cellwright.clients.agents.kitter.cell_view import CellView
+from cellwright.clients.agents.kitter.perception import BELT_SPEED, BeltPart, Sighting
+from cellwright.clients.agents.kitter.pick_and_place import Picker
 from cellwright.clients.client import Client
 from cellwright.util.pose import Pose
 
@@ -63,13 +62,13 @@ def test_it_says_why_there_is_none() -> None:
 
 
 def test_a_part_that_lies_a_little_beside_is_in_the_same_spot() -> None:
-    assert spot(Pose((0.1, 0.2, 0.7))) == spot(Pose((0.11, 0.19, 0.8)))
-    assert spot(Pose((0.1, 0.2, 0.7))) != spot(Pose((0.16, 0.2, 0.7)))
+    assert bin_cell(Pose((0.1, 0.2, 0.7))) == bin_cell(Pose((0.11, 0.19, 0.8)))
+    assert bin_cell(Pose((0.1, 0.2, 0.7))) != bin_cell(Pose((0.16, 0.2, 0.7)))
 
 
 def test_the_belt_goes_first_only_for_what_comes_soon() -> None:
     soon = BeltPart("gear_part", [Pose((1.21, 1.0, 0.907))])
-    late = BeltPart("gear_part", [Pose((1.21, 0.5 + SPEED * (SOON + 1.0), 0.907))])
+    late = BeltPart("gear_part", [Pose((1.21, 0.5 + BELT_SPEED * (BELT_HORIZON + 1.0), 0.907))])
     meeting = supply(soon, late).on_belt("gear_part")
     assert meeting is not None
     assert (meeting.part, meeting.y) == (soon, 0.5)

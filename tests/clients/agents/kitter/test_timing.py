@@ -4,7 +4,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.clients.agents.kitter.timing import ACCELERATIONS, SPEEDS, eased, travel_time, velocities_along
+from cellwright.clients.agents.kitter.motion import (
+    MAX_JOINT_ACCELERATIONS,
+    MAX_JOINT_SPEEDS,
+    ease_in_out,
+    travel_time,
+    velocities_along,
+)
 
 joints = st.lists(st.floats(-3.0, 3.0), min_size=7, max_size=7)
 
@@ -12,7 +18,7 @@ joints = st.lists(st.floats(-3.0, 3.0), min_size=7, max_size=7)
 @given(joints, joints)
 def test_a_motion_from_rest_to_rest_keeps_speeds_and_accelerations(start: list[float], goal: list[float]) -> None:
     duration = travel_time(start, goal)
-    for a, b, speed, acceleration in zip(start, goal, SPEEDS, ACCELERATIONS, strict=True):
+    for a, b, speed, acceleration in zip(start, goal, MAX_JOINT_SPEEDS, MAX_JOINT_ACCELERATIONS, strict=True):
         assert 1.5 * abs(b - a) / duration <= speed + 1e-9
         assert 6.0 * abs(b - a) / duration**2 <= acceleration + 1e-9
 
@@ -27,9 +33,9 @@ def test_a_motion_takes_no_longer_than_needed() -> None:
 @given(st.floats(0.0, 1.0), st.floats(0.0, 1.0))
 def test_an_eased_way_goes_forward_from_end_to_end(one: float, other: float) -> None:
     """It is the inverse of the cubic from rest to rest."""
-    share = eased(one)
+    share = ease_in_out(one)
     assert 3 * share**2 - 2 * share**3 == pytest.approx(one, abs=1e-7)
-    assert (eased(one) <= eased(other) + 1e-12) or one > other
+    assert (ease_in_out(one) <= ease_in_out(other) + 1e-12) or one > other
 
 
 def test_velocities_are_the_slopes_between_neighbours_and_end_at_rest() -> None:

@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.clients.agents.kitter.tool_ways import (
+from cellwright.clients.agents.kitter.motion import (
     FOLLOW_LEAD,
     FOLLOW_TIME,
     at_height,
-    between,
     facing_down,
-    following_way,
-    straight_way,
+    following_path,
+    interpolate,
+    straight_path,
 )
 from cellwright.util.pose import Pose
 
@@ -26,7 +26,7 @@ places = st.builds(
 
 @given(places, places, st.floats(0.01, 0.5))
 def test_a_straight_way_is_straight_and_no_faster_than_wanted_on_average(start: Pose, goal: Pose, speed: float) -> None:
-    way = list(straight_way(start, goal, speed))
+    way = list(straight_path(start, goal, speed))
     times = [0.0, *(time for time, _ in way)]
     assert all(before < after for before, after in pairwise(times))
     length = math.dist(start.position, goal.position)
@@ -42,12 +42,12 @@ def test_a_straight_way_is_straight_and_no_faster_than_wanted_on_average(start: 
 
 def test_the_tool_turns_the_short_way() -> None:
     start, goal = (Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, yaw)) for yaw in (3.0, -3.0))
-    assert abs(between(start, goal, 0.5).yaw) == pytest.approx(math.pi)
+    assert abs(interpolate(start, goal, 0.5).yaw) == pytest.approx(math.pi)
 
 
 def test_what_is_followed_is_over_taken_and_gone_along_with() -> None:
     start = Pose.from_rpy((1.21, 0.5, 1.0), (0.0, 0.0, 0.3))
-    way = list(following_way(start, 0.93, 0.92, 0.2))
+    way = list(following_path(start, 0.93, 0.92, 0.2))
     assert way[-1][0] == pytest.approx(FOLLOW_TIME)
     for time, pose in way:
         x, y, z = pose.position

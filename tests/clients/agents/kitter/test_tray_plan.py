@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cellwright.clients.agents.kitter.kits import PART_GAP, RIM_GAP, TRAY_HALF_X, TRAY_HALF_Y, find_place, fits
 from cellwright.clients.agents.kitter.part_figures import PART_TYPES, Catalogue, Disc
-from cellwright.clients.agents.kitter.tray_plan import HALF_X, HALF_Y, PART_GAP, RIM_GAP, find_place, fits
 from cellwright.util.pose import Pose
 
 figures = Catalogue().figures
@@ -38,7 +38,7 @@ def test_a_pose_off_the_tray_is_moved_to_its_edge() -> None:
     assert place is not None
     assert not place.is_ordered
     x, y, _ = place.tray_T_part.position
-    nearest_x = HALF_X - 0.0392 - RIM_GAP
+    nearest_x = TRAY_HALF_X - 0.0392 - RIM_GAP
     assert nearest_x - 0.01 <= x <= nearest_x
     assert y == pytest.approx(-0.14, abs=0.011)
 
@@ -88,4 +88,4 @@ def test_whatever_was_ordered_a_part_lies_inside_and_alone(
         return
     part = figures(part_type).covers(place.tray_T_part)
     assert fits(part, others, 0.0, 0.0)
-    assert all(abs(disc.x) + disc.radius <= HALF_X and abs(disc.y) + disc.radius <= HALF_Y for disc in part)
+    assert all(abs(disc.x) + disc.radius <= TRAY_HALF_X and abs(disc.y) + disc.radius <= TRAY_HALF_Y for disc in part)

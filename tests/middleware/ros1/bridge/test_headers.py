@@ -3,7 +3,7 @@
 import pytest
 
 from cellwright.middleware.messages import definition
-from cellwright.middleware.ros1.bridge.headers import has_header
+from cellwright.middleware.ros1.bridge.message_bytes import has_header
 
 
 @pytest.mark.parametrize(

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cellwright.middleware.ros1.bridge.connection import BufferedSender
 from cellwright.middleware.ros1.bridge.loop import Loop
-from cellwright.middleware.ros1.bridge.outlet import Outlet
 from tests.waiting import TIMEOUT
 
 
@@ -24,7 +24,7 @@ class Line:
             end.setsockopt(socket.SOL_SOCKET, option, 2048)
             end.setblocking(False)
         self.dropped = 0
-        self.outlet = Outlet(self.loop, self.here, lambda: None, limit=limit, most=most, on_drop=self._count)
+        self.outlet = BufferedSender(self.loop, self.here, lambda: None, limit=limit, most=most, on_drop=self._count)
         self.got = b""
 
     def _count(self) -> None:

@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from cellwright.middleware.messages import definition, from_ros1, md5, to_ros1
-from cellwright.middleware.messages.build import stamp
+from cellwright.middleware.messages.conversions import stamp
 from cellwright.middleware.messages.standard import Header, String
 from cellwright.middleware.wire.frames import Frame, Kind
 from tests.middleware.ros1.bridge.conftest import start_bridge

@@ -1,12 +1,12 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.middleware.ros1.bridge.sent import Sent
+from cellwright.middleware.ros1.bridge.message_bytes import DeliveryCounter
 
 
 @given(st.lists(st.sampled_from(["/a", "/b", "/c"])))
 def test_counts_with_the_newest_last(topics: list[str]) -> None:
-    sent = Sent()
+    sent = DeliveryCounter()
     for topic in ("/a", "/b", "/c"):
         sent.begin("/me", topic)
     for topic in topics:
@@ -19,7 +19,7 @@ def test_counts_with_the_newest_last(topics: list[str]) -> None:
 
 
 def test_a_new_connection_begins_anew_and_who_leaves_is_forgotten() -> None:
-    sent = Sent()
+    sent = DeliveryCounter()
     sent.begin("/me", "/a")
     sent.count("/me", "/a")
     sent.begin("/me", "/a")

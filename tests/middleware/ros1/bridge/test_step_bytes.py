@@ -10,38 +10,38 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.middleware.messages import from_ros1, md5, to_ros1
-from cellwright.middleware.messages.build import duration, stamp
 from cellwright.middleware.messages.cellwright_msgs import StepRequest, StepResponse
-from cellwright.middleware.ros1.bridge.step_bytes import MD5, TYPE, read_request, response
+from cellwright.middleware.messages.conversions import duration, stamp
+from cellwright.middleware.ros1.bridge.message_bytes import STEP_MD5, STEP_TYPE, read_step_request, step_response
 
 NAMES = st.text(st.characters(exclude_categories=["Cs"]), max_size=12)
 COUNTS = st.integers(0, 2**64 - 1)
 
 
 def test_the_checksum_is_that_of_the_definition() -> None:
-    assert md5(TYPE) == MD5
+    assert md5(STEP_TYPE) == STEP_MD5
 
 
 @given(st.integers(0, 2**31 * 10**9 - 1), st.dictionaries(NAMES, COUNTS, max_size=5))
 def test_requests(nanoseconds: int, published: dict[str, int]) -> None:
     counts = np.array(list(published.values()), np.uint64)
     data = to_ros1(StepRequest(duration(nanoseconds), list(published), counts))
-    assert read_request(data) == (nanoseconds, published)
+    assert read_step_request(data) == (nanoseconds, published)
 
 
 def test_topics_without_numbers_are_only_listened_to() -> None:
     data = to_ros1(StepRequest(duration(5), ["/a", "/b"]))
-    assert read_request(data) == (5, {})
+    assert read_step_request(data) == (5, {})
 
 
 def test_a_duration_may_be_negative_and_is_read_so() -> None:
-    assert read_request(struct.pack("<iiII", -2, 5, 0, 0)) == (-1_999_999_995, {})
+    assert read_step_request(struct.pack("<iiII", -2, 5, 0, 0)) == (-1_999_999_995, {})
 
 
 @given(st.text(st.characters(exclude_categories=["Cs"]), max_size=30), st.integers(0, 2**31 * 10**9 - 1))
 def test_responses(failure: str, now: int) -> None:
     sent = [("/b", 3), ("/a", 2**40)]
-    answer = from_ros1(response(failure, now, sent), StepResponse)
+    answer = from_ros1(step_response(failure, now, sent), StepResponse)
     assert (answer.success, answer.message, answer.time) == (not failure, failure, stamp(now))
     assert list(zip(answer.topics, answer.sent.tolist(), strict=True)) == sent
 
@@ -49,7 +49,7 @@ def test_responses(failure: str, now: int) -> None:
 @given(st.binary(max_size=60))
 def test_nonsense_is_refused_or_read_but_never_more(data: bytes) -> None:
     try:
-        nanoseconds, published = read_request(data)
+        nanoseconds, published = read_step_request(data)
     except (struct.error, ValueError):
         return
     assert isinstance(nanoseconds, int)
@@ -60,10 +60,10 @@ def test_nonsense_is_refused_or_read_but_never_more(data: bytes) -> None:
 def test_a_request_cut_off_is_refused(cut: int) -> None:
     data = to_ros1(StepRequest(duration(5), ["/a", "/b"], np.array([1, 2], np.uint64)))
     with pytest.raises((struct.error, ValueError)):
-        read_request(data[:-cut])
+        read_step_request(data[:-cut])
 
 
 def test_numbers_that_belong_to_no_topic_are_refused() -> None:
     data = to_ros1(StepRequest(duration(5), ["/a"], np.array([1, 2], np.uint64)))
     with pytest.raises(ValueError, match="1 topics and 2 numbers"):
-        read_request(data)
+        read_step_request(data)

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from cellwright.middleware.messages import from_ros1, to_ros1
-from cellwright.middleware.messages.build import duration, stamp
 from cellwright.middleware.messages.cellwright_msgs import StepRequest, StepResponse
+from cellwright.middleware.messages.conversions import duration, stamp
 from cellwright.middleware.messages.standard import String
-from cellwright.middleware.ros1.bridge import step_bytes
+from cellwright.middleware.ros1.bridge import message_bytes
 from cellwright.middleware.wire.frames import Frame, Kind, read_advance
 from tests.middleware.ros1.bridge.conftest import start_bridge
 from tests.middleware.ros1.bridge.fake_cell import FakeCell, heard, out
@@ -171,4 +171,4 @@ def test_out_of_lockstep_there_is_no_such_service(master: Ground, make_cell: Mak
     start_bridge(master, make_cell([out("/words")]))
     services = master.ask("getSystemState")[2]
     assert STEP not in [name for name, _ in services]
-    assert step_bytes.TYPE == "cellwright_msgs/Step"
+    assert message_bytes.STEP_TYPE == "cellwright_msgs/Step"

@@ -2,8 +2,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from cellwright.middleware.ros1.bridge.loop import Loop
-from cellwright.middleware.ros1.bridge.tally import PERIOD, Tally
+from cellwright.middleware.ros1.bridge.loop import LOG_PERIOD, Loop, ThrottledLog
 
 
 def test_the_first_at_once_the_others_after_a_second(
@@ -12,7 +11,7 @@ def test_the_first_at_once_the_others_after_a_second(
     now = [0.0]
     monkeypatch.setattr("cellwright.middleware.ros1.bridge.loop.time", SimpleNamespace(monotonic=lambda: now[0]))
     loop = Loop()
-    tally = Tally(loop, "{count} of {subject}")
+    tally = ThrottledLog(loop, "{count} of {subject}")
 
     def run_to(seconds: float) -> str:
         now[0] = seconds
@@ -24,8 +23,8 @@ def test_the_first_at_once_the_others_after_a_second(
         tally.count("apples")
     tally.count("pears")
     assert run_to(0.0) == "1 of apples\n1 of pears\n"
-    assert run_to(0.9 * PERIOD) == ""
-    assert run_to(PERIOD) == "4 of apples\n"
-    assert run_to(2 * PERIOD) == ""
+    assert run_to(0.9 * LOG_PERIOD) == ""
+    assert run_to(LOG_PERIOD) == "4 of apples\n"
+    assert run_to(2 * LOG_PERIOD) == ""
     assert not tally._counts  # what has come to rest is forgotten
     loop.close()

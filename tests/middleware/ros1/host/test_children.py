@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.middleware.ros1.host.children import Child, Lines, Patience, how_it_ended
+from cellwright.middleware.ros1.host.processes import Child, Lines, RestartDelay, how_it_ended
 from tests.processes import is_running
 from tests.waiting import TIMEOUT, wait_until
 
@@ -137,7 +137,7 @@ def test_it_ends_with_its_parent_even_when_that_is_killed(*, is_early: bool) -> 
     pause = "" if is_early else "time.sleep(0.3)"  # stands for no condition: by then the child is tied as a rule
     parent = f"""
 import os, sys, time
-from cellwright.middleware.ros1.host.children import Child
+from cellwright.middleware.ros1.host.processes import Child
 child = Child([sys.executable, '-c', 'import time; time.sleep(60)'], os.environ, python=sys.executable)
 {pause}
 print(child.pid, flush=True)
@@ -162,7 +162,7 @@ def test_an_end_in_words(status: int, words: str) -> None:
 
 
 def test_what_fails_over_and_over_is_tried_ever_more_seldom() -> None:
-    patience = Patience(first=0.25, longest=8.0, forgiven=10.0)
+    patience = RestartDelay(first=0.25, longest=8.0, forgiven=10.0)
     assert [patience.after(0.1) for _ in range(8)] == [0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 8.0]
     assert patience.after(20.0) == 0.0
     assert patience.after(0.1) == 0.25
@@ -170,7 +170,7 @@ def test_what_fails_over_and_over_is_tried_ever_more_seldom() -> None:
 
 @given(st.lists(st.floats(0.0, 100.0), max_size=30))
 def test_nobody_waits_longer_than_the_longest(lives: list[float]) -> None:
-    patience = Patience(first=0.5, longest=3.0, forgiven=10.0)
+    patience = RestartDelay(first=0.5, longest=3.0, forgiven=10.0)
     for lasted in lives:
         wait = patience.after(lasted)
         assert 0.0 <= wait <= 3.0

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.middleware.ros1.host.identity import SIMULATOR, node_name, robot
+from cellwright.middleware.ros1.host.ros1 import SIMULATOR, node_name, robot_identity
 from cellwright.util.errors import UsageError
 
 ACCEPTED = re.compile(r"/[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*")
@@ -14,13 +14,13 @@ ACCEPTED = re.compile(r"/[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*")
 
 @pytest.mark.parametrize("name", ["openloong_controller_node", "/openloong_controller_node"])
 def test_a_slash_in_front_is_not_needed(name: str) -> None:
-    assert robot(name).node == "/openloong_controller_node"
+    assert robot_identity(name).node == "/openloong_controller_node"
 
 
 def test_a_robot_lives_by_the_wall_clock_unless_told_otherwise() -> None:
-    assert not robot("a").tells_time
-    assert robot("a", sim_time=True).tells_time
-    assert not robot("a", sim_time=True).makes_frames
+    assert not robot_identity("a").tells_time
+    assert robot_identity("a", sim_time=True).tells_time
+    assert not robot_identity("a", sim_time=True).makes_frames
     assert SIMULATOR.tells_time
     assert SIMULATOR.makes_frames
 

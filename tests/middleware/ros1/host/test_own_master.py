@@ -12,8 +12,7 @@ import pytest
 
 from cellwright.middleware.ros1.host import installation
 from cellwright.middleware.ros1.host.installation import Installation
-from cellwright.middleware.ros1.host.master import Master
-from cellwright.middleware.ros1.host.own_master import OwnMaster
+from cellwright.middleware.ros1.host.master import Master, OwnMaster
 from cellwright.util.errors import UsageError
 from tests.ros1.ground import Ground
 from tests.waiting import wait_until

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from cellwright.middleware.ros1.host import Ros1
-from cellwright.middleware.ros1.host.identity import robot
+from cellwright.middleware.ros1.host.ros1 import robot_identity
 from cellwright.util.errors import UsageError
 from tests.ros1.ground import Ground
 
@@ -22,7 +22,10 @@ def joined(ground: Ground, node: str, urdf: str, monkeypatch: pytest.MonkeyPatch
     def fail(*_: Any) -> None:
         raise OSError(11, "no process left")
 
-    with monkeypatch.context() as patched, Ros1(print, environment=ground.environment, identity=robot(node)) as ros:
+    with (
+        monkeypatch.context() as patched,
+        Ros1(print, environment=ground.environment, identity=robot_identity(node)) as ros,
+    ):
         patched.setattr("cellwright.middleware.ros1.host.ros1.Bridge", fail)
         ros.prepare()
         with pytest.raises(UsageError, match="no process left"):
@@ -31,7 +34,7 @@ def joined(ground: Ground, node: str, urdf: str, monkeypatch: pytest.MonkeyPatch
 
 def test_time_at_the_master_is_left_as_it_is(master: Ground) -> None:
     said: list[str] = []
-    with Ros1(said.append, environment=master.environment, identity=robot("arm")) as ros:
+    with Ros1(said.append, environment=master.environment, identity=robot_identity("arm")) as ros:
         ros.prepare()
         assert not master.ask("hasParam", "/use_sim_time")
         assert said == []
@@ -43,7 +46,7 @@ def test_time_at_the_master_is_left_as_it_is(master: Ground) -> None:
 
 
 def test_simulated_time_is_said_at_the_master(master: Ground) -> None:
-    with Ros1(print, environment=master.environment, identity=robot("arm", sim_time=True)) as ros:
+    with Ros1(print, environment=master.environment, identity=robot_identity("arm", sim_time=True)) as ros:
         ros.prepare()
     assert master.ask("getParam", "/use_sim_time") is True
 
@@ -71,7 +74,7 @@ rospy.spin()
 """
     master.client(program).wait_for("there")
     said: list[str] = []
-    with Ros1(said.append, environment=master.environment, identity=robot("arm")) as ros:
+    with Ros1(said.append, environment=master.environment, identity=robot_identity("arm")) as ros:
         ros.prepare()
     (line,) = said
     assert line.startswith("/other_robot publishes /io_teleop/joint_states at http://")
@@ -81,7 +84,7 @@ def test_a_node_of_the_same_name_is_not_driven_out(master: Ground) -> None:
     other = master.client("import rospy; rospy.init_node('arm'); print('there', flush=True); rospy.spin()")
     other.wait_for("there")
     with (
-        Ros1(print, environment=master.environment, identity=robot("arm")) as ros,
+        Ros1(print, environment=master.environment, identity=robot_identity("arm")) as ros,
         pytest.raises(UsageError, match=r"a node /arm is there already at .*; end it, or give another name"),
     ):
         ros.prepare()

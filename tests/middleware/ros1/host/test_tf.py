@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from cellwright.cell.interface.urdf import robot_description
+from cellwright.cell.interface.parameters import robot_description
 from cellwright.cli import options
 from tests.cell.interface.urdf_chain import joints_of, world_T
 from tests.processes import Process

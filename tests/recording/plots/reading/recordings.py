@@ -10,8 +10,7 @@ from typing import Any
 from cellwright.middleware.messages import Message, to_cdr
 from cellwright.middleware.messages.standard import String
 from cellwright.recording.format import format as names
-from cellwright.recording.format.format import RecordedTopic
-from cellwright.recording.format.header import RecordingHeader
+from cellwright.recording.format.format import RecordedTopic, RecordingHeader
 from cellwright.recording.format.mcap_file import McapFile
 from cellwright.recording.format.reader import RecordedMessage
 

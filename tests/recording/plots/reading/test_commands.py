@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from cellwright.middleware.bus import How
 from cellwright.middleware.messages.standard import String
 from cellwright.recording.format.commands import Command
-from cellwright.recording.plots.reading.commands import Commands
+from cellwright.recording.plots.reading.reader import Commands
 from cellwright.util.errors import showable
 from tests.recording.plots.reading.recordings import message
 

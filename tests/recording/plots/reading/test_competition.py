@@ -5,7 +5,7 @@ import pytest
 from cellwright.middleware.messages.standard import Float32, String
 from cellwright.recording.format.format import EVENT
 from cellwright.recording.format.reader import RecordedMessage
-from cellwright.recording.plots.reading.competition import Competition
+from cellwright.recording.plots.reading.cell import Competition
 from cellwright.util.errors import MessageError
 from tests.recording.plots.reading.recordings import event, kit, message, text
 

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.middleware.messages.osrf_gear import VacuumGripperState
-from cellwright.recording.plots.reading.gripper import Gripper, Spans
+from cellwright.recording.plots.reading.reader import Gripper, Spans
 from tests.recording.plots.reading.recordings import message
 
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from cellwright.middleware.messages.standard import Header, JointState, Time
 from cellwright.recording.format.reader import RecordedMessage
-from cellwright.recording.plots.reading.joint_states import JointStates
+from cellwright.recording.plots.reading.robot import JointStates
 from cellwright.util.errors import MessageError
 from tests.recording.plots.reading.recordings import message
 

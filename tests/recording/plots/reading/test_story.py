@@ -13,10 +13,10 @@ from cellwright.cell.cell import Cell
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest
 from cellwright.middleware.messages.standard import Header, JointState, Time
 from cellwright.middleware.messages.std_srvs import SetBoolRequest
-from cellwright.recording.format.header import RecordingHeader
+from cellwright.recording.format.format import RecordingHeader
 from cellwright.recording.format.reader import Recording
 from cellwright.recording.format.recorder import Recorder
-from cellwright.recording.plots.reading.story import story
+from cellwright.recording.plots.reading.plot_data import load_plot_data
 from cellwright.recording.plots.tracks import Story
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import RecordingError
@@ -66,7 +66,7 @@ def wave(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def told(path: Path) -> Story:
     with Recording(path) as recording:
-        return story(recording)
+        return load_plot_data(recording)
 
 
 def test_a_cell(cell: Path) -> None:

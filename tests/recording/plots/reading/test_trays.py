@@ -4,7 +4,7 @@ import pytest
 
 from cellwright.recording.format.format import PANEL
 from cellwright.recording.format.reader import RecordedMessage
-from cellwright.recording.plots.reading.trays import Trays
+from cellwright.recording.plots.reading.cell import Trays
 from cellwright.util.errors import MessageError
 from tests.recording.plots.reading.recordings import text, trays
 

@@ -14,11 +14,10 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
 import cellwright
-from cellwright.recording.format.format import FRAME, METADATA, RecordedTopic
-from cellwright.recording.format.header import RecordingHeader
+from cellwright.recording.format.format import FRAME, METADATA, RecordedTopic, RecordingHeader
 from cellwright.recording.format.mcap_file import McapFile
 from cellwright.recording.format.reader import Recording
-from cellwright.recording.replay.exported.file import write_mcap
+from cellwright.recording.replay.exported import write_mcap
 from cellwright.util.errors import RecordingError, UsageError
 from tests.recording.format.files import TALK, text
 from tests.recording.replay.made import record, short_work

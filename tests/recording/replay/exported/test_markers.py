@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from cellwright.middleware.messages import from_cdr, to_cdr
 from cellwright.middleware.messages.standard import Marker, MarkerArray
-from cellwright.recording.replay.exported import markers
-from cellwright.recording.replay.exported.markers import Markers
+from cellwright.recording.replay import exported
+from cellwright.recording.replay.exported import Markers
 from cellwright.rendering.scene import Form, Layer, Mesh, Scene, Shape
 from cellwright.util.pose import Pose
-from cellwright.viewer.web.shapes import surface
+from cellwright.viewer.web.meshes import surface
 from tests.rendering.scene.scenes import small
 
 WEDGE = Mesh(
@@ -93,7 +93,7 @@ def test_a_floor_without_end_has_one() -> None:
 
 
 def test_meshes_that_are_too_large_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(markers, "MOST_CORNERS", 2 * WEDGE.faces.size)
+    monkeypatch.setattr(exported, "MOST_CORNERS", 2 * WEDGE.faces.size)
     shape = Shape(1, Form.MESH, (0.0, 0.0, 0.0), Pose(), (1.0, 1.0, 1.0, 1.0), Layer.BOTH, 0)
     found = Markers(Scene("many", ("world", "cart"), (shape,) * 3, (WEDGE,)))
     assert (len(found.message.markers), found.left_out) == (2, 1)

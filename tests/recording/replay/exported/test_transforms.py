@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from cellwright.middleware.messages.build import nanoseconds
+from cellwright.middleware.messages.conversions import nanoseconds
 from cellwright.middleware.messages.standard import TFMessage
-from cellwright.recording.replay.exported.transforms import Transforms
+from cellwright.recording.replay.exported import Transforms
 from cellwright.rendering.scene import Frame
 
 PERIOD = 40_000_000  # [ns]

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from cellwright.viewer.web.link import Link
+from cellwright.viewer.web.connection import Link
 
 
 class FakeHandle:

@@ -15,7 +15,7 @@ from cellwright.robot.node import RobotNode
 from cellwright.viewer.services.names import PANEL
 from cellwright.viewer.services.robot_panel import RobotPanel
 from cellwright.viewer.services.scene import SceneServices
-from cellwright.viewer.web.operator.robot import SeenRobot, Standing
+from cellwright.viewer.web.operator.robot_state import SeenRobot, Standing
 from tests.clients.operators.nodes import robot
 from tests.waiting import TIMEOUT
 

@@ -10,11 +10,11 @@ from typing import Any
 
 import pytest
 
-from cellwright.clients.operators.orders import Ask, MoveBase, MoveGrippers, MoveJoints
-from cellwright.viewer.web.operator.controls import Controls
-from cellwright.viewer.web.operator.desk import Desk
-from cellwright.viewer.web.operator.drive import RATE
+from cellwright.clients.operators.robot import Ask, MoveBase, MoveGrippers, MoveJoints
+from cellwright.viewer.web.operator.command_queue import Desk
+from cellwright.viewer.web.operator.feature import Controls
 from cellwright.viewer.web.operator.handles import Handles
+from cellwright.viewer.web.operator.moves import BUTTON_RATE
 from tests.viewer.web.operator.fakes import FakeGui, FakeScene
 from tests.viewer.web.operator.robots import Clock, number, seen, standing
 
@@ -170,7 +170,7 @@ def test_a_slider_that_is_sent_what_is_no_number_goes_back(tab: Tab, value: floa
 
 def test_a_base_that_is_pushed(tab: Tab) -> None:
     button = tab.gui.find("button", "Left")
-    assert button.frequency == RATE
+    assert button.frequency == BUTTON_RATE
     button.use(ME)
     [order] = tab.desk.due()
     assert isinstance(order, MoveBase)

@@ -1,7 +1,7 @@
 """How late the robot is: what is counted, and what is not."""
 
 from cellwright.util.pose import Pose
-from cellwright.viewer.web.operator.delay import LONGEST, Delay
+from cellwright.viewer.web.operator.robot_state import MAX_DELAY, Delay
 from tests.viewer.web.operator.robots import standing
 
 
@@ -34,7 +34,7 @@ def test_joints_count_as_tips_do() -> None:
 def test_a_robot_that_was_not_going_to_move_says_nothing() -> None:
     delay = Delay()
     delay.begin(standing(), 0.0)
-    delay.look(standing(tips=moved(0.1)), LONGEST + 0.1)
+    delay.look(standing(tips=moved(0.1)), MAX_DELAY + 0.1)
     assert delay.seconds is None
     delay.begin(standing(), 10.0)
     delay.forget()

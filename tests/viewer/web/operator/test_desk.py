@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.clients.operators.orders import Ask, MoveBase, MoveGrippers, MoveJoints, MoveTips, Now
+from cellwright.clients.operators.robot import Ask, MoveBase, MoveGrippers, MoveJoints, MoveTips, Now
 from cellwright.util.pose import Pose
-from cellwright.viewer.web.operator.desk import READ_ONLY, Desk
-from cellwright.viewer.web.operator.reach import Reach
+from cellwright.viewer.web.operator.command_queue import READ_ONLY, Desk
+from cellwright.viewer.web.operator.robot_state import Reach
 from tests.viewer.web.operator.robots import Clock, number, seen, standing
 
 ME = 1

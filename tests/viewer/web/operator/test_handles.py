@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cellwright.clients.operators.orders import MoveTips
+from cellwright.clients.operators.robot import MoveTips
 from cellwright.util.pose import Pose
-from cellwright.viewer.web.operator.desk import Desk
+from cellwright.viewer.web.operator.command_queue import Desk
 from cellwright.viewer.web.operator.handles import BESIDE, REFUSED, SHORT, Handles
 from tests.viewer.web.operator.fakes import FakeHandle, FakeScene
 from tests.viewer.web.operator.robots import Clock, seen, standing

@@ -8,9 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.util.pose import Pose, normalized
-from cellwright.viewer.web.operator.hands import PERIOD, REPEAT, Hands
-from cellwright.viewer.web.operator.reach import angle
-from cellwright.viewer.web.operator.robot import Standing
+from cellwright.viewer.web.operator.moves import HAND_PERIOD, HAND_REPEAT, Hands
+from cellwright.viewer.web.operator.robot_state import Standing, rotation_angle
 from tests.viewer.web.operator.robots import standing
 
 ME, OTHER = 1, 2
@@ -23,7 +22,7 @@ POSES = st.builds(
 
 
 def same(one: Pose, other: Pose, tolerance: float = 1e-6) -> bool:
-    return math.dist(one.position, other.position) < tolerance and angle(one, other) < 1e-3
+    return math.dist(one.position, other.position) < tolerance and rotation_angle(one, other) < 1e-3
 
 
 def held(at: Pose, standing_: Standing, arm: int = 0) -> Hands:
@@ -71,8 +70,8 @@ def test_the_other_hand_keeps_its_pose_whatever_is_measured_later() -> None:
     sent = []
     for step in range(5):
         sagging = standing(tips=tuple(Pose((0.0, 0.0, -0.01 * step)) @ tip for tip in stands.tips))
-        hands.move(0, ME, Pose((0.01 * step, 0.0, 0.0)) @ stands.tips[0], step * PERIOD)
-        sent.append(hands.due(sagging, step * PERIOD))
+        hands.move(0, ME, Pose((0.01 * step, 0.0, 0.0)) @ stands.tips[0], step * HAND_PERIOD)
+        sent.append(hands.due(sagging, step * HAND_PERIOD))
     lefts = {poses[1] for poses in sent if poses is not None}
     assert len(lefts) == 1
     assert same(stands.references[1] @ lefts.pop(), stands.tips[1])
@@ -146,8 +145,8 @@ def test_a_handle_that_rests_is_repeated_for_a_while() -> None:
     hands = held(stands.tips[0], stands)
     hands.move(0, ME, stands.tips[0], 10.0)
     assert hands.due(stands, 10.0)
-    assert hands.due(stands, 10.0 + REPEAT - 0.1), "its way may take some time"
-    assert hands.due(stands, 10.0 + REPEAT + 0.1) is None, "a browser that is gone looks the same"
+    assert hands.due(stands, 10.0 + HAND_REPEAT - 0.1), "its way may take some time"
+    assert hands.due(stands, 10.0 + HAND_REPEAT + 0.1) is None, "a browser that is gone looks the same"
     hands.move(0, ME, stands.tips[0], 20.0)
     assert hands.due(stands, 20.0)
 

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.viewer.web.operator.joints import AFTERWARDS, LEAD, PATIENCE, SPEED, JointMoves
+from cellwright.viewer.web.operator.moves import JOINT_HOLD_TIME, JOINT_LEAD, JOINT_PATIENCE, JOINT_SPEED, JointMoves
 from tests.viewer.web.operator.robots import number, seen, standing
 
 ELBOW = number("right_3")
@@ -39,12 +39,12 @@ def test_targets_walk_within_the_limits_and_arrive(wanted: float, period: float)
     assert all(-2.0 <= target <= 2.0 for target in found)
     assert found[-1] == min(max(wanted, -2.0), 2.0)
     steps = [abs(after - before) for before, after in zip([-1.2, *found], found, strict=False)]
-    assert max(steps) <= max(SPEED["rad"] * min(period, 0.25), 0.0) + 1e-9, "however far the slider was thrown"
+    assert max(steps) <= max(JOINT_SPEED["rad"] * min(period, 0.25), 0.0) + 1e-9, "however far the slider was thrown"
 
 
 def test_a_joint_that_is_held_up_is_waited_for_and_given_up() -> None:
-    found, note = walked(1.0, PATIENCE + 1.0, follows=False)
-    assert max(found) <= -1.2 + LEAD["rad"] + 1e-9
+    found, note = walked(1.0, JOINT_PATIENCE + 1.0, follows=False)
+    assert max(found) <= -1.2 + JOINT_LEAD["rad"] + 1e-9
     assert note == "right_3 is held up: it stands at -1.200"
 
 
@@ -68,7 +68,7 @@ def test_a_joint_nobody_can_measure_begins_at_its_target() -> None:
 def test_sliding_joints_walk_in_metres() -> None:
     moves = JointMoves(seen())
     moves.ask(FINGER, 0.04, 0.0)
-    assert 0.0 < moves.due(standing(), 0.05)[FINGER] <= SPEED["m"] * 0.05
+    assert 0.0 < moves.due(standing(), 0.05)[FINGER] <= JOINT_SPEED["m"] * 0.05
 
 
 def test_a_slider_follows_its_joint_unless_somebody_has_just_moved_it() -> None:
@@ -77,8 +77,8 @@ def test_a_slider_follows_its_joint_unless_somebody_has_just_moved_it() -> None:
     moves.ask(ELBOW, -1.19, 0.0)
     assert moves.is_touched(ELBOW, 0.0)
     moves.due(standing(), 0.1)
-    assert moves.is_touched(ELBOW, 0.1 + AFTERWARDS / 2), "the joint is still on its way"
-    assert not moves.is_touched(ELBOW, 0.2 + AFTERWARDS)
+    assert moves.is_touched(ELBOW, 0.1 + JOINT_HOLD_TIME / 2), "the joint is still on its way"
+    assert not moves.is_touched(ELBOW, 0.2 + JOINT_HOLD_TIME)
     assert moves.due(standing(), 10.0) == {}, "and nothing is sent"
 
 

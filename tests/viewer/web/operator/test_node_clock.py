@@ -2,7 +2,7 @@
 
 import pytest
 
-from cellwright.viewer.web.operator.node_clock import NodeClock
+from cellwright.viewer.web.operator.worker import NodeClock
 
 
 @pytest.mark.parametrize("rate", [0.0, 0.5, 1.0, 10.0])

@@ -1,7 +1,7 @@
 """Whether a hand gets there: told by how it moves, in the robot's own time."""
 
 from cellwright.util.pose import Pose
-from cellwright.viewer.web.operator.reach import Reach, ReachOfHand, angle
+from cellwright.viewer.web.operator.robot_state import Reach, ReachOfHand, rotation_angle
 
 SECOND = 1_000_000_000
 AIM = Pose((1.0, 0.0, 0.0))
@@ -34,6 +34,6 @@ def test_a_robot_whose_time_stands_is_not_short() -> None:
 def test_a_turn_counts() -> None:
     watch = ReachOfHand()
     turned = Pose.from_rpy((1.0, 0.0, 0.0), (0.0, 0.0, 0.5))
-    assert abs(angle(AIM, turned) - 0.5) < 1e-9
+    assert abs(rotation_angle(AIM, turned) - 0.5) < 1e-9
     assert watch.look(0, turned, AIM) is Reach.ON_ITS_WAY
     assert watch.look(SECOND, turned, AIM) is Reach.SHORT

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import MessageError
 from cellwright.viewer.services.robot_panel import RobotPanel
-from cellwright.viewer.web.operator.robot import FULL_TURN, SeenRobot, Standing, pose_of
+from cellwright.viewer.web.operator.robot_state import FULL_TURN, SeenRobot, Standing, pose_of
 from tests.robot.robots import two_arms
 from tests.viewer.web.operator.robots import number, seen, standing
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from cellwright.viewer.web.operator.robot import SeenJoint
-from cellwright.viewer.web.operator.sliders import short_names, step_of
+from cellwright.viewer.web.operator.feature import short_names, step_of
+from cellwright.viewer.web.operator.robot_state import SeenJoint
 
 
 def test_steps_are_round_and_fine_enough() -> None:

@@ -4,9 +4,9 @@ from typing import Any
 
 import pytest
 
-from cellwright.viewer.web.html import AMBER, GREEN, GREY, RED
-from cellwright.viewer.web.operator.desk import Desk
-from cellwright.viewer.web.operator.state_text import pill, state_html
+from cellwright.viewer.web.operator.command_queue import Desk
+from cellwright.viewer.web.operator.feature import pill, state_html
+from cellwright.viewer.web.widgets import AMBER, GREEN, GREY, RED
 from tests.viewer.web.operator.robots import Clock, seen, standing
 
 

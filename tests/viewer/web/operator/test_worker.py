@@ -8,13 +8,12 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from cellwright.clients.operators.orders import Ask
+from cellwright.clients.operators.robot import Ask
 from cellwright.robot.node import RobotNode
-from cellwright.robot.safety.settings import SafetySettings
+from cellwright.robot.safety import SafetySettings
 from cellwright.util.pose import Pose
-from cellwright.viewer.web.operator.desk import Desk
-from cellwright.viewer.web.operator.reach import angle
-from cellwright.viewer.web.operator.robot import Standing
+from cellwright.viewer.web.operator.command_queue import Desk
+from cellwright.viewer.web.operator.robot_state import Standing, rotation_angle
 from cellwright.viewer.web.operator.worker import NODE, Worker
 from tests.clients.operators.nodes import robot
 from tests.viewer.web.operator.robots import number, served
@@ -56,7 +55,7 @@ def test_a_dragged_hand_gets_there_and_the_other_one_stays(node: RobotNode) -> N
             x, y, z = np.add(right.position, share * np.subtract(world_T_aim.position, right.position)).tolist()
             desk.drag(0, ME, Pose((x, y, z), right.quaternion))
         wait_until(lambda: math.dist(stands(desk).tips[0].position, world_T_aim.position) < 1e-3, "end of the motion")
-        assert angle(stands(desk).tips[0], right) < 0.01
+        assert rotation_angle(stands(desk).tips[0], right) < 0.01
         assert math.dist(stands(desk).tips[1].position, left.position) < 2e-3
         assert NODE in stands(desk).commander
         wait_until(lambda: desk.delay.seconds is not None, "figure of the delay")

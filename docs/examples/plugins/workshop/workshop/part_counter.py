@@ -6,8 +6,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from cellwright.cell.devices.sensors.scene import Scene
-from cellwright.cell.interface.plugin_sensors import SensorPlugin
+from cellwright.cell.devices.logical_camera import Scene
+from cellwright.cell.interface.plugins import SensorPlugin
 from cellwright.config.trial.trial import Sensor as SensorDescription
 from cellwright.engine.sensor import Reading, Sensor
 from cellwright.middleware.interface.table import Where, says

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from cellwright.util.loading import interrupts_end_the_process
-from cellwright.util.standard_streams import StandardStreams
+from cellwright.util.process import StandardStreams, interrupts_end_the_process
 
 _INTERRUPTED = 130
 

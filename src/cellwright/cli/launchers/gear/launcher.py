@@ -1,21 +1,180 @@
-"""`gear.py`: the launcher of 2017, as a launch file, a shell or a script of the time starts it."""
+"""Launcher `gear.py` of 2017: its command line, the files it leaves, and the cell it starts.
+
+config.yaml   the configuration as it was given, files joined
+gear.yaml     what it comes to: every part, sensor, order and drop region with its figures
+gear.urdf     the robot description
+gear.launch   starts the same cell again: `roslaunch DIR/gear.launch`
+"""
 
 from __future__ import annotations
 
+import argparse
 import os
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
+
+import yaml
 
 from cellwright.cell.cell import Cell
-from cellwright.cli.launchers.gear import generated
-from cellwright.cli.launchers.gear.arguments import Arguments, parse
+from cellwright.cell.interface.parameters import robot_description
 from cellwright.cli.launchers.gear.performance_log import PerformanceLog, log_path
 from cellwright.cli.options import default_speed
-from cellwright.cli.serve.trial import EXIT_ON_COMPLETION, ServeOptions, serve_trial
-from cellwright.config.parsing.texts import read_texts
-from cellwright.config.trial.gear2017 import Loaded, load_trial
+from cellwright.cli.serve import EXIT_ON_COMPLETION, ServeOptions, serve_trial
+from cellwright.config.parsing.sources import read_texts
+from cellwright.config.trial.gear2017 import Loaded, load_trial, resolved
+from cellwright.config.trial.trial import Camera, Sensor
 from cellwright.util.errors import CellwrightError, UsageError
+from cellwright.util.files import write_whole
+
+OUTPUT = Path("/tmp/ariac")  # noqa: S108 - where the original put its files, and programs look for them
+"""Where the files go that say what is started."""
+
+COMPETITION = "ARIAC_COMPETITION"
+"""Environment variable: with any value the cell is in competition mode."""
+
+_REMAPPING = ":="
+
+
+@dataclass(frozen=True, slots=True)
+class Arguments:
+    """What the launcher was asked for.
+
+    Attributes:
+        config: the configuration itself, as YAML; empty if there is none.
+        files: files that are read as one configuration.
+        dry_run: show what would be started, and start nothing.
+        verbose: say more.
+        output: where the files go that say what is started.
+        competition: whether what a competition refuses is refused.
+    """
+
+    config: str = ""
+    files: tuple[str, ...] = ()
+    dry_run: bool = False
+    verbose: bool = False
+    output: Path = OUTPUT
+    competition: bool = True
+
+
+def without_remappings(arguments: Sequence[str]) -> list[str]:
+    """The arguments that are the program's own: `roslaunch` adds remappings, such as `__name:=ariac_node`."""
+    return [argument for argument in arguments if _REMAPPING not in argument]
+
+
+def parse(arguments: Sequence[str], variables: Mapping[str, str]) -> Arguments:
+    """Read the command line; what cannot be read ends the program with status 2 and a line on how it is used.
+
+    Args:
+        arguments: those of the process, without the program's name.
+        variables: those of its environment.
+    """
+    parsed = _parser().parse_args(without_remappings(arguments))
+    return Arguments(
+        config=parsed.config,
+        files=tuple(parsed.file or ()),
+        dry_run=parsed.dry_run,
+        verbose=parsed.verbose,
+        output=parsed.output,
+        competition=not parsed.development_mode or COMPETITION in variables,
+    )
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="gear.py",
+        description="Starts the kit-building cell, and a roscore if none runs; it ends with Ctrl-C.",
+        epilog="Cellwright works the cell; see also: cellwright serve --help",
+    )
+    source = parser.add_mutually_exclusive_group()
+    source.add_argument("config", nargs="?", default="", metavar="CONFIG", help="the configuration itself, as YAML")
+    source.add_argument(
+        "-f", "--file", nargs="+", action="extend", metavar="F", help="files that are read as one configuration"
+    )
+    parser.add_argument(
+        "-n", "--dry-run", action="store_true", help="print what would be started, and write and start nothing"
+    )
+    parser.add_argument("-v", "--verbose", action="store_true", help="print the resolved configuration too")
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        default=OUTPUT,
+        metavar="DIR",
+        help="where configuration, robot description and launch file are written (default: %(default)s)",
+    )
+    parser.add_argument(
+        "-d",
+        "--development-mode",
+        action="store_true",
+        help="allow what a competition refuses, such as the belt's power",
+    )
+    parser.add_argument("--no-gui", action="store_true", help="taken for old scripts; there is no window to open")
+    return parser
+
+
+CONFIG = "config.yaml"
+
+_LAUNCH = """\
+<?xml version="1.0"?>
+<!-- The cell as gear.py started it. -->
+<launch>
+  <node name="ariac_node" pkg="osrf_gear" type="gear.py" output="screen" required="true"
+        args="{options}-f $(dirname)/{config}" />
+</launch>
+"""
+
+
+def launch_files(loaded: Loaded, text: str, *, competition: bool, verbose: bool = False) -> dict[str, str]:
+    """The content of each file, by its name.
+
+    Args:
+        loaded: the configuration.
+        text: the configuration as it was given.
+        competition: whether the cell is in competition mode.
+        verbose: whether the launcher was asked to say more.
+    """
+    options = ("" if competition else "--development-mode ") + ("--verbose " if verbose else "")
+    return {
+        CONFIG: text,
+        "gear.yaml": resolved_text(loaded),
+        "gear.urdf": robot_description(loaded.trial),
+        "gear.launch": _LAUNCH.format(options=options, config=CONFIG),
+    }
+
+
+def resolved_text(loaded: Loaded) -> str:
+    """What a configuration comes to, as YAML; poses in m and rad."""
+    trial = loaded.trial
+    facts: dict[str, Any] = {
+        "name": trial.name,
+        "arm": trial.has_arm,
+        "sensors": {sensor.name: _sensor(sensor) for sensor in trial.sensors if not isinstance(sensor, Camera)},
+        **resolved(loaded.figures),
+    }
+    return yaml.safe_dump(facts, sort_keys=False, allow_unicode=True, default_flow_style=None, width=120)
+
+
+def _sensor(sensor: Sensor) -> dict[str, Any]:
+    xyz, rpy = ([float(value) for value in vector] for vector in (sensor.pose.position, sensor.pose.rpy))
+    return {"type": sensor.type, "xyz": xyz, "rpy": rpy}
+
+
+def write_launch_files(files: dict[str, str], folder: Path) -> None:
+    """Write the files.
+
+    Raises:
+        UsageError: the folder cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, content in files.items():
+            write_whole(folder / name, content)
+    except OSError as error:
+        raise UsageError(f"{folder}: cannot be written: {error.strerror or error}") from None
+
 
 _FAILED = 1
 
@@ -44,13 +203,13 @@ def _launch(wanted: Arguments, variables: Mapping[str, str]) -> int:
     text, loaded = _load(wanted)
     for warning in loaded.warnings:
         _warn(str(warning))
-    files = generated.generated(loaded, text, competition=wanted.competition, verbose=wanted.verbose)
+    files = launch_files(loaded, text, competition=wanted.competition, verbose=wanted.verbose)
     if wanted.dry_run:
         for name, content in files.items():
             sys.stdout.write(f"# file: {name}\n{content.rstrip()}\n\n")
         return 0
     try:
-        generated.write(files, wanted.output)
+        write_launch_files(files, wanted.output)
     except UsageError as error:
         _warn(str(error))
     if wanted.verbose:

@@ -16,10 +16,10 @@ from cellwright.cell.kitting.effects import (
     StateChanged,
     TrialEnded,
 )
-from cellwright.cell.kitting.score.kit_score import KitScore
-from cellwright.cell.kitting.score.scorer import GameScore, OrderScore
+from cellwright.cell.kitting.kit_score import KitScore
+from cellwright.cell.kitting.scorer import GameScore, OrderScore
 from cellwright.engine.clock import seconds
-from cellwright.util.line_file import LineFile
+from cellwright.util.files import LineFile
 
 
 def log_path(home: Path) -> Path:

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from cellwright.middleware.ros1.packages.packages import IO_TELEOP, ROBOTS, VENDORS_NAMES
+from cellwright.middleware.ros1.packages.contents import IO_TELEOP, ROBOTS, VENDORS_NAMES
 from cellwright.util.errors import UnknownNameError
 
 GENERAL = "general_sim_robot_control_node"

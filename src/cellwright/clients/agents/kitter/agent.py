@@ -1,18 +1,409 @@
-"""The agent itself."""
+"""Kitter agent: a state machine that chooses the next part, fetches it, places it, and sends the kits.
+
+A state is a method that does one thing and returns the state that comes next, with what that has to know. Skills tell
+whether they succeeded; what follows from that is decided here.
+
+    await_order -> choose_kit -> choose_part -> fetch | fetch_from_belt -> place -> check -> choose_part ...
+                                             -> clean -> submit -> await_order
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+import logging
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, TypeAlias
 
 from cellwright.clients.agents.kitter.arm import Arm
-from cellwright.clients.agents.kitter.cellview import CellView
+from cellwright.clients.agents.kitter.cell_view import CellView
+from cellwright.clients.agents.kitter.kits import (
+    Kit,
+    OrderBook,
+    Place,
+    Task,
+    Verdict,
+    find_place,
+    inspect_part,
+    is_known_faulty,
+    strays,
+)
 from cellwright.clients.agents.kitter.part_figures import Catalogue
-from cellwright.clients.agents.kitter.picking import Picker
-from cellwright.clients.agents.kitter.placing import Placer
-from cellwright.clients.agents.kitter.strategy import Strategy
+from cellwright.clients.agents.kitter.perception import BINS, BeltPart, Sighting, bin_at
+from cellwright.clients.agents.kitter.pick_and_place import (
+    STATIONS,
+    Held,
+    Picker,
+    Placer,
+    bin_rail,
+    can_reach,
+    pose_on_tray,
+)
 from cellwright.clients.client import Client
 from cellwright.util.errors import CellwrightError
+from cellwright.util.pose import Pose
+
+ATTEMPTS = 4
+"""How often a part in one place is tried."""
+
+BELT_HORIZON = 12.0
+"""A part that the belt brings within this time [s] goes before those that lie somewhere."""
+
+FIRST_Y, LAST_Y = 1.7, -1.8
+"""World y [m] between which parts are taken from the belt."""
+
+
+@dataclass(frozen=True, slots=True)
+class Meeting:
+    """A part on the belt that can be met, and world y [m] where."""
+
+    part: BeltPart
+    y: float
+
+
+class Supply:
+    """What is there to be taken, and what was tried in vain.
+
+    Args:
+        client: whose time.
+        view: what is seen of the cell.
+        arm: which is somewhere.
+        picker: which knows what it can meet.
+    """
+
+    def __init__(self, client: Client, view: CellView, arm: Arm, picker: Picker) -> None:
+        self._client = client
+        self._view = view
+        self._arm = arm
+        self._picker = picker
+        self._failures: Counter[tuple[int, int]] = Counter()
+        self._tried: Counter[str] = Counter()
+        self._too_far: Counter[str] = Counter()
+
+    def on_belt(self, part_type: str) -> Meeting | None:
+        """The first part of a type on the belt that can be met soon."""
+        now = self._client.time
+        for part in self._view.belt.coming(part_type, now, LAST_Y):
+            y = self._picker.meeting_place(part, FIRST_Y, LAST_Y)
+            if y is not None and part.time_at(y) < now + BELT_HORIZON:
+                return Meeting(part, y)
+        return None
+
+    def best(self, part_type: str, lying: Iterable[Sighting]) -> Sighting | None:
+        """The part of a type to take: seldom tried, near the rail's place, with much room around it."""
+        candidates = [part for part in lying if part.type == part_type and self.failures(part.world_T_part) < ATTEMPTS]
+        return min(
+            candidates,
+            key=lambda part: (
+                self.failures(part.world_T_part),
+                round(abs(part.world_T_part.position[1] - self._arm.rail), 1),
+                -part.world_T_part.position[0],
+            ),
+            default=None,
+        )
+
+    def failures(self, world_T_part: Pose) -> int:
+        """How often a part in a place was tried in vain."""
+        return self._failures[bin_cell(world_T_part)]
+
+    def note_failure(self, part_type: str, world_T_part: Pose, *, is_in_reach: bool = True) -> None:
+        """A part of a type in a place was tried in vain: the cup got no hold of it, or the arm does not reach there."""
+        self._failures[bin_cell(world_T_part)] += 1
+        (self._tried if is_in_reach else self._too_far)[part_type] += 1
+
+    def why_none(self, part_type: str) -> str:
+        """Why no part of a type was to be had."""
+        if tried := self._tried[part_type]:
+            return f"the cup got no hold of any, in {tried} attempt{'s' if tried > 1 else ''}"
+        if self._too_far[part_type]:
+            return "those that were seen lie out of the arm's reach"
+        if part_type in self._view.not_upright:
+            return "those that were seen lie with another side up than ordered, or on something else"
+        return "none was seen"
+
+
+def bin_cell(world_T_part: Pose) -> tuple[int, int]:
+    """A place in a bin, as a name for it: to 5 cm."""
+    x, y, _ = world_T_part.position
+    return round(x / 0.05), round(y / 0.05)
+
+
+log = logging.getLogger(__name__)
+
+PART_TIMEOUT = 60.0
+"""A part of which there is none in sight is waited for this long [s]."""
+
+LATEST_WORK_TIME = 455.0
+"""So long after the start [s] a kit is sent as it is: trials of the finals end after 500 s."""
+
+MAX_CLEANINGS = 4
+"""How often something is taken off a tray before it is sent as it is."""
+
+MAX_SENDINGS = 4
+"""How often an AGV is asked to go before its kit is given up."""
+
+MAX_LOSSES = 5
+"""How often a part is lost on its way before it is given up."""
+
+WAITING_Y = 1.55
+"""World y [m] at which the arm waits for the belt to bring something."""
+
+State: TypeAlias = "Callable[[], State | None]"
+
+
+class Strategy:
+    """The agent's behaviour in one run.
+
+    Args:
+        client: its hold on the cell.
+        view: what it knows of the cell.
+        arm: its arm.
+        picker: how it takes hold of parts.
+        placer: how it puts them down.
+        catalogue: the part types that it can handle.
+    """
+
+    def __init__(
+        self, client: Client, view: CellView, arm: Arm, picker: Picker, placer: Placer, catalogue: Catalogue
+    ) -> None:
+        self._client = client
+        self._view = view
+        self._arm = arm
+        self._picker = picker
+        self._placer = placer
+        self._catalogue = catalogue
+        self._orders = OrderBook(client, catalogue)
+        self._supply = Supply(client, view, arm, picker)
+        self._started = client.time
+        self._last_progress = client.time
+
+    def run(self) -> None:
+        """Work until there is nothing left to do."""
+        state: State | None = self.await_order
+        try:
+            while state is not None:
+                state = state()
+        finally:
+            self.report()
+
+    def report(self) -> None:
+        """Say which ordered parts it did not bring, and why."""
+        undone = Counter(
+            (kit.kit_type, task.type, self._why_not(kit, task))
+            for kit in self._orders.kits
+            for task in kit.tasks
+            if task.tray_T_part is None
+        )
+        for (kit_type, part_type, reason), count in undone.items():
+            log.warning("%.1f s: not brought for %s: %d %s: %s", self._client.time, kit_type, count, part_type, reason)
+
+    def _why_not(self, kit: Kit, task: Task) -> str:
+        if task.given_up:
+            return task.given_up
+        return self._supply.why_none(task.type) if kit.is_sent else "time ran out"
+
+    def _say(self, text: str, *arguments: Any) -> None:
+        log.info("%.1f s: " + text, self._client.time, *arguments)
+
+    def _intend(self, text: str, *arguments: Any) -> None:
+        """Say what is done next, to those who look on too."""
+        self._say(text, *arguments)
+        self._client.intend(text % arguments)
+
+    # ---------------------------------------------------------------- kits
+
+    def await_order(self) -> State | None:
+        """Wait until there is a kit to build; the end comes when the competition is over."""
+        self._client.intend("waiting for an order")
+        self._client.wait_until(lambda: bool(self._orders.open_kits()) or self._is_over())
+        return self.choose_kit if self._orders.open_kits() else None
+
+    def choose_kit(self) -> State | None:
+        """The oldest kit that is not yet sent, at an AGV that is there."""
+        kit = self._orders.open_kits()[0]
+        agvs = self._view.agvs
+        if not self._client.wait_until(lambda: any(map(agvs.is_ready, STATIONS)), 60.0):
+            self._say("no AGV is there")
+            return None if self._is_over() else self.choose_kit
+        kit.station = next(station for number, station in STATIONS.items() if agvs.is_ready(number))
+        agvs.rest()
+        self._last_progress = self._client.time
+        self._intend("building %s on AGV %d", kit.kit_type, kit.station.number)
+        return partial(self.choose_part, kit)
+
+    def submit(self, kit: Kit) -> State | None:
+        """Send the kit off."""
+        number, agvs = kit.station.number, self._view.agvs
+        agvs.listen()
+        # the tray reports what lies on it once a second
+        self._client.sleep(1.0)
+        self._client.wait_until(lambda: agvs.is_ready(number), 30.0)
+        types = ", ".join(part_type for part_type, _ in kit.lying) or "nothing"
+        self._intend("sending AGV %d with %s: %s", number, kit.kit_type, types)
+        kit.sendings += 1
+        kit.is_sent = self._client.control_agv(number, kit.kit_type) or kit.sendings >= MAX_SENDINGS
+        if not kit.is_sent:
+            self._say("it does not go")
+            return partial(self.submit, kit)
+        self._client.sleep(1.0)
+        return self.choose_kit if self._orders.open_kits() else self.await_order
+
+    def _is_over(self) -> bool:
+        return self._client.competition_state in ("end_game", "done")
+
+    # ---------------------------------------------------------------- parts
+
+    def choose_part(self, kit: Kit) -> State | None:
+        """The next part to fetch, from the belt if one comes along, else from a bin; without any the kit is sent."""
+        self._orders.open_kits()
+        tasks = kit.open_tasks
+        if self._client.time - self._started > LATEST_WORK_TIME:
+            return partial(self.submit, kit)
+        if not tasks:
+            return partial(self.clean, kit)
+        for task in tasks:
+            meeting = self._supply.on_belt(task.type)
+            if meeting is not None:
+                return partial(self.fetch_from_belt, kit, task, meeting)
+        self._view.look(BINS, kit.station.area)
+        lost = [part for part in strays(self._view, kit) if not is_known_faulty(kit, part)]
+        for lying in (lost, self._view.parts_in_bins()):
+            for task in tasks:
+                part = self._supply.best(task.type, lying)
+                if part is not None:
+                    return partial(self.fetch, kit, task, part)
+        if self._client.time - self._last_progress > PART_TIMEOUT:
+            for task in tasks:
+                self._say("no %s is to be had", task.type)
+                task.given_up = self._supply.why_none(task.type)
+            return partial(self.choose_part, kit)
+        return partial(self.wait_by_belt, kit)
+
+    def wait_by_belt(self, kit: Kit) -> State | None:
+        """Nothing is in reach: wait where the belt brings something, if it does, until it does."""
+        types = {task.type for task in kit.open_tasks}
+        if any("belt" in self._client.material_locations(each) for each in types):
+            self._intend("waiting by the belt for %s", ", ".join(sorted(types)))
+            hover = Pose.from_rpy((1.21, WAITING_Y, 1.0), (0.0, 0.0, 0.0))
+            self._arm.travel(hover, WAITING_Y - 0.3)
+            until = self._client.time + 15.0
+            while self._client.time < until and not any(self._supply.on_belt(each) for each in types):
+                self._client.sleep(0.1)
+        else:
+            self._client.sleep(2.0)
+        return partial(self.choose_part, kit)
+
+    def fetch(self, kit: Kit, task: Task, part: Sighting) -> State | None:
+        """Take a part out of its bin, or from where it was lost on the tray."""
+        x, y, _ = part.world_T_part.position
+        self._intend("fetching a %s at (%.3f, %.3f)", task.type, x, y)
+        rail = bin_rail(y) if bin_at(x, y) is not None else kit.station.rail
+        attempt = self._supply.failures(part.world_T_part)
+        held = self._picker.from_rest(task.type, part.world_T_part, rail, attempt=attempt)
+        if held is None:
+            is_in_reach = self._picker.is_in_reach(task.type, part.world_T_part, rail)
+            self._supply.note_failure(task.type, part.world_T_part, is_in_reach=is_in_reach)
+            self._say("no hold of it (%d)" if is_in_reach else "it is out of reach (%d)", attempt + 1)
+            return partial(self.choose_part, kit)
+        return partial(self.place, kit, task, held)
+
+    def fetch_from_belt(self, kit: Kit, task: Task, meeting: Meeting) -> State | None:
+        """Take a part off the belt."""
+        part, y = meeting.part, meeting.y
+        self._intend("taking a %s off the belt at y %.2f, at %.1f s", task.type, y, part.time_at(y))
+        held = self._picker.from_belt(part, y)
+        self._view.belt.forget(part)
+        if held is None:
+            self._say("it was missed")
+            return partial(self.choose_part, kit)
+        return partial(self.place, kit, task, held)
+
+    # ---------------------------------------------------------------- the tray
+
+    def place(self, kit: Kit, task: Task, held: Held) -> State | None:
+        """Put the held part on the tray."""
+        station = kit.station
+        kind = self._catalogue.figures(task.type)
+        place = find_place(
+            kind,
+            task.tray_T_goal,
+            kit.taken(task),
+            lambda pose: can_reach(self._arm, station, held, kind, pose),
+        )
+        if place is None:
+            self._say("there is no room for a %s on the tray", task.type)
+            task.given_up = "there was no room for it on the tray"
+            self._placer.throw_away(held)
+            return partial(self.choose_part, kit)
+        x, y, _ = place.tray_T_part.position
+        self._intend("putting the %s at (%.3f, %.3f) of the tray, %s", task.type, x, y, place.distance_text)
+        if not self._placer.put_down(held, pose_on_tray(station, kind, place.tray_T_part), station.rail):
+            self._say("it was lost on the way")
+            self._client.control_gripper(False)
+            self._arm.unload()
+            self._note_loss(task)
+            return partial(self.choose_part, kit)
+        task.tray_T_part = place.tray_T_part
+        self._last_progress = self._client.time
+        return partial(self.check, kit, task, place)
+
+    def check(self, kit: Kit, task: Task, place: Place) -> State | None:
+        """Look at what was put down: a faulty part is thrown away, one out of place is put right, once."""
+        finding = inspect_part(self._view, kit, task, place.tray_T_part)
+        if finding.verdict is Verdict.FAULTY:
+            return partial(self.reject, kit, task, place)
+        if finding.verdict is Verdict.LOST:
+            self._say("the %s is not on the tray", task.type)
+            task.tray_T_part = None
+            self._note_loss(task)
+        if finding.world_T_part is None:
+            return partial(self.choose_part, kit)
+        self._say("the %s lies %.1f mm and %.0f mrad from there", task.type, finding.offset * 1e3, finding.turn * 1e3)
+        task.tray_T_part = kit.station.world_T_tray.inverse() @ finding.world_T_part
+        if finding.verdict is Verdict.OUT_OF_PLACE and place.is_ordered and not task.corrected:
+            task.corrected = True
+            held = self._picker.from_rest(task.type, finding.world_T_part, kit.station.rail)
+            if held is not None:
+                task.tray_T_part = None
+                return partial(self.place, kit, task, held)
+        return partial(self.choose_part, kit)
+
+    def _note_loss(self, task: Task) -> None:
+        """A part did not come to lie on the tray; a type with which that happens again and again is given up."""
+        task.losses += 1
+        if task.losses >= MAX_LOSSES:
+            task.given_up = f"it did not come to lie on the tray, {task.losses} times"
+
+    def reject(self, kit: Kit, task: Task, place: Place) -> State | None:
+        """Take a faulty part off the tray again."""
+        self._intend("the %s is faulty: throwing it away", task.type)
+        task.tray_T_part = None
+        lying = pose_on_tray(kit.station, self._catalogue.figures(task.type), place.tray_T_part, drop=0.0)
+        if not self._throw_away(kit, task.type, lying, ATTEMPTS):
+            self._say("it stays where it is")
+            kit.faulty.append((task.type, place.tray_T_part))
+        return partial(self.choose_part, kit)
+
+    def clean(self, kit: Kit) -> State | None:
+        """Take what does not belong there off the tray; then send it."""
+        self._view.look(kit.station.area)
+        found = strays(self._view, kit)
+        if not found or kit.cleanings >= MAX_CLEANINGS:
+            return partial(self.submit, kit)
+        self._intend("there is a %s too many on the tray: taking it off", found[0].type)
+        self._throw_away(kit, found[0].type, found[0].world_T_part, 1, kit.cleanings)
+        kit.cleanings += 1
+        return partial(self.clean, kit)
+
+    def _throw_away(self, kit: Kit, part_type: str, world_T_part: Pose, attempts: int, first: int = 0) -> bool:
+        """Take a part off the tray and drop it on the floor; whether there was a hold of it."""
+        for attempt in range(first, first + attempts):
+            held = self._picker.from_rest(part_type, world_T_part, kit.station.rail, attempt=attempt)
+            if held is not None:
+                self._placer.throw_away(held)
+                return True
+        return False
 
 
 class KitterAgent:

@@ -1,4 +1,4 @@
-"""The arm as the agent moves it: tool poses with the cup facing down, and the servos' softness made up for.
+"""Arm control of the kitter: tool poses with the cup facing down, corrected for the sag of the servos.
 
 The servos hold the arm 1 to 3 mm low. Joint states tell by how much, and what the joints are off is added to their next
 command. The rail arrives where it is sent.
@@ -11,19 +11,72 @@ import math
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
-from cellwright.clients.agents.kitter.joint_watch import JointWatch
-from cellwright.clients.agents.kitter.postures import folded, near_posture, station_posture
-from cellwright.clients.agents.kitter.timing import travel_time, velocities_along
-from cellwright.clients.agents.kitter.tool_ways import TimedPose, at_height, facing_down, following_way, straight_way
+from cellwright.clients.agents.kitter.motion import (
+    TimedPose,
+    at_height,
+    facing_down,
+    folded,
+    following_path,
+    near_posture,
+    station_posture,
+    straight_path,
+    travel_time,
+    velocities_along,
+)
 from cellwright.clients.client import Client
 from cellwright.config.layout import ARM_JOINTS
+from cellwright.middleware.messages.conversions import NANOSECONDS
+from cellwright.motion import Joints, forward
+from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
+
+JOINT_STATES_TIMEOUT = 1.0
+
+
+class JointWatch:
+    """Reads joint states when they are asked for; most come and go unread.
+
+    Args:
+        client: whose arm.
+
+    Raises:
+        UsageError: the arm says nothing for a second.
+    """
+
+    def __init__(self, client: Client) -> None:
+        self._states = client.joint_states
+        if self._states.wait_for_next(JOINT_STATES_TIMEOUT) is None:
+            raise UsageError("the arm does not tell where its joints are: nothing on /ariac/joint_states")
+        self._read = 0
+        self._positions = Joints(*(0.0,) * 7)
+
+    @property
+    def positions(self) -> Joints:
+        """Positions [m for the rail; rad]."""
+        if self._read != self._states.count:
+            self._read = self._states.count
+            message = self._states.message
+            positions = dict(zip(message.name, message.position.tolist(), strict=True))
+            self._positions = Joints(*(positions[name] for name in ARM_JOINTS))
+        return self._positions
+
+    @property
+    def time(self) -> float:
+        """When they were there [s]."""
+        stamp = self._states.message.header.stamp
+        return float((stamp.sec * NANOSECONDS + stamp.nanosec) / NANOSECONDS)
+
+    @property
+    def tool(self) -> Pose:
+        """world_T_gripper then."""
+        return forward(self.positions)
+
 
 log = logging.getLogger(__name__)
 
 RAIL, PAN = 0, 1
 
-FACE = 0.005
+CUP_FACE = 0.005
 """The cup's face is this far [m] below the gripper link."""
 
 OTHER_STATION = 0.8
@@ -32,10 +85,10 @@ OTHER_STATION = 0.8
 SETTLING = 0.7
 """About how long [s] it takes to come to stand exactly."""
 
-SAFE = 0.95
+SAFE_HEIGHT = 0.95
 """Height [m] of the gripper link on ways between stations, with a part that hangs up to `LOW` below the cup."""
 
-LOW = 0.0724
+TALLEST_PART_2017 = 0.0724
 """How far [m] the tallest part of 2017 hangs below the cup; with a taller one the arm keeps that much higher."""
 
 RISING = 0.5
@@ -81,11 +134,11 @@ class Arm:
     @property
     def safe(self) -> float:
         """Height [m] of the gripper link on ways between stations, with what it carries."""
-        return SAFE + self._extra
+        return SAFE_HEIGHT + self._extra
 
     def load(self, height: float) -> None:
         """Something hangs on the cup now, this far [m] below it."""
-        self._extra = max(0.0, height - LOW)
+        self._extra = max(0.0, height - TALLEST_PART_2017)
 
     def unload(self) -> None:
         """Nothing hangs on the cup any more."""
@@ -139,13 +192,13 @@ class Arm:
 
     def line(self, goal: Pose, speed: float, *, wait: bool = True) -> None:
         """Go straight to a tool pose, about so fast [m/s], and wait until there unless told not to."""
-        duration = self._go_along(straight_way(self.tool, goal, speed))
+        duration = self._go_along(straight_path(self.tool, goal, speed))
         if wait:
             self._client.doze(duration)
 
     def follow(self, start: Pose, near: float, press: float, speed: float) -> None:
         """Go along with something that moves along -y and come down on it, without waiting: see `following_way`."""
-        self._go_along(following_way(start, near, press, speed))
+        self._go_along(following_path(start, near, press, speed))
 
     def _go_along(self, way: Iterable[TimedPose]) -> float:
         """Go along a way of the tool while the rail stands still; the time [s] it takes.

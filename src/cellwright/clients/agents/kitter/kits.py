@@ -1,13 +1,109 @@
-"""The kits that are to be built, and how far they are."""
+"""Kits: the orders, the places of their parts on the tray, and the inspection of what lies there."""
 
 from __future__ import annotations
 
+import logging
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from enum import Enum, auto
 
-from cellwright.clients.agents.kitter.part_figures import Catalogue, Disc
-from cellwright.clients.agents.kitter.placing import STATIONS, Station
-from cellwright.clients.agents.kitter.tray_plan import find_place
+from cellwright.clients.agents.kitter.cell_view import CellView
+from cellwright.clients.agents.kitter.part_figures import Catalogue, Disc, PartFigures
+from cellwright.clients.agents.kitter.perception import Sighting
+from cellwright.clients.agents.kitter.pick_and_place import STATIONS, Station, pose_on_tray
+from cellwright.clients.client import Client
+from cellwright.middleware.messages.conversions import pose_from_message
+from cellwright.middleware.messages.osrf_gear import KitObject
 from cellwright.util.pose import Pose
+
+TRAY_HALF_X, TRAY_HALF_Y = 0.25, 0.35
+"""The tray's rims stand at these distances from its middle [m]."""
+
+RIM_GAP = 0.012
+"""How far from a rim a part is put down that could not go where it was ordered [m]."""
+
+PART_GAP = 0.008
+"""How far from another part it is put down then [m]."""
+
+_GRID_STEP = 0.01
+_TURNS = 16
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A place on the tray.
+
+    Attributes:
+        tray_T_part: where the part is to lie.
+        is_ordered: whether that is the ordered pose.
+    """
+
+    tray_T_part: Pose
+    is_ordered: bool
+
+    @property
+    def distance_text(self) -> str:
+        """For the log."""
+        return "as ordered" if self.is_ordered else "as near as there is room"
+
+
+def find_place(
+    kind: PartFigures,
+    tray_T_goal: Pose,
+    others: Sequence[Disc],
+    is_reachable: Callable[[Pose], bool] = lambda _: True,
+) -> Place | None:
+    """Where to put a part.
+
+    The ordered pose is taken if it keeps the part inside the rims and off the others, even narrowly. If not, places on
+    a grid of 1 cm are looked at from the ordered one outwards, with the ordered yaw first and other yaws after it.
+
+    Args:
+        kind: the figures of its type.
+        tray_T_goal: where it was ordered.
+        others: what is taken by others on the tray, in the tray frame.
+        is_reachable: whether the arm can put the part down there.
+
+    Returns:
+        None when there is no room at all.
+    """
+    goal = Pose.from_rpy((*tray_T_goal.position[:2], 0.0), (0.0, 0.0, tray_T_goal.yaw))
+    if fits(kind.covers(goal), others, 0.0, 0.0) and is_reachable(goal):
+        return Place(goal, is_ordered=True)
+    for candidate in _candidates(goal):
+        if fits(kind.covers(candidate), others, RIM_GAP, PART_GAP) and is_reachable(candidate):
+            return Place(candidate, is_ordered=False)
+    return None
+
+
+def fits(part: Sequence[Disc], others: Sequence[Disc], rim_gap: float, part_gap: float) -> bool:
+    """Whether a part lies inside the rims and beside the others, with gaps [m]. All discs in the tray frame."""
+    inside = all(
+        abs(disc.x) + disc.radius + rim_gap <= TRAY_HALF_X and abs(disc.y) + disc.radius + rim_gap <= TRAY_HALF_Y
+        for disc in part
+    )
+    return inside and all(
+        math.hypot(disc.x - other.x, disc.y - other.y) >= disc.radius + other.radius + part_gap
+        for disc in part
+        for other in others
+    )
+
+
+def _candidates(goal: Pose) -> Iterator[Pose]:
+    """Poses all over the tray, nearest to the goal first; all places with the ordered yaw before other yaws."""
+    x0, y0, _ = goal.position
+    columns, rows = round(TRAY_HALF_X / _GRID_STEP), round(TRAY_HALF_Y / _GRID_STEP)
+    places = sorted(
+        ((_GRID_STEP * i, _GRID_STEP * j) for i in range(-columns, columns + 1) for j in range(-rows, rows + 1)),
+        key=lambda place: (round(math.hypot(place[0] - x0, place[1] - y0), 6), place),
+    )
+    for turn in range(_TURNS):
+        # to either side in turn: 0, 1, -1, 2, -2, ...
+        steps = (turn + 1) // 2 * (1 if turn % 2 else -1)
+        yaw = goal.yaw + steps * 2 * math.pi / _TURNS
+        for x, y in places:
+            yield Pose.from_rpy((x, y, 0.0), (0.0, 0.0, yaw))
 
 
 @dataclass
@@ -88,3 +184,133 @@ class Kit:
                 if place is not None and place.is_ordered:
                     discs += figures(task.type).covers(place.tray_T_part)
         return discs
+
+
+log = logging.getLogger(__name__)
+
+
+class OrderBook:
+    """All kits that were ordered so far.
+
+    Args:
+        client: who hears of orders.
+        catalogue: the part types that can be handled.
+    """
+
+    def __init__(self, client: Client, catalogue: Catalogue) -> None:
+        self._client = client
+        self._catalogue = catalogue
+        self._kits: list[Kit] = []
+        self._known = 0
+
+    @property
+    def kits(self) -> list[Kit]:
+        """All kits that were ordered so far, those that were sent included."""
+        return self._kits
+
+    def open_kits(self) -> list[Kit]:
+        """The kits that are not yet sent, the oldest first; new orders are taken in before."""
+        for order in self._client.orders[self._known :]:
+            self._known += 1
+            for kit in order.kits:
+                tasks = [self._task(each) for each in kit.objects]
+                self._kits.append(Kit(kit.kit_type, tasks, self._catalogue))
+                types = ", ".join(task.type for task in tasks)
+                log.info("%.1f s: ordered: %s of %s", self._client.time, kit.kit_type, types)
+                self._give_up_strangers(tasks)
+        return [kit for kit in self._kits if not kit.is_sent]
+
+    def _task(self, ordered: KitObject) -> Task:
+        tray_T_goal = pose_from_message(ordered.pose)
+        self._catalogue.note_order(ordered.type, tray_T_goal)
+        return Task(ordered.type, self._catalogue.turned(ordered.type, tray_T_goal))
+
+    def _give_up_strangers(self, tasks: list[Task]) -> None:
+        for task in tasks:
+            if task.type not in self._catalogue:
+                task.given_up = self._catalogue.why_not(task.type)
+                log.info("%.1f s: cannot handle a %s: %s", self._client.time, task.type, task.given_up)
+
+
+STRAY_DISTANCE = 0.05
+"""What lies further [m] from all that was put down does not belong on the tray."""
+
+SAME_PLACE = 0.06
+"""A fault that is seen this near [m] to where a part was put down is that part's."""
+
+LOST_DISTANCE = 0.1
+"""A part that is seen this far [m] from where it was put down was lost."""
+
+MISPLACED = 0.012
+MISTURNED = 0.05
+"""A part that lies further [m] or is turned more [rad] from where it was ordered is out of place."""
+
+
+class Verdict(Enum):
+    """What became of a part that was put down."""
+
+    UNSEEN = auto()
+    """No camera looks there."""
+    FAULTY = auto()
+    LOST = auto()
+    OUT_OF_PLACE = auto()
+    GOOD = auto()
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """A verdict, and where the part was seen if it was: how far off [m] and by how much turned [rad]."""
+
+    verdict: Verdict
+    world_T_part: Pose | None = None
+    offset: float = 0.0
+    turn: float = 0.0
+
+
+def inspect_part(view: CellView, kit: Kit, task: Task, tray_T_part: Pose) -> Finding:
+    """Look at a part that was put down on the tray of its kit. It takes a second."""
+    station = kit.station
+    expected = pose_on_tray(station, kit.catalogue.figures(task.type), tray_T_part)
+    if any(is_near(pose, expected, SAME_PLACE) for pose in view.faulty_on_tray(station.number)):
+        return Finding(Verdict.FAULTY)
+    if not view.sees(expected):
+        return Finding(Verdict.UNSEEN)
+    view.look(station.area)
+    seen = [part.world_T_part for part in view.parts_on_tray(station.world_T_tray) if part.type == task.type]
+    found = min(seen, key=lambda pose: horizontal_distance(pose, expected), default=None)
+    if found is None or horizontal_distance(found, expected) > LOST_DISTANCE:
+        return Finding(Verdict.LOST)
+    offset = horizontal_distance(found, expected)
+    turn = abs(math.remainder(found.yaw - expected.yaw, 2 * math.pi))
+    is_off = offset > MISPLACED or turn > MISTURNED
+    return Finding(Verdict.OUT_OF_PLACE if is_off else Verdict.GOOD, found, offset, turn)
+
+
+def strays(view: CellView, kit: Kit) -> list[Sighting]:
+    """The parts on the tray that nobody put where they are, such as one that was lost over it; as of the last look."""
+    return [
+        part
+        for part in view.parts_on_tray(kit.station.world_T_tray)
+        if not any(is_near(part.world_T_part, pose, STRAY_DISTANCE) for pose in _world_poses(kit, kit.lying))
+    ]
+
+
+def is_known_faulty(kit: Kit, part: Sighting) -> bool:
+    """Whether a part lies where a faulty one could not be taken away."""
+    return any(is_near(part.world_T_part, pose, SAME_PLACE) for pose in _world_poses(kit, kit.faulty))
+
+
+def _world_poses(kit: Kit, parts: Iterable[tuple[str, Pose]]) -> Iterator[Pose]:
+    """world_T_part of parts on the tray of a kit, given by type and place."""
+    for part_type, tray_T_part in parts:
+        yield pose_on_tray(kit.station, kit.catalogue.figures(part_type), tray_T_part)
+
+
+def horizontal_distance(one: Pose, other: Pose) -> float:
+    """Between two origins, height left out [m]."""
+    return math.hypot(one.position[0] - other.position[0], one.position[1] - other.position[1])
+
+
+def is_near(one: Pose, other: Pose, reach: float) -> bool:
+    """Whether two origins are within `reach` [m], height left out."""
+    return horizontal_distance(one, other) < reach

@@ -19,8 +19,8 @@ if __name__ == "__main__":
     cellwright.__path__ = [str(Path(__file__).resolve().parents[3])]
     sys.modules["cellwright"] = cellwright
 
-    from cellwright.middleware.ros1.bridge.address import address_of
     from cellwright.middleware.ros1.bridge.bridge import AUTO, NONE, Bridge
+    from cellwright.middleware.ros1.bridge.connection import address_of
 
     parser = argparse.ArgumentParser(prog="bridge", description="A served cell as a node of ROS 1.")
     parser.add_argument("--connect", metavar="HOST:PORT", type=address_of, required=True, help="where it is served")

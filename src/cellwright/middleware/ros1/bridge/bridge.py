@@ -7,29 +7,26 @@ from typing import Any
 
 import rospy
 
-from cellwright.middleware.ros1.bridge.graph import HEARD_BY_ITSELF, HEARD_FOR_FRAMES, OwnSubscription
-from cellwright.middleware.ros1.bridge.link_client import LinkClient, LinkError
-from cellwright.middleware.ros1.bridge.longest import limit_messages
-from cellwright.middleware.ros1.bridge.loop import Loop
+from cellwright.middleware.ros1.bridge.connection import LinkClient, LinkError
+from cellwright.middleware.ros1.bridge.loop import Loop, ThrottledLog, report, say_ready
 from cellwright.middleware.ros1.bridge.master import Master, MasterGoneError, MasterWatch, listen_on_loopback
+from cellwright.middleware.ros1.bridge.message_bytes import STEP_MD5, STEP_TYPE, DeliveryCounter
 from cellwright.middleware.ros1.bridge.node import (
+    HEARD_BY_ITSELF,
+    HEARD_FOR_FRAMES,
+    OwnSubscription,
     StoppedError,
     begin_node,
     end_process,
+    limit_messages,
     stop_by,
     stop_by_exception,
     stop_deferred,
 )
-from cellwright.middleware.ros1.bridge.publications import Publication
-from cellwright.middleware.ros1.bridge.report import report, say_ready
-from cellwright.middleware.ros1.bridge.sent import Sent
-from cellwright.middleware.ros1.bridge.services import Service, cell_service
+from cellwright.middleware.ros1.bridge.services import STEP_SERVICE, Service, StepService, cell_service
 from cellwright.middleware.ros1.bridge.state_publisher import HOW_TO_GET_IT, NODE, StatePublisher, find_state_publisher
-from cellwright.middleware.ros1.bridge.step_bytes import MD5, TYPE
-from cellwright.middleware.ros1.bridge.step_service import NAME, StepService
-from cellwright.middleware.ros1.bridge.subscriptions import QUEUE, CommandTopic
-from cellwright.middleware.ros1.bridge.tally import Tally
 from cellwright.middleware.ros1.bridge.tcpros import TcprosServer
+from cellwright.middleware.ros1.bridge.topics import COMMAND_QUEUE, CommandTopic, Publication
 
 ENDED, FAILED, MASTER_IS_NEW = 0, 1, 75
 """Exit statuses: the cell has ended or we were told to; something is missing; to be started again for a new master."""
@@ -92,7 +89,7 @@ class Bridge:
         server = TcprosServer(self._loop)
         begin_node(self._node)
         rospy.on_shutdown(lambda: self._loop.stop(ENDED))  # `rosnode kill`, or another node takes the name
-        self._sent = Sent() if in_lockstep else None
+        self._sent = DeliveryCounter() if in_lockstep else None
         publications = self._sends = self._publications(welcome["topics"])
         for publication in publications:
             server.topics[publication.name] = publication.take
@@ -151,14 +148,14 @@ class Bridge:
 
     def _hear(self, topics: list[dict[str, Any]]) -> None:
         """Subscribe to what the cell hears, and to what the original's node hears of itself."""
-        limit_messages(Tally(self._loop, "{count} messages on {subject} are too long, and not taken").count)
+        limit_messages(ThrottledLog(self._loop, "{count} messages on {subject} are too long, and not taken").count)
         in_lockstep = self._sent is not None
         self._heard = {
             topic["name"]: CommandTopic(
                 self._loop,
                 self._link,
                 topic,
-                queue=None if in_lockstep else QUEUE,
+                queue=None if in_lockstep else COMMAND_QUEUE,
                 on_handed_over=self._look_at_steps if in_lockstep else None,
             )
             for topic in topics
@@ -173,7 +170,7 @@ class Bridge:
         found = [cell_service(self._loop, self._link, service) for service in services]
         if self._sent is not None:
             self._steps = StepService(self._loop, self._link, self._heard, self._sent)
-            found.append(Service(self._loop, NAME, TYPE, MD5, self._steps.handle))
+            found.append(Service(self._loop, STEP_SERVICE, STEP_TYPE, STEP_MD5, self._steps.handle))
         return found
 
     def _look_at_steps(self) -> None:

@@ -1,4 +1,4 @@
-"""One thread that waits for everything: sockets, timers, and what other threads ask it to do."""
+"""Event loop of the bridge: sockets, timers, calls from other threads, and a throttled log on stderr."""
 
 from __future__ import annotations
 
@@ -9,11 +9,28 @@ import logging
 import selectors
 import signal
 import socket
+import sys
 import time
 from collections import deque
-from typing import Any, Callable
+from typing import Any, Callable, TextIO
 
-from cellwright.middleware.ros1.bridge.report import report
+
+def report(line: str) -> None:
+    """Say something in one line, on stderr."""
+    _write_line(sys.stderr, line)
+
+
+def say_ready(more: str = "") -> None:
+    """Say that all is there: the one line on stdout."""
+    _write_line(sys.stdout, f"ready {more}".rstrip())
+
+
+def _write_line(stream: TextIO, line: str) -> None:
+    """Write a line. When nobody can hear it any more, that is no error."""
+    with contextlib.suppress(OSError, ValueError):
+        stream.write(line.replace("\n", " ") + "\n")
+        stream.flush()
+
 
 Callback = Callable[[], None]
 
@@ -122,3 +139,41 @@ class Loop:
 
 def _nothing() -> None:
     pass
+
+
+LOG_PERIOD = 1.0
+"""Time between two lines about the same [s]."""
+
+
+class ThrottledLog:
+    """Counts by subject; the first is said at once, those that follow within a second with the next line.
+
+    Args:
+        loop: its thread keeps the books.
+        text: the line, with `{subject}`, and `{count}` for how often it happened since the last one.
+    """
+
+    def __init__(self, loop: Loop, text: str) -> None:
+        self._loop = loop
+        self._text = text
+        self._counts: dict[str, int] = {}
+
+    def count(self, subject: str) -> None:
+        """Count one more for a subject; from any thread."""
+        self._loop.call(self._count, subject)
+
+    def _count(self, subject: str) -> None:
+        is_known = subject in self._counts
+        self._counts[subject] = self._counts.get(subject, 0) + 1
+        if not is_known:
+            self._say(subject)
+
+    def _say(self, subject: str) -> None:
+        """Say what was counted, and look again in a second; a subject that has come to rest is forgotten."""
+        count = self._counts[subject]
+        if count == 0:
+            del self._counts[subject]
+            return
+        self._counts[subject] = 0
+        report(self._text.format(subject=subject, count=count))
+        self._loop.later(LOG_PERIOD, lambda: self._say(subject))

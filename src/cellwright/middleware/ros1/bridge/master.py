@@ -12,7 +12,7 @@ from urllib.parse import urlparse
 
 import rosgraph
 
-from cellwright.middleware.ros1.bridge.report import report
+from cellwright.middleware.ros1.bridge.loop import report
 
 TIMEOUT = 2.0
 """How long the master may take to answer [s]."""

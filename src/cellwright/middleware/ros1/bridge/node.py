@@ -1,10 +1,11 @@
-"""The ROS node that this process is: its beginning, and an end that is clean and short whatever hangs."""
+"""ROS node of this process: start, clean end, size limits, and its own subscriptions in the graph."""
 
 from __future__ import annotations
 
 import contextlib
 import os
 import signal
+import struct
 import sys
 import threading
 import time
@@ -13,11 +14,107 @@ from typing import Any, Callable, Iterator
 import rospy
 import rospy.core
 import rospy.names
+from rosgraph.xmlrpc import SilenceableXMLRPCRequestHandler
+from rospy.exceptions import TransportException
+from rospy.impl.registration import Registration, get_topic_manager
+from rospy.impl.tcpros_pubsub import TCPROSSub
 
-from cellwright.middleware.ros1.bridge.report import report
-from cellwright.middleware.ros1.bridge.requests import limit_requests
+from cellwright.middleware.ros1.bridge.loop import report
+from cellwright.middleware.wire.frames import LONGEST_SAID
 
-PATIENCE = 1.5
+MAX_REQUEST_BYTES = 1 << 20
+"""Bytes of the longest request; those of nodes and masters have some hundreds."""
+
+REQUEST_TIMEOUT = 120.0
+"""How long [s] a connection may say nothing; each has a thread of its own. Nodes leave theirs after half a minute."""
+
+
+def limit_requests() -> None:
+    """Have requests refused that say they are too long, or not how long, and silent connections closed."""
+    post = SilenceableXMLRPCRequestHandler.do_POST
+
+    def do_post(self: SilenceableXMLRPCRequestHandler) -> None:
+        said = self.headers.get("content-length", "")
+        if said.isascii() and said.isdigit() and len(said) < 10 and int(said) <= MAX_REQUEST_BYTES:
+            post(self)
+            return
+        self.close_connection = True  # what follows would be taken for another request
+        self.send_error(413)
+
+    SilenceableXMLRPCRequestHandler.do_POST = do_post
+    SilenceableXMLRPCRequestHandler.timeout = REQUEST_TIMEOUT
+
+
+_LENGTH = struct.Struct("<I")
+
+
+def limit_messages(tell: Callable[[str], None], longest: int = LONGEST_SAID) -> None:
+    """Have connections cut, and made anew, on which a message is announced that is too long to be carried.
+
+    Args:
+        tell: told of it, with the name of the topic; by threads of rospy's.
+        longest: length of a message [bytes].
+    """
+    read = TCPROSSub.read_messages
+
+    def read_messages(self: Any, buffer: Any, messages: Any, connection: Any) -> None:
+        with buffer.getbuffer() as view:
+            (length,) = _LENGTH.unpack_from(view)
+        if length > longest:
+            buffer.seek(0)
+            buffer.truncate()  # else what has come would be taken for the next handshake
+            tell(self.resolved_name)
+            raise TransportException(f"a message of {length} bytes is too long")
+        read(self, buffer, messages, connection)
+
+    TCPROSSub.read_messages = read_messages
+
+
+HEARD_BY_ITSELF = ("/ariac/gripper/state", "/ariac/trays")
+"""Topics that the original's own task manager, a part of /gazebo, subscribes to."""
+HEARD_FOR_FRAMES = "/ariac/joint_states"
+"""What the node that makes the arm's frames subscribes to."""
+
+
+class OwnSubscription:
+    """A subscription to what the node itself publishes: known to the graph, but without a connection.
+
+    Args:
+        name: topic.
+        type_name: its type.
+    """
+
+    def __init__(self, name: str, type_name: str) -> None:
+        self.resolved_name = self.name = name
+        self.type = type_name
+        self.ref_count = 1
+
+    def register(self) -> None:
+        """Announce it to the master."""
+        manager = get_topic_manager()
+        manager._add(self, manager.subs, Registration.SUB)
+
+    def has_connection(self, _uri: str) -> bool:
+        """Whether there is a connection to a publisher: none is needed."""
+        return True
+
+    def get_stats_info(self) -> list[Any]:
+        """Both ends of what is no connection, as a node in C++ tells of it when it hears itself."""
+        within = ("INTRAPROCESS", self.name, True, "")
+        return [(0, rospy.core.get_node_uri(), "i", *within), (0, rospy.get_name(), "o", *within)]
+
+    def get_stats(self) -> Any:
+        """What was received over each connection: nothing."""
+        return self.name, []
+
+    def check(self) -> None:
+        """Called by rospy to find dead connections."""
+
+    def close(self) -> None:
+        """Called by rospy when the node ends."""
+
+
+SIGN_OFF_TIMEOUT = 1.5
 """How long signing off may take [s]; it takes some 10 ms where nothing hangs."""
 
 
@@ -46,7 +143,7 @@ def stop_deferred() -> Iterator[None]:
 
     def take() -> None:
         came.append(True)
-        signal.setitimer(signal.ITIMER_REAL, PATIENCE)
+        signal.setitimer(signal.ITIMER_REAL, SIGN_OFF_TIMEOUT)
 
     signal.signal(signal.SIGALRM, lambda _number, _frame: os._exit(0))
     stop_by(take)
@@ -90,7 +187,7 @@ def end_process(
     """
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)
-    watchdog = threading.Timer(PATIENCE, os._exit, [status])
+    watchdog = threading.Timer(SIGN_OFF_TIMEOUT, os._exit, [status])
     watchdog.daemon = True
     watchdog.start()
     sys.stderr.flush()
@@ -98,7 +195,7 @@ def end_process(
     before()
     # rospy says that it is shut down once it has signed off; then it would wait half a second for threads of its own
     threading.Thread(target=rospy.core.signal_shutdown, args=["the bridge ends"], daemon=True).start()
-    end = time.monotonic() + PATIENCE
+    end = time.monotonic() + SIGN_OFF_TIMEOUT
     while not rospy.core.is_shutdown() and time.monotonic() < end:
         time.sleep(0.005)
     after()

@@ -25,18 +25,21 @@ if __name__ == "__main__":
 
 import rospy
 
-from cellwright.middleware.ros1.bridge.census import CLOCK, census
-from cellwright.middleware.ros1.bridge.longest import limit_messages
-from cellwright.middleware.ros1.bridge.loop import Loop
+from cellwright.middleware.ros1.bridge.loop import Loop, ThrottledLog, report, say_ready
 from cellwright.middleware.ros1.bridge.master import Master, MasterGoneError, listen_on_loopback
-from cellwright.middleware.ros1.bridge.node import StoppedError, begin_node, end_process, stop_by, stop_by_exception
-from cellwright.middleware.ros1.bridge.raw_types import raw_type
+from cellwright.middleware.ros1.bridge.message_bytes import read_step_response, step_request
+from cellwright.middleware.ros1.bridge.node import (
+    StoppedError,
+    begin_node,
+    end_process,
+    limit_messages,
+    stop_by,
+    stop_by_exception,
+)
 from cellwright.middleware.ros1.bridge.relay_server import Relay
-from cellwright.middleware.ros1.bridge.report import report, say_ready
-from cellwright.middleware.ros1.bridge.service_client import ServiceClient, ServiceGoneError
-from cellwright.middleware.ros1.bridge.step_bytes import read_response, request
-from cellwright.middleware.ros1.bridge.step_service import NAME as STEP
-from cellwright.middleware.ros1.bridge.tally import Tally
+from cellwright.middleware.ros1.bridge.ros_client import CLOCK, ServiceClient, ServiceGoneError, discover_interface
+from cellwright.middleware.ros1.bridge.services import STEP_SERVICE as STEP
+from cellwright.middleware.ros1.bridge.tcpros import raw_type
 from cellwright.middleware.wire.frames import LONGEST_FRAME
 
 _NAP = 0.05
@@ -65,7 +68,7 @@ def main(node: str, patience: float, sign: str) -> None:
         master = Master(node)
         master.wait(patience)
         welcome = _wait_for_simulator(master, node, end, sign)
-        tally = Tally(loop, "{count} messages on {subject} are too long, and not taken")
+        tally = ThrottledLog(loop, "{count} messages on {subject} are too long, and not taken")
         limit_messages(tally.count, LONGEST_FRAME // 2)
         begin_node(node)
         rospy.on_shutdown(lambda: loop.stop(0))
@@ -94,7 +97,7 @@ def _accept(loop: Loop, listener: socket.socket, master: Master, node: str, welc
 
 def _wait_for_simulator(master: Master, node: str, end: float, sign: str) -> dict[str, Any]:
     while True:
-        welcome = census(master, node, sign)
+        welcome = discover_interface(master, node, sign)
         if welcome is not None:
             return welcome
         if time.monotonic() > end:
@@ -106,10 +109,10 @@ def _time(master: Master, node: str, welcome: dict[str, Any], end: float) -> int
     """Simulation time [ns]; 0 where nobody tells it."""
     if welcome["lockstep"]:
         try:
-            _, data = ServiceClient(master, node, STEP).call(request(0, {}))
+            _, data = ServiceClient(master, node, STEP).call(step_request(0, {}))
         except ServiceGoneError as error:
             raise MissingError(str(error)) from None
-        return read_response(data)[1]
+        return read_step_response(data)[1]
     if not any(topic["name"] == CLOCK and topic["direction"] == "out" for topic in welcome["topics"]):
         return 0
     heard: list[bytes] = []

@@ -9,16 +9,12 @@ import time
 from collections import deque
 from typing import Any, Callable
 
-from cellwright.middleware.ros1.bridge.census import CLOCK
-from cellwright.middleware.ros1.bridge.loop import Loop
+from cellwright.middleware.ros1.bridge.connection import BufferedSender, receive_nowait
+from cellwright.middleware.ros1.bridge.loop import Loop, report
 from cellwright.middleware.ros1.bridge.master import Master, MasterGoneError
-from cellwright.middleware.ros1.bridge.outlet import Outlet
-from cellwright.middleware.ros1.bridge.received import received
-from cellwright.middleware.ros1.bridge.relay_topics import HeardTopic, SpokenTopic
-from cellwright.middleware.ros1.bridge.report import report
-from cellwright.middleware.ros1.bridge.service_client import ServiceClient, ServiceGoneError
-from cellwright.middleware.ros1.bridge.step_bytes import read_response, request
-from cellwright.middleware.ros1.bridge.step_service import NAME as STEP
+from cellwright.middleware.ros1.bridge.message_bytes import read_step_response, step_request
+from cellwright.middleware.ros1.bridge.ros_client import CLOCK, HeardTopic, ServiceClient, ServiceGoneError, SpokenTopic
+from cellwright.middleware.ros1.bridge.services import STEP_SERVICE as STEP
 from cellwright.middleware.wire.frames import Decoder, Frame, FrameError, Kind, read_advance, time_frame
 
 DECLARE = "relay:type"
@@ -81,7 +77,7 @@ class Relay:
         self._barrier = 0
         self._decoder = Decoder()
         connection.setblocking(False)
-        self._outlet = Outlet(loop, connection, self._read)
+        self._outlet = BufferedSender(loop, connection, self._read)
         self._looks = 0
         loop.later(_LOOK_AFTER, self._look_after)
 
@@ -106,7 +102,7 @@ class Relay:
     # ---------------------------------------------------------------- frames
 
     def _read(self) -> None:
-        data = received(self._connection, _PIECE)
+        data = receive_nowait(self._connection, _PIECE)
         if data is None:
             return
         if not data:
@@ -258,10 +254,10 @@ class Relay:
         published = {topic.name: topic.published for topic in self._spoken.values()}
         self._barrier = self._count()
         try:
-            succeeded, data = self._services[STEP].call(request(duration, published))
+            succeeded, data = self._services[STEP].call(step_request(duration, published))
         except (ServiceGoneError, MasterGoneError) as error:
             raise TimeStandsError(f"the cell has ended: {error}") from None
-        failure, now, sent = read_response(data) if succeeded else (data.decode(errors="replace"), 0, [])
+        failure, now, sent = read_step_response(data) if succeeded else (data.decode(errors="replace"), 0, [])
         if failure:
             raise TimeStandsError(f"time does not pass: {failure}")
         self._now = now

@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from cellwright.middleware import wire as link
-from cellwright.middleware.ros1.bridge.loop import Loop
-from cellwright.middleware.ros1.bridge.report import report
+from cellwright.middleware.ros1.bridge.loop import Loop, report
 
 NODE = "/robot_state_publisher"
 PLACES = ("/usr/lib/robot_state_publisher", "/opt/ros/*/lib/robot_state_publisher")

@@ -1,4 +1,4 @@
-"""Where other nodes connect: ROS's own protocol over TCP, answered by the loop.
+"""TCPROS: handshakes, opaque message classes, and the server where other nodes connect.
 
 It stands in for rospy's server, which reads a handshake in the thread that accepts, so that one silent connection shuts
 out all others, and which has a thread for each connection from then on.
@@ -10,20 +10,58 @@ import contextlib
 import socket
 import struct
 import threading
-from typing import Any, Callable, Dict, Optional
+from typing import Any, Callable, Dict, Mapping, Optional
 
+import genpy
 import rosgraph.network
 import rospy
 import rospy.impl.tcpros_base
-from rosgraph.network import decode_ros_handshake_header
+from rosgraph.network import decode_ros_handshake_header, encode_ros_handshake_header
 
-from cellwright.middleware.ros1.bridge.handshakes import handshake
+from cellwright.middleware.ros1.bridge.connection import BufferedSender, receive_nowait
 from cellwright.middleware.ros1.bridge.loop import Loop
-from cellwright.middleware.ros1.bridge.outlet import Outlet
-from cellwright.middleware.ros1.bridge.received import received
+
+
+def handshake_bytes(fields: Mapping[str, str]) -> bytes:
+    """The bytes of a handshake."""
+    return bytes(encode_ros_handshake_header(fields))
+
+
+ANY = "*"
+"""Checksum and type that stand for whatever the other side has."""
+
+
+def raw_type(name: str, md5: str = ANY, definition: str = "") -> Any:
+    """A message class of rospy's whose messages hold their bytes as `data` and are otherwise opaque."""
+    namespace = {
+        "__slots__": ["data"],
+        "__init__": _hold,
+        "serialize": _serialize,
+        "deserialize": _deserialize,
+        "_type": name,
+        "_md5sum": md5,
+        "_full_text": definition,
+        "_has_header": False,
+        "_slot_types": ["uint8[]"],
+    }
+    return type("Raw", (genpy.Message,), namespace)
+
+
+def _hold(self: Any, data: bytes = b"") -> None:
+    self.data = data
+
+
+def _serialize(self: Any, buffer: Any) -> None:
+    buffer.write(self.data)
+
+
+def _deserialize(self: Any, data: bytes) -> Any:
+    self.data = bytes(data)
+    return self
+
 
 LONGEST_HANDSHAKE = 1 << 20
-PATIENCE = 10.0
+HANDSHAKE_TIMEOUT = 10.0
 """How long a connection may take to say what it wants [s]."""
 
 _PIECE = 1 << 16
@@ -117,10 +155,10 @@ class Handshake:
         self._data = b""
         self._is_over = False
         loop.watch(connection, self._read)
-        loop.later(PATIENCE, self._give_up)
+        loop.later(HANDSHAKE_TIMEOUT, self._give_up)
 
     def _read(self) -> None:
-        data = received(self._connection, _PIECE)
+        data = receive_nowait(self._connection, _PIECE)
         if data is None:
             return
         if not data:
@@ -152,21 +190,21 @@ def refuse(loop: Loop, connection: socket.socket, reason: str) -> None:
     """Tell the other side why its connection is not taken, and close it."""
 
     def read() -> None:
-        if received(connection, _PIECE) == b"":
+        if receive_nowait(connection, _PIECE) == b"":
             outlet.close()
 
-    outlet = Outlet(loop, connection, read)
-    outlet.send(handshake({"error": reason}))
+    outlet = BufferedSender(loop, connection, read)
+    outlet.send(handshake_bytes({"error": reason}))
     outlet.close_when_empty()
 
 
 def _give_away(handler: Callable[..., str | None], connection: socket.socket, address: Any, header: Header) -> None:
     """Let rospy handle a connection; it may block."""
     try:
-        connection.settimeout(PATIENCE)
+        connection.settimeout(HANDSHAKE_TIMEOUT)
         reason = handler(connection, address, header)
         if reason is not None:
-            connection.sendall(handshake({"error": reason}))
+            connection.sendall(handshake_bytes({"error": reason}))
             connection.close()
     except Exception:  # whatever rospy makes of a connection that breaks: it costs that connection
         connection.close()

@@ -1,4 +1,4 @@
-"""The ROS 1 side of a served cell: a master, the parameters, the bridge; looked after while the cell runs.
+"""ROS 1 side of a served cell or robot: node identity, parameters, bridge process and its supervision.
 
 The order is that of the original's launch: `/use_sim_time` first, because programs read it once at their start; then
 the cell is built; then the other parameters, then the bridge. No time passes before all of that is there, so that the
@@ -7,19 +7,154 @@ first /clock tells that the cell is ready.
 
 from __future__ import annotations
 
+import re
+import signal
 import threading
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from ipaddress import ip_address
+from pathlib import Path
 from typing import Any, Self
 
+import cellwright
 from cellwright.middleware.ros1.host import installation as installations
-from cellwright.middleware.ros1.host.bridge import MASTER_IS_BACK, Bridge
-from cellwright.middleware.ros1.host.children import Patience, how_it_ended
-from cellwright.middleware.ros1.host.identity import SIMULATOR, Identity
-from cellwright.middleware.ros1.host.master import DEFAULT_URI, URI_VARIABLE, Master, MasterError
-from cellwright.middleware.ros1.host.own_master import OwnMaster
+from cellwright.middleware.ros1.host.installation import Installation
+from cellwright.middleware.ros1.host.master import DEFAULT_URI, URI_VARIABLE, Master, MasterError, OwnMaster
+from cellwright.middleware.ros1.host.processes import Child, RestartDelay, how_it_ended
 from cellwright.util.errors import UsageError
+
+_NODE_NAME = re.compile(r"/?[A-Za-z]\w*(/[A-Za-z]\w*)*", re.ASCII)
+_MAX_NAME_LENGTH = 255
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """A node, and what it stands for at the master.
+
+    Attributes:
+        node: its absolute name.
+        what: what it is, in a word.
+        tells_time: whether programs are to take their time from it: it publishes /clock, and /use_sim_time is set.
+        makes_frames: whether robot_state_publisher, or in its place the node, publishes frames of its joint states.
+        shared: parameters of its own that are set for everybody too where nobody else has: `robot_description`.
+        alone_on: a topic on which nobody else should speak; empty for none.
+    """
+
+    node: str
+    what: str
+    tells_time: bool = True
+    makes_frames: bool = True
+    shared: tuple[str, ...] = ()
+    alone_on: str = ""
+
+
+SIMULATOR = Identity("/gazebo", "cell")
+"""The node that the simulator of 2017 was."""
+
+
+def robot_identity(node: str, *, sim_time: bool = False) -> Identity:
+    """A robot's controller node.
+
+    Args:
+        node: its name, with or without the slash in front.
+        sim_time: whether time is simulated.
+
+    Raises:
+        UsageError: nobody can be called so.
+    """
+    return Identity(
+        node_name(node),
+        "robot",
+        tells_time=sim_time,
+        makes_frames=False,
+        shared=("robot_description",),
+        alone_on="/io_teleop/joint_states",
+    )
+
+
+def node_name(text: str) -> str:
+    """A node's absolute name.
+
+    Raises:
+        UsageError: ROS takes no such name.
+    """
+    if not _NODE_NAME.fullmatch(text) or len(text) > _MAX_NAME_LENGTH:
+        raise UsageError(
+            f"{text!r:.80} is no name for a node: it must be of letters, digits and _, a letter first, "
+            "as openloong_controller_node is"
+        )
+    return text if text.startswith("/") else f"/{text}"
+
+
+MASTER_IS_BACK = 75
+"""The bridge's exit status when the master was lost and answers again: everything has to be registered anew."""
+
+_BRIDGE_PROGRAM = Path(cellwright.__file__).parent / "middleware" / "ros1" / "bridge" / "__main__.py"
+_READY_LINE = "ready"
+
+
+class Bridge:
+    """One run of the bridge.
+
+    Args:
+        installation: the ROS 1 to run under.
+        identity: as whom what is served is known.
+        address: host and port at which it is served.
+        say: takes what it says, a line at a time.
+    """
+
+    def __init__(
+        self, installation: Installation, identity: Identity, address: tuple[str, int], say: Callable[[str], None]
+    ) -> None:
+        self.is_ready = False
+        """Whether everything is registered."""
+        self.last_line = ""
+        self._say = say
+        host, port = address
+        if ip_address(host).is_unspecified:
+            host = "127.0.0.1"
+        self._child = Child(
+            [
+                installation.python,
+                str(_BRIDGE_PROGRAM),
+                f"--connect={host}:{port}",
+                f"--name={identity.node}",
+                f"--robot-state-publisher={'auto' if identity.makes_frames else 'none'}",
+            ],
+            installation.environment,
+            python=installation.python,
+            parting=signal.SIGTERM,
+            on_output=self._hear_output,
+            on_error=self._hear,
+        )
+
+    @property
+    def pid(self) -> int:
+        """Its process id."""
+        return self._child.pid
+
+    @property
+    def started(self) -> float:
+        """When it was started [s] of `time.monotonic`."""
+        return self._child.started
+
+    def poll(self) -> int | None:
+        """Hear what it says; its exit status, None while it runs."""
+        return self._child.poll()
+
+    def stop(self) -> None:
+        """End it, in a few seconds at most."""
+        self._child.stop()
+
+    def _hear_output(self, line: str) -> None:
+        if line == _READY_LINE:
+            self.is_ready = True
+
+    def _hear(self, line: str) -> None:
+        self.last_line = line
+        self._say(line)
+
 
 READY_LIMIT = 20.0
 """How long [s] the bridge may take to have everything registered."""
@@ -63,7 +198,7 @@ class Ros1:
         self._installation = replace(self._installation, environment={**here, **own})
         self._own_master: OwnMaster | None = None
         self._bridge: Bridge | None = None
-        self._patience = Patience()
+        self._patience = RestartDelay()
         self._again = 0.0
         self._preparation: threading.Thread | None = None
         self._closed = threading.Event()

@@ -16,11 +16,14 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import cellwright
-from cellwright.middleware.ros1.packages.generate import generate
-from cellwright.middleware.ros1.packages.layout import write_package, write_programs
-from cellwright.middleware.ros1.packages.packages import MESSAGE_PACKAGES, package_files
-from cellwright.middleware.ros1.packages.stubs import unseen, write_stubs
-from cellwright.middleware.ros1.packages.system import RosSystem, wanted
+from cellwright.middleware.ros1.packages.contents import MESSAGE_PACKAGES, package_files, write_package, write_programs
+from cellwright.middleware.ros1.packages.tools import (
+    RosSystem,
+    generate_modules,
+    packages_without_manifest,
+    provided_packages,
+    write_stubs,
+)
 from cellwright.util.errors import UsageError
 
 SHELLS = ("sh", "fish")
@@ -66,11 +69,11 @@ def ensure_tree(ros: RosSystem, folder: Path) -> Path:
 
 def _make(ros: RosSystem, new: Path, tree: Path) -> None:
     share, modules = new / "share", new / "python"
-    ours = wanted(ros)
+    ours = provided_packages(ros)
     for name in ours:
         write_package(name, share / name, tree / "bin")
     write_stubs(ros.share, share)
-    generate(ros, share, [name for name in MESSAGE_PACKAGES if name in ours], modules)
+    generate_modules(ros, share, [name for name in MESSAGE_PACKAGES if name in ours], modules)
     shutil.copytree(share / "ariac_example" / "src" / "ariac_example", modules / "ariac_example")
     write_programs(new / "bin", ros.python)
 
@@ -78,9 +81,9 @@ def _make(ros: RosSystem, new: Path, tree: Path) -> None:
 def _digest(ros: RosSystem) -> str:
     """A digest of everything that a tree is made of."""
     digest = hashlib.sha256()
-    for item in (ros.prefix, ros.python, ros.python.resolve(), *unseen(ros.share)):
+    for item in (ros.prefix, ros.python, ros.python.resolve(), *packages_without_manifest(ros.share)):
         digest.update(f"{item}\0".encode())
-    for package in wanted(ros):
+    for package in provided_packages(ros):
         digest.update(f"{package}\0".encode())
         for path, file in package_files(package, Path("bin")).items():
             digest.update(f"{path} {len(file.content)}\0".encode() + file.content)

@@ -15,9 +15,14 @@ import subprocess
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from cellwright.middleware.ros1.packages.layout import write_file, write_package, write_programs
-from cellwright.middleware.ros1.packages.packages import IO_TELEOP, PackageFile
-from cellwright.middleware.ros1.packages.system import RosSystem, environment, wanted
+from cellwright.middleware.ros1.packages.contents import (
+    IO_TELEOP,
+    PackageFile,
+    write_file,
+    write_package,
+    write_programs,
+)
+from cellwright.middleware.ros1.packages.tools import RosSystem, provided_packages, tool_environment
 from cellwright.util.errors import UsageError
 
 GROUP = "ariac"
@@ -85,7 +90,7 @@ def lay_out(ros: RosSystem, folder: Path) -> None:
     folder = folder.absolute()
     programs = folder / ".cellwright" / "bin"
     try:
-        for package in wanted(ros):
+        for package in provided_packages(ros):
             write_package(
                 package, folder / "src" / (GROUP_OF_ROBOTS if package == IO_TELEOP else GROUP) / package, programs
             )
@@ -132,7 +137,7 @@ def build(ros: RosSystem, folder: Path) -> None:
     ran = subprocess.run(  # noqa: S603
         command,
         cwd=folder,
-        env=environment(ros) | {"PWD": str(folder)},
+        env=tool_environment(ros) | {"PWD": str(folder)},
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,

@@ -1,19 +1,341 @@
-"""The part of a page that drives a robot; on a page of anything else it does nothing."""
+"""Operator tab of a robot's page: emergency stop, state, grippers, joints and base."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
 from typing import Any
 
+from cellwright.clients.operators.robot import Ask
 from cellwright.rendering.scene import Scene
+from cellwright.robot.base import Mode
 from cellwright.util.errors import CellwrightError
 from cellwright.viewer.services.names import PANEL
-from cellwright.viewer.web.feature import Feature
-from cellwright.viewer.web.operator.controls import Controls
-from cellwright.viewer.web.operator.desk import Desk
+from cellwright.viewer.web import widgets
+from cellwright.viewer.web.operator import moves
+from cellwright.viewer.web.operator.command_queue import READ_ONLY, Desk
 from cellwright.viewer.web.operator.handles import Handles
+from cellwright.viewer.web.operator.robot_state import SeenGroup, SeenJoint, Standing
 from cellwright.viewer.web.operator.worker import Worker
-from cellwright.viewer.web.page import Page
+from cellwright.viewer.web.page import Feature, Page
+from cellwright.viewer.web.widgets import AMBER, GREEN, GREY, RED, Shown, set_changed
+
+
+def pill(standing: Standing | None) -> tuple[str, str]:
+    """The robot's state in two or three words, and its colour."""
+    if standing is None:
+        return "not heard from", GREY
+    if standing.is_stopped:
+        return "EMERGENCY STOP", RED
+    if not standing.is_enabled:
+        return "switched off", AMBER
+    if standing.is_homing:
+        return "going home", AMBER
+    if standing.is_silent:
+        return "held", AMBER
+    return ("follows", GREEN) if standing.commander else ("waits", GREY)
+
+
+def state_html(desk: Desk, now: float) -> str:
+    """State, who commands, what was refused, the delay, and the newest note."""
+    standing = desk.standing
+    lines = [widgets.chip(*pill(standing))]
+    if standing is not None:
+        if standing.commander:
+            lines[0] += f" {widgets.text(standing.commander)}"
+        elif standing.why_not or standing.is_silent:
+            lines.append(f"<div>{widgets.text(standing.message)}</div>")
+        counts = f"{standing.taken} commands taken"
+        counts += f", {standing.refused} refused" if standing.refused else ""
+        counts += f", {standing.ignored} ignored" if standing.ignored else ""
+        delay = desk.delay.seconds
+        counts += "" if delay is None else f" · delay {delay * 1e3:.0f} ms"
+        lines.append(widgets.dim(counts))
+    note = desk.notes.at(now)
+    if note:
+        colour = f"color:{RED};" if desk.notes.is_bad else ""
+        lines.append(f'<div style="{colour}font-weight:600">{widgets.text(note)}</div>')
+    return widgets.block(*lines, style="overflow-wrap:anywhere")
+
+
+_STEPS = (0.0001, 0.0005, 0.001, 0.005, 0.01)  # of sliders [rad; m]
+_FINENESS = 500  # steps from end to end, at least
+_OPEN, _CLOSE = "Open", "Close"
+
+
+@dataclass(slots=True)
+class _Slider:
+    """A slider of a joint, and its name when its joint is where it stands."""
+
+    joint: int
+    handle: Any
+    name: str
+
+
+class Sliders:
+    """All that a robot has.
+
+    Args:
+        gui: viser's.
+        desk: where it is told what somebody does.
+    """
+
+    def __init__(self, gui: Any, desk: Desk) -> None:
+        self._gui, self._desk = gui, desk
+        self._joints: list[_Slider] = []
+        self._grips: list[Any] = []
+        self._both: list[Any] = []
+
+    def add_grips(self, names: Sequence[str]) -> None:
+        """One for each gripper, with buttons for open and closed."""
+        gui, desk = self._gui, self._desk
+        for number, name in enumerate(names):
+            slider = gui.add_slider(
+                f"{name} closed".strip().capitalize(), min=0.0, max=100.0, step=1.0, initial_value=0.0, hint="%"
+            )
+
+            async def close(event: Any, number: int = number) -> None:
+                if event.client_id is not None:
+                    desk.grip(number, float(event.target.value) / 100.0)
+
+            slider.on_update(close)
+            self._grips.append(slider)
+            both = gui.add_button_group("", (_OPEN, _CLOSE))
+
+            async def press(event: Any, number: int = number) -> None:
+                if event.target.value in (_OPEN, _CLOSE):
+                    desk.grip(number, float(event.target.value == _CLOSE))
+
+            both.on_click(press)
+            self._both.append(both)
+
+    def add_joints(self, group: SeenGroup) -> None:
+        """One for each joint of a group that can be moved."""
+        desk, robot = self._desk, self._desk.robot
+        joints = [robot.joints[number] for number in group.joints]
+        for number, seen, name in zip(group.joints, joints, short_names([each.name for each in joints]), strict=True):
+            if seen.upper <= seen.lower:
+                continue  # it cannot be moved
+            slider = self._gui.add_slider(
+                name,
+                min=seen.lower,
+                max=seen.upper,
+                step=step_of(seen),
+                initial_value=robot.clamped(number, 0.0),
+                hint=f"{seen.name}: {seen.lower:.4g} to {seen.upper:.4g} {seen.unit}",
+            )
+
+            async def slide(event: Any, number: int = number) -> None:
+                if event.client_id is not None:  # else it was put where its joint is
+                    desk.slide(number, float(event.target.value))
+
+            slider.on_update(slide)
+            self._joints.append(_Slider(number, slider, name))
+
+    def allow(self, *, is_allowed: bool) -> None:
+        """Let one move them, or not."""
+        for handle in (*self._grips, *(each.handle for each in self._joints)):
+            set_changed(handle, "disabled", not is_allowed)
+        for group in self._both:
+            set_changed(group, "visible", is_allowed)  # viser disables no group of buttons
+
+    def show(self, standing: Standing, now: float) -> None:
+        """Put them where the robot stands at `now` [s]."""
+        for number, slider in enumerate(self._grips):
+            if not self._desk.grips.is_touched(number, now):
+                set_changed(slider, "value", float(round(100.0 * standing.grippers[number])))
+        for each in self._joints:
+            self._follow(each, standing, now)
+
+    def _follow(self, slider: _Slider, standing: Standing, now: float) -> None:
+        """Put a slider where its joint is; one that somebody has just moved tells that in its name."""
+        measured = standing.positions[slider.joint]
+        if measured is None:
+            return
+        handle, seen = slider.handle, self._desk.robot.joints[slider.joint]
+        place = min(max(measured, seen.lower), seen.upper)
+        is_off = not abs(handle.value - place) <= step_of(seen)  # also where a browser has sent what is no number
+        if not self._desk.joints.is_touched(slider.joint, now):
+            set_changed(handle, "label", slider.name)
+            if is_off:
+                handle.value = place
+        else:
+            set_changed(handle, "label", f"{slider.name} ({measured:.2f})" if is_off else slider.name)
+
+
+def step_of(joint: SeenJoint) -> float:
+    """The step of a joint's slider [rad; m]: a round number, and fine enough."""
+    wanted = (joint.upper - joint.lower) / _FINENESS
+    return max([step for step in _STEPS if step <= wanted], default=_STEPS[0])
+
+
+def short_names(names: Sequence[str]) -> list[str]:
+    """Names without the words that all of them begin with: there is little room beside a slider."""
+    if len(names) < 2:
+        return list(names)
+    words = [name.split("_") for name in names]
+    common = 0
+    while all(len(each) > common + 1 and each[common] == words[0][common] for each in words):
+        common += 1
+    return ["_".join(each[common:]) for each in words]
+
+
+_TOP = -30.0  # above all else on the page
+_FOLLOWS = 0.12  # [s] between two looks at where sliders should stand
+_ASKED = 1.5  # [s] for which a switch stands as it was put, until the robot has done it
+
+
+class Controls:
+    """The tab.
+
+    Args:
+        gui: viser's: what must always be at hand (stop, state) goes to the top of it.
+        tab: opens the tab, for the rest.
+        desk: where it is told what somebody does.
+        handles: those of the hands, which have their switches here.
+        stop: does an emergency stop, at once; says what stands in its way, or nothing.
+    """
+
+    def __init__(
+        self,
+        gui: Any,
+        tab: Callable[[], AbstractContextManager[Any]],
+        desk: Desk,
+        handles: Handles,
+        stop: Callable[[], str],
+    ) -> None:
+        self._gui, self._desk, self._all_handles = gui, desk, handles
+        self._switched = self._followed = self._now = float("-inf")
+        self._made: list[Any] = []
+        self._buttons: list[Any] = []  # those that do nothing while the robot is not heard from
+        self._sliders = Sliders(gui, desk)
+        self._enabled: Any = None
+        self._home: Any = None
+        self._build_head(stop)
+        with tab():
+            if desk.robot.is_real:
+                said = widgets.block(widgets.dim(f"{READ_ONLY[0].upper()}{READ_ONLY[1:]}."))
+                self._keep(gui.add_html(said))
+            else:
+                self._build()
+
+    def remove(self) -> None:
+        """Take all of it away."""
+        for each in self._made:
+            each.remove()
+
+    # ---------------------------------------------------------------- what is built
+
+    def _build_head(self, stop: Callable[[], str]) -> None:
+        gui, desk = self._gui, self._desk
+        button = self._keep(
+            gui.add_button(
+                "STOP", color="red", icon="hand-stop", order=_TOP, hint="Emergency stop: the robot holds at once"
+            )
+        )
+
+        def press(event: Any) -> None:  # in a thread of viser's: it waits for nobody
+            hindrance = stop()
+            if hindrance and event.client is not None:
+                event.client.add_notification(title="Not stopped yet", body=hindrance, color="red")
+
+        button.on_click(press)
+        self._state = self._keep(Shown(gui, _TOP + 1))
+        self._clear = self._keep(
+            gui.add_button(
+                "End the emergency stop",
+                icon="lock-open",
+                visible=False,
+                order=_TOP + 2,
+                hint="The robot stays where it is until the next command",
+            )
+        )
+        self._clear.on_click(lambda _event: desk.ask(Ask.CLEAR_STOP))
+        self._buttons.append(self._clear)
+
+    def _build(self) -> None:
+        gui, desk, robot = self._gui, self._desk, self._desk.robot
+        self._enabled = self._keep(
+            gui.add_checkbox("Takes commands", initial_value=True, hint="Off: the robot holds, whoever commands")
+        )
+        self._enabled.on_update(self._switch)
+        self._home = self._keep(
+            gui.add_button("Go home", icon="home", hint="Arms, waist and head go to where they start, grippers open")
+        )
+        self._home.on_click(lambda _event: desk.ask(Ask.HOME))
+        self._buttons.append(self._enabled)
+        if robot.arms:
+            self._build_switches()
+        if robot.grippers:
+            with self._keep(gui.add_folder("Grippers" if len(robot.grippers) > 1 else "Gripper")):
+                self._sliders.add_grips(robot.grippers)
+        for group in robot.groups:
+            with self._keep(gui.add_folder(group.name.capitalize(), expand_by_default=False)):
+                self._sliders.add_joints(group)
+        if robot.base_mode is not None:
+            with self._keep(gui.add_folder("Base", expand_by_default=False)):
+                self._build_base(Mode(robot.base_mode))
+
+    def _build_switches(self) -> None:
+        handles, gui = self._all_handles, self._gui
+        shown = self._keep(gui.add_checkbox("Handles at the hands", initial_value=True))
+        along = self._keep(
+            gui.add_checkbox(
+                "Along the hand's axes",
+                initial_value=False,
+                hint="Handles move along the hand's own axes, not the world's",
+            )
+        )
+
+        async def switch(_event: Any) -> None:
+            handles.is_shown, handles.along_hand = bool(shown.value), bool(along.value)
+
+        shown.on_update(switch)
+        along.on_update(switch)
+
+    def _build_base(self, mode: Mode) -> None:
+        desk = self._desk
+        for direction in moves.base_directions(mode):
+            button = self._gui.add_button(direction.capitalize(), hint="As long as it is held")
+            self._buttons.append(button)
+
+            async def push(_event: Any, direction: str = direction) -> None:
+                desk.drive(direction)
+
+            button.on_hold(push, callback_hz=moves.BUTTON_RATE)
+
+    async def _switch(self, event: Any) -> None:
+        if event.client_id is not None:
+            self._switched = self._now
+            self._desk.ask(Ask.ENABLE if event.target.value else Ask.DISABLE)
+
+    def _keep(self, handle: Any) -> Any:
+        self._made.append(handle)
+        return handle
+
+    # ---------------------------------------------------------------- what is shown
+
+    def show(self, standing: Standing | None, now: float) -> None:
+        """Show how the robot stands at `now` [s]; without that, offer nothing but the stop."""
+        self._now = now
+        if standing is not None and now - self._followed < _FOLLOWS:
+            return
+        self._followed = now
+        self._state.show(state_html(self._desk, now))
+        for handle in self._buttons:
+            set_changed(handle, "disabled", standing is None)
+        if self._home is not None:
+            set_changed(self._home, "disabled", standing is None or bool(standing.why_not))
+        self._sliders.allow(is_allowed=standing is not None)
+        if standing is None:
+            return
+        set_changed(self._clear, "visible", standing.is_stopped and not self._desk.robot.is_real)
+        if self._enabled is not None and now - self._switched > _ASKED:
+            set_changed(self._enabled, "value", standing.is_enabled)
+        self._sliders.show(standing, now)
+
 
 KIND = "robot"
 TAB = "Drive"

@@ -9,9 +9,15 @@ from typing import Any
 import numpy as np
 
 from cellwright.util.pose import IDENTITY_QUATERNION, Pose
-from cellwright.viewer.web.operator.desk import Desk
-from cellwright.viewer.web.operator.reach import NEAR, STRAIGHT, Reach, angle
-from cellwright.viewer.web.operator.robot import Standing, pose_of
+from cellwright.viewer.web.operator.command_queue import Desk
+from cellwright.viewer.web.operator.robot_state import (
+    POSITION_TOLERANCE,
+    ROTATION_TOLERANCE,
+    Reach,
+    Standing,
+    pose_of,
+    rotation_angle,
+)
 
 BESIDE, SHORT, REFUSED = (36, 120, 210), (235, 120, 20), (205, 30, 30)
 """Colours of a ghost: a pose that the hand is on its way to, that it cannot get to, that was refused."""
@@ -104,7 +110,9 @@ class Handles:
         if spurned is not None:
             return spurned, REFUSED, "refused"
         aim, tip = self._desk.hands.held(arm) or standing.aims[arm], standing.tips[arm]
-        if aim is None or (math.dist(aim.position, tip.position) < NEAR and angle(aim, tip) < STRAIGHT):
+        if aim is None or (
+            math.dist(aim.position, tip.position) < POSITION_TOLERANCE and rotation_angle(aim, tip) < ROTATION_TOLERANCE
+        ):
             return None
         if self._desk.reach[arm] is Reach.SHORT:
             return aim, SHORT, "out of reach"

@@ -1,4 +1,4 @@
-"""The worker: asks a robot how it stands, and sends it what is wanted at the desk, as the guest `/browser_operator`.
+"""Worker thread of the operator: polls the robot and sends queued commands, stamped with the node's clock.
 
 An emergency stop goes a way of its own, in the thread of whoever presses it: no question that is under way holds it up.
 Services that take their time (going home) are called in a thread too, one at a time.
@@ -12,15 +12,74 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from cellwright.clients.operators.orders import Ask, Now
-from cellwright.clients.operators.services import request
+from cellwright.clients.operators.robot import (
+    EMERGENCY_STOP,
+    GRIPPER_COMMAND,
+    JOINT_COMMAND,
+    TIP_COMMAND,
+    Ask,
+    MoveBase,
+    MoveGrippers,
+    MoveJoints,
+    MoveTips,
+    Now,
+    service_request,
+)
+from cellwright.middleware.messages import message_type
+from cellwright.middleware.messages.conversions import floats, header, joint_state, pose_message
+from cellwright.middleware.messages.standard import Bool, PoseArray
 from cellwright.util.errors import CellwrightError
 from cellwright.viewer.services.names import PANEL
-from cellwright.viewer.web.link import AwayError, Link
-from cellwright.viewer.web.operator.desk import Desk, Wish
-from cellwright.viewer.web.operator.messages import message
-from cellwright.viewer.web.operator.node_clock import NodeClock
-from cellwright.viewer.web.operator.robot import SeenRobot, Standing
+from cellwright.viewer.web.connection import AwayError, Link
+from cellwright.viewer.web.operator.command_queue import Desk, Wish
+from cellwright.viewer.web.operator.robot_state import SeenRobot, Standing
+
+_MAX_RATE = 100.0  # seconds of the node in one of ours
+_MIN_INTERVAL = 0.01  # [s] between two tellings, to tell how fast it goes
+_MAX_EXTRAPOLATION = 0.25  # [s]: for no longer than this it is thought to have gone on
+
+
+class NodeClock:
+    """Goes on between two tellings as fast as it went, so that it is right at any speed, and stands when time does."""
+
+    def __init__(self) -> None:
+        self._stamp, self._heard, self._rate = 0, float("-inf"), 1.0
+
+    def hear(self, stamp: int, now: float) -> None:
+        """The node's clock showed `stamp` [ns] at `now` [s] of this one's."""
+        gone = now - self._heard
+        if gone >= _MIN_INTERVAL:
+            rate = (stamp - self._stamp) / 1e9 / gone
+            self._rate = min(max(rate, 0.0), _MAX_RATE) if gone < float("inf") else 1.0
+        self._stamp, self._heard = stamp, now
+
+    def at(self, now: float) -> int:
+        """What it shows at `now` [s]; 0, which says nothing, before it was heard of."""
+        gone = now - self._heard
+        if gone == float("inf"):
+            return 0
+        return self._stamp + round(min(max(gone, 0.0), _MAX_EXTRAPOLATION) * self._rate * 1e9)
+
+
+BASE_COMMAND = "/io_teleop/target_base_move"
+
+
+def command_message(wish: MoveJoints | MoveTips | MoveGrippers | MoveBase | Now, time: int) -> tuple[str, Any]:
+    """The topic that a wish goes to, and its message, stamped with `time` [ns] of the node's clock."""
+    match wish:
+        case MoveJoints():
+            return JOINT_COMMAND, joint_state(list(wish.targets), list(wish.targets.values()), time=time)
+        case MoveTips():
+            return TIP_COMMAND, PoseArray(header(time=time), [pose_message(tip) for tip in wish.tips])
+        case MoveGrippers():
+            names = [f"gripper_{number}" for number in range(len(wish.closed))]
+            return GRIPPER_COMMAND, joint_state(names, list(wish.closed), time=time)
+        case MoveBase():
+            array, layout = (message_type(f"std_msgs/{name}") for name in ("Float64MultiArray", "MultiArrayLayout"))
+            return BASE_COMMAND, array(layout=layout(dim=[], data_offset=0), data=floats(wish.numbers))  # type: ignore[call-arg]
+        case Now():
+            return EMERGENCY_STOP, Bool(True)
+
 
 NODE = "/browser_operator"
 """Its name as a guest, which the node and a recording know it by."""
@@ -84,7 +143,7 @@ class Worker:
             return "no robot has been heard of yet"
         desk.stop()
         try:
-            self._stop_link.publish(*message(Now.STOP, 0))
+            self._stop_link.publish(*command_message(Now.STOP, 0))
         except CellwrightError as error:
             text = f"the emergency stop has not got through yet: {error}"
             desk.answered(text)
@@ -151,7 +210,7 @@ class Worker:
             self._call(desk, wish)
             return
         try:
-            self._link.publish(*message(wish, self._clock.at(time.perf_counter())))
+            self._link.publish(*command_message(wish, self._clock.at(time.perf_counter())))
         except AwayError:
             raise
         except CellwrightError as error:
@@ -186,7 +245,7 @@ class Worker:
     def _called(self, desk: Desk, ask: Ask) -> None:
         desk.answered(f"{ask.value} …")
         try:
-            answer: Any = self._service_link.call(*request(ask))
+            answer: Any = self._service_link.call(*service_request(ask))
         except CellwrightError as error:
             desk.answered(f"{ask.value}: {error}")
             return

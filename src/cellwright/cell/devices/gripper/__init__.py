@@ -1,1 +1,0 @@
-"""The vacuum gripper: what it sees, holds and lets go."""

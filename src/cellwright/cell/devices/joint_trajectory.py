@@ -1,0 +1,216 @@
+"""Joint trajectories: polynomial segments in time, and what the joints are to do at a given time.
+
+A segment between two knots is a straight line, a cubic or a quintic, by what both knots say: positions, velocities as
+well, accelerations as well. Time is in whole nanoseconds; inside a segment it is seconds since the segment's start.
+Positions are in rad or m, whatever the joint turns or slides in.
+
+Everything is computed on plain floats with fixed order of operations, so a trajectory is the same on every host.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple, TypeAlias
+
+from cellwright.engine.clock import NANOSECONDS
+from cellwright.engine.events import NEVER
+
+Coefficients: TypeAlias = tuple[float, float, float, float, float, float]
+
+ALWAYS = -NEVER
+"""A time [ns] before every run."""
+
+
+@dataclass(frozen=True, slots=True)
+class TrajectoryPoint:
+    """A point that a commanded trajectory goes through, as it came: nothing in it has been checked.
+
+    Attributes:
+        positions: one per name of the trajectory [rad or m].
+        velocities: [rad/s or m/s], as many as positions, or none.
+        accelerations: [rad/s^2 or m/s^2], as many as positions, or none.
+        time_from_start_ns: when to be there, after the start of the trajectory [ns].
+    """
+
+    positions: Sequence[float]
+    velocities: Sequence[float] = ()
+    accelerations: Sequence[float] = ()
+    time_from_start_ns: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class JointTrajectory:
+    """A commanded trajectory, as it came; `start_ns` None starts it at once."""
+
+    joint_names: Sequence[str]
+    points: Sequence[TrajectoryPoint]
+    start_ns: int | None = None
+
+
+class Knot(NamedTuple):
+    """What one joint is to do at an end of a segment; None where nothing is asked."""
+
+    position: float
+    velocity: float | None = None
+    acceleration: float | None = None
+
+
+class Segment(NamedTuple):
+    """One joint's way from `start` to `end` [ns]: a polynomial of the seconds since `start`, lowest power first.
+
+    `final` is the position at the end [rad or m], exactly as it was asked for. Where no other segment follows the
+    joint rests there.
+    """
+
+    start: int
+    end: int
+    coefficients: Coefficients
+    final: float
+
+
+class JointsState(NamedTuple):
+    """What all joints are to do at a time: positions, velocities and accelerations in SI units, one per joint."""
+
+    positions: list[float]
+    velocities: list[float]
+    accelerations: list[float]
+
+
+def rest_segment(time: int, position: float) -> Segment:
+    """The segment of no length after which a joint rests at `position` from `time` [ns] on."""
+    return Segment(time, time, (position, 0.0, 0.0, 0.0, 0.0, 0.0), position)
+
+
+def join_segment(start: int, a: Knot, end: int, b: Knot) -> Segment:
+    """The segment from knot `a` at `start` to knot `b` at `end` [ns].
+
+    A straight line unless both knots have velocities; a cubic then, unless both have accelerations too; a quintic
+    then. The coefficients solve the Hermite conditions at both ends. With no time between them it is a jump to `b`.
+    """
+    t = (end - start) / NANOSECONDS
+    if t <= 0.0:
+        return rest_segment(start, b.position)
+    p0, v0, a0 = a
+    p1, v1, a1 = b
+    d = p1 - p0
+    if v0 is None or v1 is None:
+        return Segment(start, end, (p0, d / t, 0.0, 0.0, 0.0, 0.0), p1)
+    if a0 is None or a1 is None:
+        square = (3.0 * d - (2.0 * v0 + v1) * t) / t**2
+        cube = ((v0 + v1) * t - 2.0 * d) / t**3
+        return Segment(start, end, (p0, v0, square, cube, 0.0, 0.0), p1)
+    third = (20.0 * d - (12.0 * v0 + 8.0 * v1) * t - (3.0 * a0 - a1) * t**2) / (2.0 * t**3)
+    fourth = ((16.0 * v0 + 14.0 * v1) * t - 30.0 * d + (3.0 * a0 - 2.0 * a1) * t**2) / (2.0 * t**4)
+    fifth = (12.0 * d - 6.0 * (v0 + v1) * t + (a1 - a0) * t**2) / (2.0 * t**5)
+    return Segment(start, end, (p0, v0, 0.5 * a0, third, fourth, fifth), p1)
+
+
+def stop_segment(start: int, position: float, velocity: float, duration: int) -> Segment:
+    """The segment that brings a joint to rest in `duration` [ns], without turning back.
+
+    It is the first half of the quintic that would bring the joint back to `position` with `-velocity` after twice the
+    duration, with no acceleration at its ends. The joint comes to rest 5/8 velocity x duration further on, and is
+    slowed down by at most 3/2 velocity / duration.
+    """
+    if duration <= 0 or velocity == 0.0:
+        return rest_segment(start, position)
+    t = duration / NANOSECONDS
+    coefficients = (position, velocity, 0.0, -velocity / (2.0 * t**2), velocity / (8.0 * t**3), 0.0)
+    return Segment(start, start + duration, coefficients, position + 0.625 * velocity * t)
+
+
+class Trajectory:
+    """What each of several joints is to do, from the first of its segments on.
+
+    Each joint has its own segments, in order of their start times: a segment is in force until the next one starts,
+    and from its end until then the joint rests at its final position.
+    """
+
+    def __init__(self, joints: Iterable[Iterable[Segment]]) -> None:
+        self.joints = tuple(tuple(segments) for segments in joints)
+        self.start = max(segments[0].start for segments in self.joints)
+        """Before this time [ns] it is not known what the joints were to do."""
+        self.end = max(segments[-1].end for segments in self.joints)
+        """From this time [ns] on the joints rest."""
+        self._starts = [[segment.start for segment in segments] for segments in self.joints]
+        # The polynomials in force from `_since` until `_until`; all else about sampling is in the trajectory itself.
+        self._since, self._until = 0, 0
+        self._rows: list[tuple[int, float, float, float, float, float, float]] = []
+        self._degree = 0
+
+    def positions(self, time: int) -> list[float]:
+        """Position of each joint [rad or m] at `time` [ns]."""
+        if not self._since <= time < self._until:
+            self._enter(time)
+        if self._degree == 0:
+            return [a for _, a, _, _, _, _, _ in self._rows]
+        if self._degree == 1:
+            return [(time - s) / 1e9 * b + a for s, a, b, _, _, _, _ in self._rows]
+        if self._degree == 3:
+            return [(((t := (time - s) / 1e9) * d + c) * t + b) * t + a for s, a, b, c, d, _, _ in self._rows]
+        return [
+            (((((t := (time - s) / 1e9) * f + e) * t + d) * t + c) * t + b) * t + a
+            for s, a, b, c, d, e, f in self._rows
+        ]
+
+    def velocities(self, time: int) -> list[float]:
+        """Velocity of each joint [rad/s or m/s] at `time` [ns]; zero where it rests."""
+        if not self._since <= time < self._until:
+            self._enter(time)
+        if self._degree <= 1:
+            return [b for _, _, b, _, _, _, _ in self._rows]
+        if self._degree == 3:
+            return [((t := (time - s) / 1e9) * 3.0 * d + 2.0 * c) * t + b for s, _, b, c, d, _, _ in self._rows]
+        return [
+            ((((t := (time - s) / 1e9) * 5.0 * f + 4.0 * e) * t + 3.0 * d) * t + 2.0 * c) * t + b
+            for s, _, b, c, d, e, f in self._rows
+        ]
+
+    def accelerations(self, time: int) -> list[float]:
+        """Acceleration of each joint [rad/s^2 or m/s^2] at `time` [ns]; zero where it rests."""
+        if not self._since <= time < self._until:
+            self._enter(time)
+        return [
+            (((t := (time - s) / 1e9) * 20.0 * f + 12.0 * e) * t + 6.0 * d) * t + 2.0 * c
+            for s, _, _, c, d, e, f in self._rows
+        ]
+
+    def state(self, time: int) -> JointsState:
+        """Positions, velocities and accelerations at `time` [ns]."""
+        return JointsState(self.positions(time), self.velocities(time), self.accelerations(time))
+
+    def between(self, joint: int, now: int, until: int) -> tuple[Segment, ...]:
+        """The segments of one joint that are in force at some time from `now` until `until` [ns]."""
+        starts = self._starts[joint]
+        first = max(0, bisect_right(starts, now) - 1)
+        return self.joints[joint][first : max(first + 1, bisect_right(starts, until))]
+
+    def get_state(self) -> list[list[list[Any]]]:
+        """The segments of each joint as JSON values."""
+        return [[[s.start, s.end, list(s.coefficients), s.final] for s in segments] for segments in self.joints]
+
+    @classmethod
+    def from_state(cls, state: Sequence[Sequence[Sequence[Any]]]) -> Trajectory:
+        """The trajectory that `get_state` described."""
+        return cls([Segment(s, e, (c[0], c[1], c[2], c[3], c[4], c[5]), f) for s, e, c, f in joint] for joint in state)
+
+    def _enter(self, time: int) -> None:
+        """Look up which polynomials are in force at `time`, and from when until when they are."""
+        since, until, degree = ALWAYS, NEVER, 0
+        rows = []
+        for segments, starts in zip(self.joints, self._starts, strict=True):
+            index = bisect_right(starts, time) - 1
+            segment = segments[max(index, 0)]
+            following = starts[index + 1] if index + 1 < len(starts) else NEVER
+            if index >= 0 and time < segment.end:
+                since, until = max(since, segment.start), min(until, segment.end, following)
+                c = segment.coefficients
+                degree = max(degree, 5 if c[4] or c[5] else 3 if c[2] or c[3] else 1)
+                rows.append((segment.start, *c))
+            else:  # at rest: before the first segment, or after the end of one
+                since, until = max(since, segment.end if index >= 0 else ALWAYS), min(until, following)
+                position = segment.final if index >= 0 else segment.coefficients[0]
+                rows.append((segment.start, position, 0.0, 0.0, 0.0, 0.0, 0.0))
+        self._rows, self._since, self._until, self._degree = rows, since, until, degree

@@ -1,0 +1,428 @@
+"""Logical cameras: the scene of models with their boxes, the view frustum, detections, and quality control sensors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property, partial
+from types import MappingProxyType
+from typing import ClassVar
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from cellwright.cell.model import parts
+from cellwright.cell.model.frames import AGV_T_TRAY
+from cellwright.engine.sensor import Reading, Sensor
+from cellwright.util.errors import UnknownNameError, UsageError
+from cellwright.util.pose import Pose, Vector3, quaternion_from_rpy, quaternion_product
+
+
+class Frustum:
+    """A pyramid without its top, along the +x axis of a camera; +y is left and +z is up in its view.
+
+    Args:
+        world_T_camera: pose of the camera; the tip of the pyramid is its origin.
+        near: distance of the near plane [m].
+        far: distance of the far plane [m].
+        horizontal_fov: angle between the left and the right side [rad].
+        aspect: width of the view over its height.
+    """
+
+    def __init__(self, world_T_camera: Pose, *, near: float, far: float, horizontal_fov: float, aspect: float) -> None:
+        if not (0.0 < near < far and 0.0 < horizontal_fov < math.pi and aspect > 0.0):
+            raise UsageError(f"no view has near {near}, far {far}, fov {horizontal_fov}, aspect {aspect}")
+        slope_y = math.tan(horizontal_fov / 2)
+        slope_z = slope_y / aspect
+        camera_normals = [
+            (1.0, 0.0, 0.0),
+            (-1.0, 0.0, 0.0),
+            _unit((slope_y, 1.0, 0.0)),
+            _unit((slope_y, -1.0, 0.0)),
+            _unit((slope_z, 0.0, 1.0)),
+            _unit((slope_z, 0.0, -1.0)),
+        ]
+        # a point p is on the inner side of a plane when normal . p >= offset
+        self._normals = np.array([world_T_camera.rotate(normal) for normal in camera_normals]).T  # (3, 6)
+        self._offsets = np.array([near, -far, 0.0, 0.0, 0.0, 0.0]) + np.array(world_T_camera.position) @ self._normals
+        self._spans = np.abs(self._normals)
+
+    def meets(self, centres: NDArray[np.float64], halves: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Which boxes the view takes in: those that lie wholly behind none of its six planes.
+
+        This is the test of `gazebo::LogicalCamera`: nothing hides anything, and a box that lies outside across an
+        edge of the view, in front of each single plane, counts as seen.
+
+        Args:
+            centres: middles of boxes along the world's axes [m], shape (n, 3).
+            halves: half their sizes [m], shape (n, 3).
+
+        Returns:
+            Shape (n,).
+        """
+        inside = centres @ self._normals - self._offsets
+        reach = halves @ self._spans
+        return np.asarray((inside >= -reach).all(axis=1))
+
+
+def _unit(vector: Vector3) -> Vector3:
+    x, y, z = vector
+    length = math.hypot(x, y, z)
+    return x / length, y / length, z / length
+
+
+@dataclass(frozen=True, slots=True)
+class SceneModel:
+    """A model in the scene.
+
+    Attributes:
+        name: full model name (`bin7|piston_rod_part_3`, `agv1`, `kit_tray_1`).
+        type: its type (`piston_rod_part`, `agv1`, `kit_tray`).
+        body: id of the body whose frame is the model's.
+        geoms: ids of its collision geoms.
+        nested_in: name of the model that it is nested in, if it is.
+    """
+
+    name: str
+    type: str
+    body: int
+    geoms: tuple[int, ...]
+    nested_in: str | None = None
+
+    @property
+    def short_name(self) -> str:
+        """The name without what comes before its last `|`: `piston_rod_part_3`."""
+        return self.name.rpartition("|")[2]
+
+
+def body_poses(data: mujoco.MjData, bodies: NDArray[np.intp]) -> list[Pose]:
+    """world_T_body of some bodies, as of the engine's last look at where they are."""
+    poses = zip(data.xpos[bodies].tolist(), data.xquat[bodies].tolist(), strict=True)
+    return [Pose((x, y, z), (qw, qx, qy, qz)) for (x, y, z), (qw, qx, qy, qz) in poses]
+
+
+def collision_geoms(model: mujoco.MjModel, body: int) -> tuple[int, ...]:
+    """Ids of the geoms of a body, and of all bodies that hang on it, that can touch anything."""
+    bodies = {body}
+    for child in range(body + 1, model.nbody):  # the engine numbers parents before children
+        if int(model.body_parentid[child]) in bodies:
+            bodies.add(child)
+    touching = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+    return tuple(int(geom) for geom in np.flatnonzero(touching) if int(model.geom_bodyid[geom]) in bodies)
+
+
+class Scene:
+    """All models, and the boxes around them as of a moment that was kept: cameras that look in one tick share the work.
+
+    A moment is the engine's `qpos`. Looking at one leaves the engine's data as they are.
+
+    Args:
+        model: the engine's model.
+        data: the engine's data.
+        models: every model that a camera may see.
+        own_types: part types that this cell has besides those that every camera knows.
+
+    Raises:
+        UsageError: two models of one name, or a model without a collision geom.
+        UnknownNameError: a model nested in none of these.
+    """
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        models: Sequence[SceneModel],
+        own_types: Collection[str] = (),
+    ) -> None:
+        self.models = tuple(models)
+        self.own_types = frozenset(own_types)
+        self._data = data
+        self._looked_at = b""
+        self._there = mujoco.MjData(model)
+        places: dict[str, int] = {}
+        for index, each in enumerate(self.models):
+            if each.name in places:
+                raise UsageError(f"there are two models named {each.name!r} in the scene")
+            if not each.geoms:
+                raise UsageError(f"the model {each.name!r} has no collision geom to see")
+            places[each.name] = index
+        for each in self.models:
+            if each.nested_in is not None and each.nested_in not in places:
+                raise UnknownNameError("model", each.nested_in, places)
+        self.nested_in = np.array(
+            [places[each.name if each.nested_in is None else each.nested_in] for each in self.models],
+            dtype=np.intp,
+        )
+        """Index of the model that each is nested in; its own index for those that are not. Shape (n,)."""
+        self._bodies = np.array([each.body for each in self.models], dtype=np.intp)
+        self._geoms = np.array([geom for each in self.models for geom in each.geoms], dtype=np.intp)
+        self._firsts = np.cumsum([0, *(len(each.geoms) for each in self.models[:-1])])
+        self._local_centres = model.geom_aabb[self._geoms, :3]
+        self._local_halves = model.geom_aabb[self._geoms, 3:]
+        types = model.geom_type[self._geoms]
+        self._cylinders = np.flatnonzero(types == mujoco.mjtGeom.mjGEOM_CYLINDER)
+        self._balls = np.flatnonzero(np.isin(types, (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_ELLIPSOID)))
+        self._model = model
+        self._boxes = (np.empty((0, 3)), np.empty((0, 3)))
+
+    def moment(self) -> bytes:
+        """The positions of all joints now, as bytes; `poses` and `boxes` take them then or later."""
+        return bytes(self._data.qpos)
+
+    def poses(self, indices: NDArray[np.intp], moment: bytes | None = None) -> list[Pose]:
+        """`world_T_model` of some models at a moment; now if there is none given."""
+        self._look_at(moment)
+        return body_poses(self._there, self._bodies[indices])
+
+    def boxes(self, moment: bytes | None = None) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Middle and half size of the box along the world's axes around each model [m], both of shape (n, 3).
+
+        They are those of a moment; now if there is none given. They are exact for boxes, cylinders, balls and the own
+        boxes of meshes.
+        """
+        self._look_at(moment)
+        return self._boxes
+
+    def _look_at(self, moment: bytes | None) -> None:
+        moment = self.moment() if moment is None else moment
+        if self._looked_at != moment:
+            self._looked_at = moment
+            self._there.qpos[:] = np.frombuffer(moment)
+            mujoco.mj_kinematics(self._model, self._there)
+            if self.models:
+                self._boxes = self._compute()
+
+    def _compute(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        rotations = self._there.geom_xmat[self._geoms].reshape(-1, 3, 3)
+        centres = self._there.geom_xpos[self._geoms] + np.einsum("gij,gj->gi", rotations, self._local_centres)
+        spans = np.abs(rotations) * self._local_halves[:, None, :]
+        x, y, z = spans[..., 0], spans[..., 1], spans[..., 2]
+        # along a world axis a box reaches |x|+|y|+|z|; a disc, where it is round, only the root of the squares
+        halves = x + y + z
+        if (some := self._cylinders).size:
+            halves[some] = np.hypot(x[some], y[some]) + z[some]
+        if (some := self._balls).size:
+            halves[some] = np.hypot(np.hypot(x[some], y[some]), z[some])
+        lower = np.minimum.reduceat(centres - halves, self._firsts)
+        upper = np.maximum.reduceat(centres + halves, self._firsts)
+        return (lower + upper) / 2, (upper - lower) / 2
+
+
+AGV_TYPES = frozenset({"agv1", "agv2"})
+TRAY_TYPE = "kit_tray"
+PART_TYPES = frozenset(parts.KNOWN_TYPES)
+KNOWN_TYPES = AGV_TYPES | {TRAY_TYPE} | PART_TYPES
+
+POSITION_SD = 0.001
+"""Standard deviation of each coordinate of a position [m]."""
+
+ANGLE_SD = 0.01
+"""Standard deviation of each of roll, pitch and yaw [rad]."""
+
+_NOISE_A_MODEL = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """A coordinate frame for the tree of frames: `pose` takes coordinates in `child` to coordinates in `parent`."""
+
+    parent: str
+    child: str
+    pose: Pose
+
+
+@dataclass(frozen=True, slots=True)
+class Detection:
+    """A model in view.
+
+    Attributes:
+        name: its full name in the cell, which a message does not tell.
+        type: its type.
+        camera_T_model: where the camera takes it to be.
+        frames: the frames that the camera makes known for it; none for a tray, two for an AGV (its own and that of
+            the tray on it).
+    """
+
+    name: str
+    type: str
+    camera_T_model: Pose
+    frames: tuple[Frame, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CameraReading(Reading):
+    """One picture; what is in view is found out when it is needed, as of the moment of the picture.
+
+    Attributes:
+        world_T_camera: pose of the camera.
+        camera_frame: the frame of the camera itself.
+        detect: finds the detections.
+    """
+
+    world_T_camera: Pose
+    camera_frame: Frame
+    detect: Callable[[], tuple[Detection, ...]] = field(repr=False, compare=False)
+
+    @cached_property
+    def detections(self) -> tuple[Detection, ...]:
+        """What is in view, in the order of the scene."""
+        return self.detect()
+
+    @property
+    def frames(self) -> tuple[Frame, ...]:
+        """All frames of this picture, the camera's first."""
+        return (self.camera_frame, *(frame for detection in self.detections for frame in detection.frames))
+
+
+class LogicalCamera(Sensor[CameraReading]):
+    """A logical camera; it looks along the +x axis of its pose.
+
+    A model is in view when the box around it meets the frustum; a tray is when its AGV is. AGVs are told exactly;
+    parts and trays with noise in all six coordinates.
+
+    Args:
+        name: as in `Sensor`.
+        world_T_sensor: as in `Sensor`.
+        scene: what there is to see.
+        period, latency, noise, enabled: as in `Sensor`.
+    """
+
+    default_period: ClassVar[Fraction] = Fraction(1, 10)
+    needs_positions: ClassVar[bool] = False
+    near: ClassVar[float] = 0.2
+    """[m]"""
+    far: ClassVar[float] = 0.75
+    """[m]"""
+    horizontal_fov: ClassVar[float] = 1.1
+    """[rad]"""
+    aspect: ClassVar[float] = 1.5
+    """Width of the view over its height."""
+
+    def __init__(
+        self,
+        name: str,
+        world_T_sensor: Pose,
+        scene: Scene,
+        *,
+        period: Fraction | None = None,
+        latency: Fraction = Fraction(0),
+        noise: float = 1.0,
+        enabled: bool = True,
+    ) -> None:
+        super().__init__(name, world_T_sensor, period=period, latency=latency, noise=noise, enabled=enabled)
+        self.scene = scene
+        self.frustum = Frustum(
+            world_T_sensor, near=self.near, far=self.far, horizontal_fov=self.horizontal_fov, aspect=self.aspect
+        )
+        self._tells = np.array([self.tells(model) for model in scene.models], dtype=np.bool_)
+        self._camera_T_world = world_T_sensor.inverse()
+        self._frame = Frame("world", self.frame, world_T_sensor)
+
+    def tells(self, model: SceneModel) -> bool:
+        """Whether the camera reports this model when it is in view."""
+        return model.type in KNOWN_TYPES or model.type in self.scene.own_types
+
+    def measure(self, index: int) -> CameraReading:
+        """The models in view now."""
+        return CameraReading(
+            time_ns=self.simulation.now,
+            sample=index,
+            world_T_camera=self.world_T_sensor,
+            camera_frame=self._frame,
+            detect=partial(self._look, self.scene.moment(), index),
+        )
+
+    def _look(self, moment: bytes, index: int) -> tuple[Detection, ...]:
+        in_view = self.frustum.meets(*self.scene.boxes(moment))
+        told = np.flatnonzero(in_view[self.scene.nested_in] & self._tells)
+        if not told.size:
+            return ()
+        # every model has its own noise in a sample, whatever else is in view; none is drawn beyond the last
+        noise = self.normal(index, _NOISE_A_MODEL * (int(told[-1]) + 1)).reshape(-1, _NOISE_A_MODEL)
+        return tuple(map(self._detect, told.tolist(), self.scene.poses(told, moment), noise[told]))
+
+    def _detect(self, index: int, world_T_model: Pose, noise: NDArray[np.float64]) -> Detection:
+        model = self.scene.models[index]
+        camera_T_model = self._camera_T_world @ world_T_model
+        child = f"{self.name}_{model.short_name}_frame"
+        if model.type in AGV_TYPES:
+            tray = f"{self.name}_kit_tray_{model.type.removeprefix('agv')}_frame"
+            # the AGV is told exactly; the noise goes into the place of its tray, which is known, not measured
+            frames = (Frame(self.frame, child, camera_T_model), Frame(child, tray, blurred(AGV_T_TRAY, noise)))
+            return Detection(model.name, model.type, camera_T_model, frames)
+        camera_T_model = blurred(camera_T_model, noise)
+        if model.type == TRAY_TYPE:
+            return Detection(model.name, model.type, camera_T_model, ())
+        return Detection(model.name, model.type, camera_T_model, (Frame(self.frame, child, camera_T_model),))
+
+
+def blurred(pose: Pose, noise: NDArray[np.float64]) -> Pose:
+    """A pose with noise: x, y, z in its parent frame, then roll, pitch, yaw in its own.
+
+    Args:
+        pose: the true pose.
+        noise: six standard normal numbers.
+    """
+    dx, dy, dz, roll, pitch, yaw = noise.tolist()
+    x, y, z = pose.position
+    turn = quaternion_from_rpy(ANGLE_SD * roll, ANGLE_SD * pitch, ANGLE_SD * yaw)
+    return Pose(
+        (x + POSITION_SD * dx, y + POSITION_SD * dy, z + POSITION_SD * dz), quaternion_product(pose.quaternion, turn)
+    )
+
+
+WORLD_T_QUALITY_CONTROL: Mapping[int, Pose] = MappingProxyType(
+    {
+        1: Pose.from_rpy((0.3, 3.5, 1.5), (0.0, 1.574, -1.574)),
+        2: Pose.from_rpy((0.3, -3.5, 1.5), (0.0, 1.574, 1.574)),
+    }
+)
+"""Where the sensors over the trays of AGV 1 and AGV 2 are fixed."""
+
+
+class QualityControlSensor(LogicalCamera):
+    """The sensor `quality_control_sensor_N` over the tray of AGV N.
+
+    Args:
+        number: 1 or 2.
+        scene: what there is to see.
+        faulty_parts: names of the faulty parts, without what comes before the last `|` of a model's name.
+        period, latency, noise, enabled: as in `Sensor`.
+    """
+
+    near: ClassVar[float] = 0.73
+    far: ClassVar[float] = 0.78
+    horizontal_fov: ClassVar[float] = 0.7
+    aspect: ClassVar[float] = 0.35
+
+    def __init__(
+        self,
+        number: int,
+        scene: Scene,
+        faulty_parts: Collection[str],
+        *,
+        period: Fraction | None = None,
+        latency: Fraction = Fraction(0),
+        noise: float = 1.0,
+        enabled: bool = True,
+    ) -> None:
+        if number not in WORLD_T_QUALITY_CONTROL:
+            raise UnknownNameError("quality control sensor", str(number), map(str, WORLD_T_QUALITY_CONTROL))
+        self.faulty_parts = frozenset(faulty_parts)
+        super().__init__(
+            f"quality_control_sensor_{number}",
+            WORLD_T_QUALITY_CONTROL[number],
+            scene,
+            period=period,
+            latency=latency,
+            noise=noise,
+            enabled=enabled,
+        )
+
+    def tells(self, model: SceneModel) -> bool:
+        """Whether the sensor reports this model when it is in view: a faulty part."""
+        is_part = model.type in PART_TYPES or model.type in self.scene.own_types
+        return is_part and model.short_name in self.faulty_parts

@@ -1,1 +1,0 @@
-"""What sees: one file a sensor type."""

@@ -1,1 +1,0 @@
-"""The arm's controller: goals, interpolation and tolerances."""

@@ -1,0 +1,263 @@
+"""Trajectory goals: tolerances of joints, and a goal that is followed within them and ends with a result.
+
+The numbers of `GoalStatus` and `GoalResult` are those of actionlib_msgs/GoalStatus and of
+control_msgs/FollowJointTrajectoryResult.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any, NamedTuple
+
+from cellwright.cell.devices.joint_trajectory import JointTrajectory
+from cellwright.engine.clock import nanoseconds, seconds
+
+
+@dataclass(frozen=True, slots=True)
+class AskedTolerance:
+    """A tolerance that a goal asks for: position [rad or m], velocity [rad/s or m/s].
+
+    0 leaves the controller's own tolerance, a negative number lifts it.
+    """
+
+    joint_name: str
+    position: float = 0.0
+    velocity: float = 0.0
+
+    def is_finite(self) -> bool:
+        """Whether both are numbers."""
+        return math.isfinite(self.position) and math.isfinite(self.velocity)
+
+
+class Tolerance(NamedTuple):
+    """How far one joint may be off in position [rad or m] and velocity [rad/s or m/s]; 0 is not checked."""
+
+    position: float = 0.0
+    velocity: float = 0.0
+
+    def fault(self, position_error: float, velocity_error: float) -> str:
+        """What is wrong with a joint that is off by so much [rad; m] and [rad/s; m/s], or an empty string."""
+        if self.position > 0.0 and not abs(position_error) <= self.position:  # so written, what is no number is off too
+            return f"position is off by {abs(position_error):.4g}, {self.position:.4g} is allowed"
+        if self.velocity > 0.0 and not abs(velocity_error) <= self.velocity:
+            return f"velocity is off by {abs(velocity_error):.4g}, {self.velocity:.4g} is allowed"
+        return ""
+
+    def overridden(self, position: float, velocity: float) -> Tolerance:
+        """This tolerance with what a goal asks for [rad; m] and [rad/s; m/s]."""
+        return Tolerance(_override(self.position, position), _override(self.velocity, velocity))
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerances:
+    """What a goal is held to: one `Tolerance` per joint on the way and at the end, and the time it may take after it.
+
+    `goal_time` [ns] None waits for ever.
+    """
+
+    path: tuple[Tolerance, ...]
+    goal: tuple[Tolerance, ...]
+    goal_time: int | None = 0
+
+    def overridden(
+        self,
+        joint_names: Sequence[str],
+        path: Sequence[AskedTolerance],
+        goal: Sequence[AskedTolerance],
+        goal_time: int,
+    ) -> Tolerances:
+        """These tolerances with what a goal asks for; `goal_time` [ns] follows the same rule as the others."""
+        return Tolerances(
+            _overridden(self.path, path, joint_names),
+            _overridden(self.goal, goal, joint_names),
+            self.goal_time if goal_time == 0 else None if goal_time < 0 else goal_time,
+        )
+
+
+def default_tolerances(
+    trajectory: Sequence[float], goal: Sequence[float], stopped_velocity: float, goal_time: float
+) -> Tolerances:
+    """The controller's own tolerances.
+
+    Args:
+        trajectory: position tolerance of each joint on the way [rad or m].
+        goal: position tolerance of each joint at the end [rad or m].
+        stopped_velocity: velocity below which a joint has stopped [rad/s or m/s].
+        goal_time: time after the end within which the goal must be reached [s].
+    """
+    return Tolerances(
+        tuple(Tolerance(position) for position in trajectory),
+        tuple(Tolerance(position, stopped_velocity) for position in goal),
+        nanoseconds(goal_time),
+    )
+
+
+def _override(own: float, asked: float) -> float:
+    return own if asked == 0.0 else max(asked, 0.0)
+
+
+def _overridden(
+    own: tuple[Tolerance, ...], asked: Sequence[AskedTolerance], joint_names: Sequence[str]
+) -> tuple[Tolerance, ...]:
+    result = list(own)
+    for one in asked:
+        if one.joint_name in joint_names:
+            index = joint_names.index(one.joint_name)
+            result[index] = result[index].overridden(one.position, one.velocity)
+    return tuple(result)
+
+
+class GoalStatus(IntEnum):
+    """Where a goal stands."""
+
+    ACTIVE = 1
+    PREEMPTED = 2
+    SUCCEEDED = 3
+    ABORTED = 4
+
+
+class GoalResult(IntEnum):
+    """How a goal ended, or why it was not taken."""
+
+    SUCCESSFUL = 0
+    INVALID_GOAL = -1
+    INVALID_JOINTS = -2
+    OLD_HEADER_TIMESTAMP = -3
+    PATH_TOLERANCE_VIOLATED = -4
+    GOAL_TOLERANCE_VIOLATED = -5
+
+
+@dataclass(frozen=True, slots=True)
+class GoalRequest:
+    """A goal as it came: a trajectory, and tolerances in place of the controller's own.
+
+    `goal_time_tolerance_ns` is the time after the end within which the goal must be reached [ns]: 0 leaves the
+    controller's own, a negative number waits for ever. Tolerances of joints that the controller does not have are
+    passed over.
+    """
+
+    goal_id: str
+    trajectory: JointTrajectory
+    path_tolerances: Sequence[AskedTolerance] = ()
+    goal_tolerances: Sequence[AskedTolerance] = ()
+    goal_time_tolerance_ns: int = 0
+
+    def is_finite(self) -> bool:
+        """Whether all tolerances that it asks for are numbers."""
+        return all(asked.is_finite() for asked in (*self.path_tolerances, *self.goal_tolerances))
+
+
+class TrajectoryGoal:
+    """A goal that was taken, from its start to its end.
+
+    While the trajectory runs each joint has to stay within its path tolerance. From the trajectory's end on a joint
+    has arrived as soon as it was within its goal tolerance once; the goal has succeeded when all have, and is aborted
+    if one has not when the goal time is over. A goal that was aborted leaves the arm on its trajectory.
+
+    Args:
+        goal_id: what the sender calls it.
+        joint_names: all joints of the controller.
+        joints: indices of those that the goal is about.
+        start: when its trajectory starts [ns].
+        end: when its trajectory ends [ns].
+        tolerances: what it is held to.
+    """
+
+    def __init__(
+        self,
+        goal_id: str,
+        joint_names: Sequence[str],
+        joints: Iterable[int],
+        start: int,
+        end: int,
+        tolerances: Tolerances,
+    ) -> None:
+        self.goal_id = goal_id
+        self.joint_names = tuple(joint_names)
+        self.joints = tuple(joints)
+        self.start = start
+        self.end = end
+        self.tolerances = tolerances
+        self.status = GoalStatus.ACTIVE
+        self.result: GoalResult | None = None
+        self.reason = ""
+        """Why it ended, in a sentence; empty while it is active."""
+        self._arrived = [False] * len(self.joint_names)
+
+    @property
+    def active(self) -> bool:
+        """Whether it is still being followed."""
+        return self.status is GoalStatus.ACTIVE
+
+    def update(self, time: int, position_errors: Sequence[float], velocity_errors: Sequence[float]) -> GoalStatus:
+        """Judge where the joints are.
+
+        Args:
+            time: now [ns].
+            position_errors: desired minus actual position of each joint of the controller [rad or m].
+            velocity_errors: desired minus actual velocity of each joint of the controller [rad/s or m/s].
+        """
+        if self.status is not GoalStatus.ACTIVE or time < self.start:
+            return self.status
+        if time < self.end:
+            for joint in self.joints:
+                if fault := self.tolerances.path[joint].fault(position_errors[joint], velocity_errors[joint]):
+                    text = f"{self.joint_names[joint]} left its path {seconds(time - self.start):.3f} s after the start"
+                    self._finish(GoalStatus.ABORTED, GoalResult.PATH_TOLERANCE_VIOLATED, f"{text}: {fault}")
+                    break
+            return self.status
+        patience = self.tolerances.goal_time
+        for joint in self.joints:
+            if self._arrived[joint]:
+                continue
+            fault = self.tolerances.goal[joint].fault(position_errors[joint], velocity_errors[joint])
+            if not fault:
+                self._arrived[joint] = True
+            elif patience is not None and time >= self.end + patience:
+                text = f"{self.joint_names[joint]} had not arrived {seconds(time - self.end):.3f} s after the end"
+                self._finish(GoalStatus.ABORTED, GoalResult.GOAL_TOLERANCE_VIOLATED, f"{text}: {fault}")
+                return self.status
+        if all(self._arrived[joint] for joint in self.joints):
+            self._finish(GoalStatus.SUCCEEDED, GoalResult.SUCCESSFUL, "arrived")
+        return self.status
+
+    def preempt(self, reason: str) -> None:
+        """End it because something else is to be done."""
+        self._finish(GoalStatus.PREEMPTED, None, reason)
+
+    def get_state(self) -> dict[str, Any]:
+        """All of it, as JSON values."""
+        return {
+            "goal_id": self.goal_id,
+            "joints": list(self.joints),
+            "start": self.start,
+            "end": self.end,
+            "path": [list(tolerance) for tolerance in self.tolerances.path],
+            "goal": [list(tolerance) for tolerance in self.tolerances.goal],
+            "goal_time": self.tolerances.goal_time,
+            "status": int(self.status),
+            "result": None if self.result is None else int(self.result),
+            "reason": self.reason,
+            "arrived": list(self._arrived),
+        }
+
+    @classmethod
+    def from_state(cls, state: Mapping[str, Any], joint_names: Sequence[str]) -> TrajectoryGoal:
+        """The goal that `get_state` described."""
+        tolerances = Tolerances(
+            tuple(Tolerance(*pair) for pair in state["path"]),
+            tuple(Tolerance(*pair) for pair in state["goal"]),
+            state["goal_time"],
+        )
+        goal = cls(state["goal_id"], joint_names, state["joints"], state["start"], state["end"], tolerances)
+        goal.status = GoalStatus(state["status"])
+        goal.result = None if state["result"] is None else GoalResult(state["result"])
+        goal.reason = state["reason"]
+        goal._arrived = list(state["arrived"])
+        return goal
+
+    def _finish(self, status: GoalStatus, result: GoalResult | None, reason: str) -> None:
+        self.status, self.result, self.reason = status, result, reason

@@ -1,0 +1,403 @@
+"""Vacuum gripper: suction logic, and the device that welds the part it touches squarely to the cup.
+
+Pure logic: a device asks `due`, brings the contacts of the cup to `check`, and carries out what comes back.
+
+While it is switched on the gripper looks at its contacts at most every 0.1 s of simulation time; at once when it is
+switched on, if the last look is that long ago. A counter rises by one at a look with a contact that counts, and falls
+by one (not below zero) at a look without. A part is taken hold of at a look where the counter is above one and the
+cup stands square enough on the part. Switching does not reset the counter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from math import acos, degrees
+from typing import Any, Final, Literal
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from cellwright.cell.devices.parts import Parts, engage_weld
+from cellwright.cell.model.arm import CUP_FACE_GEOM, CUP_GEOM, GRIPPER
+from cellwright.cell.model.build import WorldPart
+from cellwright.engine.clock import NANOSECONDS
+from cellwright.engine.device import Device, State
+from cellwright.engine.events import NEVER
+from cellwright.engine.simulation import Simulation
+from cellwright.util.errors import UsageError
+from cellwright.util.pose import Pose
+
+CHECK_PERIOD: Final = NANOSECONDS // 10
+"""Time between two looks at the contacts [ns]."""
+
+CONTACTS_NEEDED: Final = 1
+"""The counter must be above this."""
+
+ALIGNMENT_NEEDED: Final = 0.95
+"""The cosine between contact normal and cup axis must be above this (18.2 deg)."""
+
+
+class Touched(Enum):
+    """What the cup may be in contact with."""
+
+    PART = "a part"
+    MOVABLE = "something that moves but is no part"
+    """A tray, an AGV or the belt: it counts as a contact, but the suction holds parts only."""
+    FIXED = "something fixed"
+    """A bin or the workcell: it does not count."""
+
+
+@dataclass(frozen=True, slots=True)
+class CupContact:
+    """One contact of the suction face.
+
+    Attributes:
+        name: what is touched.
+        kind: which kind of thing that is.
+        alignment: cosine between the contact normal and the axis of the cup, 1 when the cup stands square on it.
+    """
+
+    name: str
+    kind: Touched
+    alignment: float
+
+
+@dataclass(frozen=True, slots=True)
+class SuctionDecision:
+    """What a look at the contacts comes to: take hold of `part`, lose it to a forced drop, or go on as it is."""
+
+    action: Literal["attach", "drop", "none"] = "none"
+    part: str | None = None
+
+
+NO_ACTION: Final = SuctionDecision()
+
+
+class VacuumCheck:
+    """The suction logic.
+
+    Args:
+        phase: by default a look is taken as soon as the gripper is switched on. With a phase [ns] looks are taken at
+            that time after each whole 0.1 s only, as if the gripper had a clock of its own.
+    """
+
+    def __init__(self, phase: int | None = None) -> None:
+        self.phase = None if phase is None else phase % CHECK_PERIOD
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin a run: switched off, holding nothing."""
+        self.enabled = False
+        self.part: str | None = None
+        """The part that is held."""
+        self.counter = 0
+        self.reason = "disabled"
+        """Why nothing is held, as of the last look; empty while a part is held."""
+        self.lost_reason = ""
+        """Why the last part was lost: `released`, `forced drop`, or what `lose` was told; empty if none was yet."""
+        self.next_look = NEVER
+        """When the next look is due [ns]; `NEVER` while switched off."""
+        self._last_look: int | None = None
+
+    @property
+    def attached(self) -> bool:
+        """Whether a part is held."""
+        return self.part is not None
+
+    def enable(self, now: int) -> None:
+        """Switch on at `now` [ns]. Nothing happens if it is on."""
+        if not self.enabled:
+            self.enabled = True
+            self.reason = "waiting for the first check"
+            self.next_look = self._look_after(now)
+
+    def disable(self) -> str | None:
+        """Switch off; the part that is to be let go, if one was held."""
+        self.enabled = False
+        self.next_look = NEVER
+        part = self.lose("released")
+        self.reason = "disabled"
+        return part
+
+    def lose(self, reason: str) -> str | None:
+        """Note that the part that is held, if one is, is held no longer; which one it was."""
+        part, self.part = self.part, None
+        if part is not None:
+            self.reason = self.lost_reason = reason
+        return part
+
+    def due(self, now: int) -> bool:
+        """Whether it is time for `check` at `now` [ns]."""
+        return now >= self.next_look
+
+    def check(
+        self, now: int, contacts: Sequence[CupContact], is_dropped: Callable[[str], bool] = lambda _: False
+    ) -> SuctionDecision:
+        """Look at the contacts. It must be `due`.
+
+        Args:
+            now: the time [ns].
+            contacts: all contacts of the cup's suction face.
+            is_dropped: whether a part that is held is to be dropped where it is now.
+
+        Returns:
+            what to do; it is already noted here as done.
+        """
+        self._last_look = now
+        self.next_look = self._look_after(now + 1)
+        counted = [contact for contact in contacts if contact.kind is not Touched.FIXED]
+        self.counter = self.counter + 1 if counted else max(0, self.counter - 1)
+        if self.part is not None:
+            return SuctionDecision("drop", self.lose("forced drop")) if is_dropped(self.part) else NO_ACTION
+        parts = [contact for contact in counted if contact.kind is Touched.PART]
+        square = [contact for contact in parts if contact.alignment > ALIGNMENT_NEEDED]
+        self.reason = _no_grip_reason(contacts, counted, parts)
+        if square and self.counter > CONTACTS_NEEDED:
+            best = min(square, key=lambda contact: (-contact.alignment, contact.name))
+            self.part, self.reason = best.name, ""
+            return SuctionDecision("attach", best.name)
+        return NO_ACTION
+
+    def get_state(self) -> dict[str, Any]:
+        """All that is remembered, as JSON values."""
+        return {
+            "enabled": self.enabled,
+            "part": self.part,
+            "counter": self.counter,
+            "reason": self.reason,
+            "lost_reason": self.lost_reason,
+            "next_look": self.next_look,
+            "last_look": self._last_look,
+        }
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Take over what `get_state` returned."""
+        self.enabled = state["enabled"]
+        self.part = state["part"]
+        self.counter = state["counter"]
+        self.reason = state["reason"]
+        self.lost_reason = state["lost_reason"]
+        self.next_look = state["next_look"]
+        self._last_look = state["last_look"]
+
+    def _look_after(self, time: int) -> int:
+        """When the first look at or after `time` [ns] may be taken."""
+        if self.phase is not None:
+            return time + (self.phase - time) % CHECK_PERIOD
+        return time if self._last_look is None else max(time, self._last_look + CHECK_PERIOD)
+
+
+def _no_grip_reason(contacts: Sequence[CupContact], counted: Sequence[CupContact], parts: Sequence[CupContact]) -> str:
+    """Why nothing was taken hold of, unless the counter is all that is missing."""
+    if not contacts:
+        return "no contact"
+    if not counted:
+        return f"contact with something fixed: {contacts[0].name}"
+    if not parts:
+        return f"contact with {counted[0].name}, which is no part"
+    best = max(contact.alignment for contact in parts)
+    if best <= ALIGNMENT_NEEDED:
+        tilt = degrees(acos(max(-1.0, best)))
+        return f"tilted: {tilt:.1f} deg > {degrees(acos(ALIGNMENT_NEEDED)):.1f}"
+    return "waiting for a second check"
+
+
+BELT_GEOM = "conveyor_belt"
+
+_NEAR = 1e-3
+"""What is nearer to the cup than this [m] is in contact with it: the distance from which the engine tells of it."""
+
+_REACH = 0.4
+"""No part is larger [m]: an origin further from the cup than this cannot be near it."""
+
+
+class VacuumGripper(Device):
+    """The gripper.
+
+    `reason` says why nothing is held, `lost_reason` why the last part was lost. Whoever is in `on_change` is told when
+    it is switched, takes hold or lets go. `drop_target(name, world_T_part)`, if it is set, is asked at each look
+    whether a held part is to be lost, and where to.
+
+    Args:
+        parts: what can be taken hold of.
+        phase: when in each 0.1 s it looks for them [ns]; None: as soon as it is switched on.
+    """
+
+    def __init__(self, parts: Parts, phase: int | None = None) -> None:
+        super().__init__("gripper")
+        self.parts = parts
+        self.on_change: list[Callable[[VacuumGripper], None]] = []
+        self.drop_target: Callable[[str, Pose], Pose | None] = lambda _name, _pose: None
+        self._check = VacuumCheck(phase)
+        parts.on_taken.append(self._notice_taken)
+
+    def attach(self, simulation: Simulation) -> None:
+        """Look up the cup and what moves."""
+        super().attach(simulation)
+        model = simulation.model
+        self._body = model.body(GRIPPER).id
+        self._cup = model.geom(CUP_GEOM).id
+        self._face = model.geom(CUP_FACE_GEOM).id
+        self._belt = model.geom(BELT_GEOM).id
+
+    def reset(self) -> None:
+        """Switched off, holding nothing."""
+        self._check.reset()
+
+    # ---------------------------------------------------------------- what one may ask
+
+    @property
+    def enabled(self) -> bool:
+        """Whether the vacuum is on."""
+        return self._check.enabled
+
+    @property
+    def attached(self) -> bool:
+        """Whether a part is held."""
+        return self._check.attached
+
+    @property
+    def part(self) -> str | None:
+        """Full model name of the part that is held."""
+        return self._check.part
+
+    @property
+    def reason(self) -> str:
+        """Why nothing is held, as of the last look; empty while a part is held."""
+        return self._check.reason
+
+    @property
+    def lost_reason(self) -> str:
+        """Why the last part was lost; empty if none was yet."""
+        return self._check.lost_reason
+
+    # ---------------------------------------------------------------- commands
+
+    def set_enabled(self, enabled: bool) -> None:  # noqa: FBT001
+        """Switch the vacuum on or off. Switched off it lets go at once."""
+        if enabled == self.enabled:
+            return
+        if enabled:
+            self._check.enable(self.simulation.now)
+        else:
+            self._release(self._check.disable())
+        self._plan()
+        self._tell()
+
+    # ---------------------------------------------------------------- life
+
+    def handle(self, kind: str, arguments: tuple[Any, ...]) -> None:
+        """Look at the contacts."""
+        if kind != "look":
+            super().handle(kind, arguments)
+        targets: dict[str, Pose] = {}
+
+        def is_dropped(name: str) -> bool:
+            target = self.drop_target(name, self.parts.pose(self.parts.part(name)))
+            if target is not None:
+                targets[name] = target
+            return target is not None
+
+        verdict = self._check.check(self.simulation.now, self.contacts(), is_dropped)
+        if verdict.action == "attach" and verdict.part is not None:
+            self._hold(self.parts.part(verdict.part))
+        elif verdict.action == "drop" and verdict.part is not None:
+            self._release(verdict.part)
+            self.parts.place(self.parts.part(verdict.part), targets[verdict.part])
+        self._plan()
+        if verdict.action != "none":
+            self._tell()
+
+    def get_state(self) -> dict[str, Any]:
+        """What the suction logic remembers."""
+        return self._check.get_state()
+
+    def set_state(self, state: State) -> None:
+        """Remember what `get_state` returned."""
+        self._check.set_state(state)
+
+    # ---------------------------------------------------------------- inside
+
+    def contacts(self) -> list[CupContact]:
+        """What the cup touches: by the engine's contacts in the last step, and by the plain disc that it stands for.
+
+        The cup's edge is bevelled where the original's gripper is a plain disc. A part that meets the bevel only, as
+        the mark of a disk does, would else seem to be tilted by the bevel's angle, or not to be touched yet.
+        """
+        data = self.simulation.data
+        pairs = data.contact.geom
+        axis = np.array(data.xmat[self._body].reshape(3, 3)[:, 2])
+        found = []
+        for row in np.flatnonzero((pairs == self._cup).any(axis=1)).tolist():
+            first, second = pairs[row].tolist()
+            towards_cup = 1.0 if second == self._cup else -1.0
+            alignment = towards_cup * float(data.contact.frame[row][:3] @ axis)
+            found.append(self._contact(first if second == self._cup else second, alignment))
+        return found + self._before_face()
+
+    def _before_face(self) -> list[CupContact]:
+        """The parts that the plain disc touches."""
+        simulation = self.simulation
+        simulation.refresh()
+        model, data = simulation.model, simulation.data
+        axis = data.xmat[self._body].reshape(3, 3)[:, 2]
+        centre = data.xpos[self._body]
+        ends: NDArray[np.float64] = np.zeros(6)
+        found = []
+        for part in self.parts.inside(centre - _REACH, centre + _REACH):
+            for geom in part.geoms:
+                distance = mujoco.mj_geomDistance(model, data, self._face, geom, _NEAR, ends)
+                if distance < _NEAR and distance != 0.0:
+                    normal = (ends[:3] - ends[3:]) / distance  # from the part to the disc, also where they overlap
+                    found.append(self._touched(part, float(normal @ axis)))
+        return found
+
+    def _contact(self, geom: int, alignment: float) -> CupContact:
+        model = self.simulation.model
+        body = int(model.geom_bodyid[geom])
+        part = self.parts.by_body.get(body)
+        if part is not None:
+            return self._touched(part, alignment)
+        name = model.geom(geom).name or model.body(body).name
+        moves = geom == self._belt or int(model.body_treeid[body]) >= 0
+        return CupContact(name, Touched.MOVABLE if moves else Touched.FIXED, alignment)
+
+    def _touched(self, part: WorldPart, alignment: float) -> CupContact:
+        """Contact with a part; one that is locked to a tray stays there."""
+        return CupContact(part.name, Touched.FIXED if self.parts.is_locked(part) else Touched.PART, alignment)
+
+    def _hold(self, part: WorldPart) -> None:
+        """Weld the part to the cup as it is now: no drawing in, no re-centring."""
+        if part.grip is None:
+            raise UsageError(f"the cell has no weld to hold {part.name!r} with")
+        simulation = self.simulation
+        simulation.refresh()
+        data = simulation.data
+        position, quaternion = data.xpos[self._body].tolist(), data.xquat[self._body].tolist()
+        gripper_T_world = Pose(tuple(position), tuple(quaternion)).inverse()
+        engage_weld(simulation, part.grip, self._body, gripper_T_world @ self.parts.pose(part))
+
+    def _release(self, name: str | None) -> None:
+        if name is not None:
+            part = self.parts.part(name)
+            if part.grip is not None:
+                self.simulation.data.eq_active[part.grip] = 0
+            self.simulation.keep_awake(part.body)
+
+    def _notice_taken(self, part: WorldPart) -> None:
+        """Note that a part is in the cup no longer, if it was."""
+        if part.name == self._check.part:
+            self._check.lose("taken away")
+            self._tell()
+
+    def _plan(self) -> None:
+        self.simulation.cancel(self, "look")
+        if self._check.next_look < NEVER:
+            self.simulation.schedule(self, "look", at=self._check.next_look)
+
+    def _tell(self) -> None:
+        for listener in self.on_change:
+            listener(self)

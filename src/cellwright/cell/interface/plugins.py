@@ -1,0 +1,113 @@
+"""Plugin sensors and devices: how those of other packages are made, and what the sensors publish.
+
+An entry point of the group `cellwright.devices` names a function `make(name, settings, cell)` that returns a `Device`;
+a class whose constructor takes these does as well. The device lives as long as its cell, and acts in each tick after
+the cell's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from cellwright.cell.devices.logical_camera import Scene
+from cellwright.cell.interface.devices import GearDevices
+from cellwright.config.trial.sensors import SENSOR_TYPES
+from cellwright.config.trial.trial import Camera, PluginDevice
+from cellwright.config.trial.trial import Sensor as SensorDescription
+from cellwright.engine.device import Device
+from cellwright.engine.sensor import Reading, Sensor
+from cellwright.middleware.bus import Bus
+from cellwright.middleware.interface.sampling import Streamed
+from cellwright.middleware.interface.table import Row
+from cellwright.middleware.messages import Message
+from cellwright.util import plugins as plugins
+from cellwright.util.errors import in_a_line
+from cellwright.util.plugins import call_plugin, guard_plugin
+
+_DEVICE_HOOKS = ("attach", "reset", "before_step", "drive", "after_step", "handle", "get_state", "set_state", "close")
+
+
+def make_plugin_device(description: PluginDevice, cell: object) -> Device:
+    """The device as it was described, for a `Cell` whose own devices and bus are there.
+
+    Raises:
+        UnknownNameError: no package brings this type along.
+        PluginError: it cannot be imported or made, or is no device.
+    """
+    kind = description.type
+    make = plugins.load("devices", kind)
+    if not callable(make):
+        raise plugins.plugin_error(
+            "devices", kind, f"must be a function that makes a Device, and is of the type {type(make).__name__}"
+        )
+    try:
+        device = make(description.name, description.settings, cell)
+    except Exception as error:
+        raise plugins.plugin_error("devices", kind, f"cannot be made: {in_a_line(error)}") from error
+    if not isinstance(device, Device):
+        raise plugins.plugin_error(
+            "devices", kind, f"must make a Device, and made something of the type {type(device).__name__}"
+        )
+    at_work = [hook for hook in _DEVICE_HOOKS if getattr(type(device), hook) is not getattr(Device, hook)]
+    return guard_plugin(device, "devices", kind, at_work)
+
+
+_SENSOR_HOOKS = ("measure", "attach", "reset", "get_state", "set_state", "close")
+
+
+@dataclass(frozen=True, slots=True)
+class SensorPlugin:
+    """What an entry point of the group `cellwright.sensors` names; the entry point's name is the sensor type in files.
+
+    Attributes:
+        make: the device for a sensor as it was described, in a scene of models to see.
+        row: the topic that it speaks on, with `{sensor}` where the sensor's name belongs.
+        message: the message for a reading, of the row's type.
+    """
+
+    make: Callable[[SensorDescription, Scene], Sensor[Any]]
+    row: Row
+    message: Callable[[Any, Sensor[Any]], Message]
+
+
+def make_plugin_sensor(description: SensorDescription, scene: Scene) -> Sensor[Any]:
+    """The device for a sensor of another package's type.
+
+    Raises:
+        UnknownNameError: no package brings this type along.
+        PluginError: it cannot be imported or made, or is no sensor.
+    """
+    kind = description.type
+    plugin = plugins.load_as("sensors", kind, SensorPlugin)
+    try:
+        sensor = plugin.make(description, scene)
+    except Exception as error:
+        raise plugins.plugin_error("sensors", kind, f"cannot be made: {in_a_line(error)}") from error
+    if not isinstance(sensor, Sensor):
+        raise plugins.plugin_error(
+            "sensors", kind, f"must make a Sensor, and made something of the type {type(sensor).__name__}"
+        )
+    return guard_plugin(sensor, "sensors", kind, _SENSOR_HOOKS)
+
+
+def bind_plugin_sensors(bus: Bus, devices: GearDevices) -> None:
+    """Put the topics of all sensors of other packages on the bus.
+
+    Raises:
+        PluginError: one of them cannot be used.
+        UsageError: it would publish where something else does, in another type.
+    """
+    for description in devices.trial.sensors:
+        if description.type not in SENSOR_TYPES and not isinstance(description, Camera):
+            plugin = plugins.load_as("sensors", description.type, SensorPlugin)
+            _stream_plugin(bus, description.type, plugin, devices.sensors[description.name])
+
+
+def _stream_plugin(bus: Bus, kind: str, plugin: SensorPlugin, sensor: Sensor[Any]) -> None:
+    def build(reading: Reading) -> Message:
+        message: Message = call_plugin("sensors", kind, plugin.message, reading, sensor)
+        return message
+
+    Streamed(bus, plugin.row.of(sensor.name), sensor.listen, build)

@@ -1,0 +1,355 @@
+"""Evidence of a score: what earned or lost each point of a trial, also as JSON values.
+
+Where the `GameScore` has what was judged, this goes through the whole trial: also the kits that were never submitted
+and the orders that were never announced, with what could have been had there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+from cellwright.cell.kitting.fates import Fate
+from cellwright.cell.kitting.kit_score import (
+    MAX_DISTANCE,
+    MAX_YAW_DIFFERENCE,
+    MIN_QUATERNION_DOT,
+    BonusVerdict,
+    Fit,
+    KitScore,
+    PartFinding,
+    Verdict,
+)
+from cellwright.cell.kitting.reach import KitReach, PartReach, TrialReach, reach
+from cellwright.cell.kitting.scorer import GameScore, OrderScore, TrialScore, system_cost
+from cellwright.config.layout import TRAY_PLATE
+from cellwright.config.trial.trial import Trial
+from cellwright.engine.clock import seconds
+
+NOT_SUBMITTED = "not submitted"
+NOT_ANNOUNCED = "not announced"
+OFF_TRAY = "off tray"
+
+MAX_TILT = 2.0 * math.acos(MIN_QUATERNION_DOT)
+"""How far a part may be turned about any axis [rad]: what `MIN_QUATERNION_DOT` says as an angle."""
+
+REASONS: Mapping[str, str] = MappingProxyType(
+    {
+        Verdict.TOO_FAR: f"there, but more than {MAX_DISTANCE * 1e3:g} mm from its place",
+        OFF_TRAY: f"its place lies off the tray ({TRAY_PLATE[0]:g} x {TRAY_PLATE[1]:g} m), out of reach of any part",
+        Verdict.TILTED: "in its place, but not the ordered side up "
+        f"(more than {MAX_TILT * 1e3:.0f} mrad, {math.degrees(MAX_TILT):.0f} deg)",
+        Verdict.TURNED: "in its place, but turned by more than "
+        f"{MAX_YAW_DIFFERENCE * 1e3:g} mrad ({math.degrees(MAX_YAW_DIFFERENCE):.1f} deg)",
+        Verdict.FAULTY: "none but a faulty one, which does not count",
+        Verdict.MISSING: "none on the tray when it was submitted",
+        NOT_SUBMITTED: "its kit was never submitted",
+        NOT_ANNOUNCED: "its order was never announced",
+        BonusVerdict.PARTS_SHORT: "an ordered part is not there, so there is no bonus",
+        BonusVerdict.EXTRA_OBJECTS: "the tray holds more than was ordered, so there is no bonus",
+    }
+)
+"""What the words for a loss stand for, in one sentence each."""
+
+
+def turn_angle(fit: Fit) -> float:
+    """The angle between the orientations of an object and of its place, about whatever axis [rad]."""
+    return 2.0 * math.acos(min(1.0, fit.quaternion_dot))
+
+
+@dataclass(frozen=True, slots=True)
+class PartEvidence:
+    """What became of one ordered part.
+
+    Attributes:
+        reach: what it could earn.
+        cause: one word for it, a key of `REASONS`, or "placed".
+        finding: what the referee found; None when its kit was not judged.
+        fate: what became of it if it is missing; None where nothing is known.
+    """
+
+    reach: PartReach
+    cause: str
+    finding: PartFinding | None = None
+    fate: Fate | None = None
+
+    @property
+    def presence(self) -> float:
+        """Points for presence."""
+        return 0.0 if self.finding is None else self.finding.presence
+
+    @property
+    def pose(self) -> float:
+        """Points for pose."""
+        return 0.0 if self.finding is None else self.finding.pose
+
+    def sentence(self) -> str:
+        """What earned or lost its points, and by how much."""
+        fit = None if self.finding is None else self.finding.fit
+        if fit is None or self.cause == Verdict.FAULTY:
+            more = fit.object_name if fit is not None else self.fate.sentence() if self.fate is not None else ""
+            why = ": ".join(filter(None, (REASONS[self.cause], more)))
+            return "; ".join(filter(None, (why, self.reach.reason())))
+        off, yaw, tilt = fit.distance * 1e3, fit.yaw_difference * 1e3, turn_angle(fit) * 1e3
+        match self.cause:
+            case Verdict.TILTED:
+                lies = f"turned over by {tilt:.0f} mrad, {tilt - MAX_TILT * 1e3:.0f} mrad too far"
+            case Verdict.TURNED:
+                lies = f"turned by {yaw:.0f} mrad, {yaw - MAX_YAW_DIFFERENCE * 1e3:.0f} mrad too far"
+            case Verdict.PLACED:
+                lies = f"in its place, off by {off:.1f} mm and {yaw:.0f} mrad"
+            case _:
+                lies = f"{off:.1f} mm from its place, {off - MAX_DISTANCE * 1e3:.1f} mm too far"
+        return "; ".join(filter(None, (f"{fit.object_name} lies {lies}", self.reach.reason())))
+
+
+@dataclass(frozen=True, slots=True)
+class KitEvidence:
+    """What became of one kit.
+
+    Attributes:
+        reach: what it could earn.
+        score: what the referee says.
+        parts: each ordered part, in the order of the kit.
+    """
+
+    reach: KitReach
+    score: KitScore
+    parts: tuple[PartEvidence, ...]
+
+    @property
+    def bonus_sentence(self) -> str:
+        """Why there is or is no bonus."""
+        match self.score.bonus:
+            case None:
+                return REASONS[self.parts[0].cause] if self.parts else ""
+            case BonusVerdict.EARNED:
+                return "the tray held exactly what was ordered"
+            case lost:
+                return REASONS[lost]
+
+
+@dataclass(frozen=True, slots=True)
+class OrderEvidence:
+    """What became of one order.
+
+    Attributes:
+        score: what the referee says; all zero for an order that was never announced.
+        is_announced: whether it came up.
+        kits: its kits, in the order of the order.
+    """
+
+    score: OrderScore
+    is_announced: bool
+    kits: tuple[KitEvidence, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What became of a trial.
+
+    Attributes:
+        orders: those announced, in that order, then those that never came up.
+        reach: what could be earned.
+        part_travel_time: how long the gripper was enabled and held something [ns].
+        process_time: from the start to the end of the game, or until now [ns].
+        system_cost: cost of the sensors [$].
+    """
+
+    orders: tuple[OrderEvidence, ...]
+    reach: TrialReach
+    part_travel_time: int
+    process_time: int
+    system_cost: float
+
+    @property
+    def total(self) -> float:
+        """All points."""
+        return sum(order.score.total for order in self.orders)
+
+    def kits(self) -> Iterator[KitEvidence]:
+        """All kits, order by order."""
+        for order in self.orders:
+            yield from order.kits
+
+
+def kit_evidence(
+    score: KitScore, could: KitReach, *, is_announced: bool = True, fates: Sequence[Fate | None] = ()
+) -> KitEvidence:
+    """The evidence of one kit.
+
+    Args:
+        score: what the referee says of it.
+        could: what it could earn.
+        is_announced: whether its order came up, for a kit that was not submitted.
+        fates: what became of its missing parts, one for each ordered part; empty where nothing is known.
+    """
+    if score.is_submitted:
+        parts = tuple(
+            PartEvidence(part, _cause(finding, part), finding, fate)
+            for part, finding, fate in zip(could.parts, score.parts, fates or [None] * len(score.parts), strict=True)
+        )
+    else:
+        cause = NOT_SUBMITTED if is_announced else NOT_ANNOUNCED
+        parts = tuple(PartEvidence(part, cause) for part in could.parts)
+    return KitEvidence(could, score, parts)
+
+
+def evidence(
+    trial: Trial,
+    score: GameScore,
+    process_time: int = 0,
+    *,
+    could: TrialReach | None = None,
+    fates: Mapping[str, Sequence[Fate | None]] = MappingProxyType({}),
+) -> Evidence:
+    """The evidence for a score.
+
+    Args:
+        trial: the trial that was played.
+        score: its score.
+        process_time: from the start to the end of the game [ns].
+        could: what can be earned in it, where that is known already.
+        fates: what became of the parts that judged kits lack, by kit type; see `kit_evidence`.
+    """
+    could = could or reach(trial)
+    announced = {order.order_id: order for order in score.orders}
+    silent = [
+        OrderScore(order.order_id, tuple(KitScore(kit.kit_type) for kit in order.kits))
+        for order in trial.orders
+        if order.order_id not in announced
+    ]
+    orders = tuple(
+        OrderEvidence(
+            order,
+            order.order_id in announced,
+            tuple(
+                kit_evidence(
+                    kit,
+                    could.kit(kit.kit_type),
+                    is_announced=order.order_id in announced,
+                    fates=fates.get(kit.kit_type, ()),
+                )
+                for kit in order.kits
+            ),
+        )
+        for order in (*score.orders, *silent)
+    )
+    return Evidence(orders, could, score.part_travel_time, process_time, system_cost(trial.sensors))
+
+
+def _cause(finding: PartFinding, could: PartReach) -> str:
+    if finding.verdict is Verdict.TOO_FAR and could.is_off_tray:
+        return OFF_TRAY
+    return str(finding.verdict)
+
+
+def evidence_to_json(found: Evidence) -> dict[str, Any]:
+    """A trial's score with all its evidence."""
+    return {
+        "total": found.total,
+        "reachable": found.reach.total,
+        "best": found.reach.maximum,
+        "reachable_reason": found.reach.sentence(),
+        "process_time": seconds(found.process_time),
+        "part_travel_time": seconds(found.part_travel_time),
+        "system_cost": found.system_cost,
+        "orders": [_order_to_json(order) for order in found.orders],
+    }
+
+
+def kit_to_json(found: KitEvidence) -> dict[str, Any]:
+    """A kit's score with its evidence."""
+    score, could = found.score, found.reach
+    return {
+        "kit_type": score.kit_type,
+        "submitted": score.is_submitted,
+        "total": score.total,
+        "reachable": could.total,
+        "best": could.maximum,
+        "part_presence": score.part_presence,
+        "all_parts_bonus": score.all_parts_bonus,
+        "part_pose": score.part_pose,
+        "bonus": None if score.bonus is None else str(score.bonus),
+        "bonus_reason": found.bonus_sentence,
+        "out_of_reach": list(could.reasons()),
+        "parts": [_part_to_json(part) for part in found.parts],
+        "extras": [{"name": each.name, "type": each.type, "reason": str(each.reason)} for each in score.extras],
+    }
+
+
+def trial_score_to_json(score: TrialScore) -> dict[str, Any]:
+    """The score of a trial in the finals, term by term."""
+    return {
+        "total": score.total,
+        "cost_factor": score.cost_factor,
+        "cost_points": score.cost_points,
+        "orders": [
+            {
+                "order_id": order.order_id,
+                "completion": order.completion,
+                "time_taken": order.time_taken,
+                "efficiency": order.efficiency,
+                "efficiency_points": order.efficiency_points,
+            }
+            for order in score.orders
+        ],
+    }
+
+
+def _order_to_json(found: OrderEvidence) -> dict[str, Any]:
+    score = found.score
+    return {
+        "order_id": score.order_id,
+        "announced": found.is_announced,
+        "total": score.total,
+        "reachable": sum(kit.reach.total for kit in found.kits),
+        "complete": score.is_complete,
+        "time_taken": seconds(score.time_taken),
+        "kits": [kit_to_json(kit) for kit in found.kits],
+    }
+
+
+def _part_to_json(found: PartEvidence) -> dict[str, Any]:
+    finding, could = found.finding, found.reach
+    fit = None if finding is None else finding.fit
+    return {
+        "type": could.type,
+        "cause": found.cause,
+        "sentence": found.sentence(),
+        "fate": None if found.fate is None else _fate_to_json(found.fate),
+        "verdict": None if finding is None else str(finding.verdict),
+        "presence": found.presence,
+        "pose": found.pose,
+        "reachable_presence": could.presence,
+        "reachable_pose": could.pose,
+        "place": {
+            "position": list(could.tray_T_goal.position),
+            "quaternion": list(could.tray_T_goal.quaternion),
+            "off_plate": could.off_plate,
+            "nearest": could.nearest,
+        },
+        "object": None if fit is None else fit.object_name,
+        "distance": None if fit is None else fit.distance,
+        "yaw_difference": None if fit is None else fit.yaw_difference,
+        "turn": None if fit is None else turn_angle(fit),
+        "quaternion_dot": None if fit is None else fit.quaternion_dot,
+    }
+
+
+def _fate_to_json(fate: Fate) -> dict[str, Any]:
+    return {
+        "kind": str(fate.kind),
+        "sentence": fate.sentence(),
+        "part": fate.part or None,
+        "faulty": fate.is_faulty,
+        "position": None if fate.position is None else list(fate.position),
+        "time": None if fate.time is None else seconds(fate.time),
+        "held": seconds(fate.held),
+        "lies": None if fate.lies is None else list(fate.lies),
+        "tray": fate.tray or None,
+        "past": fate.past,
+    }

@@ -1,0 +1,203 @@
+"""Parts as kitting knows them: names and types, faults, storage units, drop regions and contents of trays.
+
+A model in the cell is called `bin7|piston_rod_part_3` or `populate_conveyor|gear_part_clone_0`: where it came from, its
+type, and a number. Faults and camera frames go by the name without its origin, kits by the type alone.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from cellwright.config.trial.trial import DropRegion
+from cellwright.util.errors import UnknownNameError
+from cellwright.util.pose import Pose, Vector3
+
+# A number or a clone mark is cut off only where at least two characters are left before it: the competition's own
+# rule, by which `a_2` is a type of its own.
+_NUMBER = re.compile(r"(?<=..)_[0-9]+\Z", re.DOTALL)
+_SHORTEST_TYPE = 2
+
+
+def trimmed_name(model_name: str) -> str:
+    """The name without its origin: `bin7|piston_rod_part_3` becomes `piston_rod_part_3`."""
+    return model_name.rpartition("|")[2]
+
+
+def part_type(model_name: str) -> str:
+    """The type in a model name: of `bin7|piston_rod_part_3` and of `x|piston_rod_part_clone_0`, `piston_rod_part`.
+
+    First the origin goes, then a trailing `_<number>`, then everything from the last `_clone` on.
+    """
+    name = _NUMBER.sub("", trimmed_name(model_name))
+    clone = name.rfind("_clone")
+    return name[:clone] if clone >= _SHORTEST_TYPE else name
+
+
+class Faults:
+    """The faulty parts of a trial.
+
+    Args:
+        faulty_parts: names as a trial lists them, without origin (`piston_rod_part_3`, `gasket_part_clone_0`).
+    """
+
+    def __init__(self, faulty_parts: Iterable[str]) -> None:
+        self.names = frozenset(faulty_parts)
+
+    def is_faulty(self, model_name: str) -> bool:
+        """Whether the part of this full model name is faulty."""
+        return trimmed_name(model_name) in self.names
+
+
+class MaterialLocations:
+    """Storage units by type of material.
+
+    Args:
+        by_type: for each type the bins, the belt or the load points where it is, as in `Trial.material_locations`.
+    """
+
+    def __init__(self, by_type: Mapping[str, tuple[str, ...]]) -> None:
+        self._by_type = {type_: tuple(sorted(units)) for type_, units in by_type.items()}
+
+    def locations(self, material_type: str) -> tuple[str, ...]:
+        """The storage units of a type, by name; none for a type that nobody knows."""
+        return self._by_type.get(material_type, ())
+
+
+class DropZones:
+    """The drop regions of a trial, and which types have been lost already.
+
+    A type is lost once: after that all regions of the type are spent. Where regions of a type overlap, the one that
+    was written first counts.
+    """
+
+    def __init__(self, regions: Iterable[DropRegion]) -> None:
+        self.regions = tuple(regions)
+        self._spent: set[str] = set()
+
+    def is_armed(self, part_type: str) -> bool:
+        """Whether a part of this type may still be lost somewhere; cheap, to be asked before poses are computed."""
+        return part_type not in self._spent and any(region.type == part_type for region in self.regions)
+
+    def drop(self, part_type: str, world_position: Vector3) -> DropRegion | None:
+        """The region that takes a part away, or None; the type is spent from then on.
+
+        Args:
+            part_type: type of the part in the gripper.
+            world_position: origin of the part in the world frame [m]. The regions are closed boxes.
+        """
+        if part_type in self._spent:
+            return None
+        for region in self.regions:
+            if region.type == part_type and region_contains(region, world_position):
+                self._spent.add(part_type)
+                return region
+        return None
+
+    def reset(self) -> None:
+        """A new trial: nothing has been lost yet."""
+        self._spent.clear()
+
+    def get_state(self) -> dict[str, Any]:
+        """The types that are spent, as JSON values."""
+        return {"spent": sorted(self._spent)}
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Take over what `get_state` returned.
+
+        Raises:
+            UnknownNameError: a type of which there is no region here.
+        """
+        types = {region.type for region in self.regions}
+        for part_type in state["spent"]:
+            if part_type not in types:
+                raise UnknownNameError("type with a drop region", part_type, sorted(types))
+        self._spent = set(state["spent"])
+
+
+def region_contains(region: DropRegion, world_position: Vector3) -> bool:
+    """Whether a point of the world frame [m] lies in the region, its faces included."""
+    return all(
+        low <= value <= high for low, value, high in zip(region.lower, world_position, region.upper, strict=True)
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class TrayObject:
+    """Something that touches a tray's plate or is locked to it.
+
+    Attributes:
+        name: full model name.
+        type: type of the part, as kits name it.
+        is_faulty: whether it is one of the trial's faulty parts; such a part earns nothing.
+        tray_T_object: where it is, in the tray's frame.
+    """
+
+    name: str
+    type: str
+    is_faulty: bool
+    tray_T_object: Pose
+
+
+TrayContents: TypeAlias = tuple[TrayObject, ...]
+"""The objects on one tray in the order in which they were reported; the scorer matches them in that order."""
+
+
+class Trays:
+    """The last report of each tray; a tray is known from its first report on."""
+
+    def __init__(self) -> None:
+        self._contents: dict[str, TrayContents] = {}
+
+    def report(self, tray_id: str, contents: Iterable[TrayObject]) -> None:
+        """Take note of what is on a tray now."""
+        self._contents[tray_id] = tuple(contents)
+
+    def contents(self, tray_id: str) -> TrayContents:
+        """What was last reported of a tray.
+
+        Raises:
+            UnknownNameError: no tray of that name has reported.
+        """
+        try:
+            return self._contents[tray_id]
+        except KeyError:
+            raise UnknownNameError("tray", tray_id, self._contents) from None
+
+    def all_contents(self) -> tuple[TrayContents, ...]:
+        """What was last reported, tray by tray."""
+        return tuple(self._contents.values())
+
+    def get_state(self) -> dict[str, Any]:
+        """The reports as JSON values."""
+        return {tray_id: contents_to_json(contents) for tray_id, contents in self._contents.items()}
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Take over what `get_state` returned."""
+        self._contents = {tray_id: contents_from_json(contents) for tray_id, contents in state.items()}
+
+
+def contents_to_json(contents: TrayContents) -> list[dict[str, Any]]:
+    """A tray's contents as JSON values; positions [m], quaternions (w, x, y, z)."""
+    return [
+        {
+            "name": each.name,
+            "type": each.type,
+            "is_faulty": each.is_faulty,
+            "position": list(each.tray_T_object.position),
+            "quaternion": list(each.tray_T_object.quaternion),
+        }
+        for each in contents
+    ]
+
+
+def contents_from_json(values: Iterable[Mapping[str, Any]]) -> TrayContents:
+    """A tray's contents from what `contents_to_json` returned."""
+    return tuple(
+        TrayObject(
+            each["name"], each["type"], each["is_faulty"], Pose(tuple(each["position"]), tuple(each["quaternion"]))
+        )
+        for each in values
+    )

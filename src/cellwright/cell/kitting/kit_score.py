@@ -1,0 +1,309 @@
+"""Score of a kit: a tray matched with what was ordered, and the finding behind every point.
+
+A `KitScore` holds what was found for each ordered part and for each object that was of no use; its points are computed
+from these findings, so a score can never disagree with its explanation.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+from cellwright.cell.kitting.inventory import TrayContents, TrayObject
+from cellwright.config.trial.trial import Kit, KitObject
+from cellwright.util.errors import did_you_mean
+from cellwright.util.pose import Pose, normalized, rpy_from_quaternion
+
+PRESENCE_POINTS = 1.0
+"""For each ordered part of which one lies on the tray."""
+BONUS_POINTS = 1.0
+"""For each ordered part, if the tray holds exactly what was ordered."""
+POSE_POINTS = 1.0
+"""For each ordered part of which one lies where it should."""
+
+
+class Verdict(StrEnum):
+    """What became of an ordered part. The first failing check is named; they go from `TOO_FAR` to `TURNED`."""
+
+    PLACED = "placed"
+    """One lies in its place: points for presence and pose."""
+    TOO_FAR = "too far"
+    """One is there, but its place is empty: points for presence."""
+    TILTED = "tilted"
+    """One lies in its place, but not with the ordered side up: points for presence."""
+    TURNED = "turned"
+    """One lies in its place, the right way up, with a wrong yaw: points for presence."""
+    FAULTY = "faulty"
+    """There is none but a faulty one: no points."""
+    MISSING = "missing"
+    """There is none: no points."""
+
+
+class ExtraReason(StrEnum):
+    """Why an object on the tray was of no use."""
+
+    FAULTY = "faulty"
+    WRONG_TYPE = "wrong type"
+    """The kit has no part of this type."""
+    SURPLUS = "surplus"
+    """The kit has fewer parts of this type."""
+
+
+class BonusVerdict(StrEnum):
+    """Whether the bonus for a complete tray was earned, or why not."""
+
+    EARNED = "earned"
+    PARTS_SHORT = "parts short"
+    EXTRA_OBJECTS = "extra objects"
+
+
+class RefusalReason(StrEnum):
+    """Why a submission was not scored."""
+
+    UNKNOWN_KIT_TYPE = "unknown kit type"
+    NOT_ANNOUNCED = "order not announced"
+    ORDER_CLOSED = "order closed"
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """How an object on the tray compares with an ordered part.
+
+    Attributes:
+        object_name: full model name of the object.
+        distance: between the two origins along the tray, height left out [m].
+        quaternion_dot: |q1.q2| of the two orientations, 1 when they are equal.
+        yaw_difference: the shorter way round between the two yaws, 0 to pi [rad].
+    """
+
+    object_name: str
+    distance: float
+    quaternion_dot: float
+    yaw_difference: float
+
+
+@dataclass(frozen=True, slots=True)
+class PartFinding:
+    """What was found for one ordered part.
+
+    Attributes:
+        type: the ordered type.
+        tray_T_goal: where it was to be.
+        verdict: what became of it.
+        fit: the object that stands for it and how it lies; None when the part is missing.
+    """
+
+    type: str
+    tray_T_goal: Pose
+    verdict: Verdict
+    fit: Fit | None = None
+
+    @property
+    def is_present(self) -> bool:
+        """Whether a good part of the type stands for it."""
+        return self.verdict not in (Verdict.MISSING, Verdict.FAULTY)
+
+    @property
+    def presence(self) -> float:
+        """Points for presence."""
+        return PRESENCE_POINTS if self.is_present else 0.0
+
+    @property
+    def pose(self) -> float:
+        """Points for pose."""
+        return POSE_POINTS if self.verdict is Verdict.PLACED else 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class ExtraObject:
+    """An object on the tray that stands for no ordered part."""
+
+    name: str
+    type: str
+    reason: ExtraReason
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """A submission that earned nothing because its kit was not asked for at that time.
+
+    Attributes:
+        reason: why.
+        kit_type: what was submitted.
+        order_id: the order that the kit belongs to; None when there is none.
+        wanted: the kit types that would have been scored.
+    """
+
+    reason: RefusalReason
+    kit_type: str
+    order_id: str | None = None
+    wanted: tuple[str, ...] = ()
+
+    def sentence(self) -> str:
+        """The refusal in one sentence, for a person to read."""
+        known = ", ".join(self.wanted) or "none"
+        match self.reason:
+            case RefusalReason.UNKNOWN_KIT_TYPE:
+                why = f"belongs to no order{did_you_mean(self.kit_type, self.wanted)}"
+            case RefusalReason.NOT_ANNOUNCED:
+                why = f"belongs to {self.order_id}, which has not been announced yet"
+            case RefusalReason.ORDER_CLOSED:
+                why = f"belongs to {self.order_id}, which is closed already"
+        return f"scored 0: kit type {self.kit_type!r} {why} (asked for now: {known})"
+
+
+@dataclass(frozen=True, slots=True)
+class KitScore:
+    """The score of one kit.
+
+    Attributes:
+        kit_type: which kit.
+        is_submitted: whether a tray was judged; if not, there are no findings and no points.
+        parts: a finding for each ordered part, in the order of the kit.
+        extras: the objects that were of no use, in the order in which the tray reported them.
+        refusal: why a submission was not judged.
+    """
+
+    kit_type: str
+    is_submitted: bool = False
+    parts: tuple[PartFinding, ...] = ()
+    extras: tuple[ExtraObject, ...] = ()
+    refusal: Refusal | None = None
+
+    @property
+    def part_presence(self) -> float:
+        """Points for parts that are there."""
+        return sum(part.presence for part in self.parts)
+
+    @property
+    def bonus(self) -> BonusVerdict | None:
+        """Whether the bonus was earned, or why not; None when no tray was judged."""
+        if not self.is_submitted:
+            return None
+        if not all(part.is_present for part in self.parts):
+            return BonusVerdict.PARTS_SHORT
+        return BonusVerdict.EXTRA_OBJECTS if self.extras else BonusVerdict.EARNED
+
+    @property
+    def all_parts_bonus(self) -> float:
+        """Points for a tray that holds what was ordered and nothing else."""
+        return BONUS_POINTS * len(self.parts) if self.bonus is BonusVerdict.EARNED else 0.0
+
+    @property
+    def part_pose(self) -> float:
+        """Points for parts that lie where they should."""
+        return sum(part.pose for part in self.parts)
+
+    @property
+    def total(self) -> float:
+        """All points of this kit."""
+        return self.part_presence + self.all_parts_bonus + self.part_pose
+
+    @property
+    def maximum(self) -> float:
+        """The points that the findings could have brought at best; 0 when no tray was judged."""
+        return (PRESENCE_POINTS + BONUS_POINTS + POSE_POINTS) * len(self.parts)
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether every ordered part lies where it should."""
+        return self.is_submitted and all(part.verdict is Verdict.PLACED for part in self.parts)
+
+
+MAX_DISTANCE = 0.03
+"""How far from its place a part may lie [m]."""
+MIN_QUATERNION_DOT = 0.95
+"""How small |q1.q2| may be: 0.95 is a turn of 36 degrees about any axis."""
+MAX_YAW_DIFFERENCE = 0.1
+"""How far a part may be turned on the tray [rad]."""
+
+
+def score_kit(kit: Kit, contents: TrayContents) -> KitScore:
+    """Judge what lies on a tray as a kit, by the rules of the 2017 competition.
+
+    Faulty objects never count. The others are taken in the order of the report, and each fills the first open place of
+    its type in which it lies well. Objects that are left stand for the places of their type that are still open, the
+    closest pair first: they earn the points for presence, and tell what was wrong with their pose.
+    """
+    matching = _Matching(kit)
+    good = [index for index, each in enumerate(contents) if not each.is_faulty]
+    faulty = [index for index, each in enumerate(contents) if each.is_faulty]
+    unused = matching.place(good, contents)
+    surplus = matching.pair_up(unused, contents)
+    matching.pair_up(faulty, contents)  # a faulty part fills no place, but is worth naming where one is open
+    ordered_types = {goal.type for goal in kit.objects}
+    extras = tuple(_extra(contents[index], ordered_types) for index in sorted(surplus + faulty))
+    return KitScore(kit.kit_type, is_submitted=True, parts=matching.findings(), extras=extras)
+
+
+def fit_of(goal: KitObject, found: TrayObject) -> Fit:
+    """How an object lies with respect to an ordered part."""
+    gx, gy, _ = goal.pose.position
+    fx, fy, _ = found.tray_T_object.position
+    goal_q, found_q = goal.pose.quaternion, found.tray_T_object.quaternion
+    dot = abs(sum(a * b for a, b in zip(goal_q, found_q, strict=True)))
+    turn = abs(rpy_from_quaternion(normalized(goal_q))[2] - rpy_from_quaternion(normalized(found_q))[2])
+    return Fit(found.name, math.hypot(gx - fx, gy - fy), dot, min(turn, abs(turn - 2 * math.pi)))
+
+
+def verdict_of(fit: Fit) -> Verdict:
+    """What a good part that lies like this is worth to its place."""
+    if not fit.distance <= MAX_DISTANCE:
+        return Verdict.TOO_FAR
+    if not fit.quaternion_dot >= MIN_QUATERNION_DOT:
+        return Verdict.TILTED
+    return Verdict.PLACED if fit.yaw_difference <= MAX_YAW_DIFFERENCE else Verdict.TURNED
+
+
+def _extra(found: TrayObject, ordered_types: Collection[str]) -> ExtraObject:
+    if found.is_faulty:
+        return ExtraObject(found.name, found.type, ExtraReason.FAULTY)
+    reason = ExtraReason.SURPLUS if found.type in ordered_types else ExtraReason.WRONG_TYPE
+    return ExtraObject(found.name, found.type, reason)
+
+
+class _Matching:
+    """The places of one kit while they are being filled; objects are told apart by their number on the tray."""
+
+    def __init__(self, kit: Kit) -> None:
+        self._goals = kit.objects
+        self._found: dict[int, tuple[Verdict, Fit]] = {}
+
+    def place(self, indices: Sequence[int], contents: TrayContents) -> list[int]:
+        """Let objects fill the places in which they lie well; the objects that fill none."""
+        unused = []
+        for index in indices:
+            for goal in self._open(contents[index].type):
+                fit = fit_of(self._goals[goal], contents[index])
+                if verdict_of(fit) is Verdict.PLACED:
+                    self._found[goal] = (Verdict.PLACED, fit)
+                    break
+            else:
+                unused.append(index)
+        return unused
+
+    def pair_up(self, indices: Sequence[int], contents: TrayContents) -> list[int]:
+        """Let objects stand for places that are still open, the closest pair first; the objects that stand for none."""
+        pairs = [
+            (fit.distance, goal, index, fit)
+            for index in indices
+            for goal in self._open(contents[index].type)
+            for fit in [fit_of(self._goals[goal], contents[index])]
+        ]
+        used: set[int] = set()
+        for _distance, goal, index, fit in sorted(pairs, key=lambda pair: pair[:3]):
+            if goal not in self._found and index not in used:
+                used.add(index)
+                self._found[goal] = (Verdict.FAULTY if contents[index].is_faulty else verdict_of(fit), fit)
+        return [index for index in indices if index not in used]
+
+    def findings(self) -> tuple[PartFinding, ...]:
+        return tuple(
+            PartFinding(goal.type, goal.pose, *self._found.get(number, (Verdict.MISSING,)))
+            for number, goal in enumerate(self._goals)
+        )
+
+    def _open(self, part_type: str) -> list[int]:
+        return [n for n, goal in enumerate(self._goals) if goal.type == part_type and n not in self._found]

@@ -1,0 +1,256 @@
+"""Attainable score: which points of a trial are out of reach before anything has moved, and why.
+
+Only what is certain is held against a point, so what is left is an upper bound:
+
+- A part earns points for its pose when it touches the tray's plate with its origin at most `MAX_DISTANCE` from its
+  place. Where the place lies further off the plate than that and the part's own radius together, no part can.
+- A part is there, and the bonus can be had, only when the cell has good parts of the type. Each kit is looked at
+  alone: two kits may count on the same part.
+- A cell without AGVs has no tray, and an order that comes after the time limit is never announced.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from cellwright.cell.kitting.inventory import Faults
+from cellwright.cell.kitting.kit_score import BONUS_POINTS, MAX_DISTANCE, POSE_POINTS, PRESENCE_POINTS
+from cellwright.cell.kitting.referee import Announcements
+from cellwright.config.layout import PART_RADII, TRAY_PLATE
+from cellwright.config.trial.trial import Kit, KitObject, Order, Trial
+from cellwright.util.pose import Pose
+
+
+@dataclass(frozen=True, slots=True)
+class PartReach:
+    """What one ordered part can earn.
+
+    Attributes:
+        type: the ordered type.
+        tray_T_goal: where it is to be.
+        off_plate: how far its place lies beside the tray's plate [m]; 0 on it.
+        nearest: how near to its place the origin of a part that touches the plate can be [m]; 0 when it can be there.
+        is_supplied: whether the cell has a good part for it.
+    """
+
+    type: str
+    tray_T_goal: Pose
+    off_plate: float
+    nearest: float
+    is_supplied: bool
+
+    @property
+    def is_off_tray(self) -> bool:
+        """Whether no part can touch the plate and be near enough to its place."""
+        return self.nearest > MAX_DISTANCE
+
+    @property
+    def presence(self) -> float:
+        """Points for presence, at most."""
+        return PRESENCE_POINTS if self.is_supplied else 0.0
+
+    @property
+    def pose(self) -> float:
+        """Points for pose, at most."""
+        return POSE_POINTS if self.is_supplied and not self.is_off_tray else 0.0
+
+    def reason(self) -> str:
+        """Why points for it are out of reach, in one sentence; empty when none are."""
+        if not self.is_supplied:
+            return f"the cell has too few good parts of type {self.type}"
+        if not self.is_off_tray:
+            return ""
+        x, y = self.tray_T_goal.position[:2]
+        return (
+            f"its place ({x:g}, {y:g}) lies {self.off_plate:.2f} m off the tray, which is {TRAY_PLATE[0]:g} m by "
+            f"{TRAY_PLATE[1]:g} m: a part on the tray is at least {self.nearest * 1e3:.0f} mm away from it, "
+            f"and {MAX_DISTANCE * 1e3:g} mm are allowed"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class KitReach:
+    """What a kit can earn.
+
+    Attributes:
+        kit_type: which kit.
+        parts: each ordered part, in the order of the kit.
+        obstacle: why the kit can earn nothing at all; empty when it can.
+    """
+
+    kit_type: str
+    parts: tuple[PartReach, ...]
+    obstacle: str = ""
+
+    @property
+    def part_presence(self) -> float:
+        """Points for parts that are there, at most."""
+        return 0.0 if self.obstacle else sum(part.presence for part in self.parts)
+
+    @property
+    def part_pose(self) -> float:
+        """Points for parts that lie where they should, at most."""
+        return 0.0 if self.obstacle else sum(part.pose for part in self.parts)
+
+    @property
+    def all_parts_bonus(self) -> float:
+        """Points for a tray that holds what was ordered and nothing else, at most."""
+        is_possible = not self.obstacle and all(part.is_supplied for part in self.parts)
+        return BONUS_POINTS * len(self.parts) if is_possible else 0.0
+
+    @property
+    def total(self) -> float:
+        """The most that this kit can earn."""
+        return self.part_presence + self.all_parts_bonus + self.part_pose
+
+    @property
+    def maximum(self) -> float:
+        """What a kit of so many parts would earn if nothing were out of reach."""
+        return (PRESENCE_POINTS + BONUS_POINTS + POSE_POINTS) * len(self.parts)
+
+    def summary(self) -> str:
+        """Which points of the kit are out of reach, and why, in one sentence; empty when none are."""
+        if self.obstacle:
+            return self.obstacle
+        off = [part for part in self.parts if part.is_off_tray]
+        short = Counter(part.type for part in self.parts if not part.is_supplied)
+        said = [f"{count} {kind} more than the cell has good ones" for kind, count in short.items()]
+        if off:
+            least, most = min(part.off_plate for part in off), max(part.off_plate for part in off)
+            far = " to ".join(dict.fromkeys((f"{least:.2f}", f"{most:.2f}")))
+            said.append(
+                f"{len(off)} of {len(self.parts)} places {'lie' if len(off) > 1 else 'lies'} {far} m off the tray, "
+                f"where a part on it stays at least {min(part.nearest for part in off) * 1e3:.0f} mm away"
+            )
+        return "; ".join(said)
+
+    def reasons(self) -> Iterator[str]:
+        """A sentence for each ordered part, or for the whole kit, of which points are out of reach."""
+        if self.obstacle:
+            yield self.obstacle
+            return
+        for number, part in enumerate(self.parts, start=1):
+            if reason := part.reason():
+                yield f"part {number}, {part.type}: {reason}"
+
+
+@dataclass(frozen=True, slots=True)
+class OrderReach:
+    """What an order can earn."""
+
+    order_id: str
+    kits: tuple[KitReach, ...]
+
+    @property
+    def total(self) -> float:
+        """The most that this order can earn."""
+        return sum(kit.total for kit in self.kits)
+
+
+@dataclass(frozen=True, slots=True)
+class TrialReach:
+    """What a trial can earn; its orders stand in the order of the file."""
+
+    orders: tuple[OrderReach, ...]
+
+    @property
+    def total(self) -> float:
+        """The most that anybody can earn in this trial."""
+        return sum(order.total for order in self.orders)
+
+    @property
+    def maximum(self) -> float:
+        """What the same orders would earn if nothing were out of reach."""
+        return sum(kit.maximum for order in self.orders for kit in order.kits)
+
+    def kit(self, kit_type: str) -> KitReach:
+        """What a kit of the trial can earn.
+
+        Raises:
+            KeyError: the trial has no such kit.
+        """
+        return {kit.kit_type: kit for order in self.orders for kit in order.kits}[kit_type]
+
+    def sentence(self) -> str:
+        """The most that can be had, and why it is not everything; empty when everything can be had."""
+        if self.total == self.maximum:
+            return ""
+        kits = [kit for order in self.orders for kit in order.kits]
+        why = "; ".join(dict.fromkeys(f"{kit.kit_type}: {kit.summary()}" for kit in kits if kit.total < kit.maximum))
+        return f"{self.total:g} of {self.maximum:g} points is the most one can get: {why}"
+
+
+def reach(trial: Trial) -> TrialReach:
+    """The most that a trial can earn."""
+    supply = good_parts(trial)
+    obstacles = _obstacles(trial)
+    return TrialReach(
+        tuple(
+            OrderReach(
+                order.order_id, tuple(_kit_reach(kit, supply, obstacles.get(order.order_id, "")) for kit in order.kits)
+            )
+            for order in trial.orders
+        )
+    )
+
+
+def good_parts(trial: Trial) -> Counter[str]:
+    """How many parts of each type there are, or will come on the belt or with a full tray, that are not faulty."""
+    faults = Faults(trial.faulty_parts)
+    supply = Counter(part.type for part in (*trial.bin_parts, *trial.extra_parts) if not faults.is_faulty(part.name))
+    for kind, count in Counter(part.type for part in trial.belt_parts).items():
+        clones = range(trial.options.belt_population_cycles * count)
+        supply[kind] += sum(not faults.is_faulty(f"{kind}_clone_{clone}") for clone in clones)
+    if trial.options.fill_demo_tray and trial.orders and trial.orders[0].kits:
+        for kind, count in Counter(each.type for each in trial.orders[0].kits[0].objects).items():
+            supply[kind] += sum(not faults.is_faulty(f"{kind}_clone_{clone}") for clone in range(count))
+    return supply
+
+
+def off_plate(tray_T_goal: Pose) -> float:
+    """How far a place lies beside the tray's plate [m]; 0 on it."""
+    beside = (max(abs(at) - edge / 2, 0.0) for at, edge in zip(tray_T_goal.position, TRAY_PLATE, strict=False))
+    return math.hypot(*beside)
+
+
+def nearest(part_type: str, tray_T_goal: Pose) -> float:
+    """How near to its place the origin of a part that touches the plate can be [m]; 0 for types of unknown size."""
+    return max(off_plate(tray_T_goal) - PART_RADII.get(part_type, math.inf), 0.0)
+
+
+def _kit_reach(kit: Kit, supply: Mapping[str, int], obstacle: str) -> KitReach:
+    ordered: Counter[str] = Counter()
+    parts = []
+    for each in kit.objects:
+        ordered[each.type] += 1
+        parts.append(_part_reach(each, is_supplied=ordered[each.type] <= supply.get(each.type, 0)))
+    return KitReach(kit.kit_type, tuple(parts), obstacle)
+
+
+def _part_reach(ordered: KitObject, *, is_supplied: bool) -> PartReach:
+    goal = ordered.pose
+    return PartReach(ordered.type, goal, off_plate(goal), nearest(ordered.type, goal), is_supplied)
+
+
+def _obstacles(trial: Trial) -> dict[str, str]:
+    """Why orders can earn nothing at all, by their id."""
+    if not trial.options.insert_agvs:
+        return {order.order_id: "the cell has no AGV, and so no tray" for order in trial.orders}
+    obstacles: dict[str, str] = {}
+    behind = ""
+    for order in Announcements(trial.orders).orders:  # an order waits for those before it
+        behind = behind or _never_announced(order, trial.time_limit)
+        if behind:
+            obstacles[order.order_id] = behind
+    return obstacles
+
+
+def _never_announced(order: Order, time_limit: float) -> str:
+    if order.start_time is not None:
+        is_late = 0 <= time_limit < order.start_time
+        return f"{order.order_id} is due at {order.start_time:g} s, after the time limit of {time_limit:g} s" * is_late
+    conditions = ((order.wanted_parts or 0) > 0, (order.unwanted_parts or 0) > 0)
+    return "" if any(conditions) else f"nothing ever brings {order.order_id} up"

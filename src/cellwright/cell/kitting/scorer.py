@@ -1,0 +1,404 @@
+"""Scores of a game and of a trial: orders, the time they took, carrying time, and the formula of the 2017 finals.
+
+The formula of the 2017 finals, with CS the points of an order, OT the time it took, SC the cost of the sensors, and AC
+and AT the averages of cost and times over all teams:
+
+    CF = (AC / SC - 1) * 4 + 1        EF_i = AT_i / OT_i
+    trial = CF * (CS_1 + CS_2) / 2 + EF_1 * CS_1 + 3 * EF_2 * CS_2
+
+An order that a trial does not have, or that was never announced, earns nothing: its CS is 0.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from cellwright.cell.kitting.inventory import TrayContents, contents_from_json, contents_to_json
+from cellwright.cell.kitting.kit_score import KitScore, Refusal, RefusalReason, score_kit
+from cellwright.config.trial.trial import Kit, Order, Sensor
+from cellwright.engine.clock import seconds
+from cellwright.util.errors import UnknownNameError, UsageError
+
+
+class Stopwatch:
+    """Adds up the time [ns] between `run` and `halt`."""
+
+    def __init__(self) -> None:
+        self._before = 0
+        self._since: int | None = None
+
+    def run(self, now: int) -> None:
+        """Run from `now` [ns] on; while it runs already, nothing changes."""
+        if self._since is None:
+            self._since = now
+
+    def halt(self, now: int) -> None:
+        """Stand still from `now` [ns] on."""
+        self._before = self.elapsed(now)
+        self._since = None
+
+    def elapsed(self, now: int) -> int:
+        """Time it has run until `now` [ns].
+
+        Raises:
+            UsageError: `now` lies before the moment at which it was set going.
+        """
+        if self._since is None:
+            return self._before
+        if now < self._since:
+            raise UsageError(f"time ran backwards: from {self._since} ns to {now} ns")
+        return self._before + now - self._since
+
+    def get_state(self) -> list[int | None]:
+        """Time before the present run and when that began, as JSON values."""
+        return [self._before, self._since]
+
+    def set_state(self, state: Sequence[int | None]) -> None:
+        """Take over what `get_state` returned."""
+        before, self._since = state
+        self._before = before or 0
+
+
+@dataclass(frozen=True, slots=True)
+class OrderScore:
+    """The score of one order that was announced.
+
+    Attributes:
+        order_id: which order.
+        kits: the scores of its kits in the order of the order; zero for those not submitted yet.
+        time_taken: from its announcement until it was complete, or until now [ns].
+        is_complete: whether every kit of it was submitted, whatever it scored.
+    """
+
+    order_id: str
+    kits: tuple[KitScore, ...] = ()
+    time_taken: int = 0
+    is_complete: bool = False
+
+    @property
+    def total(self) -> float:
+        """All points of this order."""
+        return sum(kit.total for kit in self.kits)
+
+
+@dataclass(frozen=True, slots=True)
+class GameScore:
+    """The score of a whole game.
+
+    Attributes:
+        orders: the orders announced so far, in that order.
+        part_travel_time: how long the gripper was enabled and held something [ns].
+    """
+
+    orders: tuple[OrderScore, ...] = ()
+    part_travel_time: int = 0
+
+    @property
+    def total(self) -> float:
+        """All points of the game."""
+        return sum(order.total for order in self.orders)
+
+
+class _Announced:
+    """An order since its announcement."""
+
+    def __init__(self, order: Order) -> None:
+        self.order = order
+        self.is_withdrawn = False
+        self.clock = Stopwatch()
+        self.judged: dict[str, tuple[TrayContents, KitScore]] = {}
+
+    @property
+    def is_complete(self) -> bool:
+        return all(kit.kit_type in self.judged for kit in self.order.kits)
+
+    @property
+    def is_closed(self) -> bool:
+        return self.is_withdrawn and self.is_complete
+
+    def score(self, now: int) -> OrderScore:
+        kits = tuple(
+            self.judged[kit.kit_type][1] if kit.kit_type in self.judged else KitScore(kit.kit_type)
+            for kit in self.order.kits
+        )
+        return OrderScore(self.order.order_id, kits, self.clock.elapsed(now), self.is_complete)
+
+
+class Scorer:
+    """Keeps the score of one game. All times `now` are in ns and never run backwards.
+
+    Args:
+        orders: every order that may be announced.
+
+    Raises:
+        UsageError: two orders of one id, or two kits of one type.
+    """
+
+    def __init__(self, orders: Iterable[Order]) -> None:
+        self._orders: dict[str, Order] = {}
+        self._kits: dict[str, tuple[Order, Kit]] = {}
+        for order in orders:
+            if order.order_id in self._orders:
+                raise UsageError(f"there are two orders {order.order_id!r}")
+            self._orders[order.order_id] = order
+            for kit in order.kits:
+                if kit.kit_type in self._kits:
+                    raise UsageError(f"there are two kits {kit.kit_type!r}")
+                self._kits[kit.kit_type] = (order, kit)
+        self._announced: dict[str, _Announced] = {}
+        self._is_running = False
+        self._is_carrying = False
+        self._travel = Stopwatch()
+
+    def begin(self, now: int) -> None:
+        """The game begins: time counts from here."""
+        self._is_running = True
+        self._time_travel(now)
+
+    def end(self, now: int) -> None:
+        """The game is over: all clocks stand still."""
+        self._is_running = False
+        self._time_travel(now)
+        for each in self._announced.values():
+            each.clock.halt(now)
+
+    def announce(self, order_id: str, now: int) -> None:
+        """An order is announced: its clock runs, and its kits are scored from here.
+
+        Raises:
+            UnknownNameError: there is no such order.
+            UsageError: it was announced before, or the game is not running.
+        """
+        if order_id not in self._orders:
+            raise UnknownNameError("order", order_id, self._orders)
+        if order_id in self._announced:
+            raise UsageError(f"order {order_id!r} was announced already")
+        if not self._is_running:
+            raise UsageError(f"order {order_id!r} was announced while no game is running")
+        announced = self._announced[order_id] = _Announced(self._orders[order_id])
+        if not announced.is_complete:
+            announced.clock.run(now)
+
+    def submit(self, kit_type: str, contents: TrayContents, now: int) -> KitScore:
+        """Score a tray as a kit.
+
+        The first submission of a kit counts; later ones return its score again. A kit that no order in progress asks
+        for scores 0 and says why in `refusal`.
+        """
+        order, kit = self._kits.get(kit_type, (None, None))
+        if order is None or kit is None:
+            return self._refuse(RefusalReason.UNKNOWN_KIT_TYPE, kit_type)
+        announced = self._announced.get(order.order_id)
+        if announced is None:
+            return self._refuse(RefusalReason.NOT_ANNOUNCED, kit_type, order.order_id)
+        if announced.is_closed:
+            return self._refuse(RefusalReason.ORDER_CLOSED, kit_type, order.order_id)
+        if kit_type not in announced.judged:
+            announced.judged[kit_type] = (contents, score_kit(kit, contents))
+            if announced.is_complete:
+                announced.clock.halt(now)
+        return announced.judged[kit_type][1]
+
+    def withdraw(self, order_id: str, now: int) -> OrderScore:
+        """Take an order back; what it has earned stays, and once it is complete no kit of it is scored any more.
+
+        Of one that is not complete the clock runs on from its announcement, and a kit that is submitted later is scored
+        in full, as in the original.
+        """
+        if order_id in self._announced:
+            self._announced[order_id].is_withdrawn = True
+        return self.order_score(order_id, now)
+
+    def gripper_changed(self, now: int, *, enabled: bool, attached: bool) -> None:
+        """The gripper was switched, took something or let go of it."""
+        self._is_carrying = enabled and attached
+        self._time_travel(now)
+
+    def is_submitted(self, kit_type: str) -> bool:
+        """Whether a tray was judged as this kit."""
+        return any(kit_type in each.judged for each in self._announced.values())
+
+    def is_complete(self, order_id: str) -> bool:
+        """Whether an order was announced and every kit of it submitted."""
+        return order_id in self._announced and self._announced[order_id].is_complete
+
+    def order_score(self, order_id: str, now: int) -> OrderScore:
+        """The score of an order; zero for one that was not announced."""
+        announced = self._announced.get(order_id)
+        return OrderScore(order_id) if announced is None else announced.score(now)
+
+    def game_score(self, now: int) -> GameScore:
+        """The score of the game so far."""
+        return GameScore(tuple(each.score(now) for each in self._announced.values()), self._travel.elapsed(now))
+
+    def get_state(self) -> dict[str, Any]:
+        """All that the scorer remembers, as JSON values. Scores are not kept: they follow from the trays judged."""
+        return {
+            "running": self._is_running,
+            "carrying": self._is_carrying,
+            "travel": self._travel.get_state(),
+            "announced": [
+                {
+                    "order": order_id,
+                    "withdrawn": each.is_withdrawn,
+                    "clock": each.clock.get_state(),
+                    "judged": {kit_type: contents_to_json(contents) for kit_type, (contents, _) in each.judged.items()},
+                }
+                for order_id, each in self._announced.items()
+            ],
+        }
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Take over what `get_state` of a scorer with the same orders returned.
+
+        Raises:
+            UnknownNameError: it speaks of an order or a kit that is not known here.
+        """
+        announced: dict[str, _Announced] = {}
+        for entry in state["announced"]:
+            order_id = entry["order"]
+            if order_id not in self._orders:
+                raise UnknownNameError("order", order_id, self._orders)
+            each = announced[order_id] = _Announced(self._orders[order_id])
+            each.is_withdrawn = entry["withdrawn"]
+            each.clock.set_state(entry["clock"])
+            for kit_type, values in entry["judged"].items():
+                if kit_type not in self._kits:
+                    raise UnknownNameError("kit type", kit_type, self._kits)
+                contents = contents_from_json(values)
+                each.judged[kit_type] = (contents, score_kit(self._kits[kit_type][1], contents))
+        self._announced = announced
+        self._is_running = state["running"]
+        self._is_carrying = state["carrying"]
+        self._travel.set_state(state["travel"])
+
+    def _time_travel(self, now: int) -> None:
+        if self._is_running and self._is_carrying:
+            self._travel.run(now)
+        else:
+            self._travel.halt(now)
+
+    def _refuse(self, reason: RefusalReason, kit_type: str, order_id: str | None = None) -> KitScore:
+        wanted = tuple(
+            kit.kit_type for each in self._announced.values() if not each.is_closed for kit in each.order.kits
+        )
+        return KitScore(kit_type, refusal=Refusal(reason, kit_type, order_id, wanted))
+
+
+LOGICAL_CAMERA_COST = 500.0
+"""What a logical camera costs [$]."""
+OTHER_SENSOR_COST = 100.0
+"""What any other sensor costs [$]."""
+COST_WEIGHT = 4.0
+"""How much the cost factor changes when the average costs twice as much."""
+SECOND_ORDER_WEIGHT = 3.0
+"""How much more the efficiency of the second, more urgent order counts."""
+MOST_ORDERS = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Averages:
+    """What all teams spent on a trial, on average.
+
+    Attributes:
+        system_cost: cost of the sensors, AC [$].
+        order_times: time taken for each order, AT [s].
+    """
+
+    system_cost: float
+    order_times: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class OrderShare:
+    """What an order adds to a trial's score.
+
+    Attributes:
+        order_id: which order.
+        completion: its points, CS.
+        time_taken: OT [s].
+        efficiency: EF; 0 for an order that earned nothing, whose time does not matter.
+        weight: how much its efficiency counts.
+    """
+
+    order_id: str
+    completion: float
+    time_taken: float
+    efficiency: float
+    weight: float
+
+    @property
+    def efficiency_points(self) -> float:
+        """The weighted efficiency term of this order."""
+        return self.efficiency * self.completion * self.weight
+
+
+@dataclass(frozen=True, slots=True)
+class TrialScore:
+    """The score of a trial and what it is made of.
+
+    Attributes:
+        system_cost: cost of the sensors, SC [$].
+        cost_factor: CF.
+        orders: the share of each order.
+    """
+
+    system_cost: float
+    cost_factor: float
+    orders: tuple[OrderShare, ...]
+
+    @property
+    def cost_points(self) -> float:
+        """The cost term: the cost factor times half the points of the orders."""
+        return self.cost_factor * sum(order.completion for order in self.orders) / MOST_ORDERS
+
+    @property
+    def total(self) -> float:
+        """The score of the trial."""
+        return self.cost_points + sum(order.efficiency_points for order in self.orders)
+
+
+def system_cost(sensors: Iterable[Sensor]) -> float:
+    """What the sensors somebody put into the cell cost [$]; those that come with the AGVs are free."""
+    return sum((LOGICAL_CAMERA_COST if each.type == "logical_camera" else OTHER_SENSOR_COST for each in sensors), 0.0)
+
+
+def trial_score(sensors: Iterable[Sensor], orders: Sequence[OrderScore], averages: Averages) -> TrialScore:
+    """Score a trial.
+
+    Args:
+        sensors: the sensors of the trial.
+        orders: the scores of its orders, in the order of announcement.
+        averages: what all teams spent on this trial.
+
+    Raises:
+        UsageError: the formula has no value: no sensors, more than two orders, no average for an order, averages that
+            are not positive numbers, or points earned in no time.
+    """
+    cost = system_cost(sensors)
+    if cost == 0.0:
+        raise UsageError("a trial without sensors has no score: the cost factor divides by their cost")
+    if len(orders) > MOST_ORDERS:
+        raise UsageError(f"a trial is scored with at most {MOST_ORDERS} orders, not {len(orders)}")
+    if len(averages.order_times) < len(orders):
+        raise UsageError(f"{len(orders)} orders need as many average times, not {len(averages.order_times)}")
+    for value in (averages.system_cost, *averages.order_times):
+        if not 0.0 < value < math.inf:
+            raise UsageError(f"an average must be a number above 0, not {value}")
+    shares = tuple(
+        _share(order, average, weight)
+        for order, average, weight in zip(orders, averages.order_times, (1.0, SECOND_ORDER_WEIGHT), strict=False)
+    )
+    return TrialScore(cost, (averages.system_cost / cost - 1.0) * COST_WEIGHT + 1.0, shares)
+
+
+def _share(order: OrderScore, average: float, weight: float) -> OrderShare:
+    time_taken = seconds(order.time_taken)
+    if order.total == 0.0:
+        return OrderShare(order.order_id, 0.0, time_taken, 0.0, weight)
+    if time_taken <= 0.0:
+        raise UsageError(f"order {order.order_id!r} earned {order.total} points in {time_taken} s")
+    return OrderShare(order.order_id, order.total, time_taken, average / time_taken, weight)

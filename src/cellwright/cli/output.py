@@ -1,0 +1,81 @@
+"""Console output that commands share: warnings, lines of a summary, the ready line, a progress bar."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Protocol
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
+
+from cellwright.util.errors import showable
+
+if TYPE_CHECKING:
+    from cellwright.middleware.server import Server
+    from cellwright.running.serving import Pace
+
+_LONGEST = 10_000  # characters of a line
+
+
+def warn(what: object) -> None:
+    """Say on stderr what goes wrong, or may."""
+    typer.echo(f"warning: {what}", err=True)
+
+
+def note(console: Console, name: str, text: str) -> None:
+    """Print a line of a summary; what is told in it may come from a file of somebody else."""
+    console.print(f"{name:<10}  {showable(text, _LONGEST)}", markup=False, soft_wrap=True)
+
+
+def note_files(console: Console, name: str, files: Iterable[object]) -> None:
+    """Print a line for each file of a kind that was written, such as `picture`."""
+    for file in files:
+        note(console, name, str(file))
+
+
+def ready_line(name: str, server: Server, speed: float | None) -> str:
+    """The line that says that something is served, where, and how its time passes.
+
+    Args:
+        name: of what is served.
+        server: what serves it.
+        speed: simulated seconds a wall second; None: as fast as it goes.
+    """
+    host, port = server.address
+    if server.lockstep:
+        pace = "lockstep"
+    else:
+        pace = "as fast as it goes" if speed is None else "real time" if speed == 1.0 else f"{speed:g} x real time"
+    in_use = f" ({server.busy_port} is in use)" if server.busy_port else ""
+    return f"ready: {name} at {host}:{port}{in_use}, {pace}"
+
+
+def pace_text(pace: Pace) -> str:
+    """How time kept to the wall clock, in words."""
+    stood = f", time stood {pace.stood:.1f} s for clients that were behind" if pace.stood else ""
+    return f"{pace.factor:.4f} x real time, latest tick {pace.worst_lateness * 1e3:.1f} ms late{stood}"
+
+
+class ShowProgress(Protocol):
+    """Takes how much is done, None where no end is known, and a few words."""
+
+    def __call__(self, done: float | None, status: str = "") -> None:
+        """Show it."""
+
+
+@contextmanager
+def progress_bar(console: Console, description: str, total: float | None) -> Iterator[ShowProgress | None]:
+    """A line that moves while something takes time and is gone afterwards; None where nobody would see it move."""
+    if not console.is_interactive:
+        yield None
+        return
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(24), TextColumn("{task.fields[status]}"))
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task(description, total=total, status="")
+
+        def tell(done: float | None, status: str = "") -> None:
+            progress.update(task, completed=done, status=status)
+
+        yield tell

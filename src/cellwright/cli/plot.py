@@ -1,0 +1,93 @@
+"""Command `cellwright plot`: a figure of a recording."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cellwright.cli import options, output
+from cellwright.cli.arguments import Recorded
+from cellwright.cli.main import DONE, NOT_DONE
+from cellwright.util.errors import UnknownNameError
+
+
+def plot(
+    file: Recorded,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            metavar="FILE",
+            help="The figure: a .png, .svg or .pdf; the name of the recording and -plot.png when left out.",
+        ),
+    ] = None,
+    what: Annotated[
+        str | None,
+        typer.Option(
+            "--what",
+            metavar="NAMES",
+            help="Parts of it, with commas: score, trays, joints, tool, commands; all when left out.",
+        ),
+    ] = None,
+) -> None:
+    """Draw what was recorded, over simulation time, on one page.
+
+    Of a cell: the score with what happened, what lay on the trays and what the referee said of it, the arm's joints and
+    their targets, the tool's height and path, and when commands came. Of a robot: its joints by group and their
+    targets, the tips of its arms, what its safety said, and who commanded it when.
+
+        cellwright run lesson --record run.mcap
+        cellwright plot run.mcap
+        cellwright plot run.mcap --what score,trays --out score.pdf
+
+    A recording that was cut short is drawn as far as it goes.
+
+    Exit status: 0 done; 1 the figure could not be written; 2 bad input.
+    """
+    wanted = _wanted(what)
+    path = _figure_file(file, out)
+    from cellwright.recording.format.reader import Recording
+    from cellwright.recording.plots.figure import draw_figure, write_figure
+    from cellwright.recording.plots.reading.plot_data import load_plot_data
+
+    with Recording(file) as opened:
+        told = load_plot_data(opened)
+    if told.warning:
+        output.warn(told.warning)
+    figure = draw_figure(told, wanted)
+    try:
+        write_figure(figure, path)
+    except OSError as error:
+        typer.echo(f"{path}: cannot be written: {error.strerror or error}", err=True)
+        raise typer.Exit(NOT_DONE) from None
+    typer.echo(f"figure      {path}")
+    raise typer.Exit(DONE)
+
+
+def _wanted(what: str | None) -> tuple[str, ...]:
+    """Names of what is to be drawn."""
+    from cellwright.recording.plots.figure import PANELS
+
+    if what is None:
+        return PANELS
+    names = tuple(name.strip() for name in what.split(","))
+    for name in names:
+        if name not in PANELS:
+            options.refuse(f"--what: {UnknownNameError('part of a figure', name, PANELS).sentence()}")
+    return names
+
+
+def _figure_file(recording: Path, out: Path | None) -> Path:
+    """The figure's file; beside nothing that is there under another name: in the folder in which one works."""
+    from cellwright.recording.plots.figure import FIGURE_SUFFIXES
+
+    path = Path(f"{recording.stem}-plot.png") if out is None else out
+    if path.suffix.lower() not in FIGURE_SUFFIXES:
+        options.refuse(
+            f"--out {path}: give a file whose name ends in {', '.join(FIGURE_SUFFIXES[:-1])} or {FIGURE_SUFFIXES[-1]}"
+        )
+    found = options.output_file("--out", path, path.suffix.lower())
+    assert found is not None
+    return found

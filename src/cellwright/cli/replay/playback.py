@@ -1,0 +1,214 @@
+"""Playback of a recording, to programs and pages or as a video."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
+from typing import Any
+
+from rich.console import Console
+
+from cellwright.cli import output
+from cellwright.cli.arguments import PageOptions
+from cellwright.cli.output import progress_bar
+from cellwright.cli.page import page_for
+from cellwright.cli.signals import Stop, stopped_by_signals
+from cellwright.engine.clock import NANOSECONDS, nanoseconds, seconds
+from cellwright.engine.rate_control import RateControl
+from cellwright.middleware.ros1.host import Ros1
+from cellwright.middleware.ros1.host.ros1 import Identity
+from cellwright.middleware.server import Server
+from cellwright.middleware.server.server import LOOPBACK
+from cellwright.recording.format.format import FRAME, PANEL
+from cellwright.recording.format.reader import Recording
+from cellwright.recording.replay.frame_cursor import Sight
+from cellwright.recording.replay.playback import REPLAY_NODE, AtEnd, Playing, Recorded
+from cellwright.recording.replay.services import RecordingServices
+from cellwright.rendering.backend import RAYS
+from cellwright.rendering.camera import VIEWS, Camera
+from cellwright.rendering.picture import LAMP
+from cellwright.rendering.scene import Frame, Scene
+from cellwright.rendering.scene.engine import EngineScene
+from cellwright.rendering.scene.scene import decode_scene
+from cellwright.rendering.video import Video
+from cellwright.rendering.video_options import VideoOptions, period_of
+from cellwright.robot.pictures import TILT, TURN, camera_on, robot_lamp
+from cellwright.util.errors import MessageError, UsageError
+from cellwright.viewer.filming import Made
+
+IN_ROS = Identity(REPLAY_NODE, "recording", makes_frames=False)
+"""The node that a recording is in ROS. It tells the time; frames are those that were recorded."""
+
+
+@dataclass(frozen=True)
+class PlayOptions:
+    """What playing may be told.
+
+    Attributes:
+        speed: simulated seconds a wall second; None: as fast as it goes.
+        start: simulation time [s] from which to play; None: from the begin.
+        until: simulation time [s] up to which to play; None: to the end.
+        at_end: what becomes of time then.
+        host: address to listen at.
+        port: port to listen at, as `Server` takes it.
+        ros1: be a node of ROS 1 too.
+        page: a page on it; None for none.
+        paused: let time stand until somebody on the page lets it pass.
+    """
+
+    speed: float | None = 1.0
+    start: float | None = None
+    until: float | None = None
+    at_end: AtEnd = AtEnd.STOP
+    host: str = LOOPBACK
+    port: int | None = None
+    ros1: bool = False
+    page: PageOptions | None = None
+    paused: bool = False
+
+
+def play_recording(recording: Recording, wanted: PlayOptions, console: Console) -> None:
+    """Play it until it is over, or a signal comes.
+
+    Raises:
+        UsageError: the address cannot be listened at, or there is no ROS 1.
+        RecordingError: the file is damaged.
+    """
+    is_stopped = Stop()
+    with stopped_by_signals(is_stopped.stop), ExitStack() as to_close:
+        warn = partial(console.print, markup=False, soft_wrap=True, style="yellow")
+        ros = to_close.enter_context(Ros1(warn, lambda: is_stopped.has_come, identity=IN_ROS)) if wanted.ros1 else None
+        if ros is not None:
+            ros.prepare()
+        recorded = Recorded(recording, report=warn)
+        server = Server(recorded, host=wanted.host, port=wanted.port, report=warn)
+        to_close.callback(server.close, "the recording is over")
+        if not server.is_local:
+            output.warn(f"{wanted.host}: anybody who reaches this machine can see the recording")
+        tell = to_close.enter_context(progress_bar(console, recorded.name, None))
+
+        def poll() -> None:
+            if ros is not None:
+                ros.poll()
+            if tell is not None:
+                now, last = recorded.simulation.time, seconds(playing.last)
+                tell(None, f"{now:.1f} of {last:.1f} s{', paused' if playing.tempo.is_paused else ''}")
+
+        playing = Playing(
+            recorded,
+            server,
+            tempo=RateControl(wanted.speed, paused=wanted.paused),
+            first=_to_nanoseconds(wanted.start),
+            last=_to_nanoseconds(wanted.until),
+            at_end=wanted.at_end,
+            on_poll=poll,
+        )
+        RecordingServices(playing).offer(server)
+        say = partial(console.print, markup=False, soft_wrap=True)
+        to_close.enter_context(page_for(server, wanted.page, f"{recorded.name} · Cellwright", say))
+        is_stopped.follow(playing.stop)
+        if ros is not None:
+            ros.join(server.address, {"use_sim_time": True}, server.wait)
+        if not is_stopped.has_come:
+            where = "" if ros is None else f", ROS 1 at {ros.master.uri} as {IN_ROS.node}"
+            console.print(output.ready_line(recorded.name, server, wanted.speed) + where, markup=False, soft_wrap=True)
+            playing.run()
+    if recorded.player.unreadable:
+        output.note(console, "unreadable", f"{recorded.player.unreadable} messages")
+
+
+def _to_nanoseconds(value: float | None) -> int | None:
+    return None if value is None else nanoseconds(value)
+
+
+def film_recording(
+    recording: Recording,
+    wish: VideoOptions,
+    *,
+    start: float | None,
+    until: float | None,
+    warn: Callable[[str], None],
+    tell: Callable[[float], None] | None,
+) -> Made:
+    """Make a video of a recording.
+
+    Args:
+        recording: of a cell or of a robot.
+        wish: what the video is to be.
+        start: simulation time [s] from which on; None: from the begin.
+        until: up to which; None: to the end.
+        warn: takes a line about what goes wrong.
+        tell: told how far it is, 0..1; None for nobody.
+
+    Raises:
+        UsageError: there is nothing to be seen in it at these times.
+        RenderingError: it cannot be drawn or written.
+        RecordingError: the file is damaged.
+    """
+    begin = recording.begin if start is None else max(recording.begin, nanoseconds(start))
+    end = recording.end_time if until is None else min(recording.end_time, nanoseconds(until))
+    scene = _scene(recording)
+    sight = Sight(recording)
+    sight.seek(begin)
+    coming = recording.messages((FRAME, PANEL), start=begin + 1, until=end + 1)
+    newest = next(coming, None)
+    while sight.frame() is None and newest is not None:
+        sight.take(newest)
+        newest = next(coming, None)
+    frame = sight.frame()
+    if frame is None or begin > end:
+        raise UsageError(f"{recording.path}: nothing is to be seen there at these times")
+    camera = wish.camera or _camera(recording, scene, frame, wish)
+    lamp = LAMP if recording.header.kind == "cell" else robot_lamp(camera)
+    video = Video(wish.file, scene, wish.width, wish.height, fine=wish.fine, lamp=lamp)
+    if video.draws_with == RAYS:
+        warn(f"{wish.file}: there is no OpenGL here, so each picture of the video takes seconds; see docs/video.md")
+    period, number = period_of(wish.speed) * NANOSECONDS, 0
+    try:
+        while (time := begin + round(number * period)) <= end and not video.error:
+            while newest is not None and newest.time <= time:
+                sight.take(newest)
+                newest = next(coming, None)
+            frame = sight.frame() or frame
+            video.take(frame, camera, _caption(time, sight.panel()))
+            number += 1
+            if tell is not None:
+                tell(min(1.0, (time - begin) / max(1, end - begin)))
+    finally:
+        video.close()
+    return {"file": str(wish.file), "length": video.length, "frames": video.taken, "dropped": 0}
+
+
+def _scene(recording: Recording) -> Scene:
+    data = recording.scene
+    try:
+        if data is not None:
+            return decode_scene(data)
+    except MessageError as error:
+        raise UsageError(f"{recording.path}: what is to be seen in it cannot be read: {error}") from None
+    raise UsageError(f"{recording.path}: holds nothing that is to be seen")
+
+
+def _camera(recording: Recording, scene: Scene, frame: Frame, wish: VideoOptions) -> Camera:
+    """The overview of a cell; for a robot a camera that has it whole."""
+    if recording.header.kind == "cell":
+        return VIEWS["overview"]
+    shown = EngineScene(scene)
+    shown.show(frame)
+    return camera_on(shown.model, shown.data, TURN, TILT, wish.width, wish.height)
+
+
+def _caption(time: int, panel: dict[str, Any]) -> str:
+    """Time, and what the panel of a cell tells; it may come from anywhere."""
+    words = [f"{float(Fraction(time, NANOSECONDS)):.1f} s"]
+    score, intention = panel.get("score"), panel.get("intention")
+    points = score.get("total") if isinstance(score, dict) else None
+    if isinstance(points, int | float) and math.isfinite(points):
+        words.append(f"{points:g} {'point' if points == 1 else 'points'}")
+    if isinstance(intention, dict):
+        words.append(str(intention.get("text", ""))[:300])
+    return "   ".join(word for word in words if word)

@@ -1,0 +1,231 @@
+"""Report on a recording: what is in it, and whether the same commands lead to the same states."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from cellwright.cli.main import BAD_INPUT, DONE, NOT_DONE
+from cellwright.cli.output import note, progress_bar
+from cellwright.engine.clock import seconds
+from cellwright.recording.format.format import COMMAND, STATE_HASH
+from cellwright.recording.format.reader import Recording
+from cellwright.recording.replay.rebuild import rebuild
+from cellwright.recording.replay.verify import (
+    Answer,
+    Moment,
+    Verdict,
+    Verification,
+    recorded_steps,
+    versions_that_differ,
+)
+from cellwright.running.run import versions
+
+_WIDEST = 1000  # columns
+_MOST_FACTS = 200  # characters of a value of the header in the table
+
+
+def contents_document(recording: Recording) -> dict[str, Any]:
+    """What is in it, as JSON values; times in s, rates in Hz of simulation time."""
+    length = seconds(recording.end_time - recording.begin)
+    counts = recording.counts
+    return {
+        "file": str(recording.path),
+        "bytes": recording.path.stat().st_size,
+        "kind": recording.header.kind,
+        "name": recording.header.name,
+        "complete": recording.is_complete,
+        "begin": seconds(recording.begin),
+        "end": seconds(recording.end_time),
+        "duration": length,
+        "commands": counts[COMMAND],
+        "state_hashes": counts[STATE_HASH],
+        "result": recording.end,
+        "header": dict(recording.header.facts),
+        "attachments": recording.attachments,
+        "topics": [
+            {
+                "name": topic.name,
+                "type": topic.type,
+                "direction": topic.direction,
+                "own": topic.is_own,
+                "latch": topic.latch,
+                "rate": topic.rate,
+                "messages": counts[topic.name],
+                "measured": counts[topic.name] / length if length > 0.0 else None,
+            }
+            for topic in sorted(recording.topics.values(), key=lambda each: each.name)
+        ],
+    }
+
+
+def show_contents(console: Console, told: dict[str, Any]) -> None:
+    """Print what `document` tells."""
+    console.print(f"{told['kind']} {told['name']}, recorded in {told['file']}", markup=False, soft_wrap=True)
+    console.print()
+    whole = _topics(told)
+    needed = console.measure(whole, options=console.options.update(width=_WIDEST)).maximum
+    if not console.is_terminal:
+        console.width = max(console.width, needed)  # nothing is folded in a file or through a pipe
+    console.print(_topics(told, is_narrow=needed > console.width))
+    console.print()
+    for name, text in _notes(told):
+        if text:
+            note(console, name, " ".join(text.split()))
+
+
+def _topics(told: dict[str, Any], *, is_narrow: bool = False) -> Table:
+    """A row for each topic on which something was said.
+
+    Args:
+        told: what `document` tells.
+        is_narrow: whether to leave out the packages of types, so that names stay in one piece.
+    """
+    found = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), collapse_padding=True)
+    found.add_column("topic", overflow="fold")
+    found.add_column("", no_wrap=True)
+    found.add_column("messages", justify="right", no_wrap=True)
+    found.add_column("Hz", justify="right", no_wrap=True)
+    found.add_column("type", overflow="fold")
+    for topic in told["topics"]:
+        if topic["own"] or not topic["messages"]:
+            continue
+        often = topic["measured"] if topic["rate"] not in ("", "on event") else None
+        found.add_row(
+            Text(topic["name"]),
+            topic["direction"],
+            str(topic["messages"]),
+            "" if often is None else f"{often:.3g}",
+            Text(topic["type"].rpartition("/")[2] if is_narrow else topic["type"]),
+        )
+    return found
+
+
+def _notes(told: dict[str, Any]) -> list[tuple[str, str]]:
+    header, result = told["header"], told["result"] or {}
+    versions = header.get("versions")
+    silent = sum(not topic["messages"] and not topic["own"] for topic in told["topics"])
+    return [
+        ("silent", f"{silent} topics" if silent else ""),
+        ("time", f"{told['begin']:.3f} to {told['end']:.3f} s: {told['duration']:.1f} s"),
+        ("ended", _ended(told)),
+        ("score", _score(result)),
+        ("commands", f"{told['commands']} came from outside"),
+        ("verify", f"{told['state_hashes']} state hashes to compare with" if told["state_hashes"] else "no state hash"),
+        *((name, _fact(header[name])) for name in ("agent", "seed", "servo") if name in header),
+        ("versions", ", ".join(f"{name} {each}" for name, each in versions.items()) if _is_table(versions) else ""),
+        ("size", f"{told['bytes'] / 1e6:.1f} MB"),
+    ]
+
+
+def _ended(told: dict[str, Any]) -> str:
+    outcome = (told["result"] or {}).get("outcome")
+    if told["complete"]:
+        return f"as it should: {outcome}" if outcome else "as it should"
+    return "cut short: it holds all that was written until then"
+
+
+def _score(result: dict[str, Any]) -> str:
+    score = result.get("score")
+    total = score.get("total") if isinstance(score, dict) else score
+    return f"{total:g} points" if isinstance(total, int | float) else ""
+
+
+def _fact(value: Any) -> str:
+    text = value if isinstance(value, str) else json.dumps(value)
+    return text[:_MOST_FACTS]
+
+
+def _is_table(value: Any) -> bool:
+    return isinstance(value, dict)
+
+
+_STATUS = {Answer.EQUAL: DONE, Answer.DIFFERENT: NOT_DONE, Answer.UNKNOWN: BAD_INPUT}
+
+
+def verify_recording(recording: Recording, console: Console, *, as_json: bool) -> int:
+    """Run it again, and print what came of it; the exit status.
+
+    Raises:
+        RecordingError: it cannot be run again; the text says why.
+    """
+    recording.check_bytes()
+    with rebuild(recording) as rebuilt, progress_bar(console, "running again", seconds(recording.end_time)) as tell:
+
+        def progress(time: int) -> None:
+            if tell is not None:
+                tell(seconds(time), f"{seconds(time):.0f} of {seconds(recording.end_time):.0f} s")
+
+        verdict = Verification(rebuilt, progress).run(recorded_steps(recording))
+    others = versions_that_differ(_versions(recording), versions())
+    if as_json:
+        typer.echo(json.dumps(verdict_document(verdict, others) | {"complete": recording.is_complete}, indent=2))
+    else:
+        show_verdict(console, verdict, others)
+    return _STATUS[verdict.answer]
+
+
+def verdict_document(verdict: Verdict, others: list[str]) -> dict[str, Any]:
+    """The verdict as JSON values; times in s."""
+    return {
+        "answer": verdict.answer.value,
+        "state_hashes": verdict.hashes,
+        "frames": verdict.frames,
+        "commands": verdict.commands,
+        "equal_until": _moment(verdict.equal_until),
+        "different_at": _moment(verdict.first_difference),
+        "bodies": list(verdict.bodies),
+        "error": verdict.fault,
+        "begun": _moment(verdict.begun),
+        "reached": _moment(verdict.reached),
+        "wall": verdict.wall,
+        "versions": others,
+    }
+
+
+def show_verdict(console: Console, verdict: Verdict, others: list[str]) -> None:
+    """Print the verdict."""
+    for name, text in _lines(verdict):
+        note(console, name, text)
+    for line in others:
+        note(console, "version", line)
+
+
+def _lines(verdict: Verdict) -> list[tuple[str, str]]:
+    hashes = f"{verdict.hashes} state hash{'' if verdict.hashes == 1 else 'es'}"
+    compared = f"{hashes} and {verdict.frames} frames equal, {verdict.commands} commands"
+    lines = [("compared", compared)]
+    match verdict.answer:
+        case Answer.EQUAL:
+            lines.append(("equal", f"up to {verdict.equal_until}"))
+        case Answer.UNKNOWN:
+            lines.append(("unknown", "it was cut before its first state hash: there is nothing to compare"))
+        case Answer.DIFFERENT:
+            until = "" if verdict.equal_until is None else f"; equal up to {verdict.equal_until}"
+            first = verdict.first_difference or verdict.reached
+            lines.append(("different", f"at {first}{until}"))
+            if verdict.bodies:
+                lines.append(("elsewhere", ", ".join(verdict.bodies)))
+            if verdict.fault:
+                lines.append(("error", verdict.fault))
+    lines.append(("ran", f"{_length(verdict):.1f} s in {verdict.wall:.1f} s: {verdict.factor:.1f} x real time"))
+    return lines
+
+
+def _length(verdict: Verdict) -> float:
+    return seconds(verdict.reached.time - verdict.begun.time)
+
+
+def _moment(moment: Moment | None) -> dict[str, Any] | None:
+    return None if moment is None else {"tick": moment.tick, "time": seconds(moment.time)}
+
+
+def _versions(recording: Recording) -> dict[str, str]:
+    found = recording.header.facts.get("versions")
+    return {str(name): str(each) for name, each in found.items()} if isinstance(found, dict) else {}

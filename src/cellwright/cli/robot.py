@@ -1,0 +1,303 @@
+"""Command `cellwright robot`: the joints of a robot as a table or as JSON, and the start of a configuration."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from contextlib import suppress
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from cellwright.cli import output
+from cellwright.cli.main import DONE
+from cellwright.cli.options import refuse
+from cellwright.config.robot.config import RobotConfig
+from cellwright.config.robot.config_keys import UNUSED
+from cellwright.config.robot.groups import groups_of, parent_index, robot_document
+from cellwright.config.robot.model import Joint, JointType, RobotModel
+from cellwright.config.robot.robots import bundled, find_robot, load_robot, read_robot_config
+from cellwright.config.robot.skeleton import skeleton
+from cellwright.util.errors import UnknownNameError
+
+_EXAMPLE = """give positions by joint, such as '{"elbow": 1.57}'"""
+_MAX_POSITION = 1e6  # [rad; m]; what lies beyond is a slip, and turns lose their meaning in rounding
+
+
+def read_pose(text: str, robot: RobotModel) -> dict[str, float]:
+    """The positions of joints by name [rad; m].
+
+    Raises:
+        UsageError: it is no posture of this robot.
+    """
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        why = f"{error.msg}, at character {error.pos + 1}" if isinstance(error, json.JSONDecodeError) else "no JSON"
+        refuse(f"--pose: no valid JSON ({why}); {_EXAMPLE}")
+    if not isinstance(found, dict):
+        refuse(f"--pose: no posture; {_EXAMPLE}")
+    return {name: _position(name, value, robot) for name, value in found.items()}
+
+
+def _position(name: str, value: Any, robot: RobotModel) -> float:
+    driven = [joint.name for joint in robot.driven]
+    if name not in driven:
+        if name in robot.joint_indices:
+            refuse(f"--pose: {name} is {robot.joint(name).type}, and has no position (known: {', '.join(driven)})")
+        refuse(f"--pose: {UnknownNameError('joint', name, driven).sentence()}")
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not is_number or not math.isfinite(value) or abs(value) > _MAX_POSITION:
+        refuse(f"--pose: {name}: must be a finite number [rad; m], not {json.dumps(value)[:40]}")
+    return float(value)
+
+
+def write_skeleton(config: RobotConfig, file: Path) -> None:
+    """Write the beginning of a configuration for a robot, and say what is in it.
+
+    Raises:
+        UsageError: there is such a file already, or it cannot be written.
+    """
+    if not file.parent.is_dir():
+        refuse(f"--init {file}: there is no folder {file.parent}")
+    text = skeleton(config.robot, config.urdf_path.resolve(), file.parent.resolve())
+    try:
+        with file.open("x", encoding="utf-8") as stream:
+            stream.write(text)
+    except FileExistsError:
+        refuse(f"--init {file}: is there already; take another name, or remove it")
+    except OSError as error:
+        with suppress(OSError):
+            file.unlink()  # a half of it, for all that is known
+        refuse(f"--init {file}: cannot be written: {error.strerror}")
+    found = read_robot_config(file, lambda _line: None)
+    groups = {"arm": len(found.arms), "gripper": len(found.grippers), "head": int(found.head is not None)}
+    groups |= {"waist": int(found.waist is not None), "lift": int(found.dorsal is not None)}
+    listed = ", ".join(f"{count} {name}{'' if count == 1 else 's'}" for name, count in groups.items() if count)
+    typer.echo(f"{file}: {listed or 'no groups found'}, all guessed; go through it, then: cellwright check {file}")
+
+
+_WIDEST = 1000  # of a table that goes into a file or through a pipe: nothing is folded there
+
+
+def show_robot(config: RobotConfig) -> None:
+    """Print a robot's table, and below it what belongs to no single joint."""
+    console = _console()
+    robot = config.robot
+    counts = f"{len(robot.joints)} joints, {len(robot.driven)} of them driven"
+    console.print(f"{config.name}: {counts}; root link {robot.root} (-1)", markup=False, soft_wrap=True)
+    console.print()
+    whole = joint_table(config)
+    needed = console.measure(whole, options=console.options.update(width=_WIDEST)).maximum
+    is_narrow = needed > console.width
+    _print(console, joint_table(config, is_narrow=True) if is_narrow else whole)
+    console.print()
+    notes = _notes(config)
+    if is_narrow:
+        notes.insert(1, ("left out", f"effort and speed, for which a terminal needs {needed} columns, or `| cat`"))
+    for name, text in notes:
+        console.print(f"{name:<10}  {text}", markup=False, soft_wrap=True)
+
+
+def joint_table(config: RobotConfig, *, is_narrow: bool = False) -> Table:
+    """A row for each joint, in the order of their indices.
+
+    Args:
+        config: the robot.
+        is_narrow: whether to leave out what one asks for least, so that names stay in one piece.
+    """
+    found = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), collapse_padding=True)
+    found.add_column("#", justify="right", no_wrap=True)
+    found.add_column("joint", overflow="fold")
+    found.add_column("type", no_wrap=True)
+    found.add_column("link", overflow="fold")
+    found.add_column("on", justify="right", no_wrap=True)
+    for heading in ("lower", "upper") if is_narrow else ("lower", "upper", "effort", "speed"):
+        found.add_column(heading, justify="right", no_wrap=True)
+    found.add_column("group", overflow="fold")
+    found.add_column("home", justify="right", no_wrap=True)
+    for index, joint in enumerate(config.robot.joints):
+        found.add_row(*_cells(config, index, joint, is_narrow=is_narrow))
+    return found
+
+
+def show_bundled(*, as_json: bool) -> None:
+    """Print the robots that come along."""
+    found = {name: load_robot(name, lambda _line: None) for name in bundled()}
+    if as_json:
+        entries = [
+            {
+                "name": name,
+                "robot_name": config.name,
+                "file": str(find_robot(name)),
+                "joints": len(config.robot.joints),
+                "movable": len(config.robot.movable),
+                "arms": len(config.arms),
+                "grippers": len(config.grippers),
+            }
+            for name, config in found.items()
+        ]
+        typer.echo(json.dumps({"robots": entries}, indent=2))
+        return
+    rows = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
+    rows.add_column("robot", no_wrap=True)
+    for heading in ("joints", "driven", "arms", "grippers"):
+        rows.add_column(heading, justify="right")
+    for name, config in found.items():
+        counts = (len(config.robot.joints), len(config.robot.driven), len(config.arms), len(config.grippers))
+        rows.add_row(Text(name), *map(str, counts))
+    _print(_console(), rows)
+
+
+def _cells(config: RobotConfig, index: int, joint: Joint, *, is_narrow: bool) -> list[str | Text]:
+    on = str(parent_index(config, joint))
+    group = ", ".join(_label(config, key) for key in groups_of(config, joint))
+    if joint.mimic is not None:
+        group = f"{group}, mimic" if group else "mimic"
+    home = config.home.get(joint.name)
+    limits = joint.limits
+    is_fixed = joint.type is JointType.FIXED
+    numbers = (
+        [limits.lower, limits.upper] if is_narrow else [limits.lower, limits.upper, limits.effort, limits.velocity]
+    )
+    figures = ["" if is_fixed else _figure(number) for number in numbers]
+    return [
+        str(index),
+        Text(joint.name),
+        str(joint.type),
+        Text(joint.child),
+        on,
+        *figures,
+        group,
+        "" if home is None else _figure(home),
+    ]
+
+
+def _label(config: RobotConfig, key: str) -> str:
+    """What a group is called in a narrow column: R and L (right, left) where there are two."""
+    name, _, number = key.rstrip("]").partition("[")
+    if not number:
+        return {"dorsal": "lift"}.get(name, name)
+    count = len(config.arms if name == "arms" else config.grippers)
+    one = name.removesuffix("s")
+    return one if count == 1 else f"{one} {'RL'[int(number)] if count == 2 else number}"
+
+
+def _notes(config: RobotConfig) -> list[tuple[str, str]]:
+    notes = [("units", "rad and m, N m and N, rad/s and m/s; on: index of the link that the joint sits on")]
+    for number, arm in enumerate(config.arms):
+        reference = config.reference_links[number] or "the base"
+        command = config.command_links[number]
+        by = f"; poses move {command}" if command != arm.tip else "; poses"
+        notes.append((_label(config, f"arms[{number}]"), f"tip {arm.tip}{by} in the frame of {reference}"))
+    for number, gripper in enumerate(config.grippers):
+        ends = dict.fromkeys(gripper.open_ends)
+        if ends:
+            text = f"{next(iter(ends))} limits" if len(ends) == 1 else f"limits: {', '.join(gripper.open_ends)}"
+            notes.append((_label(config, f"grippers[{number}]"), f"open at the {text} of its joints"))
+    if config.max_accelerations:
+        bounds = ", ".join(f"{name} {value:g}" for name, value in config.max_accelerations.items())
+        notes.append(("bounds", f"of accelerations, rad/s² and m/s²: {bounds}"))
+    if config.fixed_link is not None:
+        notes.append(("fixed", f"{config.fixed_link} is fastened to the world instead of the root"))
+    for joint in config.robot.joints:
+        if joint.mimic is not None:
+            offset = f" + {joint.mimic.offset:g}" if joint.mimic.offset else ""
+            notes.append(("mimic", f"{joint.name} = {joint.mimic.multiplier:g} * {joint.mimic.joint}{offset}"))
+    unused = [f"{key} ({UNUSED[key]})" for key in config.others if key in UNUSED]
+    notes += [("camera", camera.name) for camera in config.cameras]
+    notes += [("not used", text) for text in unused]
+    notes.append(("urdf", str(config.urdf_path)))
+    return notes
+
+
+def _console() -> Console:
+    return Console(highlight=False, width=None if sys.stdout.isatty() else _WIDEST)
+
+
+def _print(console: Console, found: Table) -> None:
+    """Print a table without the blanks that fill up its lines."""
+    with console.capture() as capture:
+        console.print(found)
+    for line in capture.get().splitlines():
+        console.file.write(f"{line.rstrip()}\n")
+
+
+def _figure(number: float) -> str:
+    """A number in few characters; a dash where there is no limit."""
+    return f"{round(number, 3) + 0.0:.4g}" if math.isfinite(number) else "-"
+
+
+def robot(
+    name: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="ROBOT",
+            help="A robot that comes with Cellwright, a robot configuration (`vr_configs.yml`), a folder with one, or "
+            "a URDF or xacro file.",
+            show_default=False,
+        ),
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", metavar="", help="Print joints, groups and the poses of all links as JSON.")
+    ] = False,
+    pose: Annotated[
+        str | None,
+        typer.Option(
+            metavar="JSON",
+            help="With --json: the posture for the poses of the links, such as "
+            """`'{"elbow": 1.57}'`; joints that are left out stand at 0 [rad; m].""",
+        ),
+    ] = None,
+    init: Annotated[
+        Path | None,
+        typer.Option(
+            "--init",
+            metavar="FILE.yml",
+            help="Write the beginning of a robot configuration for a URDF: arms, grippers and head as names and joints "
+            "suggest, to be gone through.",
+        ),
+    ] = None,
+) -> None:
+    """List the joints of a robot: index, type, links, limits, and the groups that a configuration puts them in.
+
+    Indices are those that robot configuration files are written with: parents before children, children in the order
+    of their elements in the URDF, fixed joints counted. The link that a joint moves has the joint's index, and the
+    root link has -1. Without an argument, the robots that come along are listed.
+
+        cellwright robot qinglong                  # one that comes along
+        cellwright robot my_robot/vr_configs.yml   # where are the indices wrong?
+        cellwright robot my_robot.urdf --json      # for programs
+        cellwright robot my_robot.urdf --init vr_configs.yml
+
+    With `--json`: `joints` in the order of their indices, and under `links` where the frame of each link is in the
+    world, `[[x, y, z], [qx, qy, qz, qw]]`, with the root link at the origin. A limit that is null does not exist. Fixed
+    joints have the limits 0 and -1 and no axis, as PyBullet reports them.
+
+    Exit status: 0 done, 2 the file or the pose cannot be used.
+    """
+    if name is None:
+        for option, value in (("--pose", pose), ("--init", init)):
+            if value is not None:
+                refuse(f"{option}: give a robot as well")
+        show_bundled(as_json=as_json)
+        raise typer.Exit(DONE)
+    if pose is not None and not as_json:
+        refuse("--pose: the poses of links are printed with --json")
+    if init is not None and (as_json or init.suffix.lower() not in (".yml", ".yaml")):
+        refuse(f"--init {init}: give a file such as vr_configs.yml, and no --json")
+    config = load_robot(name, output.warn)
+    if init is not None:
+        write_skeleton(config, init)
+    elif as_json:
+        positions = read_pose(pose, config.robot) if pose is not None else {}
+        typer.echo(json.dumps(robot_document(config, positions), indent=2, allow_nan=False))
+    else:
+        show_robot(config)
+    raise typer.Exit(DONE)

@@ -1,0 +1,85 @@
+"""Commands `cellwright ros1-env` and `cellwright ros1-workspace`: ROS 1 packages of the cell."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cellwright.cli.main import DONE
+from cellwright.cli.options import refuse
+from cellwright.middleware.ros1.packages import workspace
+from cellwright.middleware.ros1.packages.tools import find_system
+from cellwright.middleware.ros1.packages.tree import SHELLS, cache_folder, ensure_tree, shell_lines, variables
+
+
+def ros1_env(
+    folder: Annotated[
+        Path | None,
+        typer.Option("--dir", metavar="DIR", help="Where the packages are laid out; the user's cache when left out."),
+    ] = None,
+    shell: Annotated[str, typer.Option(metavar="SHELL", help="Whose language: `sh` (bash, zsh) or `fish`.")] = "sh",
+) -> None:
+    """Print the paths with which ROS 1's tools know the cell, and the robot.
+
+    Messages, launcher and configurations are laid out once, as ROS packages. In a shell that has the paths, `python`
+    and `python3` are the interpreter that has ROS.
+
+        # bash, zsh
+        eval "$(cellwright ros1-env)"
+
+        # fish
+        cellwright ros1-env --shell fish | source
+
+        # and then, with ROS's own tools
+        rosrun osrf_gear gear.py -f "$(rospack find osrf_gear)/config/sample.yaml"
+        rosrun io_teleop_robot_control_node openloong_controller_node.py
+
+    Exit status: 0 done; 2 there is no ROS 1, or the folder cannot be written.
+    """
+    if shell not in SHELLS:
+        refuse(f"--shell {shell}: give one of {', '.join(SHELLS)}")
+    ros = find_system()
+    tree = ensure_tree(ros, folder or cache_folder())
+    typer.echo(shell_lines(variables(tree, ros), shell))
+    raise typer.Exit(DONE)
+
+
+def ros1_workspace(
+    folder: Annotated[
+        Path, typer.Argument(metavar="DIR", help="The workspace, such as `~/simulation_ws`.", show_default=False)
+    ],
+    is_built: Annotated[
+        bool, typer.Option("--build/--no-build", metavar="", help="Build it at once, with catkin_make.")
+    ] = True,
+) -> None:
+    """Lay out a catkin workspace that knows the cell, for programs in C++ or Python.
+
+    The packages go to DIR/src/ariac, that of a robot's node to DIR/src/io_teleop; your own belong beside, in DIR/src.
+    In a workspace that is there already they are brought up to date, and nothing else is touched.
+
+        cellwright ros1-workspace simulation_ws
+        cd simulation_ws/src
+        catkin_create_pkg my_robot rospy osrf_gear
+        cd ..
+        catkin_make --pkg my_robot
+        source devel/setup.bash
+
+    Exit status: 0 done; 2 there is no ROS 1, something to build with is missing, or the build failed.
+    """
+    if folder.exists() and not folder.is_dir():
+        refuse(f"{folder}: is no folder")
+    ros = find_system()
+    absent = workspace.missing(ros)
+    if absent and is_built:
+        refuse(workspace.lack(absent))
+    workspace.lay_out(ros, folder)
+    typer.echo(f"laid out {folder / 'src' / workspace.GROUP}")
+    if is_built:
+        started = time.perf_counter()
+        workspace.build(ros, folder)
+        typer.echo(f"built in {time.perf_counter() - started:.0f} s")
+        typer.echo(f"next: source {folder / 'devel' / 'setup.bash'}")
+    raise typer.Exit(DONE)

@@ -1,1 +1,0 @@
-"""`cellwright ros1-env` and `cellwright ros1-workspace`."""

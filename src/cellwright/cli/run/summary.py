@@ -1,0 +1,377 @@
+"""Summary of a run: progress while it lasts, then its score as a table and as a JSON document."""
+
+from __future__ import annotations
+
+import logging
+import re
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict
+from fractions import Fraction
+from textwrap import wrap
+from typing import TYPE_CHECKING, Any
+
+from rich import box
+from rich.console import Console
+from rich.measure import Measurement
+from rich.segment import Segments
+from rich.table import Table
+from rich.text import Text
+
+from cellwright.cell.cell import Cell
+from cellwright.cell.kitting.effects import (
+    Effect,
+    KitSubmitted,
+    OrderAnnounced,
+    OrderCompleted,
+    StateChanged,
+    TrialEnded,
+)
+from cellwright.cell.kitting.evidence import (
+    NOT_ANNOUNCED,
+    NOT_SUBMITTED,
+    REASONS,
+    Evidence,
+    KitEvidence,
+    PartEvidence,
+    evidence_to_json,
+    trial_score_to_json,
+)
+from cellwright.cell.kitting.kit_score import BonusVerdict, Verdict
+from cellwright.cell.kitting.scorer import TrialScore
+from cellwright.cli.output import ShowProgress, note, progress_bar
+from cellwright.engine.clock import seconds
+from cellwright.running.run import RunResult, versions
+
+if TYPE_CHECKING:
+    from cellwright.running.serving import Pace
+
+_REDRAW = 0.1  # [s] of wall time
+_PLAIN_LINE = 2.0  # [s] of wall time between plain lines, for logs that are read afterwards
+
+
+class RunProgress:
+    """Tells on a console how a run goes.
+
+    Each thing that the referee does is a line that stays, with its simulation time, and so is each line that is logged.
+
+    Args:
+        console: where to.
+        cell: what runs.
+        until: the simulation time [s] at which the run is to stop, if any.
+        verbose: whether to tell what is logged at level INFO, as agents do.
+        clock: wall time [s]; to be replaced in tests.
+    """
+
+    def __init__(
+        self,
+        console: Console,
+        cell: Cell,
+        *,
+        until: float | None = None,
+        verbose: bool = False,
+        clock: Callable[[], float] = time.perf_counter,
+    ) -> None:
+        limit = until if until is not None else cell.trial.time_limit
+        self._total = limit if limit > 0 else None
+        self._console = console
+        self._cell = cell
+        self._level = logging.INFO if verbose else logging.WARNING
+        self._clock = clock
+        self._shown = clock()
+        self._since: tuple[float, float] | None = None  # wall time and simulation time at the first look
+        self._bar: ShowProgress | None = None
+        cell.competition.on_effect.append(self._tell)
+
+    @contextmanager
+    def running(self) -> Iterator[None]:
+        """Tell of what happens inside."""
+        log, handler = logging.getLogger(), _LogLines(self.line)
+        level = log.level
+        log.addHandler(handler)
+        log.setLevel(self._level)
+        self._shown = self._clock()
+        try:
+            with progress_bar(self._console, "simulating", self._total) as self._bar:
+                yield
+        finally:
+            self._bar = None
+            log.removeHandler(handler)
+            log.setLevel(level)
+
+    def update(self, cell: Cell) -> None:
+        """Show how far the cell is, unless that was shown a moment ago."""
+        now = self._clock()
+        simulated = cell.simulation.time
+        if self._since is None:
+            self._since = now, simulated
+            self._shown = now
+            return
+        if now - self._shown < (_REDRAW if self._bar else _PLAIN_LINE):
+            return
+        self._shown = now
+        factor = f"{(simulated - self._since[1]) / (now - self._since[0]):.1f} x real time"
+        state = cell.competition.state
+        if self._bar is None:
+            self.line(f"{factor}, {state}")
+        else:
+            self._bar(simulated if self._total else None, f"{simulated:.1f} s  {factor}  {state}")
+
+    def line(self, text: str, style: str | None = None) -> None:
+        """A line that stays, with the simulation time."""
+        self._console.print(f"{self._cell.simulation.time:9.3f} s  {text}", markup=False, soft_wrap=True, style=style)
+
+    def _tell(self, effect: Effect) -> None:
+        text = effect_sentence(effect)
+        if text:
+            self.line(text)
+
+
+class _LogLines(logging.Handler):
+    """Passes on what is logged, a line at a time."""
+
+    def __init__(self, say: Callable[[str], None]) -> None:
+        super().__init__()
+        self._say = say
+
+    def emit(self, record: logging.LogRecord) -> None:
+        for line in self.format(record).splitlines():
+            self._say(line)
+
+
+def effect_sentence(effect: Effect) -> str:
+    """What the referee did, in one sentence; empty for what goes without saying."""
+    match effect:
+        case StateChanged(state):
+            return f"competition: {state}"
+        case OrderAnnounced(order, reason, interrupts):
+            kits = ", ".join(kit.kit_type for kit in order.kits)
+            tail = f"; {interrupts} waits" if interrupts else ""
+            return f"announcing {order.order_id} ({reason}): {kits}{tail}"
+        case KitSubmitted(tray, kit_type, score, repeated):
+            name = tray.rpartition("::")[0].rpartition("::")[2]
+            if score.refusal is not None:
+                return f"{name} submitted as {kit_type}: {score.refusal.sentence()}"
+            again = " (submitted before: the first score counts)" if repeated else ""
+            return f"{name} submitted as {kit_type}: {score.total:g} of {score.maximum:g} points{again}"
+        case OrderCompleted(score, resumes):
+            tail = f"; {resumes} goes on" if resumes else ""
+            return f"{score.order_id} is complete: {score.total:g} points in {score.time_taken / 1e9:.1f} s{tail}"
+        case TrialEnded(reason, score, _):
+            return f"the trial is over ({reason}): {score.total:g} points"
+        case _:
+            return ""
+
+
+def result_document(
+    cell: Cell, agent: str, result: RunResult, status: int, pictures: Sequence[str], final: TrialScore | None = None
+) -> dict[str, Any]:
+    """A run's result; times in s.
+
+    Args:
+        cell: the cell that ran.
+        agent: the name of what worked it.
+        result: what came of it.
+        status: exit status of the command.
+        pictures: files of pictures that were written.
+        final: the score of the trial as in the finals, if averages are known.
+    """
+    return {
+        "trial": cell.trial.name,
+        "agent": agent,
+        "seed": cell.seed,
+        "servo": cell.servo,
+        "circumstances": asdict(cell.trial.circumstances),
+        "timestep": float(Fraction(*cell.trial.settings.timestep)),
+        "outcome": result.outcome.name.lower(),
+        "exit_status": status,
+        "error": result.error,
+        "competition_state": result.competition_state,
+        "simulated": result.simulated,
+        "wall": result.wall,
+        "real_time_factor": result.real_time_factor,
+        "steps": result.steps,
+        "state_hash": result.state_hash,
+        "score": score_document(result.evidence, final),
+        "collisions": [asdict(collision) for collision in result.collisions],
+        "heard": result.heard,
+        "refused": dict(cell.bus.refusals.counts),
+        "pictures": list(pictures),
+        "recordings": [str(path) for path in result.recordings],
+        "versions": versions(),
+    }
+
+
+def pace_document(pace: Pace | None) -> dict[str, float] | None:
+    """How time kept to the wall clock; lateness in s."""
+    return None if pace is None else asdict(pace)
+
+
+def score_document(found: Evidence, final: TrialScore | None = None) -> dict[str, Any]:
+    """A run's score with its evidence, and the score of the trial as in the finals if averages are known."""
+    return evidence_to_json(found) | {"trial_score": None if final is None else trial_score_to_json(final)}
+
+
+_MAX_COLLISIONS = 5
+_WIDEST = 10_000  # columns
+_TYPE_WIDTH, _NAME_WIDTH = 15, 25  # of part types and model names; they leave the table 80 columns wide
+
+
+def show_result(console: Console, result: RunResult, final: TrialScore | None = None) -> None:
+    """Print what came of a run: the score, how it ended, and what it takes to get the same again.
+
+    Args:
+        console: where to print.
+        result: what came of it.
+        final: the score of the trial as in the finals, if averages are known.
+    """
+    found, could = result.evidence, result.evidence.reach
+    for order in found.orders:
+        for kit in order.kits:
+            show_kit(console, order.score.order_id, kit)
+    console.print()
+    known = list(versions().items())
+    lines = [
+        ("outcome", str(result.outcome)),
+        ("score", f"{found.total:g} of {found.reach.maximum:g} points"),
+        (
+            "reachable",
+            "" if could.total == could.maximum else f"{could.total:g} of {could.maximum:g}: see out of reach",
+        ),
+        *_times(found),
+        ("sensors", f"cost {found.system_cost:g} $"),
+        *(("finals", line) for line in _final(final)),
+        *(("collision", collision.sentence()) for collision in result.collisions[:_MAX_COLLISIONS]),
+        ("", f"and {more} more collisions" if (more := len(result.collisions) - _MAX_COLLISIONS) > 0 else ""),
+        ("simulated", f"{result.simulated:.1f} s in {result.wall:.1f} s: {result.real_time_factor:.1f} x real time"),
+        ("state hash", result.state_hash),
+        ("versions", ", ".join(f"{name} {version}" for name, version in known[:3])),
+        ("", ", ".join(f"{name} {version}" for name, version in known[3:])),
+        *((f"heard {count}", topic) for topic, count in sorted(result.heard.items())),
+    ]
+    for name, text in lines:
+        if text:
+            note(console, name, text)
+
+
+def kit_table(kit: KitEvidence) -> Table:
+    """A row for each ordered part, with what was found for it and its points."""
+    result = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, collapse_padding=True)
+    result.add_column("part", no_wrap=True)
+    result.add_column("found", no_wrap=True)
+    rows = [_part_cells(part) for part in kit.parts]
+    for place, heading in enumerate(("off mm", "turn mrad", "there", "pose"), 2):
+        words = [*heading.split(), *(str(row[place]) for row in rows)]
+        result.add_column(heading, justify="right", min_width=max(map(len, words)))  # only the heading is broken
+    result.add_column("lost", no_wrap=True)
+    for row in rows:
+        result.add_row(*row)
+    return result
+
+
+def show_kit_table(console: Console, kit: KitEvidence) -> None:
+    """Print the table of a kit; it is wider than the console where a word of a name would have to be cut."""
+    rows = kit_table(kit)
+    needed = Measurement.get(console, console.options.update(max_width=_WIDEST), rows).minimum
+    options = console.options.update(width=max(console.width, needed))
+    console.print(Segments(console.render(rows, options)), soft_wrap=True, end="")
+
+
+def loss_lines(kit: KitEvidence) -> Iterator[str]:
+    """A sentence for each kind of loss in this kit."""
+    found = {part.cause for part in kit.parts}
+    for cause in REASONS:
+        if cause in found:
+            yield f"{cause}: {REASONS[cause]}"
+            if cause == Verdict.MISSING:
+                yield from fate_lines(kit)
+    if kit.score.bonus is not None and kit.score.bonus is not BonusVerdict.EARNED:
+        yield f"{kit.score.bonus}: {REASONS[kit.score.bonus]}"
+    if summary := kit.reach.summary():
+        yield f"out of reach: {summary}"
+
+
+def fate_lines(kit: KitEvidence) -> Iterator[str]:
+    """What became of the missing parts, where that is known; indented, below the reason."""
+    known = Counter((part.reach.type, part.fate.sentence()) for part in kit.parts if part.fate is not None)
+    for (kind, sentence), count in known.items():
+        yield f"  {kind}{f' ({count})' if count > 1 else ''}: {sentence}"
+
+
+def kit_lines(kit: KitEvidence) -> Iterator[str]:
+    """What the parts of a kit add up to, and what was lost."""
+    score, each = kit.score, len(kit.parts)
+    yield ""
+    if score.is_submitted:
+        points = (("there", score.part_presence), ("pose", score.part_pose), ("bonus", score.all_parts_bonus))
+        yield ", ".join(f"{name} {earned:g} of {each}" for name, earned in points)
+    for extra in score.extras:
+        yield f"  besides: {extra.name} ({extra.reason})"
+    for line in loss_lines(kit):
+        indent = line[: len(line) - len(line.lstrip())] + "  "
+        yield from wrap(
+            line.lstrip(),
+            80,
+            initial_indent=indent,
+            subsequent_indent=indent + "  ",
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
+
+
+def show_kit(console: Console, order_id: str, kit: KitEvidence) -> None:
+    """Print what a kit earned: its name, its table, and why points were lost."""
+    title = Text(f"{order_id}, kit {kit.score.kit_type}: ")
+    if not kit.score.is_submitted:
+        why = NOT_ANNOUNCED if kit.parts and kit.parts[0].cause == NOT_ANNOUNCED else NOT_SUBMITTED
+        title += Text(f"{why}, no points", style="bold")
+    else:
+        title += Text(f"{kit.score.total:g} of {kit.reach.maximum:g} points", style="bold")
+    console.print("\n", title, "\n", sep="", soft_wrap=True)
+    show_kit_table(console, kit)
+    for line in kit_lines(kit):
+        console.print(line, markup=False, soft_wrap=True)
+
+
+def _times(found: Evidence) -> Iterator[tuple[str, str]]:
+    for order in found.orders:
+        if order.is_announced:
+            end = "" if order.score.is_complete else ", not complete"
+            yield "time", f"{order.score.order_id} {seconds(order.score.time_taken):.1f} s{end}"
+    carried = f"parts carried for {seconds(found.part_travel_time):.1f} s"
+    yield "", f"game {seconds(found.process_time):.1f} s, {carried}"
+
+
+def _final(score: TrialScore | None) -> Iterator[str]:
+    if score is None:
+        return
+    terms = [f"cost {score.cost_points:.2f} (factor {score.cost_factor:.2f})"]
+    terms += [f"{order.order_id} {order.efficiency_points:.2f} (time {order.efficiency:.2f})" for order in score.orders]
+    yield f"{score.total:.2f} = {' + '.join(terms)}"
+
+
+def _part_cells(part: PartEvidence) -> list[str | Text]:
+    kind = _broken(part.reach.type, _TYPE_WIDTH)
+    fit = None if part.finding is None else part.finding.fit
+    lost = "" if part.cause == Verdict.PLACED else part.cause
+    points = [f"{part.presence:g}", f"{part.pose:g}"]
+    if fit is None:
+        return [kind, "-", "", "", *points, lost]
+    off, turned = f"{fit.distance * 1e3:.1f}", f"{fit.yaw_difference * 1e3:.0f}"
+    return [kind, _broken(fit.object_name, _NAME_WIDTH), off, turned, *points, lost]
+
+
+def _broken(name: str, width: int) -> Text:
+    """A name in lines of a width where its words allow it: broken behind what it came from, then behind `_`."""
+    lines: list[str] = []
+    for piece in [name] if len(name) <= width else re.split(r"(?<=\|)", name):
+        line = ""
+        for word in re.split(r"(?<=_)", piece):
+            if line and len(line) + len(word) > width:
+                lines.append(line)
+                line = ""
+            line += word
+        lines.append(line)
+    return Text("\n".join(filter(None, lines)))

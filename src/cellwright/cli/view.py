@@ -1,0 +1,160 @@
+"""Command `cellwright view`: a trial, a robot, a recording or something that is served, on a page."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Sequence
+from contextlib import suppress
+from enum import Enum
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from cellwright.cli import options
+from cellwright.cli.arguments import OpenPage, PageOptions, ViewHost, ViewPort, page_options
+from cellwright.cli.main import DONE
+from cellwright.cli.options import refuse
+from cellwright.cli.page import open_page
+from cellwright.cli.serve import ServeOptions, serve_trial
+from cellwright.cli.signals import Stop, stopped_by_signals
+from cellwright.cli.teleop.node import run_node
+from cellwright.cli.teleop.options import TeleopOptions
+from cellwright.config.robot.robots import bundled, find_robot, is_robot_file, load_robot
+from cellwright.util.errors import CellwrightError
+from cellwright.viewer.services.names import PAGE, PANEL
+from cellwright.viewer.web.connection import Link
+
+_ADDRESS = re.compile(r"[^/\\]+:[0-9]{1,5}")
+_RECORDINGS = (".mcap", ".bag")
+
+
+class TargetKind(Enum):
+    """Kinds of what can be seen."""
+
+    TRIAL = "a trial"
+    ROBOT = "a robot"
+    RECORDING = "a recording"
+    ADDRESS = "something that is served"
+
+
+def kind_of(words: Sequence[str]) -> TargetKind:
+    """What these words of a command line stand for; what is none of the others is taken for a trial.
+
+    Raises:
+        UsageError: several things at once, which only the files of a trial can be.
+    """
+    kinds = [_kind_of_word(word) for word in words]
+    if len(words) > 1 and set(kinds) != {TargetKind.TRIAL}:
+        other = next(word for word, kind in zip(words, kinds, strict=True) if kind is not TargetKind.TRIAL)
+        refuse(f"{other}: one thing at a time is shown; only the files of a trial are joined")
+    return kinds[0]
+
+
+def _kind_of_word(word: str) -> TargetKind:
+    path = Path(word)
+    if path.suffix.lower() in _RECORDINGS:
+        return TargetKind.RECORDING
+    if _ADDRESS.fullmatch(word) and not path.exists():
+        return TargetKind.ADDRESS
+    if word in bundled():
+        return TargetKind.ROBOT
+    with suppress(CellwrightError, OSError, ValueError):  # what it lacks is told when it is loaded
+        if path.is_dir() or is_robot_file(find_robot(word)):
+            return TargetKind.ROBOT
+    return TargetKind.TRIAL
+
+
+_NAP = 0.1  # [s]
+
+
+def view_served(address: tuple[str, int], wish: PageOptions, console: Console) -> None:
+    """Show what is served at an address until a signal comes, also when it has gone and come back meanwhile.
+
+    Raises:
+        UsageError: nobody answers there, what does has nothing to show, or there can be no page.
+    """
+    name = served_name(address)
+
+    def say(line: str) -> None:
+        console.print(line, markup=False, soft_wrap=True)
+
+    is_stopped = Stop()
+    with stopped_by_signals(is_stopped.stop):
+        page = open_page(address, wish, f"{name} · Cellwright", say)
+        try:
+            while page.is_open and not is_stopped.has_come:
+                time.sleep(_NAP)
+        finally:
+            page.close()
+
+
+def served_name(address: tuple[str, int]) -> str:
+    """The name of what is served at an address, and can be seen.
+
+    Raises:
+        UsageError: nobody answers there, or what does has nothing to show.
+    """
+    link = Link(address, node=f"{PAGE}asks")
+    try:
+        return str(link.ask(PANEL)["name"])
+    except (CellwrightError, KeyError) as error:
+        refuse(f"{address[0]}:{address[1]}: cannot be shown: {error}")
+    finally:
+        link.close()
+
+
+def view(
+    what: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="WHAT",
+            help="A trial or a robot, by name or file; a recording (`run.mcap`); or the HOST:PORT of what is served.",
+            show_default=False,
+        ),
+    ],
+    view_host: ViewHost = None,
+    view_port: ViewPort = None,
+    open_page: OpenPage = False,
+) -> None:
+    """Show a trial, a robot, a recording, or something that is served, on a page in a browser, until Ctrl-C.
+
+    The page's address is printed. A trial and a recording stand at their start: look around, then let them go on. A
+    trial is in development mode.
+
+        # the lesson's cell
+        cellwright view lesson
+
+        # a robot, which the page drives as well
+        cellwright view qinglong
+
+        # what was recorded
+        cellwright view run.mcap
+
+        # what `cellwright serve -d` or `cellwright teleop` has there; a competition shows its own page alone
+        cellwright view 127.0.0.1:11399
+
+    Exit status: 0 stopped by Ctrl-C; 2 bad input, and nothing was started.
+    """
+    page = page_options(view=True, host=view_host, port=view_port, opens=open_page) or PageOptions()
+    console = Console(highlight=False)
+    match kind_of(what):
+        case TargetKind.ADDRESS:
+            view_served(options.address("view", what[0]), page, console)
+        case TargetKind.RECORDING:
+            # it takes a moment to load, which the other commands are spared
+            from cellwright.cli.replay.playback import PlayOptions, play_recording
+            from cellwright.recording.format.reader import Recording
+            from cellwright.recording.replay.playback import AtEnd
+
+            with Recording(options.paths(what)[0]) as recording:
+                play_recording(recording, PlayOptions(at_end=AtEnd.HOLD, port=0, page=page, paused=True), console)
+        case TargetKind.ROBOT:
+            raise typer.Exit(run_node(partial(load_robot, what[0]), TeleopOptions(port=0, page=page)))
+        case TargetKind.TRIAL:
+            shown = ServeOptions(port=0, competition=False, paused=True, page=page)
+            raise typer.Exit(serve_trial(partial(options.load, what), shown))
+    raise typer.Exit(DONE)

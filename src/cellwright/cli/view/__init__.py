@@ -1,1 +1,0 @@
-"""`cellwright view`, and the page that `--view` opens."""

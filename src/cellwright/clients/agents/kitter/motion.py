@@ -1,0 +1,206 @@
+"""Arm motion: joint postures for tool poses, tool paths as timed poses, travel times and velocities."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from functools import partial
+from typing import TypeAlias
+
+from cellwright.motion import Joints, inverse, solve
+from cellwright.util.errors import UnreachableError
+from cellwright.util.pose import Pose
+
+MAX_JOINT_SPEEDS = (1.3, 1.6, 1.3, 2.0, 2.5, 2.5, 2.5)
+"""Largest joint speeds [m/s; rad/s] on free ways."""
+
+MAX_JOINT_ACCELERATIONS = (2.5, 3.0, 2.5, 4.0, 6.0, 6.0, 8.0)
+"""Largest joint accelerations [m/s^2; rad/s^2] on free ways."""
+
+
+def travel_time(start: Sequence[float], goal: Sequence[float]) -> float:
+    """How long [s] a cubic from rest to rest takes without exceeding speeds and accelerations."""
+    ways = [abs(b - a) for a, b in zip(start, goal, strict=True)]
+    by_speed = (1.5 * way / speed for way, speed in zip(ways, MAX_JOINT_SPEEDS, strict=True))
+    by_acceleration = (math.sqrt(6 * way / limit) for way, limit in zip(ways, MAX_JOINT_ACCELERATIONS, strict=True))
+    return max(0.1, *by_speed, *by_acceleration)
+
+
+def ease_in_out(share: float) -> float:
+    """When a share of a way is done that begins and ends gently: time as a share of the whole."""
+    return 0.5 - math.sin(math.asin(1 - 2 * share) / 3)
+
+
+def velocities_along(
+    start: Sequence[float], points: Sequence[Sequence[float]], times: Sequence[float]
+) -> list[list[float]]:
+    """Velocities at points of a way: the slope between the neighbours, rest at the end.
+
+    Args:
+        start: joint positions at time 0.
+        points: joint positions at the times that follow.
+        times: when that is [s], rising.
+    """
+    places = [list(start), *map(list, points)]
+    moments = [0.0, *times]
+    slopes = [
+        [(after - before) / (moments[index + 1] - moments[index - 1]) for before, after in zip(a, b, strict=True)]
+        for index, (a, b) in enumerate(zip(places, places[2:], strict=False), start=1)
+    ]
+    return [*slopes, [0.0] * len(start)]
+
+
+TimedPose: TypeAlias = tuple[float, Pose]
+"""A time from the start of the way [s], and world_T_gripper then."""
+
+FOLLOW_LEAD = 0.2
+"""How long before the part is under the tool following it has to begin [s]: it takes 0.4 s to come up to speed."""
+
+FOLLOW_TIME = 1.9
+"""How long a part is followed [s]."""
+
+_LINE_STEP = 0.01
+_FOLLOW_STEP = 0.05
+_DESCENT_TIME, _PRESS_TIME = 0.55, 0.5
+
+
+def straight_path(start: Pose, goal: Pose, speed: float) -> Iterator[TimedPose]:
+    """Straight from a tool pose to another, gently at both ends.
+
+    Args:
+        start: where the tool is.
+        goal: where it goes; the cup faces down all the way.
+        speed: about how fast [m/s].
+    """
+    length = math.dist(start.position, goal.position)
+    steps = max(2, math.ceil(length / _LINE_STEP))
+    duration = max(length / speed, 0.05) + 0.15
+    for step in range(1, steps + 1):
+        share = step / steps
+        yield duration * ease_in_out(share), interpolate(start, goal, share)
+
+
+def following_path(start: Pose, near: float, press: float, speed: float) -> Iterator[TimedPose]:
+    """Along with something that moves along -y, down on it: first to a height, then slowly to another.
+
+    Args:
+        start: the tool pose that it passes under, `FOLLOW_LEAD` from now.
+        near: height [m] to come down to as fast as it goes.
+        press: height [m] to come down to slowly after that.
+        speed: of what is followed [m/s].
+    """
+    x, y, z = start.position
+    run_up = 2 * FOLLOW_LEAD
+    for step in range(1, round(FOLLOW_TIME / _FOLLOW_STEP) + 1):
+        time = _FOLLOW_STEP * step
+        way = speed * time**2 / (2 * run_up) if time < run_up else speed * (time - run_up / 2)
+        share = min(1.0, time / _DESCENT_TIME)
+        height = z + (near - z) * share**2 * (3 - 2 * share)
+        height += (press - near) * max(0.0, min(1.0, (time - _DESCENT_TIME) / _PRESS_TIME))
+        yield time, Pose((x, y - way, height), start.quaternion)
+
+
+def interpolate(start: Pose, goal: Pose, share: float) -> Pose:
+    """A tool pose on the straight way from one to another; the cup faces down, the yaw turns the short way."""
+    position = [a + (b - a) * share for a, b in zip(start.position, goal.position, strict=True)]
+    turn = math.remainder(goal.yaw - start.yaw, 2 * math.pi)
+    return Pose.from_rpy((position[0], position[1], position[2]), (0.0, 0.0, start.yaw + turn * share))
+
+
+def at_height(pose: Pose, height: float) -> Pose:
+    """The same pose at another height [m]."""
+    return Pose((pose.position[0], pose.position[1], height), pose.quaternion)
+
+
+def facing_down(pose: Pose) -> Pose:
+    """The same place and yaw, with the cup facing straight down."""
+    return Pose.from_rpy(pose.position, (0.0, 0.0, pose.yaw))
+
+
+RAIL_END = 2.1
+"""How far the rail reaches to either side [m]."""
+
+SHOULDER_OFFSET = 0.163941
+"""How far [m] the arm's plane is beside its base (d4)."""
+
+BASE_X = 0.3
+"""World x [m] of the arm's base."""
+
+FOLDED = 0.38
+"""How far [m] the tool is in front of the base on the way from one station to another."""
+
+FOLDED_HEIGHT = 1.12
+"""Height [m] of the gripper link then: what it holds clears the beam of the rail."""
+
+
+def station_posture(goal: Pose, rail: float, present: Sequence[float]) -> Joints | None:
+    """Joints for a tool pose, in the posture that all stations are worked in; None if it is out of reach.
+
+    Args:
+        goal: world_T_gripper.
+        rail: where the rail is to be [m]; at most at its end.
+        present: where the joints are now; of the whole turns, those nearest to it are taken.
+    """
+    rail = on_rail(rail)
+    pan = station_pan(goal.position[0], goal.position[1], rail)
+    favoured = Joints(*present)._replace(shoulder_pan=pan)
+    try:
+        return solve(goal, favoured, rail=rail, accept=partial(faces_station, pan=pan))
+    except UnreachableError:
+        return None
+
+
+def near_posture(goal: Pose, rail: float, near: Sequence[float]) -> Joints | None:
+    """Joints for a tool pose, as near as can be to other joint positions; None if it is out of reach.
+
+    Args:
+        goal: world_T_gripper.
+        rail: where the rail is [m].
+        near: joint positions.
+    """
+    try:
+        return closest(inverse(goal, on_rail(rail), near=Joints(*near)), near)
+    except UnreachableError:
+        return None
+
+
+def folded(joints: Sequence[float], present: Sequence[float], higher: float = 0.0) -> list[float]:
+    """The arm drawn in, so as to pass between the posts of the frame over the bins.
+
+    Args:
+        joints: rail, pan and wrist 3 are as here.
+        present: where the joints are now.
+        higher: how much higher than usual the tool is kept [m], for a tall part on the cup.
+    """
+    given = Joints(*joints)
+    rail, pan = on_rail(given.rail), given.shoulder_pan
+    cos, sin = math.cos(pan), math.sin(pan)
+    x = BASE_X + FOLDED * cos - SHOULDER_OFFSET * sin
+    y = rail + FOLDED * sin + SHOULDER_OFFSET * cos
+    drawn_in = station_posture(Pose.from_rpy((x, y, FOLDED_HEIGHT + higher), (0.0, 0.0, pan)), rail, present)
+    if drawn_in is None:
+        return list(joints)
+    return [given.rail, pan, *drawn_in[2:6], given.wrist_3]
+
+
+def on_rail(place: float) -> float:
+    """The place on the rail [m] that is nearest to one that may be beyond its end."""
+    return max(-RAIL_END, min(RAIL_END, place))
+
+
+def faces_station(joints: Joints, pan: float) -> bool:
+    """Whether the arm works a station the usual way: its plane turned to it by `pan` [rad], the hand reaching out."""
+    return abs(joints.shoulder_pan - pan) < 0.3 and math.sin(joints.wrist_2) < 0.0
+
+
+def closest(postures: Sequence[Joints], near: Sequence[float]) -> Joints:
+    """The posture that differs least from joint positions; wrist 3 and the rail are left out."""
+    return min(postures, key=lambda each: math.dist(each[1:6], near[1:6]))
+
+
+def station_pan(x: float, y: float, rail: float) -> float:
+    """The pan [rad] that turns the arm's plane to a point of the world, from -pi/4 to 7 pi/4."""
+    dx, dy = x - BASE_X, y - rail
+    distance = max(math.hypot(dx, dy), SHOULDER_OFFSET + 0.01)
+    pan = math.atan2(dy, dx) - math.asin(SHOULDER_OFFSET / distance)
+    return pan + 2 * math.pi if pan < -math.pi / 4 else pan

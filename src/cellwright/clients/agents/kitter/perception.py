@@ -1,0 +1,424 @@
+"""Perception of the kitter: camera views, averaged sightings of parts, and tracking of parts on the belt."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from cellwright.clients.agents.kitter.part_figures import Catalogue
+from cellwright.clients.client import Client
+from cellwright.config.layout import BIN_CENTRES, BIN_WIDTH
+from cellwright.middleware.messages.conversions import pose_from_message
+from cellwright.util.pose import Pose, Quaternion, Vector3, normalized
+
+BIN_SURFACE = 0.725
+"""Height [m] of the surface that parts lie on in a bin."""
+
+TRAY_SURFACE = 0.755
+"""Height [m] of the surface of a tray's plate."""
+
+BELT_SURFACE = 0.90691
+"""Height [m] of the surface that parts ride on."""
+
+BELT_MIDDLE, BELT_HALF_WIDTH = 1.21, 0.327
+"""World x [m] of the middle of the belt, and how far it reaches to either side of it."""
+
+MIN_CAMERA_RANGE, MAX_CAMERA_RANGE = 0.2, 0.75
+"""What is nearer to a logical camera, or further from it, is not in view [m]."""
+
+VIEW_HALF_WIDTH, VIEW_HALF_HEIGHT = 0.613, 0.409
+"""How far the view reaches to the sides, and up and down, at a distance of 1 m [m]."""
+
+VIEW_INSIDE_SHARE = 0.975
+"""So much of its width and height is well inside the view: noise carries nothing over the edge."""
+
+
+@dataclass(frozen=True, slots=True)
+class Area:
+    """A box of the world, from its corner of least coordinates to that of largest [m]."""
+
+    low: Vector3
+    high: Vector3
+
+    @classmethod
+    def around(cls, points: Iterable[Vector3], margin: float = 0.0) -> Area:
+        """The smallest that holds all points and a margin [m] beside them."""
+        xs, ys, zs = zip(*points, strict=True)
+        low = (min(xs) - margin, min(ys) - margin, min(zs) - margin)
+        return cls(low, (max(xs) + margin, max(ys) + margin, max(zs) + margin))
+
+    def meets(self, other: Area) -> bool:
+        """Whether the two have a point in common."""
+        return all(self.low[axis] <= other.high[axis] and other.low[axis] <= self.high[axis] for axis in range(3))
+
+
+BINS = Area.around(((x, y, BIN_SURFACE) for x, y in BIN_CENTRES.values()), BIN_WIDTH / 2)
+BELT = Area(
+    (BELT_MIDDLE - BELT_HALF_WIDTH, -4.3, BELT_SURFACE - 0.02),
+    (BELT_MIDDLE + BELT_HALF_WIDTH, 10.3, BELT_SURFACE + 0.02),
+)
+
+
+def view_of(world_T_camera: Pose, part_reach: float) -> Area:
+    """The box around all that a logical camera can have in view, were it only an edge of a part.
+
+    Args:
+        world_T_camera: where the camera is.
+        part_reach: no part reaches further [m] from its origin.
+    """
+    corners = [
+        world_T_camera.transform((distance, distance * VIEW_HALF_WIDTH * side, distance * VIEW_HALF_HEIGHT * up))
+        for distance in (MIN_CAMERA_RANGE, MAX_CAMERA_RANGE)
+        for side in (-1.0, 1.0)
+        for up in (-1.0, 1.0)
+    ]
+    return Area.around(corners, part_reach)
+
+
+def is_well_in_view(world_T_camera: Pose, point: Vector3) -> bool:
+    """Whether a place of the world [m] is in the view of a logical camera, and not at its edge."""
+    x, y, z = world_T_camera.inverse().transform(point)
+    is_between = MIN_CAMERA_RANGE < x < MAX_CAMERA_RANGE - 0.01
+    return (
+        is_between
+        and abs(y) < VIEW_INSIDE_SHARE * VIEW_HALF_WIDTH * x
+        and abs(z) < VIEW_INSIDE_SHARE * VIEW_HALF_HEIGHT * x
+    )
+
+
+def bin_at(x: float, y: float) -> str | None:
+    """The bin that holds a place of the world; None if none does."""
+    for name, (centre_x, centre_y) in BIN_CENTRES.items():
+        if max(abs(x - centre_x), abs(y - centre_y)) < BIN_WIDTH / 2:
+            return name
+    return None
+
+
+RESTING_SPREAD = 0.012
+"""A part that was seen within this distance [m] of one place all the time is at rest: noise is 1 mm."""
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """A part in one image, in the world frame."""
+
+    type: str
+    world_T_part: Pose
+
+
+@dataclass(frozen=True, slots=True)
+class Image:
+    """An image: when it came [s], and the parts in it."""
+
+    time: float
+    parts: tuple[Seen, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Sighting:
+    """A part at rest, as several images agree.
+
+    Attributes:
+        type: its type.
+        world_T_part: the mean of what was seen.
+        count: how many images it was in.
+    """
+
+    type: str
+    world_T_part: Pose
+    count: int
+
+    @property
+    def is_upright(self) -> bool:
+        """Whether its own z axis points up, within 30 degrees."""
+        return self.world_T_part.rotate((0.0, 0.0, 1.0))[2] > math.cos(math.radians(30.0))
+
+
+def resting_parts(images: Sequence[Image], spread: float = RESTING_SPREAD) -> list[Sighting]:
+    """The parts that are in every image at one place, averaged; in the order of the newest image."""
+    if not images:
+        return []
+    found = []
+    for part in images[-1].parts:
+        near = [_nearest_sighting(part, image.parts, spread) for image in images]
+        together = [each for each in near if each is not None]
+        if len(together) == len(images):
+            found.append(Sighting(part.type, mean_pose(each.world_T_part for each in together), len(together)))
+    return found
+
+
+def _nearest_sighting(part: Seen, others: Iterable[Seen], spread: float) -> Seen | None:
+    alike = [other for other in others if other.type == part.type]
+    best = min(alike, key=lambda other: distance(part.world_T_part, other.world_T_part), default=None)
+    return best if best is not None and distance(part.world_T_part, best.world_T_part) <= spread else None
+
+
+def distance(one: Pose, other: Pose) -> float:
+    """Between two origins [m]."""
+    return math.dist(one.position, other.position)
+
+
+def mean_pose(poses: Iterable[Pose]) -> Pose:
+    """The mean of poses that are close to each other: of the positions, and of the quaternions on one half sphere."""
+    known = list(poses)
+    first = known[0].quaternion
+    total = [0.0, 0.0, 0.0, 0.0]
+    for pose in known:
+        sign = math.copysign(1.0, sum(a * b for a, b in zip(first, pose.quaternion, strict=True)))
+        total = [sum_ + sign * value for sum_, value in zip(total, pose.quaternion, strict=True)]
+    quaternion: Quaternion = (total[0], total[1], total[2], total[3])
+    mean = [sum(pose.position[axis] for pose in known) / len(known) for axis in range(3)]
+    position: Vector3 = (mean[0], mean[1], mean[2])
+    return Pose(position, normalized(quaternion))
+
+
+IMAGES = 8
+"""How many images are averaged."""
+
+STALE_IMAGE_AGE = 0.005
+"""What comes so soon [s] after one began to listen may have been said before: the newest image is latched."""
+
+
+class Images:
+    """The newest images of one sensor, while it is listened to.
+
+    Args:
+        client: whose sensor.
+        name: the sensor's name.
+        catalogue: the part types that are looked for.
+        on_image: called with each image besides.
+    """
+
+    def __init__(
+        self, client: Client, name: str, catalogue: Catalogue, on_image: Callable[[Image], None] | None = None
+    ) -> None:
+        self.name = name
+        self.newest: deque[Image] = deque(maxlen=IMAGES)
+        self._client = client
+        self._catalogue = catalogue
+        self._on_image = on_image
+        self._since = 0.0
+        self._leave: Callable[[], None] | None = None
+
+    def listen(self) -> None:
+        """Take images from now on; those that were taken before are forgotten."""
+        self.newest.clear()
+        if self._leave is None:
+            self._since = self._client.time
+            self._leave = self._client.on_sensor(self.name, self._take)
+
+    def rest(self) -> None:
+        """Take no more images; those that were taken are kept."""
+        if self._leave is not None:
+            self._leave()
+            self._leave = None
+
+    def _take(self, message: Any) -> None:
+        time = self._client.time
+        if time < self._since + STALE_IMAGE_AGE:
+            return
+        world_T_camera = pose_from_message(message.pose)
+        parts = tuple(
+            Seen(model.type, self._catalogue.turned(model.type, world_T_camera @ pose_from_message(model.pose)))
+            for model in message.models
+            if model.type in self._catalogue
+        )
+        image = Image(time, parts)
+        self.newest.append(image)
+        if self._on_image is not None:
+            self._on_image(image)
+
+
+class Camera(Images):
+    """A logical camera.
+
+    Args:
+        client: whose camera.
+        name: the sensor's name.
+        world_T_camera: where it is.
+        catalogue: the part types that are looked for.
+        on_image: called with each image besides.
+    """
+
+    def __init__(
+        self,
+        client: Client,
+        name: str,
+        world_T_camera: Pose,
+        catalogue: Catalogue,
+        on_image: Callable[[Image], None] | None = None,
+    ) -> None:
+        super().__init__(client, name, catalogue, on_image)
+        self._world_T_camera = world_T_camera
+        self._view = view_of(world_T_camera, catalogue.reach)
+
+    def parts(self) -> list[Sighting]:
+        """The parts that lie still in view, as the newest images agree."""
+        return resting_parts(tuple(self.newest))
+
+    def may_see(self, area: Area) -> bool:
+        """Whether a part in an area can be in view, even if only with an edge."""
+        return area.meets(self._view)
+
+    def sees_well(self, point: Vector3) -> bool:
+        """Whether a place of the world [m] is well inside the view."""
+        return is_well_in_view(self._world_T_camera, point)
+
+
+def take_fresh(client: Client, sensors: Sequence[Images], count: int = IMAGES) -> None:
+    """Wait until each of the sensors has taken `count` images from now on: a tenth of a second each."""
+    for sensor in sensors:
+        sensor.listen()
+    if sensors:
+        client.wait_until(lambda: all(len(each.newest) >= count for each in sensors), timeout=count * 0.1 + 0.5)
+
+
+BELT_SPEED = 0.2
+"""Speed of the belt at full power [m/s], along world -y; in a competition it always runs so."""
+
+SAME_BELT_PART = 0.04
+"""A part within this distance [m] of where one is expected is that one."""
+
+BEAM_DELAY = 0.025
+"""A beam is read twenty times a second: what it tells happened half a period [s] ago, on average."""
+
+MAX_BELT_SIGHTINGS = 40
+"""How many images of a part are averaged at most."""
+
+
+@dataclass
+class BeltPart:
+    """A part on the belt, seen several times by a camera, or once by a beam.
+
+    Attributes:
+        type: its type.
+        at_zero: where it would be at time 0, for each time that it was seen: the belt moves along y only.
+        has_yaw: whether it is known how it is turned.
+    """
+
+    type: str
+    at_zero: list[Pose] = field(default_factory=list)
+    has_yaw: bool = True
+    _mean: Pose | None = field(default=None, init=False, repr=False)
+
+    def pose(self, time: float) -> Pose:
+        """world_T_part at a time [s]."""
+        mean = self._mean_at_zero()
+        x, y, z = mean.position
+        return Pose((x, y - BELT_SPEED * time, z), mean.quaternion)
+
+    def time_at(self, y: float) -> float:
+        """When its origin passes world y [s]."""
+        return (self._mean_at_zero().position[1] - y) / BELT_SPEED
+
+    def is_near(self, pose: Pose, time: float) -> bool:
+        """Whether it can be what was seen at a pose."""
+        x, y, _ = self.pose(time).position
+        return math.hypot(pose.position[0] - x, pose.position[1] - y) < SAME_BELT_PART
+
+    def add(self, pose: Pose, time: float) -> None:
+        """It was seen at a pose at a time [s]."""
+        x, y, z = pose.position
+        self.at_zero.append(Pose((x, y + BELT_SPEED * time, z), pose.quaternion))
+        del self.at_zero[:-MAX_BELT_SIGHTINGS]
+        self._mean = None
+
+    def _mean_at_zero(self) -> Pose:
+        # asked for far more often than something is added
+        if self._mean is None:
+            self._mean = mean_pose(self.at_zero)
+        return self._mean
+
+
+class BeltWatch:
+    """Follows the parts on the belt.
+
+    Args:
+        client: whose sensors.
+        beams: break beams by name, with their poses in the world frame; those that do not cross the belt are left out.
+        types: the types that come on the belt, as the cell tells; a beam can tell a part only if there is just one.
+        catalogue: the part types that can be handled.
+    """
+
+    def __init__(self, client: Client, beams: dict[str, Pose], types: Iterable[str], catalogue: Catalogue) -> None:
+        self.parts: list[BeltPart] = []
+        self._client = client
+        self._types = tuple(types)
+        self._catalogue = catalogue
+        self._beams = [
+            _Beam(client, name, pose.position[1], self._take_crossing)
+            for name, pose in beams.items()
+            if crosses_belt(pose) and len(self._types) == 1
+        ]
+
+    def take_image(self, image: Image) -> None:
+        """Note what a camera sees on the belt."""
+        for seen in image.parts:
+            x, _, z = seen.world_T_part.position
+            z -= self._catalogue.figures(seen.type).below
+            if abs(x - BELT_MIDDLE) < BELT_HALF_WIDTH and abs(z - BELT_SURFACE) < 0.02:
+                self._leave_beams()
+                self._note(seen.type, seen.world_T_part, image.time)
+
+    def coming(self, part_type: str, time: float, y: float) -> list[BeltPart]:
+        """The parts of a type that pass world y later than `time` [s], the first of them first."""
+        found = [part for part in self.parts if part.type == part_type and part.time_at(y) > time]
+        return sorted(found, key=lambda part: part.time_at(y))
+
+    def forget(self, part: BeltPart) -> None:
+        """It is on the belt no longer, or was tried in vain."""
+        self.parts = [each for each in self.parts if each is not part]
+
+    def _note(self, part_type: str, pose: Pose, time: float) -> None:
+        known = next((p for p in self.parts if p.type == part_type and p.has_yaw and p.is_near(pose, time)), None)
+        if known is None:
+            known = BeltPart(part_type)
+            self.parts = [each for each in self.parts if each.time_at(-5.0) > time]
+            self.parts.append(known)
+        known.add(pose, time)
+
+    def _leave_beams(self) -> None:
+        """What a camera sees the beams need not tell."""
+        for beam in self._beams:
+            beam.leave()
+        self._beams.clear()
+
+    def _take_crossing(self, middle: float, length: float, y: float) -> None:
+        """Something passed a beam: its middle at time `middle` [s], `length` [m] of it."""
+        part = BeltPart(self._types[0], has_yaw=False)
+        kind = self._catalogue.figures(part.type)
+        if length < kind.reach / 2:
+            return
+        part.add(Pose((BELT_MIDDLE, y, BELT_SURFACE + kind.below)), middle)
+        self.parts = [each for each in self.parts if each.time_at(-5.0) > middle]
+        self.parts.append(part)
+
+
+class _Beam:
+    """Times what passes one beam."""
+
+    def __init__(self, client: Client, name: str, y: float, on_crossing: Any) -> None:
+        self._client = client
+        self._y = y
+        self._began: float | None = None
+        self._on_crossing = on_crossing
+        self.leave = client.subscribe(f"/ariac/{name}_change", self._take)
+
+    def _take(self, message: Any) -> None:
+        now = self._client.time - BEAM_DELAY
+        if message.object_detected:
+            self._began = now
+        elif self._began is not None:
+            self._on_crossing((self._began + now) / 2, BELT_SPEED * (now - self._began), self._y)
+            self._began = None
+
+
+def crosses_belt(world_T_beam: Pose) -> bool:
+    """Whether a beam runs across the belt, low enough to meet flat parts."""
+    direction = world_T_beam.rotate((1.0, 0.0, 0.0))
+    x, _, z = world_T_beam.position
+    ends = sorted((x, x + direction[0]))
+    return abs(direction[0]) > 0.99 and ends[0] < BELT_MIDDLE < ends[1] and BELT_SURFACE < z < BELT_SURFACE + 0.0075

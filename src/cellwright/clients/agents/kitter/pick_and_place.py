@@ -1,0 +1,280 @@
+"""Pick and place: grasping parts in a bin or on the running belt, and putting them down on a tray."""
+
+from __future__ import annotations
+
+import logging
+import math
+from dataclasses import dataclass
+
+from cellwright.clients.agents.kitter.arm import CUP_FACE, Arm
+from cellwright.clients.agents.kitter.motion import FOLLOW_LEAD, FOLLOW_TIME, RAIL_END, SHOULDER_OFFSET, at_height
+from cellwright.clients.agents.kitter.part_figures import Catalogue, PartFigures
+from cellwright.clients.agents.kitter.perception import BELT_SPEED, Area, BeltPart
+from cellwright.clients.client import Client
+from cellwright.util.pose import Pose
+
+log = logging.getLogger(__name__)
+
+PICK_APPROACH_HEIGHT = 0.010
+"""The cup comes this near [m] to a part at full speed."""
+PRESS_DEPTH = 0.006
+"""It is sent this far [m] into the part, slowly; it stops when the part hangs on it."""
+PRESS_SPEED = 0.03
+"""[m/s]"""
+BELT_HOVER = 0.08
+"""How high [m] above its grip the cup waits for a part on the belt."""
+BELT_TIME_MARGIN = 0.5
+"""The arm is there so long [s] before the part."""
+SUCTION_TIMEOUT = 0.35
+"""How long [s] the cup waits on the part."""
+
+
+@dataclass(frozen=True, slots=True)
+class Held:
+    """A part on the cup: its type, where it hangs, and whether its yaw is known."""
+
+    type: str
+    gripper_T_part: Pose
+    has_yaw: bool = True
+
+
+def bin_rail(y: float) -> float:
+    """Where the rail goes for a place among the bins at world y [m]: the arm then points straight at it."""
+    return y + SHOULDER_OFFSET
+
+
+def belt_rail(y: float) -> float:
+    """Where the rail goes for a part that is met on the belt at world y [m]: it is followed for 0.3 m from there."""
+    return y - SHOULDER_OFFSET - 0.15
+
+
+class Picker:
+    """Takes hold of parts.
+
+    Args:
+        client: whose gripper.
+        arm: the arm that it is on.
+        catalogue: the part types that can be handled.
+    """
+
+    def __init__(self, client: Client, arm: Arm, catalogue: Catalogue) -> None:
+        self._client = client
+        self._arm = arm
+        self._catalogue = catalogue
+
+    def from_rest(self, part_type: str, world_T_part: Pose, rail: float, *, attempt: int = 0) -> Held | None:
+        """Take a part that lies still, and lift it; None if the cup got no hold of it.
+
+        Args:
+            part_type: its type.
+            world_T_part: where it lies, upright.
+            rail: where the rail goes for it [m].
+            attempt: how often it was tried before; each time the cup goes to a slightly different place.
+        """
+        client, arm = self._client, self._arm
+        hover, z = self._hover(part_type, world_T_part, attempt)
+        if not arm.travel(hover, rail):
+            return None
+        client.control_gripper(True)
+        arm.line(at_height(hover, z + PICK_APPROACH_HEIGHT), 0.35)
+        arm.line(at_height(hover, z - PRESS_DEPTH), PRESS_SPEED, wait=False)
+        client.wait_until(
+            lambda: client.gripper_attached, (PICK_APPROACH_HEIGHT + PRESS_DEPTH) / PRESS_SPEED + 0.15 + SUCTION_TIMEOUT
+        )
+        held = Held(part_type, arm.tool.inverse() @ world_T_part) if client.gripper_attached else None
+        if held is not None:
+            arm.load(self._catalogue.figures(part_type).height)
+        arm.rise(max(arm.safe, z + 0.15))
+        if held is not None and client.gripper_attached:
+            return held
+        client.control_gripper(False)
+        arm.unload()
+        return None
+
+    def is_in_reach(self, part_type: str, world_T_part: Pose, rail: float) -> bool:
+        """Whether the arm gets to a part that lies still; arguments as for `from_rest`."""
+        return self._arm.reaches(self._hover(part_type, world_T_part, 0)[0], rail)
+
+    def _hover(self, part_type: str, world_T_part: Pose, attempt: int) -> tuple[Pose, float]:
+        """The gripper's pose above a part that lies still, and its height [m] with the cup's face on the part."""
+        above = grip_pose(self._catalogue.figures(part_type), world_T_part, attempt, self._arm.tool.yaw)
+        x, y, z = above.position
+        return Pose((x, y, max(z + 0.1, 0.9)), above.quaternion), z
+
+    def meeting_place(self, part: BeltPart, first: float, last: float) -> float | None:
+        """World y [m] at which a part on the belt can be met; None if the arm comes too late.
+
+        Args:
+            part: the part.
+            first: the part is met no further upstream than here.
+            last: nor further downstream.
+        """
+        y = min(first, part.pose(self._client.time).position[1])
+        for _ in range(4):
+            arrival = (
+                self._client.time + self._arm.travel_time(self.belt_hover(part, y), belt_rail(y)) + BELT_TIME_MARGIN
+            )
+            if not math.isfinite(arrival):
+                return None
+            y = min(first, part.pose(arrival).position[1])
+            if y < last:
+                return None
+        return y
+
+    def belt_hover(self, part: BeltPart, y: float) -> Pose:
+        """Where the gripper waits for a part on the belt."""
+        kind = self._catalogue.figures(part.type)
+        above = grip_pose(kind, part.pose(part.time_at(y)), 0, self._arm.tool.yaw)
+        return at_height(above, above.position[2] + BELT_HOVER)
+
+    def from_belt(self, part: BeltPart, y: float) -> Held | None:
+        """Take a part from the running belt about where it passes world y, and lift it; None if that failed."""
+        client, arm = self._client, self._arm
+        hover = self.belt_hover(part, y)
+        z = hover.position[2] - BELT_HOVER
+        if not arm.travel(hover, belt_rail(y)):
+            return None
+        meet = part.time_at(y)
+        if client.time > meet - 0.05:
+            log.info("%.1f s: too late for it by %.2f s", client.time, client.time - meet)
+            return None
+        client.doze(max(0.0, meet - FOLLOW_LEAD - client.time))
+        client.control_gripper(True)
+        arm.follow(hover, z + PICK_APPROACH_HEIGHT / 2, z - PRESS_DEPTH, BELT_SPEED)
+        client.wait_until(lambda: client.gripper_attached, FOLLOW_TIME)
+        held = None
+        if client.gripper_attached:
+            held = Held(part.type, arm.tool.inverse() @ part.pose(arm.tool_time), part.has_yaw)
+            arm.load(self._catalogue.figures(part.type).height)
+        arm.rise(z + 0.12)
+        if held is not None and client.gripper_attached:
+            return held
+        client.control_gripper(False)
+        arm.unload()
+        return None
+
+
+def grip_pose(kind: PartFigures, world_T_part: Pose, attempt: int, yaw: float) -> Pose:
+    """The gripper's pose with the cup's face on the part, facing down.
+
+    Args:
+        kind: the figures of the part's type.
+        world_T_part: where it is.
+        attempt: 0 for the place that is best; others are a few millimetres beside it.
+        yaw: how the gripper is turned [rad]; the cup is round, so it does not matter.
+    """
+    aside = ((0.0, 0.0), (0.006, 0.0), (-0.006, 0.0), (0.0, 0.006), (0.0, -0.006))[attempt % 5]
+    x, y, _ = world_T_part.transform((kind.grip[0] + aside[0], kind.grip[1] + aside[1], 0.0))
+    return Pose.from_rpy((x, y, world_T_part.position[2] + kind.top + CUP_FACE), (0.0, 0.0, yaw))
+
+
+TRAY_PLATE_HEIGHT = 0.755
+"""Height [m] of the tray's plate."""
+
+DROP_HEIGHT = 0.004
+"""A part is let go this high above the plate [m]."""
+
+PLACE_APPROACH_HEIGHT = 0.012
+"""So high [m] above that place the arm is corrected a last time."""
+
+
+@dataclass(frozen=True, slots=True)
+class Station:
+    """An AGV at its load point.
+
+    Attributes:
+        number: of the AGV.
+        world_T_tray: of its tray.
+        rail: where the rail goes to work at it [m].
+    """
+
+    number: int
+    world_T_tray: Pose
+    rail: float
+
+    @property
+    def area(self) -> Area:
+        """Where parts on the tray are."""
+        x, y, _ = self.world_T_tray.position
+        return Area((x - 0.25, y - 0.35, TRAY_PLATE_HEIGHT - 0.02), (x + 0.25, y + 0.35, TRAY_PLATE_HEIGHT + 0.02))
+
+
+STATIONS = {
+    1: Station(1, Pose.from_rpy((0.3, 3.15, 0.75), (0.0, 0.0, math.pi)), RAIL_END),
+    2: Station(2, Pose.from_rpy((0.3, -3.15, 0.75)), -RAIL_END),
+}
+"""The AGVs by number, where the frames of the cell have them."""
+
+
+class Placer:
+    """Puts parts down.
+
+    Args:
+        client: whose gripper.
+        arm: the arm that it is on.
+    """
+
+    def __init__(self, client: Client, arm: Arm) -> None:
+        self._client = client
+        self._arm = arm
+
+    def put_down(self, held: Held, world_T_part: Pose, rail: float) -> bool:
+        """Put a held part down at a pose, and draw back; False if it was lost on the way or is out of reach.
+
+        Args:
+            held: what hangs on the cup.
+            world_T_part: where it is to lie; its height counts.
+            rail: where the rail goes for it [m].
+        """
+        client, arm = self._client, self._arm
+        goal = release_pose(held, world_T_part)
+        z = goal.position[2]
+        hover = at_height(goal, max(arm.safe, z + 0.05))
+        if not arm.travel(hover, rail):
+            log.info("%.1f s: %s is out of reach", client.time, world_T_part.position)
+            return False
+        if not client.gripper_attached:
+            return False
+        arm.line(at_height(goal, z + PLACE_APPROACH_HEIGHT), 0.35)
+        arm.settle(at_height(goal, z + PLACE_APPROACH_HEIGHT))
+        arm.line(goal, 0.1)
+        client.sleep(0.1)
+        was_held = client.gripper_attached
+        client.control_gripper(False)
+        client.sleep(0.1)
+        arm.rise(arm.safe)
+        arm.unload()
+        return was_held
+
+    def throw_away(self, held: Held) -> None:
+        """Let go of a held part where it is in nobody's way: on the floor between the bins and AGV 1."""
+        self._arm.travel(Pose.from_rpy((-0.15, 2.2, 1.0), (0.0, 0.0, 0.0)), 1.5)
+        self._client.control_gripper(False)
+        self._client.sleep(0.2)
+        self._arm.unload()
+        log.info("%.1f s: dropped the %s on the floor", self._client.time, held.type)
+
+
+def release_pose(held: Held, world_T_part: Pose) -> Pose:
+    """The gripper's pose, facing straight down, that brings a held part to a place.
+
+    However the part hangs, its origin comes to x, y of the place and its yaw to that of the place. It hangs flat enough
+    that its height can be reckoned as if it hung level.
+    """
+    flat = Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, world_T_part.yaw - held.gripper_T_part.yaw))
+    dx, dy, dz = flat.rotate(held.gripper_T_part.position)
+    x, y, z = world_T_part.position
+    return Pose((x - dx, y - dy, z - dz), flat.quaternion)
+
+
+def pose_on_tray(station: Station, kind: PartFigures, tray_T_part: Pose, drop: float = DROP_HEIGHT) -> Pose:
+    """world_T_part of a part that is let go just above the plate, or `drop` [m] above it."""
+    x, y, _ = station.world_T_tray.transform(tray_T_part.position)
+    height = TRAY_PLATE_HEIGHT + kind.below + drop
+    return Pose.from_rpy((x, y, height), (0.0, 0.0, station.world_T_tray.yaw + tray_T_part.yaw))
+
+
+def can_reach(arm: Arm, station: Station, held: Held, kind: PartFigures, tray_T_part: Pose) -> bool:
+    """Whether the arm reaches a place on the tray with what it holds, a part of this kind."""
+    goal = release_pose(held, pose_on_tray(station, kind, tray_T_part))
+    return arm.reaches(goal, station.rail)

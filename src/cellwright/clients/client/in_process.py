@@ -1,0 +1,166 @@
+"""Transport protocol, and the in-process transport in which the client owns the clock."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from cellwright.engine.events import NEVER
+from cellwright.middleware.bus import Direction, Later
+from cellwright.middleware.bus.served import Served
+from cellwright.util.errors import RunEndedError
+
+Callback = Callable[[Any], None]
+
+
+class Transport(Protocol):
+    """A way to a cell: in the same process, over a socket, over ROS.
+
+    Time is simulation time in nanoseconds. Nothing is delivered but within `advance`.
+    """
+
+    def now(self) -> int:
+        """Simulation time [ns]."""
+
+    def advance(self, until: int | None, finished: Callable[[], bool] | None = None) -> None:
+        """Let time go on to `until` [ns] (None: without end), or until `finished()` after a tick.
+
+        Callbacks of subscriptions are called from here, in the order in which messages came.
+        """
+
+    def subscribe(self, topic: str, callback: Callback, *, passive: bool = False) -> Callable[[], None]:
+        """Have `callback(message)` called for each message on a topic; the returned function ends it.
+
+        A passive callback takes note of the message and does nothing else, so that time need not stand for it.
+        """
+
+    def publish(self, topic: str, message: Any) -> None:
+        """Send a message to the cell."""
+
+    def call(self, service: str, request: Any) -> Any:
+        """Call a service and wait for its response."""
+
+    def topics(self) -> dict[str, str]:
+        """Types of the topics that the cell publishes, by name."""
+
+    @property
+    def knows_all_topics(self) -> bool:
+        """Whether these are all that there will be; in ROS others may come."""
+
+    def close(self) -> None:
+        """Let go of the cell."""
+
+
+CLOSED = "the client is closed"
+"""Why nothing can be asked for any more by a program that has kept its client past the end."""
+
+
+class InProcess:
+    """A client's way to a cell in this process: `advance` steps the simulation.
+
+    Args:
+        cell: a cell that has been reset.
+        node: the client's node name, as the cell sees it.
+    """
+
+    def __init__(self, cell: Served, *, node: str = "/client") -> None:
+        self.cell = cell
+        self.node = node
+        self.step: Callable[[], object] = cell.simulation.step
+        """What lets a tick pass: the simulation's own step, or a paced one."""
+        self.deadline = NEVER
+        """Simulation time [ns] past which `advance` raises: the run is over."""
+        self.reason = "the run is over"
+        """What the error then says."""
+        self._is_closed = False
+        self._mail: deque[tuple[list[Callback], Any]] = deque()
+        self._leave: dict[Callable[[], None], None] = {}
+
+    knows_all_topics = True
+
+    def now(self) -> int:
+        """Simulation time [ns]."""
+        return self.cell.simulation.now
+
+    def advance(self, until: int | None, finished: Callable[[], bool] | None = None) -> None:
+        """Step to `until` [ns], or until `finished()`; deliver what comes after each step.
+
+        Raises:
+            RunEndedError: the deadline has come or the client was closed, and no more time passes.
+        """
+        self._refuse_if_closed()
+        clock, step, mail = self.cell.simulation.clock, self.step, self._mail
+        while until is None or clock.now < until:
+            if clock.now >= self.deadline:
+                raise RunEndedError(self.reason)
+            if self._is_closed:
+                raise RunEndedError(CLOSED)
+            step()
+            if mail:
+                self._deliver()
+            if finished is not None and finished():
+                return
+
+    def subscribe(self, topic: str, callback: Callback, *, passive: bool = False) -> Callable[[], None]:  # noqa: ARG002
+        """Have a topic's messages delivered while time passes."""
+        self._refuse_if_closed()
+        mail = self._mail
+        listening = [callback]
+
+        def leave() -> None:
+            listening.clear()  # also what lies in the mail already is not delivered any more
+            subscription.cancel()
+            self._leave.pop(leave, None)
+
+        # a latched message comes while subscribing: all that it needs is there by now
+        subscription = self.cell.bus.subscribe(topic, lambda message: mail.append((listening, message)), node=self.node)
+        self._leave[leave] = None
+        return leave
+
+    def publish(self, topic: str, message: Any) -> None:
+        """Send a message; the cell acts on it before the next step."""
+        self._refuse_if_closed()
+        self.cell.bus.publish(topic, message, node=self.node)
+
+    def call(self, service: str, request: Any) -> Any:
+        """Call a service; it is carried out at the border where time stands. Time passes if its answer takes some.
+
+        Raises:
+            RunEndedError: the deadline has come before the answer.
+        """
+        self._refuse_if_closed()
+        self.cell.simulation.settle_inbox()
+        response = self.cell.bus.call(service, request, node=self.node)
+        if not isinstance(response, Later):
+            return response
+        while response.response is None:
+            if self.cell.simulation.now >= self.deadline:
+                raise RunEndedError(self.reason)
+            self.step()  # what is heard meanwhile is delivered when the program lets time pass by itself
+        return response.response
+
+    def topics(self) -> dict[str, str]:
+        """Types of the topics that the cell publishes, by name."""
+        return {info.name: info.type for info in self.cell.bus.topics() if info.direction is Direction.OUT}
+
+    def close(self) -> None:
+        """Leave every topic, and ask for nothing any more."""
+        self._is_closed = True
+        for leave in list(self._leave):
+            leave()
+        self._leave.clear()
+        self._mail.clear()
+
+    def _refuse_if_closed(self) -> None:
+        if self._is_closed:
+            raise RunEndedError(CLOSED)
+
+    def _deliver(self) -> None:
+        # What callbacks cause comes with the next step, so that a conversation cannot stop time.
+        for _ in range(len(self._mail)):
+            if not self._mail:  # the callback before has closed the client
+                return
+            listening, message = self._mail.popleft()
+            for callback in listening:
+                callback(message)

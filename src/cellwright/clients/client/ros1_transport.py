@@ -1,0 +1,114 @@
+"""ROS 1 transport: a relay process under the system's Python for programs that have no rospy.
+
+The relay is a node like any other, and speaks to this client as a served cell would. Over a cell in lockstep the result
+is that of a run in one process. What differs from other ways: that a message was refused is not told to who published
+it, as ever in ROS; the cell says it, and goes on.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import subprocess
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import cellwright
+from cellwright.clients.client.socket_transport import SocketTransport
+from cellwright.middleware.messages import definition, md5, type_of
+from cellwright.middleware.wire.frames import Frame, Kind
+from cellwright.util.errors import UsageError
+
+PROGRAM = Path(cellwright.__file__).parent / "middleware" / "ros1" / "bridge" / "relay.py"
+DECLARE = "relay:type"
+
+_MORE = 15.0  # [s], for its own start
+_LEAVING = 2.0
+
+
+class Ros1Transport(SocketTransport):
+    """A client's way to a cell in ROS 1.
+
+    Args:
+        python: an interpreter that has rospy.
+        node: absolute name of the client's node.
+        environment: of the relay, which names the master; this process's own when left out.
+        patience: how long [s] to wait for a simulator to appear.
+        sign: the topic that is published where there is one, and as long as there is.
+
+    Raises:
+        UsageError: there is no master or no simulator, or the relay cannot be started.
+    """
+
+    def __init__(
+        self,
+        python: str = "/usr/bin/python3",
+        *,
+        node: str = "/agent",
+        environment: Mapping[str, str] | None = None,
+        patience: float = 30.0,
+        sign: str = "/clock",
+    ) -> None:
+        try:
+            self._relay = subprocess.Popen(  # noqa: S603
+                [python, str(PROGRAM), f"--node={node}", f"--wait={patience}", f"--sign={sign}"],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                env=None if environment is None else dict(environment),
+                start_new_session=os.name == "posix",  # Ctrl-C is for this process, which ends the relay in order
+            )
+        except OSError as error:
+            raise UsageError(f"{python} cannot be started: {error.strerror or error}") from None
+        self._declared: set[str] = set()
+        try:
+            super().__init__(("127.0.0.1", self._port(patience + _MORE)), node=node, encoding="ros1")
+        except BaseException:
+            self._end_relay()
+            raise
+
+    knows_all_topics = False
+
+    def publish(self, topic: str, message: Any) -> None:
+        """Send a message. It is not told here if the cell refuses it."""
+        name = type_of(message) if hasattr(message, "__msgtype__") else ""
+        if name and name not in self._declared:
+            said = {"type": name, "md5": md5(name), "definition": definition(name)}
+            self._connection.ask(
+                Frame(Kind.CALL, self._connection.number(), DECLARE, payload=json.dumps(said).encode())
+            )
+            self._declared.add(name)
+        super().publish(topic, message)
+
+    def close(self) -> None:
+        """Let go of the cell; the relay ends."""
+        super().close()
+        self._end_relay()
+
+    def _port(self, patience: float) -> int:
+        """The port that the relay says when it is ready."""
+        output, errors = self._relay.stdout, self._relay.stderr
+        if output is None or errors is None:  # they were asked for
+            raise UsageError("the relay has no output")
+        line = output.readline() if select.select([output], (), (), patience)[0] else b""
+        word, _, port = line.decode(errors="replace").strip().partition(" ")
+        if word == "ready" and port.isdigit():
+            return int(port)
+        self._relay.kill()
+        said = errors.read().decode(errors="replace").strip().splitlines()
+        raise UsageError(said[-1] if said else f"the relay is not ready after {patience:g} s")
+
+    def _end_relay(self) -> None:
+        relay = self._relay
+        if relay.stdin is not None:
+            relay.stdin.close()
+        try:
+            relay.wait(_LEAVING)
+        except subprocess.TimeoutExpired:
+            relay.kill()
+            relay.wait()
+        for stream in (relay.stdout, relay.stderr):
+            if stream is not None:
+                stream.close()

@@ -1,0 +1,424 @@
+"""Socket transport: the connection to a served cell or robot, and the client's time over it.
+
+Over a cell in lockstep time passes only while this client waits, and its program gets the same result as in the cell's
+own process. Otherwise time passes by itself, and is known from `/clock`; where nobody publishes that, as before a robot
+in real time, it is this machine's own.
+"""
+
+from __future__ import annotations
+
+import itertools
+import select
+import socket
+import time
+from collections import deque
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+from cellwright.clients.client.in_process import Callback
+from cellwright.middleware.messages import (
+    Message,
+    checked,
+    from_cdr,
+    from_ros1,
+    message_type,
+    service_type,
+    to_cdr,
+    to_ros1,
+    type_of,
+)
+from cellwright.middleware.wire.frames import (
+    LONGEST_SAID,
+    QUIET,
+    Decoder,
+    Frame,
+    FrameError,
+    Kind,
+    advance,
+    hello,
+    read_time,
+)
+from cellwright.util import errors
+from cellwright.util.errors import CellwrightError, RunEndedError, UnknownNameError, UsageError, showable
+
+_RECEIVE_SIZE = 1 << 18
+_SMALL = 1 << 14  # bytes that the system takes at once, for a cell that reads now and then
+_SELECT_TIMEOUT = 0.5  # [s]; on Windows a Ctrl-C is not heard while a process waits for a socket
+
+
+class Connection:
+    """Asks and listens. What is not an answer is handed to `on_frame` as it comes.
+
+    Args:
+        address: host and port.
+        node: the name by which the other end knows this one.
+        encoding: the form of messages, `cdr` or `ros1`.
+        on_frame: takes messages.
+        timeout: how long [s] to wait for the other end to take the connection and to greet.
+        key: the key of the server at the other end, for its own page.
+
+    Raises:
+        UsageError: nobody answers there, or it is no cell.
+    """
+
+    def __init__(
+        self,
+        address: tuple[str, int],
+        *,
+        node: str,
+        encoding: str,
+        on_frame: Callable[[Frame], None],
+        timeout: float = 10.0,
+        key: str = "",
+    ) -> None:
+        where = f"{address[0]}:{address[1]}"
+        try:
+            self._socket = socket.create_connection(address, timeout=timeout)
+        except (OSError, OverflowError) as error:
+            raise UsageError(f"nobody answers at {where}: {getattr(error, 'strerror', None) or error}") from None
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._socket.setblocking(True)
+        self._decoder = Decoder()
+        self._numbers = itertools.cycle(range(1, 1 << 32))
+        self._on_frame = on_frame
+        self._awaited = 0
+        self._answers: list[Frame] = []
+        self._promised: dict[int, Frame | None] = {}
+        self._end: str | None = None
+        try:
+            self._send(hello(node, encoding, key).encode())
+            self.welcome = self._await_answer(0, timeout).json()
+            """What the cell says of itself, its topics and its services."""
+        except (RunEndedError, FrameError) as error:
+            self.close()
+            raise UsageError(f"nobody answers at {where}: {error}") from None
+
+    def number(self) -> int:
+        """A number for a question or a subscription that is not in use."""
+        return next(self._numbers)
+
+    def ask(self, frame: Frame) -> Frame:
+        """Send a frame and wait for its answer.
+
+        Raises:
+            CellwrightError: it was refused; of the class that says why.
+            RunEndedError: there is no more answer to be had, or no more time.
+        """
+        self.say(frame)
+        answer = self._await_answer(frame.number)
+        if answer.kind is Kind.REFUSED:
+            raise _error_of(answer)
+        return answer
+
+    def promise(self, number: int) -> None:
+        """Keep another answer to a question that has been answered already, for `promised`."""
+        came = [frame for frame in self._answers[1:] if frame.number == number]  # right behind the first one
+        self._promised[number] = came[0] if came else None
+
+    def promised(self, number: int) -> Frame | None:
+        """That answer; None while it has not come.
+
+        Raises:
+            CellwrightError: it was refused; of the class that says why.
+        """
+        answer = self._promised[number]
+        if answer is not None:
+            del self._promised[number]
+            if answer.kind is Kind.REFUSED:
+                raise _error_of(answer)
+        return answer
+
+    def say(self, frame: Frame) -> None:
+        """Send a frame that has no answer, or whose answer is nobody's concern.
+
+        Raises:
+            RunEndedError: nobody is there to take it.
+        """
+        if self._end is not None:
+            raise RunEndedError(self._end)
+        try:
+            data = frame.encode(LONGEST_SAID)
+        except FrameError as error:
+            raise UsageError(str(error)) from None
+        self._send(data)
+
+    def listen(self, timeout: float | None) -> bool:
+        """Take in what has come; wait for something, so long at most [s] (None: for ever). Whether something came.
+
+        Raises:
+            RunEndedError: nothing can come any more.
+        """
+        if self._end is not None:
+            raise RunEndedError(self._end)
+        try:
+            while not select.select([self._socket], (), (), _SELECT_TIMEOUT if timeout is None else timeout)[0]:
+                if timeout is not None:
+                    return False
+        except (OSError, ValueError):  # another thread has hung up meanwhile
+            if self._end is None:
+                raise
+            raise RunEndedError(self._end) from None
+        self._read()
+        return True
+
+    def close(self) -> None:
+        """Hang up."""
+        self._end = self._end or "the connection was closed"
+        with suppress(OSError):
+            self._socket.shutdown(socket.SHUT_RDWR)  # a thread that listens is not left waiting
+        self._socket.close()
+
+    # ---------------------------------------------------------------- bytes
+
+    def _await_answer(self, number: int, timeout: float | None = None) -> Frame:
+        self._awaited = number
+        self._answers.clear()
+        while not self._answers:
+            if not self.listen(timeout):
+                raise RunEndedError(f"nothing has come for {timeout:g} s")
+        return self._answers[0]
+
+    def _send(self, data: bytes) -> None:
+        try:
+            if len(data) <= _SMALL:
+                self._socket.sendall(data)
+            else:
+                self._send_much(data)
+        except (OSError, ValueError):  # the second where another thread has hung up meanwhile
+            self._is_over("the server is gone")
+            raise RunEndedError(self._end) from None
+
+    def _send_much(self, data: bytes) -> None:
+        """Send what the system may not take at once; what comes meanwhile is read, so that neither end waits."""
+        rest = memoryview(data)
+        self._socket.setblocking(False)
+        try:
+            while rest and self._end is None:
+                readable, writable, _ = select.select([self._socket], [self._socket], (), _SELECT_TIMEOUT)
+                if readable:
+                    self._read()
+                if writable:
+                    rest = rest[self._socket.send(rest) :]
+        finally:
+            self._socket.setblocking(True)
+
+    def _read(self) -> None:
+        try:
+            data = self._socket.recv(_RECEIVE_SIZE)
+        except (BlockingIOError, InterruptedError):
+            return
+        except OSError:
+            data = b""
+        if not data:
+            self._is_over("the server is gone")
+            return
+        try:
+            for frame in self._decoder.feed(data):
+                self._take(frame)
+        except FrameError as error:
+            self._is_over(f"what answers there is no cell: {error}")
+
+    def _take(self, frame: Frame) -> None:
+        match frame.kind:
+            case Kind.MESSAGE:
+                self._on_frame(frame)
+            case Kind.ENDED:
+                self._is_over(showable(frame.text()))
+            case Kind.REFUSED if frame.number == 0:
+                self._is_over(showable(frame.text()))
+            case _ if frame.number in self._promised:
+                self._promised[frame.number] = frame
+            case _ if frame.number == self._awaited:
+                self._answers.append(frame)
+            case _:  # the answer to what somebody stopped waiting for
+                pass
+
+    def _is_over(self, reason: str) -> None:
+        self._end = self._end or reason
+
+
+class _ToldUnknownNameError(UnknownNameError):
+    """An unknown name that the other end told of in a sentence."""
+
+    def __init__(self, sentence: str) -> None:
+        self._sentence = sentence
+        super().__init__("name", "", ())
+
+    def sentence(self) -> str:
+        return self._sentence
+
+
+def _error_of(answer: Frame) -> BaseException:
+    """The error that a refusal stands for, of a class that this process knows."""
+    found = getattr(errors, answer.name, CellwrightError)
+    if found is UnknownNameError:
+        return _ToldUnknownNameError(showable(answer.text()))
+    if not isinstance(found, type) or not issubclass(found, (CellwrightError, RunEndedError)):
+        found = CellwrightError
+    return found(showable(answer.text()))
+
+
+_END_OF_TIME = (1 << 63) - 1
+_REQUEST_SUFFIX = "_Request"
+_POLL_INTERVAL = 0.02  # [s] between two looks at a condition where no clock ticks
+
+Deliver = Callable[[bytes], None]
+
+
+class SocketTransport:
+    """A client's way to a served cell.
+
+    Args:
+        address: host and port at which the cell is served.
+        node: the client's node name, as the cell sees it.
+        encoding: the form in which messages travel, `cdr` or `ros1`.
+
+    Raises:
+        UsageError: nobody answers there.
+    """
+
+    def __init__(self, address: tuple[str, int], *, node: str = "/client", encoding: str = "cdr") -> None:
+        self.node = node
+        self._read, self._write = (from_ros1, to_ros1) if encoding == "ros1" else (from_cdr, to_cdr)
+        self._deliveries: dict[int, Deliver] = {}
+        self._mail: deque[tuple[Deliver, bytes]] = deque()
+        self._connection = Connection(address, node=node, encoding=encoding, on_frame=self._take)
+        welcome = self._connection.welcome
+        self.welcome = welcome
+        """What the cell says of itself."""
+        self._types = {each["name"]: str(each["type"]) for each in welcome["topics"]}
+        self._services = {each["name"]: str(each["type"]) for each in welcome["services"]}
+        self._now = int(welcome["time"])
+        self._lockstep = bool(welcome["lockstep"])
+        self._clock = 0
+        self._has_clock = any(each["name"] == "/clock" and each["direction"] == "out" for each in welcome["topics"])
+        self._ahead = self._now - time.perf_counter_ns()
+        if not self._lockstep and self._has_clock:
+            self._clock = self._connection.number()
+            self._connection.ask(Frame(Kind.SUBSCRIBE, self._clock, "/clock"))
+
+    knows_all_topics = True
+
+    def now(self) -> int:
+        """Simulation time [ns]; where nobody tells it, the time since the connection was made counts on."""
+        if not self._lockstep and not self._has_clock:
+            self._now = time.perf_counter_ns() + self._ahead
+        elif not self._lockstep:
+            try:
+                while self._connection.listen(0.0):
+                    pass
+            except RunEndedError:
+                pass  # time stands still then; whoever wants it to pass is told
+        return self._now
+
+    def advance(self, until: int | None, finished: Callable[[], bool] | None = None) -> None:
+        """Let time go on to `until` [ns], or until `finished()`; deliver what comes after each tick."""
+        let_pass = self._wait_for_time if self._has_clock else self._wait_by_the_wall
+        if self._lockstep:
+            let_pass = self._ask_for_time
+        while until is None or self._now < until:
+            let_pass(_END_OF_TIME if until is None else until, finished is not None)
+            self._deliver()
+            if finished is not None and finished():
+                return
+
+    def subscribe(self, topic: str, callback: Callback, *, passive: bool = False) -> Callable[[], None]:
+        """Have a topic's messages delivered while time passes."""
+        number = self._connection.number()
+        message_class: type[Message] | None = None
+        wanted = True
+
+        def deliver(data: bytes) -> None:
+            nonlocal message_class
+            if wanted:
+                message_class = message_class or message_type(self._types[topic])
+                callback(self._read(data, message_class))
+
+        def leave() -> None:
+            nonlocal wanted
+            if wanted:
+                wanted = False  # also what lies in the mail already is not delivered any more
+                if self._deliveries.pop(number, None) is not None:  # none is left of a client that was closed
+                    self._connection.say(Frame(Kind.UNSUBSCRIBE, number))
+
+        self._deliveries[number] = deliver  # what is latched comes before the answer
+        try:
+            self._connection.ask(Frame(Kind.SUBSCRIBE, number, topic, QUIET if passive else ""))
+        except CellwrightError:
+            del self._deliveries[number]
+            raise
+        return leave
+
+    def publish(self, topic: str, message: Any) -> None:
+        """Send a message; the cell acts on it where time stands."""
+        message = checked(message)
+        frame = Frame(
+            Kind.PUBLISH, self._connection.number(), topic, type_of(type(message)), payload=self._write(message)
+        )
+        self._connection.ask(frame)
+
+    def call(self, service: str, request: Any) -> Any:
+        """Call a service; it is carried out at the border where time stands. Time passes if its answer takes some."""
+        request = checked(request)
+        name = type_of(type(request)).removesuffix(_REQUEST_SUFFIX)
+        frame = Frame(Kind.CALL, self._connection.number(), service, name, payload=self._write(request))
+        answer = self._connection.ask(frame)
+        if answer.kind is Kind.DONE:
+            answer = self._wait_for(frame.number)
+        return self._read(answer.payload, service_type(self._services[service]).response)
+
+    def ask_server(self, service: str) -> dict[str, Any]:
+        """Call a service of the server itself, which answers with a JSON object."""
+        return self._connection.ask(Frame(Kind.CALL, self._connection.number(), service, payload=b"{}")).json()
+
+    def topics(self) -> dict[str, str]:
+        """Types of the topics that the cell publishes, by name."""
+        return {each["name"]: str(each["type"]) for each in self.welcome["topics"] if each["direction"] == "out"}
+
+    def close(self) -> None:
+        """Let go of the cell."""
+        self._connection.close()
+        self._deliveries.clear()
+        self._mail.clear()
+
+    # ---------------------------------------------------------------- time
+
+    def _ask_for_time(self, until: int, each_tick: bool) -> None:  # noqa: FBT001
+        self._now = read_time(self._connection.ask(advance(self._connection.number(), until, each_tick=each_tick)))
+
+    def _wait_for(self, number: int) -> Frame:
+        """In lockstep: let time pass, tick by tick, until a call is answered."""
+        self._connection.promise(number)
+        while (answer := self._connection.promised(number)) is None:
+            self._ask_for_time(_END_OF_TIME, each_tick=True)
+        return answer
+
+    def _wait_for_time(self, _until: int, _each_tick: bool) -> None:  # noqa: FBT001
+        before = self._now
+        while self._now == before and not self._mail:
+            self._connection.listen(None)
+
+    def _wait_by_the_wall(self, until: int, each_tick: bool) -> None:  # noqa: FBT001
+        while not self._mail and (left := until - self.now()) > 0:
+            self._connection.listen(min(left / 1e9, _POLL_INTERVAL))
+            if each_tick:
+                break
+        self.now()
+
+    def _take(self, frame: Frame) -> None:
+        """Take a message as it comes; it is delivered when time passes."""
+        deliver = self._deliveries.get(frame.number)
+        if deliver is not None:
+            self._mail.append((deliver, frame.payload))
+        elif frame.number == self._clock:
+            stamp = self._read(frame.payload, message_type("rosgraph_msgs/Clock")).clock  # type: ignore[attr-defined]
+            self._now = stamp.sec * 1_000_000_000 + stamp.nanosec
+
+    def _deliver(self) -> None:
+        # What callbacks cause comes with the next step, so that a conversation cannot stop time.
+        for _ in range(len(self._mail)):
+            if not self._mail:  # the callback before has closed the client
+                return
+            deliver, data = self._mail.popleft()
+            deliver(data)

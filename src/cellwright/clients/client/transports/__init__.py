@@ -1,1 +1,0 @@
-"""Ways from a client to a cell."""

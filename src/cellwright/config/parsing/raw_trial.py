@@ -1,0 +1,180 @@
+"""Raw trial: a configuration in the terms of the 2017 launcher, with Python 2's orders and number texts.
+
+The original walked through unordered dictionaries, and what it came upon first got the first number: which bin holds
+`gear_part_1` follows from the way CPython 2.7 (64 bit, hashes not randomised, as it always ran) laid out its tables.
+This is that layout, for the kinds of keys that a configuration has.
+
+These figures stand between the file and the `Trial`: they keep what the original's launcher would have written (which
+angles, which corner first, which word), where a trial keeps what it means.
+"""
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+from cellwright.util.pose import Pose, Vector3
+
+_MASK = (1 << 64) - 1
+_SMALLEST_TABLE = 8
+
+
+def dictionary_order(keys: Iterable[object]) -> list[object]:
+    """The order in which CPython 2.7 walked a dictionary into which the keys were put one after the other."""
+    slots: list[tuple[int, object] | None] = [None] * _SMALLEST_TABLE
+    for used, key in enumerate(dict.fromkeys(keys), start=1):
+        _put(slots, _hash(key), key)
+        if used * 3 >= len(slots) * 2:
+            slots = _resized(slots, used * (2 if used > 50000 else 4))
+    return [slot[1] for slot in slots if slot is not None]
+
+
+def number_text(value: float) -> str:
+    """A number as `str` wrote it: floats with 12 significant digits and never without a point, whole numbers plain."""
+    if isinstance(value, int):
+        return str(value)
+    text = f"{value:.12g}"
+    return text if any(c in text for c in ".en") else text + ".0"
+
+
+def scalar_text(value: object) -> str:
+    """Any scalar as `str` wrote it."""
+    return number_text(value) if isinstance(value, float) else str(value)
+
+
+def quotient(a: float, b: float) -> float:
+    """`a / b`: rounded down when both are whole numbers."""
+    return a // b if isinstance(a, int) and isinstance(b, int) else a / b
+
+
+def _resized(old: list[tuple[int, object] | None], least: int) -> list[tuple[int, object] | None]:
+    size = _SMALLEST_TABLE
+    while size <= least:
+        size *= 2
+    slots: list[tuple[int, object] | None] = [None] * size
+    for slot in old:
+        if slot is not None:
+            _put(slots, *slot)
+    return slots
+
+
+def _put(slots: list[tuple[int, object] | None], hashed: int, key: object) -> None:
+    """Open addressing: the low bits first, then a walk into which all bits of the hash are stirred."""
+    mask = len(slots) - 1
+    index, perturb = hashed & mask, hashed
+    while slots[index & mask] is not None:
+        index = index * 5 + perturb + 1
+        perturb >>= 5
+    slots[index & mask] = (hashed, key)
+
+
+def _hash(key: object) -> int:
+    if isinstance(key, str):
+        hashed = _text_hash(key)
+    elif isinstance(key, int):
+        hashed = key if abs(key) < 1 << 63 else hash(key)
+    elif isinstance(key, float) and math.isfinite(key):
+        hashed = _float_hash(key)
+    else:  # an address or a kind of key that no section accepts: any fixed value will do
+        hashed = 0
+    return (-2 if hashed == -1 else hashed) & _MASK
+
+
+def _text_hash(text: str) -> int:
+    if not text:
+        return 0
+    hashed = ord(text[0]) << 7
+    for character in text:
+        hashed = (1000003 * hashed ^ ord(character)) & _MASK
+    hashed ^= len(text)
+    return -1 if hashed == _MASK else hashed
+
+
+def _float_hash(value: float) -> int:
+    if value == math.floor(value):
+        return _hash(int(value))
+    fraction, exponent = math.frexp(value)
+    fraction *= 2147483648.0
+    high = int(fraction)
+    low = (fraction - high) * 2147483648.0
+    return high + int(low) + (exponent << 15)
+
+
+ZERO: Vector3 = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """A pose as written: `xyz` [m] and `rpy` [rad], None where the file says nothing and zero is meant."""
+
+    xyz: Vector3 | None = None
+    rpy: Vector3 | None = None
+
+    @property
+    def pose(self) -> Pose:
+        """The pose that is meant."""
+        return Pose.from_rpy(self.xyz or ZERO, self.rpy or ZERO)
+
+
+@dataclass(frozen=True, slots=True)
+class RawPart:
+    """A part by its full name; `origin` is the bin or the reference frame as the file names it."""
+
+    name: str
+    type: str
+    origin: str
+    placement: Placement
+
+
+@dataclass(frozen=True, slots=True)
+class RawBeltPart:
+    """A part that the belt brings `time` [s] after the start."""
+
+    time: float
+    type: str
+    placement: Placement
+
+
+@dataclass(frozen=True, slots=True)
+class RawDropRegion:
+    """A region in which parts of a type are lost; the corners [m] in the file's order."""
+
+    name: str
+    type: str
+    first: Vector3
+    second: Vector3
+    destination: Placement
+
+
+@dataclass(frozen=True, slots=True)
+class RawOrder:
+    """An order; `condition` and `value` as the file has them."""
+
+    name: str
+    condition: str
+    value: float
+    kit_count: int
+    parts: tuple[tuple[str, Placement], ...]
+
+
+def order_id(index: int) -> str:
+    """The id of an order, by its place among the orders."""
+    return f"order_{index}"
+
+
+def kit_type(order_name: str, index: int) -> str:
+    """The name of a kit: that of its order and its number from 0."""
+    return f"{order_name}_kit_{index}"
+
+
+@dataclass(frozen=True, slots=True)
+class RawTrial:
+    """Everything that the original's launcher would have made of a configuration."""
+
+    time_limit: float = 500
+    models: tuple[RawPart, ...] = ()
+    extra_models: tuple[RawPart, ...] = ()
+    belt: tuple[RawBeltPart, ...] = ()
+    faulty: tuple[str, ...] = ()
+    drops: tuple[RawDropRegion, ...] = ()
+    orders: tuple[RawOrder, ...] = ()
+    material_locations: Mapping[str, frozenset[str]] = field(default_factory=dict)

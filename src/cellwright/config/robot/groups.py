@@ -1,0 +1,258 @@
+"""Joint groups of a robot configuration: sides, consistency checks, and the robot as JSON values."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from cellwright.config.parsing.tree import Items, Node, Problems, Table
+from cellwright.config.robot.config import Arm, End, RobotConfig
+from cellwright.config.robot.config_keys import UNUSED
+from cellwright.config.robot.group_reader import AXES_OF_HEAD, listed, numbered
+from cellwright.config.robot.model import ROOT, Joint, JointType, RobotModel, link_poses
+from cellwright.util.pose import Pose
+
+MIN_NAMED_JOINTS, MIN_JOINTS = 2, 3
+"""Joints between a fork and a group's joints that make the branch a limb rather than a finger, with and without names
+that tell the sides: one joint may be that which spreads a finger."""
+
+_SIDE = re.compile(
+    r"(?:^|[_\W])(?P<r>r(?:ight)?)(?=[_\W\d]|$)|(?:^|[_\W])(?P<l>l(?:eft)?)(?=[_\W\d]|$)|(?P<right>right)|(?P<left>left)",
+    re.IGNORECASE,
+)
+
+
+def side_of(name: str) -> str:
+    """Side that a name tells first: "right", "left", or "" for none; `right_gripper_left_finger` is on the right."""
+    match = _SIDE.search(name)
+    if match is None:
+        return ""
+    return "right" if match["r"] or match["right"] else "left"
+
+
+def mixed_sides(robot: RobotModel, joints: Sequence[Joint]) -> str:
+    """Reason why a group of joints belongs to both sides of a robot; empty if it belongs to one.
+
+    Two fingers of one palm may be called left and right. So names count only where a limb stands between the fork and
+    the group, and without names it takes two such limbs.
+    """
+    ways = [robot.chain(joint.child) for joint in joints]
+    shared = _shared_length(ways)
+    names = {joint.name for joint in joints}
+    between: dict[str, int] = {}
+    for way in ways:
+        own = way[shared:]
+        count = sum(joint.is_driven and joint.mimic is None and joint.name not in names for joint in own)
+        if own:
+            between[own[0].name] = max(count, between.get(own[0].name, 0))
+    by_side = {side_of(joint.name): joint.name for joint in joints}
+    if "right" in by_side and "left" in by_side and max(between.values(), default=0) >= MIN_NAMED_JOINTS:
+        return f"{by_side['right']} is on the right, {by_side['left']} on the left"
+    branches = [name for name, count in between.items() if count >= MIN_JOINTS]
+    return f"its joints hang on two limbs, behind {branches[0]} and behind {branches[1]}" if len(branches) > 1 else ""
+
+
+def _shared_length(ways: Sequence[tuple[Joint, ...]]) -> int:
+    """Number of joints that all ways from the root begin with."""
+    count = 0
+    for each in zip(*ways, strict=False):
+        if any(joint is not each[0] for joint in each):
+            break
+        count += 1
+    return count
+
+
+def groups(config: RobotConfig) -> Iterator[tuple[str, tuple[str, ...], tuple[float, ...] | None]]:
+    """Each group as (its key in the file, its joints, their home [rad; m]); grippers have no home of their own."""
+    for number, arm in enumerate(config.arms):
+        yield f"arms[{number}]", arm.joints, arm.home
+    for number, gripper in enumerate(config.grippers):
+        yield f"grippers[{number}]", gripper.joints, None
+    for name in ("head", "waist", "dorsal"):
+        group = getattr(config, name)
+        if group is not None:
+            yield name, group.joints, group.home
+
+
+def check_shared(root: Table, config: RobotConfig, problems: Problems) -> None:
+    """Report joints that are in two groups: they cannot go home to two places."""
+    first: dict[str, str] = {}
+    homes: dict[str, float] = {}
+    for key, joints, home in groups(config):
+        for name, position in zip(joints, home or _open(config, key, joints), strict=True):
+            if name not in first:
+                first[name], homes[name] = key, position
+            elif homes[name] != position:
+                problems.error(
+                    _node(root, key),
+                    f"{name} is in {first[name]} as well, and goes home to {homes[name]:g} there, to {position:g} here",
+                )
+            else:
+                problems.warn(_node(root, key), f"{name} is in {first[name]} as well: what comes last is done")
+
+
+def _open(config: RobotConfig, key: str, joints: Sequence[str]) -> tuple[float, ...]:
+    """Where the joints of a gripper are open [rad; m]."""
+    gripper = config.grippers[int(key[len("grippers[") : -1])]
+    return tuple(gripper.way(config.robot.joint(name))[0] for name in joints)
+
+
+def check_sides(root: Table, config: RobotConfig, problems: Problems) -> None:
+    """Warn of arms and grippers that have joints of both sides of the robot."""
+    robot = config.robot
+    for key, joints, _ in groups(config):
+        why = mixed_sides(robot, [robot.joint(name) for name in joints])
+        if why and key.startswith(("arms", "grippers")):
+            problems.warn(_node(root, key), f"mixes right and left: {why}; make a group of each side")
+
+
+def check_arms(
+    arms: Sequence[tuple[Node, Arm]], config: RobotConfig, joints: Sequence[Joint], problems: Problems
+) -> None:
+    """Warn of arms whose joints do not move their tips: a sign of indices that were counted otherwise.
+
+    Args:
+        arms: each with its place in the file.
+        config: what the file comes to.
+        joints: of the robot, as the file counts them.
+        problems: takes the warnings.
+    """
+    robot = config.robot
+    for number, (node, arm) in enumerate(arms):
+        between = movers(robot, arm.tip, config.fixed_link)
+        idle = [name for name in arm.joints if name not in between]
+        if idle:
+            hint = _other_order(robot, arm, joints, config.fixed_link)
+            problems.warn(node, f"{listed(idle)}: does not move the tip {arm.tip}{hint}")
+        commanded = config.command_links[number]
+        if commanded != arm.tip and not set(arm.joints) & movers(robot, commanded, config.fixed_link):
+            problems.warn(node, f"controller_indices.cmd_ee has {commanded} for this arm, which does not move it")
+
+
+def movers(robot: RobotModel, link: str, fixed_link: str | None) -> set[str]:
+    """The names of the joints that move a link against the one that is fastened to the world."""
+    held = robot.chain(fixed_link) if fixed_link else ()
+    return {joint.name for joint in robot.chain(link)} ^ {joint.name for joint in held}
+
+
+def _other_order(robot: RobotModel, arm: Arm, joints: Sequence[Joint], fixed_link: str | None) -> str:
+    """A remark when the same indices, counted in the other way, would make an arm that moves its tip."""
+    other = "pybullet" if tuple(joints) != robot.joints else "urdf"
+    again = numbered(robot, other)
+    place = {joint.name: index for index, joint in enumerate(joints)}
+    above = robot.joint_above(arm.tip)
+    if again == tuple(joints) or above is None:
+        return ""
+    tip = again[place[above.name]].child
+    if {again[place[name]].name for name in arm.joints} <= movers(robot, tip, fixed_link):
+        return f"; with `joint_index_order: {other}` the same indices are an arm that moves its tip, {tip}"
+    return ""
+
+
+def _node(root: Table, key: str) -> Node:
+    """What stands under a key such as `arms[0]` or `head`."""
+    name, _, number = key.rstrip("]").partition("[")
+    if name == "waist" and name not in root:
+        name = "folding_waist"
+    node = root.get(name)
+    if number and isinstance(node, Items):
+        return node.items[int(number)]
+    return node if node is not None else root
+
+
+def robot_document(config: RobotConfig, positions: Mapping[str, float] | None = None) -> dict[str, Any]:
+    """A robot with its joints in the order of their indices, its groups, and where its links are.
+
+    Args:
+        config: the robot.
+        positions: of joints by name [rad; m], for the poses of the links; all at 0 when left out.
+    """
+    robot = config.robot
+    return {
+        "name": config.name,
+        "file": str(config.path),
+        "urdf": str(config.urdf_path),
+        "root": robot.root,
+        "base_pose": _pose(config.base_pose),
+        "fixed_link": config.fixed_link,
+        "joints": [_joint(config, joint) for joint in robot.joints],
+        "links": {name: _pose(pose) for name, pose in link_poses(robot, positions or {}).items()},
+        "groups": _groups(config),
+        "home": config.home,
+        "cameras": [camera.name for camera in config.cameras],
+        "not_used": [key for key in config.others if key in UNUSED],
+    }
+
+
+def parent_index(config: RobotConfig, joint: Joint) -> int:
+    """Index of the link that a joint is fastened to; -1 is the root's."""
+    return config.robot.link_indices.get(joint.parent, ROOT)
+
+
+def groups_of(config: RobotConfig, joint: Joint) -> list[str]:
+    """The groups that a joint is in, by their keys in the file."""
+    return [key for key, joints, _ in groups(config) if joint.name in joints]
+
+
+def _joint(config: RobotConfig, joint: Joint) -> dict[str, Any]:
+    limits, is_fixed = joint.limits, joint.type is JointType.FIXED
+    return {
+        "index": config.robot.joint_indices[joint.name],
+        "name": joint.name,
+        "type": str(joint.type),
+        "link": joint.child,
+        "parent": joint.parent,
+        "parent_index": parent_index(config, joint),
+        # as the engine of the original reports joints that nothing moves
+        "lower": 0.0 if is_fixed else _finite(limits.lower),
+        "upper": -1.0 if is_fixed else _finite(limits.upper),
+        "effort": 0.0 if is_fixed else _finite(limits.effort),
+        "velocity": 0.0 if is_fixed else _finite(limits.velocity),
+        "axis": [0.0, 0.0, 0.0] if is_fixed else list(joint.axis),
+        "mimic": None
+        if joint.mimic is None
+        else {"joint": joint.mimic.joint, "multiplier": joint.mimic.multiplier, "offset": joint.mimic.offset},
+        "groups": groups_of(config, joint),
+        "home": config.home.get(joint.name),
+        "max_acceleration": config.max_accelerations.get(joint.name),
+    }
+
+
+def _groups(config: RobotConfig) -> dict[str, Any]:
+    found: dict[str, Any] = {
+        "arms": [
+            {
+                "joints": list(arm.joints),
+                "tip": arm.tip,
+                "home": list(arm.home),
+                "command_link": command,
+                "reference_link": reference or config.robot.root,
+            }
+            for arm, command, reference in zip(config.arms, config.command_links, config.reference_links, strict=True)
+        ],
+        "grippers": [
+            {
+                "joints": list(gripper.joints),
+                "open": list(gripper.open_ends) or [End.LOWER] * len(gripper.joints),
+            }
+            for gripper in config.grippers
+        ],
+    }
+    for name in ("head", "waist", "dorsal"):
+        group = getattr(config, name)
+        found[name] = None if group is None else {"joints": list(group.joints), "home": list(group.home)}
+    if config.head is not None:
+        found["head"]["axes"] = [AXES_OF_HEAD[axis] for axis in config.head_axes]
+    return found
+
+
+def _pose(pose: Pose) -> list[list[float]]:
+    """Position [m] and quaternion (x, y, z, w), as in messages."""
+    w, x, y, z = pose.quaternion
+    return [list(pose.position), [x, y, z, w]]
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

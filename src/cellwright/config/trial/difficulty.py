@@ -1,0 +1,209 @@
+"""Difficulty of a trial: what a program has to cope with, and which places the arm reaches.
+
+Figures: the cell's published models and the UR10's kinematic constants (m, world frame).
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from cellwright.config.layout import BIN_CENTRES, BIN_WIDTH, RAIL_LIMIT, TRAY_FRAMES
+from cellwright.config.trial.trial import DropRegion, KitObject, Order, Trial
+from cellwright.util.pose import Pose, Vector3
+
+TRAY_LENGTHS = (0.5, 0.7)
+"""Length of a tray's plate along x and y of its frame [m]; the AGVs stand so that these are the world's as well."""
+
+_TRAY_TOP = 0.755
+_BIN_TOP = 0.725
+_BELT_TOP = 0.907
+_BELT_SIDES = (0.883, 1.537)
+
+_RAIL_X = 0.3
+_SHOULDER_HEIGHT = 1.1273
+_ARM_LENGTH = 0.612 + 0.5723
+_WRIST_LENGTH = 0.1157
+_HAND_LENGTH = 0.11
+
+
+def place_of(point: Vector3) -> str:
+    """What lies under a point of the world [m]: "AGV 1", "bin 7", "the belt", else "the floor"."""
+    x, y, _ = point
+    for number, frame in enumerate(TRAY_FRAMES.values(), start=1):
+        if _within(x - frame.position[0], TRAY_LENGTHS[0]) and _within(y - frame.position[1], TRAY_LENGTHS[1]):
+            return f"AGV {number}"
+    for name, (bin_x, bin_y) in BIN_CENTRES.items():
+        if _within(x - bin_x, BIN_WIDTH) and _within(y - bin_y, BIN_WIDTH):
+            return name.replace("bin", "bin ")
+    return "the belt" if _BELT_SIDES[0] <= x <= _BELT_SIDES[1] else "the floor"
+
+
+def is_on_tray(x: float, y: float) -> bool:
+    """Whether a point of a tray's frame [m] lies on its plate."""
+    return _within(x, TRAY_LENGTHS[0]) and _within(y, TRAY_LENGTHS[1])
+
+
+def is_within_reach(point: Vector3) -> bool:
+    """Whether the arm can lower its cup, pointing down, to what has fallen at this point of the world.
+
+    The part comes to rest on what is under the point. Upper arm and forearm, both stretched, have to span the way from
+    the shoulder to the wrist, which the hand keeps above the part and which bends once more towards it. What stands
+    in the way is not looked at, so a point may be out of reach all the same.
+    """
+    x, y, _ = point
+    place = place_of(point)
+    top = {"AGV": _TRAY_TOP, "bin": _BIN_TOP, "the": _BELT_TOP if place == "the belt" else 0.0}[place.split()[0]]
+    beside = math.hypot(x - _RAIL_X, max(abs(y) - RAIL_LIMIT, 0.0))
+    below = _SHOULDER_HEIGHT - (top + _HAND_LENGTH)
+    return math.hypot(max(beside - _WRIST_LENGTH, 0.0), below) <= _ARM_LENGTH
+
+
+def _within(offset: float, length: float) -> bool:
+    return abs(offset) <= length / 2 + 1e-9
+
+
+DemandKind: TypeAlias = Literal[
+    "several_kits",
+    "interrupt",
+    "never_announced",
+    "belt_only",
+    "faulty",
+    "short",
+    "no_spare",
+    "turned_over",
+    "dropped_in_reach",
+    "dropped_on_tray",
+    "dropped_out_of_reach",
+    "off_tray",
+]
+
+_TURNED_OVER = -0.5  # height of a part's own z axis below which it counts as lying upside down: tilted by over 120 deg
+
+
+@dataclass(frozen=True, slots=True)
+class Demand:
+    """One thing that a program has to cope with; `kind` for programs, `text` for people."""
+
+    kind: DemandKind
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Supply:
+    """Where the parts of a type come from: how many lie in the cell, how many the belt brings, how many are faulty."""
+
+    lying: int
+    belt: int
+    faulty: int
+
+    @property
+    def good(self) -> int:
+        """How many of them a kit can be made of."""
+        return self.lying + self.belt - self.faulty
+
+
+def demands(trial: Trial) -> tuple[Demand, ...]:
+    """What is hard about a trial, in the order in which one comes upon it."""
+    return (*_of_orders(trial), *_of_supply(trial), *_of_poses(trial), *_of_drops(trial))
+
+
+def ordered_types(trial: Trial) -> Counter[str]:
+    """How many parts of each type all the orders ask for, in the order in which they name them."""
+    return Counter(ordered.type for ordered in _objects(trial.orders))
+
+
+def supply(trial: Trial, part_type: str) -> Supply:
+    """Where the parts of a type come from; what the belt brings is counted to its end."""
+    lying = [part for part in (*trial.bin_parts, *trial.extra_parts) if part.type == part_type]
+    on_belt = sum(part.type == part_type for part in trial.belt_parts) * trial.options.belt_population_cycles
+    names = [part.name.rpartition("|")[2] for part in lying]
+    names += [f"{part_type}_clone_{number}" for number in range(on_belt)]
+    return Supply(len(lying), on_belt, sum(name in trial.faulty_parts for name in names))
+
+
+def _of_orders(trial: Trial) -> Iterator[Demand]:
+    for order in trial.orders:
+        if len(order.kits) > 1:
+            which = f" of {order.order_id}" if len(trial.orders) > 1 else ""
+            yield Demand("several_kits", f"{len(order.kits)} equal kits{which}")
+    for order in trial.orders:
+        for count, wants in ((order.wanted_parts, "wants"), (order.unwanted_parts, "does not want")):
+            if count is not None:
+                parts = "a part is" if count == 1 else f"{count} parts are"
+                yield Demand("interrupt", f"{order.order_id} comes in when {parts} on a tray that it {wants}")
+        if order.start_time is not None and order.start_time > 0:
+            yield Demand("interrupt", f"{order.order_id} comes in after {order.start_time:g} s")
+        elif order.start_time is order.wanted_parts is order.unwanted_parts is None:
+            yield Demand("never_announced", f"{order.order_id} is never announced")
+
+
+def _of_supply(trial: Trial) -> Iterator[Demand]:
+    counts = ordered_types(trial)
+    found = {part_type: supply(trial, part_type) for part_type in counts}
+    only = [part_type for part_type, each in found.items() if each.belt and not each.lying]
+    if only:
+        yield Demand("belt_only", f"{_listed(only)} only by the belt")
+    for part_type, each in found.items():
+        if each.faulty:
+            yield Demand("faulty", f"{each.faulty} of {each.lying + each.belt} {part_type} faulty")
+    for part_type, each in found.items():
+        if each.good < counts[part_type]:
+            yield Demand("short", f"{each.good} good {part_type} for the {counts[part_type]} ordered")
+    exact = [part_type for part_type, each in found.items() if each.good == counts[part_type]]
+    if exact:
+        yield Demand("no_spare", f"no {_listed(exact, 'or')} to spare")
+
+
+def _of_poses(trial: Trial) -> Iterator[Demand]:
+    turned = dict.fromkeys(each.type for each in _objects(trial.orders) if _is_turned_over(each.pose))
+    if turned:
+        yield Demand("turned_over", f"{_listed(list(turned))} to be turned over")
+    objects = _objects(trial.orders)
+    off = sum(not is_on_tray(*each.pose.position[:2]) for each in objects)
+    if off:
+        yield Demand("off_tray", f"{off} of {len(objects)} ordered places lie off the tray")
+
+
+def _of_drops(trial: Trial) -> Iterator[Demand]:
+    wanted = ordered_types(trial)
+    grouped: dict[tuple[DemandKind, str, str], list[str]] = {}
+    for region in trial.drop_regions:
+        if region.type not in wanted:
+            continue
+        kind, where = _fall(region)
+        places = grouped.setdefault((kind, region.type, where), [])
+        places.append(place_of(_middle(region)))
+    for (kind, part_type, where), places in grouped.items():
+        yield Demand(kind, f"{part_type} lost over {_listed(sorted(set(places)))}, {where}")
+
+
+def _fall(region: DropRegion) -> tuple[DemandKind, str]:
+    """Where a part falls, as a kind of demand and in words."""
+    point = region.destination.position
+    place = place_of(point)
+    if place.startswith("AGV"):
+        return "dropped_on_tray", "onto the tray"
+    if not is_within_reach(point):
+        return "dropped_out_of_reach", "out of reach"
+    return "dropped_in_reach", f"onto {place}"
+
+
+def _middle(region: DropRegion) -> tuple[float, float, float]:
+    x, y, z = ((a + b) / 2 for a, b in zip(region.lower, region.upper, strict=True))
+    return x, y, z
+
+
+def _objects(orders: tuple[Order, ...]) -> list[KitObject]:
+    return [each for order in orders for kit in order.kits for each in kit.objects]
+
+
+def _is_turned_over(pose: Pose) -> bool:
+    return pose.rotate((0.0, 0.0, 1.0))[2] < _TURNED_OVER
+
+
+def _listed(words: list[str], last: str = "and") -> str:
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} {last} {words[-1]}"

@@ -1,0 +1,403 @@
+"""Parts of a trial: options and aliases, parts over bins and in frames, belt parts, drop regions and faulty parts."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from cellwright.config.layout import BIN_CENTRES, BIN_PART_HEIGHT, BIN_WIDTH, PART_TYPES, REFERENCE_FRAMES
+from cellwright.config.parsing.raw_trial import (
+    Placement,
+    RawBeltPart,
+    RawDropRegion,
+    RawPart,
+    RawTrial,
+    dictionary_order,
+    quotient,
+)
+from cellwright.config.parsing.reader import Reader
+from cellwright.config.parsing.tree import Entry, Items, Leaf, Located, Node, Scalar, Table, described, shortened
+from cellwright.config.trial.keys import (
+    ALIASES,
+    BIN,
+    CYCLES,
+    DEFAULT_ALIASES,
+    DROP_REGION,
+    GRID,
+    OPTIONS,
+    PART,
+    SWITCHES,
+)
+from cellwright.config.trial.other_years import OtherYear, year_of_option
+from cellwright.config.trial.trial import Options
+from cellwright.util.errors import did_you_mean
+from cellwright.util.pose import Vector3
+
+
+@dataclass(frozen=True, slots=True)
+class RawOptions:
+    """The options and the aliases of part types."""
+
+    options: Options = field(default_factory=Options)
+    aliases: Mapping[str, str] = field(default_factory=lambda: dict(DEFAULT_ALIASES))
+
+    def resolve(self, part_type: str) -> str:
+        """The part type that a name stands for; an alias of an alias is not followed."""
+        return self.aliases.get(part_type, part_type)
+
+
+def read_options(node: Node, reader: Reader) -> RawOptions:
+    """The section `options`."""
+    table = reader.table(node)
+    if table is None:
+        return RawOptions()
+    switches: dict[str, bool] = {}
+    cycles = Options().belt_population_cycles
+    aliases: Mapping[str, str] = DEFAULT_ALIASES
+    for entry in table.entries.values():
+        if entry.name in SWITCHES.names:
+            switches[str(entry.name)] = _switch(entry.value, reader)
+        elif entry.name == CYCLES:
+            cycles = reader.whole(entry.value) or 0
+        elif entry.name == ALIASES:
+            aliases = _aliases(entry.value, reader)
+        else:
+            year = year_of_option(entry.name)
+            origin = f" (it came with the {year} format)" if year else ""
+            reader.problems.warn(
+                entry, f"unknown option, ignored{origin}{did_you_mean(str(entry.name), OPTIONS.names)}"
+            )
+    return RawOptions(Options(belt_population_cycles=cycles, **switches), aliases)
+
+
+def _switch(node: Node, reader: Reader) -> bool:
+    """A switch. Whatever is no truth value counts as Python counts it, as it did in the original."""
+    if isinstance(node, Leaf) and isinstance(node.value, bool):
+        return node.value
+    truth = bool(node.value) if isinstance(node, Leaf) else len(_members(node)) > 0
+    reader.problems.warn(node, f"should be true or false; {described(node)} counts as {str(truth).lower()}")
+    return truth
+
+
+def _members(node: Node) -> tuple[object, ...]:
+    return tuple(getattr(node, "items", None) or getattr(node, "entries", None) or ())
+
+
+def _aliases(node: Node, reader: Reader) -> Mapping[str, str]:
+    table = reader.table(node)
+    aliases: dict[str, str] = {}
+    for entry in table.entries.values() if table else ():
+        alias, part_type = reader.key(entry), reader.name(entry.value)
+        if alias is not None and part_type is not None:
+            aliases[alias] = part_type
+    return aliases
+
+
+MAX_PARTS = 2000
+"""Most parts in one cell, those on the belt's pool included."""
+
+_MANY = 100
+"""Above so many, names are no longer searched for similar ones: that takes long and helps nobody."""
+
+
+@dataclass(slots=True)
+class PartBook:
+    """Keeps count while parts are read: the numbers in their names, and how many there are in all.
+
+    Numbers are counted per type as written: an alias counts apart from the type that it stands for. `types` are the
+    part types that there is a model for.
+    """
+
+    reader: Reader
+    options: RawOptions
+    types: frozenset[str] = PART_TYPES
+    count: int = 0
+    _numbers: defaultdict[str, int] = field(default_factory=lambda: defaultdict(int))
+
+    def number(self, counted_as: str) -> int:
+        """The next number, from 1."""
+        self._numbers[counted_as] += 1
+        return self._numbers[counted_as]
+
+    def admit(self, where: Located, more: int) -> bool:
+        """Whether so many more parts still fit the bounds; reported when not."""
+        self.count += more
+        if self.count <= MAX_PARTS:
+            return True
+        self.reader.problems.error(where, f"more than {MAX_PARTS} parts in the cell")
+        self.count -= more
+        return False
+
+    def part_type(self, name: str, where: Located) -> str:
+        """The type that a name stands for, with a warning when no part of that type exists."""
+        resolved = self.options.resolve(name)
+        if resolved not in self.types:
+            aliases = self.options.aliases if len(self.options.aliases) <= _MANY else ()
+            known = [*self.types, *aliases]
+            suggestion = did_you_mean(name, known) or f" (known: {', '.join(sorted(self.types))})"
+            message = f"unknown part type {shortened(resolved)!r}, left out of the cell{suggestion}"
+            self.reader.problems.warn(where, message)
+        return resolved
+
+
+def read_bins(node: Node, book: PartBook) -> tuple[RawPart, ...]:
+    """The section `models_over_bins`: grids of parts, numbered in the original's order."""
+    reader = book.reader
+    table = reader.table(node)
+    found: dict[str, RawPart] = {}
+    for entry in reader.entries(table) if table else ():
+        name = reader.text_key(entry)
+        bin_table = reader.table(entry.value)
+        if name is None or bin_table is None:
+            continue
+        reader.ignored(bin_table, BIN.names)
+        origin = _origin(name, bin_table, reader)
+        models = reader.required(bin_table, "models")
+        if models is None or (isinstance(models, Leaf) and models.value is None):
+            continue
+        model_table = reader.table(models)
+        for model in reader.entries(model_table) if model_table else ():
+            _add(found, _grid(name, origin, model, book), model, reader)
+    return tuple(found.values())
+
+
+def read_extras(node: Node, book: PartBook) -> tuple[RawPart, ...]:
+    """The section `models_to_spawn`: single parts, each in the frame of a link."""
+    reader = book.reader
+    table = reader.table(node)
+    found: dict[str, RawPart] = {}
+    for entry in reader.entries(table) if table else ():
+        frame = reader.text_key(entry)
+        frame_table = reader.table(entry.value)
+        if frame is None or frame_table is None:
+            continue
+        reader.ignored(frame_table, ("models",))
+        if frame not in REFERENCE_FRAMES:
+            known = f" (known: {', '.join(REFERENCE_FRAMES)})"
+            suggestion = did_you_mean(frame, REFERENCE_FRAMES) or known
+            reader.problems.warn(entry, f"unknown reference frame, its parts are left out{suggestion}")
+        models = reader.required(frame_table, "models")
+        model_table = reader.table(models) if models else None
+        for model in reader.entries(model_table) if model_table else ():
+            part = _single(frame, model, book)
+            if part:
+                found[part.name] = part
+    return tuple(found.values())
+
+
+def read_part(table: Table, book: PartBook) -> tuple[str, Placement] | None:
+    """A single part, as extras and orders have it: its type and where it belongs."""
+    reader = book.reader
+    reader.ignored(table, PART.names)
+    type_node, pose_node = reader.required(table, "type"), reader.required(table, "pose")
+    name = reader.name(type_node) if type_node else None
+    placement = reader.placement(pose_node) if pose_node else None
+    if type_node is None or name is None or placement is None:
+        return None
+    return book.part_type(name, type_node), placement
+
+
+def _origin(name: str, table: Table, reader: Reader) -> Vector3 | None:
+    """Where the grids of a bin begin [m]: as written, else at the bin's corner."""
+    written = table.get("xyz")
+    if written is not None:
+        return reader.position(written)
+    if name in BIN_CENTRES:
+        x, y = BIN_CENTRES[name]
+        return (x - BIN_WIDTH / 2, y - BIN_WIDTH / 2, BIN_PART_HEIGHT)
+    hint = f"; it is needed for a place that is none of the bins{did_you_mean(name, BIN_CENTRES)}"
+    reader.required(table, "xyz", hint)
+    return None
+
+
+def _grid(bin_name: str, origin: Vector3 | None, entry: Entry, book: PartBook) -> list[RawPart]:
+    """The grid of parts of one type: x is the outer loop, y the inner, all at the first one's height."""
+    reader = book.reader
+    written_type = reader.text_key(entry)
+    table = reader.table(entry.value)
+    if table is None:
+        return []
+    reader.ignored(table, GRID.names)
+    nodes = [reader.required(table, name) for name in GRID.required]
+    start = reader.coordinates(nodes[0], 3) if nodes[0] else None
+    end = reader.coordinates(nodes[1], 2) if nodes[1] else None
+    rpy = reader.vector(nodes[2]) if nodes[2] else None
+    nx = reader.whole(nodes[3]) if nodes[3] else None
+    ny = reader.whole(nodes[4]) if nodes[4] else None
+    if written_type is None or origin is None or start is None or end is None or rpy is None:
+        return []
+    if nx is None or ny is None or not book.admit(entry, nx * ny):
+        return []
+    part_type = book.part_type(written_type, entry)
+    if nx * ny == 0:
+        return []
+    step_x = quotient(end[0] - start[0], max(1, nx - 1))
+    step_y = quotient(end[1] - start[1], max(1, ny - 1))
+    parts: list[RawPart] = []
+    for ix in range(nx):
+        for iy in range(ny):
+            x = origin[0] + start[0] + ix * step_x
+            y = origin[1] + start[1] + iy * step_y
+            name = f"{bin_name}|{part_type}_{book.number(written_type)}"
+            parts.append(RawPart(name, part_type, bin_name, Placement((x, y, origin[2] + start[2]), rpy)))
+    return parts
+
+
+def _add(found: dict[str, RawPart], parts: list[RawPart], entry: Entry, reader: Reader) -> None:
+    """Take parts in; one with the name of an earlier one replaces it, as in the original."""
+    lost = [part.name for part in parts if part.name in found]
+    if lost:
+        first = lost[0] if len(lost) == 1 else f"{lost[0]} to {lost[-1]}"
+        message = f"an alias counts apart from its type, so {first} exists twice and only the later one is kept"
+        reader.problems.warn(entry, message)
+    found.update((part.name, part) for part in parts)
+
+
+def _single(frame: str, entry: Entry, book: PartBook) -> RawPart | None:
+    table = book.reader.table(entry.value)
+    part = read_part(table, book) if table else None
+    if part is None or not book.admit(entry, 1):
+        return None
+    part_type, placement = part
+    name = f"{frame.replace('::', '|')}|{part_type}_{book.number(part_type)}"
+    return RawPart(name, part_type, frame, placement)
+
+
+def read_belt(node: Node, book: PartBook, other_year: OtherYear) -> tuple[RawBeltPart, ...]:
+    """The parts in the order of their times, ties in the original's order."""
+    reader = book.reader
+    table = reader.table(node)
+    found: dict[tuple[str, Scalar], RawBeltPart] = {}
+    for entry in reader.entries(table) if table else ():
+        if isinstance(entry.value, Table) and "type" in entry.value.entries:
+            reader.problems.error(entry, other_year.belt_by_time())
+            continue
+        written_type = reader.key(entry)
+        times = reader.table(entry.value)
+        if written_type is None or times is None:
+            continue
+        part_type = book.part_type(written_type, entry)
+        for time in reader.entries(times):
+            part = _belt_part(part_type, time, book, other_year)
+            if part is None:
+                continue
+            if (part_type, time.name) in found:
+                reader.problems.warn(time, f"{part_type} is on the belt at this time already; only this one is kept")
+            found[part_type, time.name] = part
+    if not book.admit(node, len(found) * book.options.options.belt_population_cycles):
+        return ()
+    return tuple(sorted(found.values(), key=lambda part: part.time))
+
+
+def _belt_part(part_type: str, entry: Entry, book: PartBook, other_year: OtherYear) -> RawBeltPart | None:
+    reader = book.reader
+    if entry.name == "pose":
+        reader.problems.error(entry, f"a time [s] is expected here, under it the pose{other_year.belt_without_pose()}")
+        return None
+    time = reader.number(Leaf(entry.name, entry.place, entry.key))
+    if time is None:
+        return None
+    if isinstance(entry.value, Leaf) and entry.value.value is None:
+        reader.problems.error(entry, f"the required entry 'pose' is missing{other_year.belt_without_pose()}")
+        return None
+    table = reader.table(entry.value)
+    if table is None:
+        return None
+    reader.ignored(table, ("pose",))
+    pose = reader.required(table, "pose")
+    placement = reader.placement(pose) if pose else None
+    if placement is None:
+        return None
+    if time < 0:
+        reader.problems.warn(entry, "a time before the start; the part appears at once")
+    return RawBeltPart(time, part_type, placement)
+
+
+_MAX_SUGGESTED = 20
+"""After so many unknown names no similar ones are searched for: that takes long and helps nobody."""
+
+
+def read_drops(node: Node, book: PartBook) -> tuple[RawDropRegion, ...]:
+    """The regions in the original's order."""
+    reader = book.reader
+    table = reader.table(node)
+    if table is None:
+        return ()
+    reader.ignored(table, ("drop_regions",))
+    regions_node = reader.required(table, "drop_regions")
+    regions = reader.table(regions_node) if regions_node else None
+    drops: dict[object, RawDropRegion] = {}
+    for entry in reader.entries(regions) if regions else ():
+        drop = _region(entry, book)
+        if drop:
+            drops[entry.name] = drop
+    return tuple(drops[name] for name in dictionary_order(drops))
+
+
+def _region(entry: Entry, book: PartBook) -> RawDropRegion | None:
+    reader = book.reader
+    name = reader.key(entry)
+    table = reader.table(entry.value)
+    if table is None:
+        return None
+    reader.ignored(table, DROP_REGION.names)
+    first_node, second_node, target_node, type_node = (reader.required(table, field) for field in DROP_REGION.required)
+    first = _corner(first_node, reader) if first_node else None
+    second = _corner(second_node, reader) if second_node else None
+    target_table = reader.table(target_node) if target_node else None
+    target = reader.placement(target_table) if target_table and reader.required(target_table, "xyz") else None
+    part_type = reader.name(type_node) if type_node else None
+    if name is None or first is None or second is None or target is None or type_node is None or part_type is None:
+        return None
+    return RawDropRegion(name, book.part_type(part_type, type_node), first, second, target)
+
+
+def _corner(node: Node, reader: Reader) -> Vector3 | None:
+    table = reader.table(node)
+    if table is None:
+        return None
+    reader.ignored(table, ("xyz",))
+    xyz = reader.required(table, "xyz")
+    return reader.position(xyz) if xyz else None
+
+
+def read_faulty(node: Node, reader: Reader) -> dict[str, Node]:
+    """The names in `faulty_parts`, in the original's order, and where each stands."""
+    names: dict[str, Node] = {}
+    match node:
+        case Items():
+            for item in node.items:
+                if isinstance(item, Leaf) and item.value is None:
+                    reader.problems.warn(item, "an empty entry, ignored")
+                    continue
+                name = reader.name(item)
+                if name is not None:
+                    names[name] = item
+        case Table():
+            reader.problems.warn(node, "should be a list of names; the mapping's keys are taken for them")
+            for entry in node.entries.values():
+                name = reader.key(entry)
+                if name is not None:
+                    names[name] = Leaf(name, entry.place, entry.key)
+        case Leaf(value=str(text)):
+            reader.problems.warn(node, f"should be a list of names (- {text}); each letter is taken for one")
+            names = dict.fromkeys(text, node)
+        case _:
+            reader.problems.error(node, f"must be a list of names, not {described(node)}")
+    return {str(name): names[str(name)] for name in dictionary_order(dictionary_order(names))}
+
+
+def check_faulty(faulty: Mapping[str, Node], figures: RawTrial, options: Options, reader: Reader) -> None:
+    """Warn of every name that no part of the cell will bear (of single letters it has been said why)."""
+    names = {model.name.rpartition("|")[2] for model in (*figures.models, *figures.extra_models)}
+    for part_type in {part.type for part in figures.belt}:
+        times = sum(part.type == part_type for part in figures.belt)
+        names.update(f"{part_type}_clone_{k}" for k in range(times * options.belt_population_cycles))
+    if options.fill_demo_tray and figures.orders:
+        first = figures.orders[0].parts
+        names.update(f"{part_type}_clone_{k}" for part_type, _ in first for k in range(len(first)))
+    known = sorted(names)
+    for count, name in enumerate(name for name in faulty if name not in names and len(name) > 1):
+        suggestion = did_you_mean(name, known) if count < _MAX_SUGGESTED else ""
+        reader.problems.warn(faulty[name], f"no part is called {shortened(name)!r}{suggestion}")

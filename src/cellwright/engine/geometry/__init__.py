@@ -1,1 +1,0 @@
-"""Shapes, meshes and colours of the engine's model."""

@@ -1,0 +1,309 @@
+"""Shapes of the engine's model, and meshes made in code: rings, lofted bodies and cups.
+
+Every shape of the cell is a box, a cylinder, a capsule, or a mesh made in code; somebody's own may be a sphere or a
+mesh from a file as well. A shape is solid (touched, and seen by
+rays), seen (drawn only), or both; the engine's geom groups say which, so that a ray sensor or a picture maker chooses
+by group. Parts, the robot and everything else form three classes of contact.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum, IntEnum
+from typing import Any, Literal, TypeAlias
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from cellwright.util.pose import Pose, Vector3
+
+HERE = Pose()
+
+ShapeKind: TypeAlias = Literal["box", "cylinder", "capsule", "sphere", "mesh"]
+Colour: TypeAlias = tuple[float, float, float, float]
+
+_GEOM_TYPE = {
+    "box": mujoco.mjtGeom.mjGEOM_BOX,
+    "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
+    "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
+    "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
+    "mesh": mujoco.mjtGeom.mjGEOM_MESH,
+}
+
+
+class Role(IntEnum):
+    """What a shape is for; the value is its geom group."""
+
+    BOTH = 1
+    """Touched and drawn."""
+    SEEN = 2
+    """Drawn only."""
+    SOLID = 3
+    """Touched only, and seen by ray sensors."""
+    UNSEEN = 4
+    """Neither touched nor seen: devices measure distances to it."""
+
+
+class Touch(Enum):
+    """What a solid shape may touch: (contype, conaffinity) of the engine.
+
+    The robot does not touch itself, nor its own rail: the original's robot has no self-collision. Fixed things do not
+    touch each other, and an AGV counts as one of them.
+    """
+
+    FIXED = (1, 0)
+    PART = (2, 1 | 2 | 4)
+    ROBOT = (4, 1)
+    NOTHING = (0, 0)
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """A shape in the frame of its body.
+
+    Attributes:
+        kind: box, cylinder, capsule (both along z), sphere or mesh.
+        size: half extents [m] of a box, and of a mesh that is touched, whose vertices are centred; radius and half
+            length [m] of a cylinder or a capsule (the half length of the capsule's straight piece); radius of a sphere.
+        pose: of the shape's centre in the frame of the body.
+        colour: red, green, blue, opacity in 0..1.
+        share: share of the body's mass that this shape carries; 0 for what is only seen.
+        mesh: name of the mesh, for a mesh.
+    """
+
+    kind: ShapeKind
+    size: Vector3
+    pose: Pose = HERE
+    colour: Colour = (0.5, 0.5, 0.5, 1.0)
+    share: float = 0.0
+    mesh: str = ""
+
+    def moved(self, frame: Pose) -> Shape:
+        """The shape in the frame that `frame` is given in, when its own pose is given in `frame`."""
+        return replace(self, pose=frame @ self.pose)
+
+    @property
+    def half_extents(self) -> Vector3:
+        """Half extents [m] of the shape's bounding box along its own axes."""
+        if self.kind in ("box", "mesh"):
+            return self.size
+        if self.kind == "sphere":
+            return (self.size[0],) * 3
+        radius, half = self.size[0], self.size[1]
+        return (radius, radius, half + radius if self.kind == "capsule" else half)
+
+
+def box(x: float, y: float, z: float, pose: Pose, colour: Colour, share: float = 0.0) -> Shape:
+    """A box with the edge lengths x, y, z [m] centred at `pose`."""
+    return Shape("box", (x / 2, y / 2, z / 2), pose, colour, share)
+
+
+def cylinder(radius: float, length: float, pose: Pose, colour: Colour, share: float = 0.0) -> Shape:
+    """A cylinder [m] along the z axis of `pose`, centred there."""
+    return Shape("cylinder", (radius, length / 2, 0.0), pose, colour, share)
+
+
+def capsule(radius: float, length: float, pose: Pose, colour: Colour) -> Shape:
+    """A capsule along the z axis of `pose`, centred there; `length` [m] is that of its straight piece."""
+    return Shape("capsule", (radius, length / 2, 0.0), pose, colour)
+
+
+def mesh(name: str, colour: Colour, pose: Pose = HERE) -> Shape:
+    """A mesh of the model's assets, drawn only."""
+    return Shape("mesh", (0.0, 0.0, 0.0), pose, colour, mesh=name)
+
+
+def at(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Pose:
+    """A pose that only shifts [m]."""
+    return Pose((x, y, z))
+
+
+def bounds(shapes: tuple[Shape, ...]) -> tuple[Vector3, Vector3]:
+    """Lower and upper corner [m] of the axis-aligned box around shapes, in the frame that they are given in."""
+    lower, upper = [float("inf")] * 3, [float("-inf")] * 3
+    for shape in shapes:
+        reach = _reach(shape)
+        for axis in range(3):
+            lower[axis] = min(lower[axis], shape.pose.position[axis] - reach[axis])
+            upper[axis] = max(upper[axis], shape.pose.position[axis] + reach[axis])
+    return (lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2])
+
+
+def _reach(shape: Shape) -> Vector3:
+    """How far [m] a shape reaches from its centre along each axis of the body's frame."""
+    columns = [shape.pose.rotate(axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))]
+    half = shape.half_extents
+    if shape.kind == "sphere":
+        return half
+    if shape.kind in ("box", "mesh"):
+        x, y, z = (sum(abs(columns[k][axis]) * half[k] for k in range(3)) for axis in range(3))
+        return (x, y, z)
+    radius, length = shape.size[0], shape.size[1]
+    along = columns[2]
+    if shape.kind == "capsule":
+        x, y, z = (abs(along[axis]) * length + radius for axis in range(3))
+    else:  # a disc of radius r with normal n reaches r * sqrt(1 - n_axis^2) along an axis
+        x, y, z = (abs(along[axis]) * length + radius * max(0.0, 1 - along[axis] ** 2) ** 0.5 for axis in range(3))
+    return (x, y, z)
+
+
+def add_looks(body: Any) -> Any:
+    """A body fixed to `body` for shapes that are only seen, `<name> looks`.
+
+    In each step the engine takes the measure of every shape of a body that can be touched, seen-only ones included; not
+    of those of other bodies, nor of the world's own. So a moving thing with many of them has them on a body apart, and
+    a fixed thing has them on the world.
+    """
+    return body.add_body(name=f"{body.name} looks")
+
+
+def add_shape(
+    body: Any, shape: Shape, role: Role, touch: Touch = Touch.FIXED, *, name: str = "", mass: float = 0.0
+) -> Any:
+    """Put a shape on a body of a model specification.
+
+    Args:
+        body: an `MjsBody`.
+        shape: what to put there.
+        role: touched, seen, both or neither.
+        touch: what it may touch; nothing when it is only seen, or not even that.
+        name: name of the geom; empty for none.
+        mass: mass of the whole body [kg], of which the shape carries its share.
+
+    Returns:
+        The `MjsGeom`.
+    """
+    contype, conaffinity = (Touch.NOTHING if role in (Role.SEEN, Role.UNSEEN) else touch).value
+    geom = body.add_geom(
+        type=_GEOM_TYPE[shape.kind],
+        pos=shape.pose.position,
+        quat=shape.pose.quaternion,
+        rgba=shape.colour,
+        group=int(role),
+        contype=contype,
+        conaffinity=conaffinity,
+        mass=mass * shape.share,
+    )
+    if shape.kind == "mesh":
+        geom.meshname = shape.mesh
+    else:
+        geom.size = shape.size
+    if name:
+        geom.name = name
+    return geom
+
+
+Mesh: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int64]]
+"""Vertices, shape (n, 3) [m], and triangles, shape (m, 3), counter-clockwise seen from outside."""
+
+GEAR = "gear"
+GASKET = "gasket"
+PULLEY = "pulley"
+CUP = "cup"
+
+
+def ring(outer: Callable[[float], float], inner: float, bottom: float, top: float, corners: int) -> Mesh:
+    """A flat ring with a round hole.
+
+    Args:
+        outer: outer radius [m] as a function of the angle [rad]; above `inner` everywhere.
+        inner: radius of the hole [m].
+        bottom: height of the lower face [m].
+        top: height of the upper face [m].
+        corners: number of corners of either outline.
+    """
+    angles = [2 * math.pi * k / corners for k in range(corners)]
+    vertices = [
+        (radius * math.cos(angle), radius * math.sin(angle), height)
+        for height in (bottom, top)
+        for outline in (outer, lambda _angle: inner)
+        for angle, radius in ((a, outline(a)) for a in angles)
+    ]
+    low_out, low_in, high_out, high_in = (range(k * corners, (k + 1) * corners) for k in range(4))
+    triangles: list[tuple[int, int, int]] = []
+    for lower, upper in ((low_out, high_out), (high_out, high_in), (high_in, low_in), (low_in, low_out)):
+        for k in range(corners):
+            following = (k + 1) % corners
+            triangles.append((lower[k], lower[following], upper[following]))
+            triangles.append((lower[k], upper[following], upper[k]))
+    return np.array(vertices), np.array(triangles)
+
+
+@dataclass(frozen=True, slots=True)
+class Circle:
+    """Cross-section of a lofted body.
+
+    Attributes:
+        radius: [m].
+        height: z [m] of the centre.
+        shift: y [m] of the centre.
+        lean: slope of the circle's plane, dz/dy.
+    """
+
+    radius: float
+    height: float
+    shift: float = 0.0
+    lean: float = 0.0
+
+
+def lofted(sections: Sequence[Circle], corners: int) -> Mesh:
+    """A closed body over circles one above the other.
+
+    Args:
+        sections: from the lowest upward, both ends closed by a flat face.
+        corners: number of corners of each circle.
+    """
+    angles = [2 * math.pi * k / corners for k in range(corners)]
+    vertices = [
+        (each.radius * math.cos(a), each.shift + across, each.height + each.lean * across)
+        for each in sections
+        for a, across in ((a, each.radius * math.sin(a)) for a in angles)
+    ]
+    triangles: list[tuple[int, int, int]] = []
+    for level in range(len(sections) - 1):
+        low, high = level * corners, (level + 1) * corners
+        for k in range(corners):
+            following = (k + 1) % corners
+            triangles.append((low + k, low + following, high + following))
+            triangles.append((low + k, high + following, high + k))
+    last = (len(sections) - 1) * corners
+    for k in range(1, corners - 1):
+        triangles.append((0, k + 1, k))
+        triangles.append((last, last + k, last + k + 1))
+    return np.array(vertices), np.array(triangles)
+
+
+def gear_outline(angle: float, teeth: int = 18, tip: float = 0.0392, root: float = 0.0345) -> float:
+    """Radius [m] of a toothed wheel at an angle [rad]: trapezoidal teeth."""
+    phase = (angle * teeth / (2 * math.pi)) % 1.0
+    slope = min(1.0, max(0.0, 4.0 * (0.375 - abs(phase - 0.5)) + 0.5))
+    return root + (tip - root) * slope
+
+
+def gasket_outline(angle: float) -> float:
+    """Radius [m] of the gasket's outline: a ring with an ear at either end, slightly skewed."""
+    ear = 0.0
+    for side in (1.0, -1.0):  # far intersection of the ray with the end's circle, radius 27 mm at x = +-67 mm
+        along = 0.067 * side * math.cos(angle)
+        across = 0.067**2 - along**2
+        if along > 0 and across < 0.027**2:
+            ear = max(ear, along + math.sqrt(0.027**2 - across))
+    skew = 0.12
+    wall = 0.0381 / max(abs(math.sin(angle - skew)), 1e-9)
+    return max(ear, min(wall, 0.0565), 0.036)
+
+
+def add_mesh(spec: Any, name: str, form: Mesh, *, smooth: bool = False, weighs: bool = False) -> None:
+    """Give a model specification a mesh asset; one that weighs something does so as its convex hull."""
+    vertices, triangles = form
+    kinds = mujoco.mjtMeshInertia  # the shell asks nothing of the form
+    spec.add_mesh(
+        name=name,
+        uservert=vertices.ravel(),
+        userface=triangles.ravel(),
+        smoothnormal=smooth,
+        inertia=kinds.mjMESH_INERTIA_CONVEX if weighs else kinds.mjMESH_INERTIA_SHELL,
+    )

@@ -1,0 +1,368 @@
+"""Serialization of messages: CDR of ROS 2, written by generated functions, and the ROS 1 form.
+
+The library writes any type too, field by field, with a call for each number; it is what these are compared with in the
+tests, and what reads. A recording and every guest at the socket pay for each message that is written, so here a row of
+numbers is one call, and texts, which are nearly always names that have been written before, are looked up.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from functools import cache
+from typing import Any, TypeAlias, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from rosbags.interfaces import Nodetype
+from rosbags.interfaces.typing import FieldDesc
+from rosbags.serde import SerdeError
+from rosbags.typesys import TypesysError
+from rosbags.typesys.base import normalize_fieldname
+
+from cellwright.middleware.messages.types import Message, ros1_store, ros2_store, short_name, type_of
+from cellwright.middleware.messages.validation import checked
+from cellwright.util.errors import MessageError, UsageError
+
+MAX_CACHED_STRINGS = 1024
+MAX_CACHED_BYTES = 1024
+"""Texts that are kept [number, bytes of each]: they come from outside, and must not eat the memory."""
+
+
+class StringCache(dict[Any, bytes]):
+    """What was written, by what was to be written; what is not there yet is written when it is looked up.
+
+    Args:
+        write: writes a text, or some.
+        filled: whether zeros follow up to the next multiple of four bytes.
+    """
+
+    def __init__(self, write: Callable[[Any], bytes], *, filled: bool) -> None:
+        super().__init__()
+        self._write, self._filled = write, filled
+
+    def __missing__(self, key: Any) -> bytes:
+        data = self._write(key)
+        if self._filled:
+            data += bytes(-len(data) % 4)
+        if len(data) <= MAX_CACHED_BYTES:
+            if len(self) >= MAX_CACHED_STRINGS:
+                self.clear()
+            self[key] = data
+        return data
+
+
+def cdr_string(value: str) -> bytes:
+    """A text: its length, its bytes and a zero."""
+    data = value.encode()
+    return struct.pack(f"<I{len(data)}sx", len(data) + 1, data)
+
+
+def cdr_strings(values: tuple[str, ...]) -> bytes:
+    """Some texts: how many, and each from the next multiple of four bytes on."""
+    written = bytearray(struct.pack("<I", len(values)))
+    for value in values:
+        written += bytes(-len(written) % 4)
+        written += cdr_string(value)
+    return bytes(written)
+
+
+Writer: TypeAlias = Callable[[Message], bytes]
+
+_CODES = {
+    "bool": "?", "byte": "b", "char": "B", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H",
+    "int32": "i", "uint32": "I", "int64": "q", "uint64": "Q", "float32": "f", "float64": "d",
+}  # fmt: skip
+_LARGEST = 8  # no number is aligned to more bytes
+_HEAD = 4  # bytes that say how the rest is written; places in a message are counted from behind them
+
+
+@cache
+def cdr_writer(name: str) -> Writer:
+    """What writes messages of a type, by full name, as little-endian CDR with its four-byte head.
+
+    It checks no more than it has to in order to write, and raises what Python raises over values that do not fit.
+    """
+    return _WriterSource(name).compiled()
+
+
+def _little(values: NDArray[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
+    """An array whose type is not quite that of its field, the bytes in order."""
+    if values.dtype.newbyteorder("<") != dtype:
+        raise ValueError(f"an array of {values.dtype}, not of {dtype}")
+    return values.astype(dtype)
+
+
+_NAMES: dict[str, Any] = {
+    "text": StringCache(cdr_string, filled=False),
+    "text_filled": StringCache(cdr_string, filled=True),
+    "texts": StringCache(cdr_strings, filled=False),
+    "texts_filled": StringCache(cdr_strings, filled=True),
+    "little": _little,
+    **{f"fill_{size}": [bytes((_HEAD - place) % size) for place in range(size)] for size in (2, 4, 8)},
+    **{f"dtype_{name}": np.dtype(f"<{np.dtype(code).str[1:]}") for name, code in _CODES.items()},
+}
+"""What the functions that are made here use."""
+
+
+class _WriterSource:
+    """The source of one writer, as it grows field by field.
+
+    Numbers that follow each other wait, to be packed together. How far they are apart is known here as far as the
+    place in the message is: `_place` modulo `_modulus`, which is 8 at the beginning, and 1 behind a text.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._lines: list[str] = []
+        self._indent = " "
+        self._structs: dict[str, Callable[..., bytes]] = {}
+        self._format, self._values = "<I", ["256"]  # the head: little-endian
+        self._has_begun = False
+        self._place, self._modulus = 0, _LARGEST
+        self._variables = 0
+        self._message(name, "message", 1)
+        if self._has_begun:
+            self._flush()
+            self._say("return bytes(data)")
+        else:
+            self._say(f"return {self._packed()}")
+
+    def compiled(self) -> Writer:
+        """The function."""
+        source = "\n".join(["def write(message):", *self._lines])
+        names = {**_NAMES, **self._structs}
+        exec(compile(source, f"<CDR of {self._name}>", "exec"), names)  # noqa: S102, made of definitions alone
+        write: Writer = names["write"]
+        return write
+
+    # ---------------------------------------------------------------- fields
+
+    def _message(self, name: str, value: str, follows: int) -> None:
+        """The fields of a message that stands in a variable; `follows` is what comes behind it is aligned to."""
+        fields = ros2_store().fielddefs[name][1]
+        needs = [*(_alignment(desc) for _, desc in fields[1:]), follows]
+        for (field, desc), need in zip(fields, needs, strict=True):
+            self._field(f"{value}.{normalize_fieldname(field)}", desc, need)
+
+    def _field(self, value: str, desc: FieldDesc, follows: int) -> None:
+        match desc:
+            case (Nodetype.BASE, ("string", _)):
+                self._kept("text", value, follows)
+            case (Nodetype.BASE, (name, _)):
+                self._number(_CODES[str(name)], value)
+            case (Nodetype.NAME, name):
+                self._message(str(name), value if value.isidentifier() else self._variable(value), follows)
+            case (Nodetype.SEQUENCE, ((Nodetype.BASE, ("string", _)), _)):
+                self._kept("texts", f"tuple({value})", follows)
+            case (kind, ((Nodetype.BASE, (name, _)), length)) if name != "string":
+                self._numbers(str(name), value, int(length) if kind == Nodetype.ARRAY else None)
+            case (kind, (member, length)):
+                self._each(value, member, int(length) if kind == Nodetype.ARRAY else None, follows)
+
+    def _number(self, code: str, value: str) -> None:
+        size = struct.calcsize(f"<{code}")
+        self._align(size)
+        self._format += code
+        self._values.append(value)
+        self._place = (self._place + size) % self._modulus
+
+    def _kept(self, kind: str, value: str, follows: int) -> None:
+        """One text or many, the whole of which is looked up."""
+        self._align(4)
+        self._flush()
+        is_filled = follows >= 4
+        self._say(f"data += {kind}{'_filled' if is_filled else ''}[{value}]")
+        self._place, self._modulus = 0, 4 if is_filled else 1
+
+    def _numbers(self, name: str, value: str, length: int | None) -> None:
+        size = struct.calcsize(f"<{_CODES[name]}")
+        values, count = self._variable(value), self._variable(None)
+        self._say(f"({count},) = {values}.shape")
+        self._say(f"if {values}.dtype is not dtype_{name}: {values} = little({values}, dtype_{name})")
+        if length is None:
+            self._number("I", count)
+            self._flush()
+            self._say(f"if {count}:")
+            self._indent += " "
+        else:
+            self._require(count, length)
+        before = self._place, self._modulus
+        self._align(size)
+        self._flush()
+        self._say(f"data += {values}.tobytes()")
+        if length is None:
+            self._indent = self._indent[:-1]
+            self._place, self._modulus = _common(before, (0, size))
+        else:
+            self._place = (self._place + length * size) % self._modulus
+
+    def _each(self, value: str, member: FieldDesc, length: int | None, follows: int) -> None:
+        """Messages, or texts of which there is a fixed number."""
+        values, each = self._variable(value), self._variable(None)
+        if length is None:
+            self._number("I", f"len({values})")
+        else:
+            self._require(f"len({values})", length)
+        self._flush()
+        self._say(f"for {each} in {values}:")
+        before = self._place, self._modulus
+        lines, variables = len(self._lines), self._variables
+        self._indent += " "
+        while True:  # until what is taken for known at its beginning holds after each round
+            begun = self._place, self._modulus
+            self._field(each, member, min(follows, _alignment(member)))
+            self._flush()
+            ended = self._place, self._modulus
+            if _common(begun, ended) == begun:
+                break
+            del self._lines[lines:]
+            self._variables = variables
+            self._place, self._modulus = _common(begun, ended)
+        self._indent = self._indent[:-1]
+        self._place, self._modulus = _common(before, ended)
+
+    # ---------------------------------------------------------------- lines
+
+    def _align(self, size: int) -> None:
+        """Zeros up to the next multiple of a size."""
+        if self._modulus >= size:
+            zeros = -self._place % size
+            self._format += f"{zeros}x" if zeros else ""
+            self._place = (self._place + zeros) % self._modulus
+        else:
+            self._flush()
+            self._say(f"data += fill_{size}[len(data) % {size}]")
+            self._place, self._modulus = 0, size
+
+    def _flush(self) -> None:
+        """Pack the numbers that wait."""
+        if self._format != "<":
+            self._say(f"data += {self._packed()}" if self._has_begun else f"data = bytearray({self._packed()})")
+            self._has_begun = True
+
+    def _packed(self) -> str:
+        name = f"pack_{self._format[1:]}".replace("?", "o")
+        self._structs[name] = struct.Struct(self._format).pack
+        call = f"{name}({', '.join(self._values)})"
+        self._format, self._values = "<", []
+        return call
+
+    def _require(self, count: str, length: int) -> None:
+        self._say(f"if {count} != {length}: raise ValueError('{length} entries are needed')")
+
+    def _variable(self, value: str | None) -> str:
+        """A new variable; with a value, it is given that."""
+        self._variables += 1
+        name = f"v{self._variables}"
+        if value is not None:
+            self._say(f"{name} = {value}")
+        return name
+
+    def _say(self, line: str) -> None:
+        self._lines.append(self._indent + line)
+
+
+def _alignment(desc: FieldDesc) -> int:
+    """What the first byte of a field is aligned to."""
+    match desc:
+        case (Nodetype.BASE, (name, _)):
+            return 4 if name == "string" else struct.calcsize(f"<{_CODES[str(name)]}")
+        case (Nodetype.NAME, name):
+            return _alignment(ros2_store().fielddefs[str(name)][1][0][1])
+        case (Nodetype.ARRAY, (member, _)):
+            return _alignment(member)
+    return 4
+
+
+def _common(one: tuple[int, int], other: tuple[int, int]) -> tuple[int, int]:
+    """What is known of a place that is either of two, each modulo something."""
+    modulus = min(one[1], other[1])
+    while (one[0] - other[0]) % modulus:
+        modulus //= 2
+    return one[0] % modulus, modulus
+
+
+M = TypeVar("M", bound=Message)
+
+FAULTS = (SerdeError, struct.error, ValueError, TypeError, AttributeError, IndexError, AssertionError, OverflowError)
+"""What the library raises over values that do not fit their fields."""
+
+
+def to_cdr(message: Message) -> bytes:
+    """A message as little-endian CDR with its four-byte head.
+
+    Raises:
+        MessageError: a value does not fit its field.
+    """
+    try:
+        return cdr_writer(message.__msgtype__)(message)
+    except FAULTS as fault:
+        raise _unwritable(message, fault) from fault
+
+
+def from_cdr(data: bytes | memoryview, message_class: type[M]) -> M:
+    """The message in CDR bytes of either endianness.
+
+    Raises:
+        MessageError: the bytes are no message of this class.
+    """
+    name = message_class.__msgtype__
+    try:
+        message = ros2_store().deserialize_cdr(data, name)
+    except (*FAULTS, MemoryError) as fault:
+        raise MessageError(f"these {len(data)} bytes are no {short_name(name)}: {fault}") from fault
+    return _typed(message, message_class)
+
+
+def to_ros1(message: Message) -> bytes:
+    """A message in its ROS 1 form.
+
+    Raises:
+        MessageError: a value does not fit its field.
+        UsageError: the type has another form in ROS 1 that is not supported.
+    """
+    name = message.__msgtype__
+    _require_ros1(name)
+    try:
+        return bytes(ros1_store().serialize_ros1(message, name))
+    except FAULTS as fault:
+        raise _unwritable(message, fault) from fault
+
+
+def from_ros1(data: bytes | memoryview, message_class: type[M]) -> M:
+    """The message in bytes of the ROS 1 form.
+
+    Raises:
+        MessageError: the bytes are no message of this class.
+        UsageError: the type has another form in ROS 1 that is not supported.
+    """
+    name = message_class.__msgtype__
+    _require_ros1(name)
+    try:
+        message = ros1_store().deserialize_ros1(data, name)
+    except (*FAULTS, MemoryError) as fault:
+        raise MessageError(f"these {len(data)} bytes are no {short_name(name)}: {fault}") from fault
+    return _typed(message, message_class)
+
+
+def _typed(message: object, message_class: type[M]) -> M:
+    if not isinstance(message, message_class):
+        raise UsageError(f"{message_class!r} is not the class that {message_class.__msgtype__} is known by")
+    return message
+
+
+def _unwritable(message: Message, fault: Exception) -> MessageError:
+    """The error for a message that could not be written: it names the field where that can be found out."""
+    try:
+        checked(message)
+    except MessageError as error:
+        return error
+    return MessageError(f"this {type_of(message)} cannot be written: {fault}")
+
+
+def _require_ros1(name: str) -> None:
+    try:
+        ros1_store().get_msgdef(name)
+    except (KeyError, TypesysError):
+        raise UsageError(f"{short_name(name)} has another form in ROS 1, which is not supported") from None

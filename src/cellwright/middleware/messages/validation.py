@@ -1,0 +1,213 @@
+"""Validation of messages from outside: each field against its type."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from functools import cache
+from typing import TypeVar
+
+import numpy as np
+from rosbags.interfaces import Nodetype
+from rosbags.interfaces.typing import FieldDesc
+from rosbags.typesys.base import normalize_fieldname
+
+from cellwright.middleware.messages.conversions import single
+from cellwright.middleware.messages.types import Message, message_type, ros2_store, short_name
+from cellwright.util.errors import MessageError
+
+M = TypeVar("M", bound=Message)
+
+Check = Callable[[object, str], object]
+"""Takes a value and where it stands; gives it back, or what it means in the right form; or raises a MessageError."""
+
+_ANY_STRING = (Nodetype.BASE, ("string", 0))
+
+INTEGERS = {
+    "byte": (-128, 127),
+    "char": (0, 255),
+    **{f"int{bits}": (-(1 << bits - 1), (1 << bits - 1) - 1) for bits in (8, 16, 32, 64)},
+    **{f"uint{bits}": (0, (1 << bits) - 1) for bits in (8, 16, 32, 64)},
+}
+
+
+def checked(message: M) -> M:
+    """The message itself, if every field holds what its type says.
+
+    Numbers in lists or tuples, as people write them, are turned into the arrays that the fields hold, and a number of
+    single precision is rounded to it; then it is a copy with these fields replaced.
+
+    Raises:
+        MessageError: a field holds something else; it is named (`points[2].positions`). Or it is no message at all.
+    """
+    name = getattr(type(message), "__msgtype__", None)  # what an instance says of itself is one of its fields
+    if not isinstance(name, str):
+        raise MessageError(f"{said(message)} is no message")
+    return type_check(name)(message, short_name(name))  # type: ignore[return-value]
+
+
+@cache
+def type_check(name: str) -> Check:
+    """The check for a message type, by full name.
+
+    Raises:
+        UnknownNameError: there is no such type.
+    """
+    message_class = message_type(name)
+    fields = ros2_store().fielddefs[name][1]
+    members = [(normalize_fieldname(field), _field_check(desc)) for field, desc in fields]
+    short = short_name(name)
+
+    def check(value: object, where: str) -> object:
+        if not isinstance(value, message_class):
+            raise MessageError(f"{where} must be of type {short}, not {said(value)}")
+        named = value.__msgtype__
+        if named is not name and not (isinstance(named, str) and named == name):
+            raise MessageError(f"{where} is of type {short}, and says {said(named)}")
+        changes = {}
+        for member, check_member in members:
+            given = getattr(value, member)
+            taken = check_member(given, f"{where}.{member}")
+            if taken is not given:
+                changes[member] = taken
+        return dataclasses.replace(value, **changes) if changes else value  # type: ignore[type-var]
+
+    return check
+
+
+def _field_check(desc: FieldDesc) -> Check:
+    """The check for one field."""
+    match desc:
+        case (Nodetype.BASE, (name, limit)):
+            return _base_check(str(name), int(limit))
+        case (Nodetype.NAME, name):
+            return _late_check(str(name))
+        case (kind, ((Nodetype.BASE, (name, limit)), length)) if name != "string":
+            return _numbers_check(str(name), int(length), fixed=kind == Nodetype.ARRAY)
+        case (kind, (member, length)):
+            check = _list_check(_field_check(member), int(length), fixed=kind == Nodetype.ARRAY)
+            return _unless_plain(check) if member == _ANY_STRING and not length else check
+
+
+def _late_check(name: str) -> Check:
+    """The check for a message inside another, made when it is first needed."""
+
+    def check(value: object, where: str) -> object:
+        return type_check(name)(value, where)
+
+    return check
+
+
+def _base_check(name: str, limit: int) -> Check:
+    if name == "string":
+
+        def check_string(value: object, where: str) -> object:
+            if not isinstance(value, str):
+                raise MessageError(f"{where} must be a string, not {said(value)}")
+            try:
+                value.encode()
+            except UnicodeEncodeError:
+                raise MessageError(f"{where} is no text that UTF-8 could carry") from None
+            if limit and len(value) > limit:
+                raise MessageError(f"{where} may have {limit} characters, not {len(value)}")
+            return value
+
+        return check_string
+    if name == "bool":
+
+        def check_bool(value: object, where: str) -> object:
+            if isinstance(value, np.bool_):
+                return bool(value)
+            if not isinstance(value, bool):
+                raise MessageError(f"{where} must be true or false, not {said(value)}")
+            return value
+
+        return check_bool
+    if name in INTEGERS:
+        low, high = INTEGERS[name]
+
+        def check_integer(value: object, where: str) -> object:
+            if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
+                raise MessageError(f"{where} must be a whole number, not {said(value)}")
+            if not low <= value <= high:
+                raise MessageError(f"{where} must be from {low} to {high}, not {value}")
+            return value if type(value) is int else int(value)
+
+        return check_integer
+
+    def check_float(value: object, where: str) -> object:
+        if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
+            raise MessageError(f"{where} must be a number, not {said(value)}")
+        try:
+            number = single(float(value)) if name == "float32" else float(value)
+        except (OverflowError, MessageError):
+            raise MessageError(f"{where} must fit into {name}, not {said(value)}") from None
+        return value if isinstance(value, float) and (number == value or number != number) else number
+
+    return check_float
+
+
+def _numbers_check(name: str, length: int, *, fixed: bool) -> Check:
+    """The check for a sequence of numbers: an array, or something that means one."""
+    dtype = np.dtype({"bool": "bool", "byte": "int8", "char": "uint8"}.get(name, name))
+    check_one = _base_check(name, 0)
+
+    def check(value: object, where: str) -> object:
+        if isinstance(value, np.ndarray) and value.dtype == dtype and value.ndim == 1:
+            _check_length(len(value), length, where, fixed=fixed)
+            return value
+        if isinstance(value, (bytes, bytearray)) and dtype.itemsize == 1:
+            value = np.frombuffer(bytes(value), dtype=dtype)
+        elif isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim == 1):
+            value = np.array([check_one(item, f"{where}[{i}]") for i, item in enumerate(value)], dtype=dtype)
+        else:
+            raise MessageError(f"{where} must be a sequence of {name}, not {said(value)}")
+        _check_length(len(value), length, where, fixed=fixed)
+        value.flags.writeable = False
+        return value
+
+    return check
+
+
+def _list_check(check_one: Check, length: int, *, fixed: bool) -> Check:
+    """The check for a sequence of strings or messages."""
+
+    def check(value: object, where: str) -> object:
+        if not isinstance(value, (list, tuple)):
+            raise MessageError(f"{where} must be a list, not {said(value)}")
+        _check_length(len(value), length, where, fixed=fixed)
+        taken = [check_one(item, f"{where}[{i}]") for i, item in enumerate(value)]
+        same = isinstance(value, list) and all(a is b for a, b in zip(taken, value, strict=True))
+        return value if same else taken
+
+    return check
+
+
+def _unless_plain(check: Check) -> Check:
+    """The check for a list of strings that may be as long as they like: one of plain ASCII has nothing else to pass.
+
+    The names in commands come here, dozens in a message; a look at each by itself costs six times as much.
+    """
+
+    def check_strings(value: object, where: str) -> object:
+        if type(value) is list and all(type(item) is str and item.isascii() for item in value):
+            return value
+        return check(value, where)
+
+    return check_strings
+
+
+def _check_length(count: int, length: int, where: str, *, fixed: bool) -> None:
+    if fixed and count != length:
+        raise MessageError(f"{where} must have {length} entries, not {count}")
+    if length and count > length:
+        raise MessageError(f"{where} may have {length} entries, not {count}")
+
+
+def said(value: object) -> str:
+    """A value as it is named in an error: short, whatever it is."""
+    if isinstance(value, (str, int, float, bool, type(None))):
+        text = repr(value)
+    else:
+        text = short_name(str(getattr(type(value), "__msgtype__", ""))) or type(value).__name__
+    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -1,0 +1,326 @@
+"""Connections that never block: address, receiving, buffered sending, and the client of a cell's server."""
+
+from __future__ import annotations
+
+import argparse
+import socket
+import threading
+import time
+from collections import deque
+from typing import Any, Callable
+
+from cellwright.middleware.ros1.bridge.loop import Callback, Loop, report
+from cellwright.middleware.wire.frames import LONGEST_SAID, Decoder, Frame, FrameError, Kind, hello
+
+
+def address_of(text: str) -> tuple[str, int]:
+    """Host and port of `HOST:PORT`.
+
+    Raises:
+        argparse.ArgumentTypeError: it is none.
+    """
+    host, _, port = text.rpartition(":")
+    if not host or not port.isdigit() or not 0 < int(port) < 1 << 16:
+        raise argparse.ArgumentTypeError(f"{text!r} is no address: it must look like 127.0.0.1:11399")
+    return host, int(port)
+
+
+def receive_nowait(connection: socket.socket, most: int) -> bytes | None:
+    """What has come, up to so many bytes: None when it is nothing yet, empty when nothing will come any more."""
+    try:
+        return connection.recv(most)
+    except (BlockingIOError, InterruptedError):
+        return None
+    except OSError:
+        return b""
+
+
+LATE = 0.1
+"""Data that waits for longer [s] is late."""
+
+HOPELESS = 5.0
+"""With data waiting for longer [s] the other side does not count as behind any more."""
+
+
+class BufferedSender:
+    """The sending side of a connection. `send` is for any thread, all else for the loop's.
+
+    A piece is sent whole or not at all, so that what is dropped is always a whole message.
+
+    Args:
+        loop: waits until the other side takes more.
+        connection: a socket that does not block.
+        on_read: what the loop calls when there is something to read.
+        limit: so many pieces may wait; the oldest ones make room for a new one. None for no limit.
+        most: so many bytes may wait, in the same way; one piece always may.
+        on_drop: called for each piece that is dropped.
+    """
+
+    def __init__(
+        self,
+        loop: Loop,
+        connection: socket.socket,
+        on_read: Callback,
+        *,
+        limit: int | None = None,
+        most: int | None = None,
+        on_drop: Callable[[], None] = lambda: None,
+    ) -> None:
+        self._loop = loop
+        self._connection = connection
+        self._on_read = on_read
+        self._limit = limit
+        self._most = most
+        self._bytes = 0  # of pieces that wait
+        self._on_drop = on_drop
+        self._lock = threading.Lock()
+        self._rest = b""
+        """The part of a piece whose beginning has been sent."""
+        self._waiting: deque[bytes] = deque()
+        self._on_empty: Callback | None = None
+        self._waits_since: float | None = None
+        self.is_closed = False
+        loop.watch(connection, on_read)
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing waits to be sent."""
+        return not self._rest and not self._waiting
+
+    @property
+    def is_behind(self) -> bool:
+        """Whether data has waited longer than LATE; False again after HOPELESS: nobody reads there."""
+        since = self._waits_since
+        return since is not None and LATE < time.monotonic() - since < HOPELESS
+
+    def send(self, data: bytes) -> None:
+        """Send a piece, now or when the other side takes it. That it is gone is found out by reading."""
+        with self._lock:
+            if self.is_closed:
+                return
+            if self.is_empty:
+                self._rest = self._sent(data)
+                if self._rest:
+                    self._waits_since = time.monotonic()
+                    self._loop.call(self._watch)
+                return
+            dropped = 0
+            while self._waiting and self._is_full(len(data)):
+                self._bytes -= len(self._waiting.popleft())
+                dropped += 1
+            self._waiting.append(data)
+            self._bytes += len(data)
+        for _ in range(dropped):
+            self._on_drop()
+
+    def close_when_empty(self) -> None:
+        """Close the connection once everything has been sent; what comes in until then is read and thrown away."""
+        with self._lock:
+            if not self.is_empty:
+                self._on_empty = self.close
+                return
+        self.close()
+
+    def close(self) -> None:
+        """Close the connection, whatever waits."""
+        with self._lock:
+            if self.is_closed:
+                return
+            self.is_closed = True
+            self._waiting.clear()
+            self._bytes = 0
+            self._rest = b""
+        self._loop.forget(self._connection)
+        self._connection.close()
+
+    def _is_full(self, more: int) -> bool:
+        """Whether so many bytes in one piece more are too much."""
+        is_crowded = self._limit is not None and len(self._waiting) >= self._limit
+        return is_crowded or (self._most is not None and self._bytes + more > self._most)
+
+    def _sent(self, data: bytes) -> bytes:
+        """Send what is taken at once; the rest."""
+        try:
+            sent = self._connection.send(data)
+        except (BlockingIOError, InterruptedError):
+            return data
+        except OSError:  # it is gone: reading says so as well, and then it is closed
+            return b""
+        return data[sent:] if sent < len(data) else b""
+
+    def _flush(self) -> None:
+        with self._lock:
+            while not self.is_closed:
+                self._rest = self._sent(self._rest) if self._rest else b""
+                if self._rest or not self._waiting:
+                    break
+                self._rest = self._waiting.popleft()
+                self._bytes -= len(self._rest)
+            empty = self.is_empty
+        if empty and not self.is_closed:
+            self._waits_since = None
+            self._loop.watch(self._connection, self._on_read)
+            if self._on_empty is not None:
+                self._on_empty()
+
+    def _watch(self) -> None:
+        if not self.is_closed and not self.is_empty:
+            self._loop.watch(self._connection, self._on_read, self._flush)
+
+
+PATIENCE = 10.0
+"""How long the cell may take to answer HELLO [s]."""
+
+_PIECE = 1 << 18
+_PAUSE = 0.02
+_NUMBERS = (1 << 32) - 1
+
+Answered = Callable[[Frame], None]
+"""Takes the frame that answers a request; called by the loop's thread."""
+
+
+class LinkError(Exception):
+    """The cell cannot be attached to; the text says why."""
+
+
+class LinkClient:
+    """A connection to a cell.
+
+    Requests may be made from any thread; answers and messages are delivered by the loop's.
+
+    Args:
+        loop: what serves the connection.
+        address: host and port of the cell.
+        node: the name to be known by.
+        on_end: called once: with the reason when the cell has ended, with None when it is gone without a word.
+
+    Raises:
+        LinkError: nobody answers there, or not as a cell does.
+    """
+
+    def __init__(self, loop: Loop, address: tuple[str, int], node: str, on_end: Callable[[str | None], None]) -> None:
+        self._loop = loop
+        self._on_end = on_end
+        self._is_behind: Callable[[], bool] = lambda: False
+        self._decoder = Decoder()
+        self._lock = threading.Lock()
+        self._number = 0
+        self._answers: dict[int, Answered] = {}
+        self._listeners: dict[int, Callable[[bytes], None]] = {}
+        self._has_ended = False
+        try:
+            self._connection = socket.create_connection(address, timeout=PATIENCE)
+            self._connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            self.welcome: dict[str, Any] = self._greet(node)
+        except OSError as error:
+            raise LinkError(f"no cell answers at {address[0]}:{address[1]}: {error}") from None
+        except FrameError as error:
+            raise LinkError(f"what answers at {address[0]}:{address[1]} is no cell: {error}") from None
+        self._connection.setblocking(False)
+        self._outlet = BufferedSender(loop, self._connection, self._read)
+
+    def request(self, kind: Kind, answered: Answered | None, **fields: Any) -> int:
+        """Send a request, whose answer goes to `answered`; its number."""
+        with self._lock:
+            self._number = number = self._number % _NUMBERS + 1
+            if answered is not None:
+                self._answers[number] = answered
+        try:
+            self._outlet.send(Frame(kind, number, **fields).encode(LONGEST_SAID))
+        except FrameError:
+            with self._lock:
+                self._answers.pop(number, None)
+            raise
+        return number
+
+    def ask_again(self, number: int, answered: Answered) -> None:
+        """Have another answer to a request given to `answered`; to be called while the one before it is taken."""
+        with self._lock:
+            self._answers[number] = answered
+
+    def subscribe(self, topic: str, node: str, listener: Callable[[bytes], None], answered: Answered) -> int:
+        """Have the messages of a topic given to `listener`, from one publishing node or from all (empty).
+
+        Returns:
+            The number of the subscription. Its answer goes to `answered`, after what is latched.
+        """
+        number = self.request(Kind.SUBSCRIBE, answered, name=topic, node=node)
+        self._listeners[number] = listener
+        return number
+
+    def unsubscribe(self, number: int) -> None:
+        """End a subscription; what is still on its way is not delivered any more."""
+        self._listeners.pop(number, None)
+        self._outlet.send(Frame(Kind.UNSUBSCRIBE, number).encode())
+
+    def keep_up(self, is_behind: Callable[[], bool]) -> None:
+        """Ask the cell to let time stand while this end is behind.
+
+        Args:
+            is_behind: whether messages that came are still on their way; asked by the loop's thread.
+        """
+        self._is_behind = is_behind
+        self._pong(0)
+
+    def close(self) -> None:
+        """Let go of the cell."""
+        self._has_ended = True
+        self._outlet.close()
+
+    def _greet(self, node: str) -> dict[str, Any]:
+        self._connection.sendall(hello(node, "ros1").encode())
+        while True:
+            data = self._connection.recv(_PIECE)
+            if not data:
+                raise FrameError("it has hung up")
+            for frame in self._decoder.feed(data):
+                if frame.kind is Kind.WELCOME:
+                    return frame.json()
+                raise FrameError(frame.text() or frame.kind.name)
+
+    def _read(self) -> None:
+        data = receive_nowait(self._connection, _PIECE)
+        if data is None:
+            return
+        if not data:
+            self._end(None)
+            return
+        try:
+            for frame in self._decoder.feed(data):
+                if not self._has_ended:
+                    self._take(frame)
+        except FrameError as error:
+            report(f"what the cell says makes no sense: {error}")
+            self._end("")
+
+    def _take(self, frame: Frame) -> None:
+        if frame.kind is Kind.MESSAGE:
+            listener = self._listeners.get(frame.number)
+            if listener is not None:
+                listener(frame.payload)
+        elif frame.kind is Kind.PING:
+            self._answer(frame.number)
+        elif frame.kind is Kind.ENDED:
+            self._end(frame.text())
+        else:
+            with self._lock:
+                answered = self._answers.pop(frame.number, None)
+            if answered is not None:
+                answered(frame)
+
+    def _answer(self, ping: int) -> None:
+        """Answer a PING once all that came before is on its way."""
+        if self._has_ended:
+            return
+        if self._is_behind():
+            self._loop.later(_PAUSE, lambda: self._answer(ping))
+        else:
+            self._pong(ping)
+
+    def _pong(self, number: int) -> None:
+        self._outlet.send(Frame(Kind.PONG, number).encode())
+
+    def _end(self, reason: str | None) -> None:
+        if not self._has_ended:
+            self.close()
+            self._on_end(reason)

@@ -1,0 +1,302 @@
+"""ROS client side of the relay: service calls, interface discovery, topics heard and published."""
+
+from __future__ import annotations
+
+import socket
+import struct
+import threading
+import warnings
+from typing import Any, Callable
+from urllib.parse import urlparse
+
+import rospy
+from rosgraph.network import ROSHandshakeException, decode_ros_handshake_header
+
+from cellwright.middleware.ros1.bridge.master import Master
+from cellwright.middleware.ros1.bridge.message_bytes import has_header
+from cellwright.middleware.ros1.bridge.services import STEP_SERVICE as STEP
+from cellwright.middleware.ros1.bridge.tcpros import ANY, handshake_bytes, raw_type
+from cellwright.middleware.wire.frames import PROTOCOL
+
+CONNECT_TIMEOUT = 5.0
+"""How long the other node may take to answer the handshake [s]."""
+
+_LENGTH = struct.Struct("<I")
+_LONGEST = 16 << 20
+
+
+class ServiceGoneError(Exception):
+    """The service cannot be reached; the text says why."""
+
+
+class ServiceClient:
+    """One service as a caller sees it. It blocks.
+
+    Args:
+        master: knows where it is.
+        node: the caller's name.
+        name: of the service.
+        md5: checksum of its type, or `*` for whatever it has.
+    """
+
+    def __init__(self, master: Master, node: str, name: str, md5: str = ANY) -> None:
+        self._master = master
+        self._node = node
+        self._name = name
+        self._md5 = md5
+        self._connection: socket.socket | None = None
+
+    def ask_type(self) -> tuple[str, str]:
+        """Name and checksum of the service's type.
+
+        Raises:
+            ServiceGoneError: it cannot be reached.
+        """
+        connection, header = self._connect({"probe": "1"})
+        connection.close()
+        return header.get("type", ""), header.get("md5sum", "")
+
+    def call(self, request: bytes, patience: float | None = None) -> tuple[bool, bytes]:
+        """Whether the call succeeded, and the response, or the reason why not.
+
+        Args:
+            request: in the form of ROS 1.
+            patience: how long [s] the answer may take; None for ever, for a step of time may take long.
+
+        A connection that was broken meanwhile is made anew, but a request is not sent twice.
+
+        Raises:
+            ServiceGoneError: it cannot be reached, or went before it answered.
+        """
+        connection = self._connection
+        if connection is not None and _is_broken(connection):
+            self.close()
+            connection = None
+        if connection is None:
+            connection, _ = self._connect({"persistent": "1"})
+            self._connection = connection
+        connection.settimeout(patience)
+        try:
+            connection.sendall(_LENGTH.pack(len(request)) + request)
+            succeeded = bool(_read(connection, 1)[0])
+            return succeeded, _piece(connection)
+        except socket.timeout:
+            self.close()
+            raise ServiceGoneError(
+                f"{self._name} has not answered in {patience:g} s; over ROS 1 in lockstep no time passes while a call "
+                "waits, and its answer may need some"
+            ) from None
+        except OSError as error:
+            self.close()
+            raise ServiceGoneError(f"{self._name} has gone before it answered: {error}") from None
+
+    def close(self) -> None:
+        """Hang up."""
+        if self._connection is not None:
+            self._connection.close()
+            self._connection = None
+
+    def _connect(self, more: dict[str, str]) -> tuple[socket.socket, dict[str, str]]:
+        uri = self._master.ask("lookupService", self._name)
+        if not uri:
+            raise ServiceGoneError(f"there is no service {self._name}")
+        address = urlparse(uri)
+        fields = {"service": self._name, "md5sum": self._md5, "callerid": self._node}
+        connection = None
+        try:
+            connection = socket.create_connection((address.hostname, address.port), CONNECT_TIMEOUT)
+            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            connection.sendall(handshake_bytes({**fields, **more}))
+            data = _piece(connection)
+            header = decode_ros_handshake_header(_LENGTH.pack(len(data)) + data)
+        except (OSError, ValueError, ROSHandshakeException, struct.error) as error:
+            if connection is not None:
+                connection.close()
+            raise ServiceGoneError(f"{self._name} does not answer: {error}") from None
+        if "error" in header:
+            connection.close()
+            raise ServiceGoneError(f"{self._name}: {header['error']}")
+        return connection, header
+
+
+def _is_broken(connection: socket.socket) -> bool:
+    """Whether the other side has hung up. It says nothing unasked."""
+    connection.setblocking(False)  # a limit of time that an earlier call has set would be waited for
+    try:
+        return connection.recv(1, socket.MSG_PEEK) == b""
+    except (BlockingIOError, InterruptedError):
+        return False
+    except OSError:
+        return True
+
+
+def _piece(connection: socket.socket) -> bytes:
+    (length,) = _LENGTH.unpack(_read(connection, _LENGTH.size))
+    if length > _LONGEST:
+        raise OSError(f"{length} bytes are too many")
+    return _read(connection, length)
+
+
+def _read(connection: socket.socket, size: int) -> bytes:
+    data = bytearray()
+    while len(data) < size:
+        piece = connection.recv(size - len(data))
+        if not piece:
+            raise OSError("it has hung up")
+        data += piece
+    return bytes(data)
+
+
+CLOCK = "/clock"
+_LOGGERS = ("/get_loggers", "/set_logger_level")
+
+
+def discover_interface(master: Master, node: str, sign: str = CLOCK) -> dict[str, Any] | None:
+    """WELCOME for what is there, without the time; None while there is no simulator, or one still comes up.
+
+    Args:
+        master: the ROS master.
+        node: our node name.
+        sign: the topic that is published where there is one.
+
+    Raises:
+        MasterGoneError: the master does not answer.
+    """
+    state, types = master.ask("getSystemState"), dict(master.ask("getTopicTypes") or ())
+    if state is None:
+        return None
+    publishers, subscribers, servers = (dict(role) for role in state)
+    if sign not in publishers:
+        return None
+    topics = [
+        {
+            "name": name,
+            "type": types.get(name, ""),
+            "md5": "",
+            "definition": "",
+            "direction": "out" if name in publishers else "in",
+            "rate": "",
+            "on_event": False,
+            "latch": False,
+            "publishers": publishers.get(name, []),
+            "subscribers": subscribers.get(name, []),
+        }
+        for name in sorted({*publishers, *subscribers})
+    ]
+    services = []
+    for name in sorted(servers):
+        if name.endswith(_LOGGERS):
+            continue
+        try:
+            type_name, md5 = ServiceClient(master, node, name).ask_type()
+        except ServiceGoneError:  # left behind by a node that is gone
+            continue
+        services.append({"name": name, "type": type_name, "md5": md5, "node": servers[name][0]})
+    return {
+        "protocol": PROTOCOL,
+        "cellwright": "",
+        "trial": "",
+        "timestep": [0, 1],
+        "lockstep": any(service["name"] == STEP for service in services),
+        "competition": None,
+        "topics": topics,
+        "services": services,
+    }
+
+
+class HeardTopic:
+    """A topic that the client listens to, by any number of subscriptions.
+
+    Args:
+        name: topic.
+        type_name: its type.
+        deliver: takes the numbers of the subscriptions and a message; from rospy's threads.
+    """
+
+    def __init__(self, name: str, type_name: str, deliver: Callable[[tuple[int, ...], bytes], None]) -> None:
+        self.name = name
+        self._deliver = deliver
+        self._numbers: tuple[int, ...] = ()
+        self._changed = threading.Condition()
+        self._header: Any = None
+        self._received = 0
+        self._latched: bytes | None = None
+        self._subscriber = rospy.Subscriber(name, raw_type(type_name or ANY), self._take, tcp_nodelay=True)
+
+    @property
+    def is_connected(self) -> bool:
+        """Whether there is a publisher that it gets messages of: one that has answered its handshake."""
+        return any(connection.header for connection in self._subscriber.impl.connections)
+
+    @property
+    def is_wanted(self) -> bool:
+        """Whether there is a subscription."""
+        return bool(self._numbers)
+
+    def add(self, number: int) -> None:
+        """Add a subscription; what is latched comes at once."""
+        with self._changed:
+            self._numbers = (*self._numbers, number)
+            if self._latched is not None:
+                self._deliver((number,), self._latched)
+
+    def remove(self, number: int) -> bool:
+        """Remove a subscription; whether it was one of this topic."""
+        with self._changed:
+            was_there = number in self._numbers
+            self._numbers = tuple(each for each in self._numbers if each != number)
+        return was_there
+
+    def wait_for(self, count: int, patience: float) -> bool:
+        """Wait until so many messages have come since the publisher was connected to; whether they did in time [s]."""
+        with self._changed:
+            return self._changed.wait_for(lambda: self._received >= count, patience)
+
+    def close(self) -> None:
+        """Listen no more."""
+        self._subscriber.unregister()
+
+    def _take(self, message: Any) -> None:
+        header = message._connection_header
+        with self._changed:
+            if header is not self._header:
+                self._header, self._received = header, 0
+            self._received += 1
+            if header.get("latching") == "1":
+                self._latched = message.data
+            self._deliver(self._numbers, message.data)
+            self._changed.notify_all()
+
+
+class SpokenTopic:
+    """A topic that the client publishes on.
+
+    Args:
+        name: topic.
+        type_name: its type.
+        md5: checksum of the type.
+        definition: of the type.
+    """
+
+    def __init__(self, name: str, type_name: str, md5: str, definition: str) -> None:
+        self.name = name
+        self.type = type_name
+        self.published = 0
+        """How many messages there were."""
+        self._has_header = has_header(definition)
+        self._class = raw_type(type_name, md5, definition)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # it recommends a queue; nothing is to wait here
+            self._publisher = rospy.Publisher(name, self._class, tcp_nodelay=True, queue_size=None)
+
+    @property
+    def is_connected(self) -> bool:
+        """Whether somebody hears it."""
+        return bool(self._publisher.get_num_connections())
+
+    def publish(self, data: bytes) -> None:
+        """Send a message."""
+        if self._has_header:
+            data = struct.pack("<I", self.published & 0xFFFFFFFF) + data[4:]
+        self.published += 1
+        self._publisher.publish(self._class(data))

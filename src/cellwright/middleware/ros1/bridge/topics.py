@@ -1,0 +1,350 @@
+"""Topics of the bridge: publications of the cell in ROS, and ROS commands to the cell.
+
+The cell is asked for a topic only while somebody subscribes to it, since what nobody hears is not worth making. What
+is announced once, such as an order, is listened to all the time. All of this belongs to the loop's thread: that a
+subscriber is there and what is published never cross, so that it gets what is latched once, and nothing twice.
+
+A subscriber's handshake is answered when the cell has answered the bridge's own subscription, and so after what is
+latched has come. In lockstep a program connects to one topic after another, and gets what is latched in that order,
+whether others listened to a topic before or not.
+
+The cell carries commands out at its own pace. Of each topic one message is with the cell, the others wait here: up to a
+number, beyond which the oldest is dropped and counted.
+"""
+
+from __future__ import annotations
+
+import itertools
+import socket
+import struct
+import threading
+from collections import deque
+from typing import Any, Callable
+
+import rospy
+from rospy.impl.registration import Registration, get_topic_manager
+
+from cellwright.middleware.ros1.bridge.connection import BufferedSender, LinkClient, receive_nowait
+from cellwright.middleware.ros1.bridge.loop import Loop, ThrottledLog
+from cellwright.middleware.ros1.bridge.message_bytes import DeliveryCounter, has_header
+from cellwright.middleware.ros1.bridge.tcpros import ANY, Header, handshake_bytes, raw_type
+from cellwright.middleware.wire.frames import Frame, FrameError, Kind
+
+PUBLICATION_QUEUE = 1000
+"""So many messages wait for a subscriber that does not read; then the oldest is dropped."""
+MAX_PUBLICATION_BYTES = 64 << 20
+"""So many bytes of them at most: pictures are large."""
+LOCKSTEP_QUEUE = 1_000_000
+"""The same in lockstep, where nothing must be lost."""
+
+_PREFIX = struct.Struct("<I")
+_COUNTED = struct.Struct("<II")
+_PIECE = 1 << 12
+_identities = itertools.count(1)
+
+
+class Publication:
+    """One topic, as rospy's topic manager and the TCPROS server know it.
+
+    Args:
+        loop: what serves its connections.
+        link: the way to the cell.
+        topic: what WELCOME said of it.
+        node: the publishing node in the cell whose messages are wanted; empty for all.
+        sent: counts what each caller has been sent; None where nobody asks, out of lockstep.
+    """
+
+    def __init__(
+        self,
+        loop: Loop,
+        link: LinkClient,
+        topic: dict[str, Any],
+        *,
+        node: str = "",
+        sent: DeliveryCounter | None = None,
+    ) -> None:
+        self._loop = loop
+        self._link = link
+        self._node = node
+        self._sent = sent
+        self._has_header = has_header(topic["definition"])
+        self._always = bool(topic["on_event"] and topic["latch"])
+        self._latch = bool(topic["latch"])
+        self._newest: bytes | None = None
+        self._count = 0
+        self._peers: list[Peer] = []
+        self._waiting: list[Peer] = []  # whose handshakes are not answered yet
+        self._subscription: int | None = None
+        self._is_answered = False  # whether the cell has answered the subscription
+        self._tally = ThrottledLog(loop, "{count} messages for {subject} dropped: it does not read them")
+        self.resolved_name = self.name = topic["name"]
+        self.type = topic["type"]
+        self.md5sum = topic["md5"]
+        self.definition = topic["definition"]
+        self.ref_count = 1
+        if self._always:
+            self._listen()
+
+    def register(self) -> None:
+        """Announce the topic to the master."""
+        manager = get_topic_manager()
+        manager._add(self, manager.pubs, Registration.PUB)
+
+    # ---------------------------------------------------------------- for the TCPROS server
+
+    def take(self, connection: socket.socket, header: Header) -> str | None:
+        """Take on a subscriber, which gets what is latched at once; or say why not."""
+        for field, mine in (("type", self.type), ("md5sum", self.md5sum)):
+            theirs = header.get(field, ANY)
+            if theirs not in (ANY, mine):
+                return f"{self.name} has {field} {mine}, not {theirs}"
+        peer = Peer(
+            self,
+            self._loop,
+            connection,
+            header["callerid"],
+            PUBLICATION_QUEUE if self._sent is None else LOCKSTEP_QUEUE,
+        )
+        if self._subscription is None:
+            self._listen()
+        self._waiting.append(peer)
+        if self._is_answered:
+            self._welcome()
+        return None
+
+    @property
+    def is_behind(self) -> bool:
+        """Whether messages wait for a subscriber that reads."""
+        return any(peer.outlet.is_behind for peer in self._peers)
+
+    def lost(self, peer: Peer) -> None:
+        """Forget a subscriber that has gone."""
+        if peer in self._waiting:
+            self._waiting.remove(peer)
+        elif peer in self._peers:
+            self._peers.remove(peer)
+            if self._sent is not None and all(other.caller != peer.caller for other in self._peers):
+                self._sent.end(peer.caller, self.name)
+        if not (self._peers or self._waiting or self._always) and self._subscription is not None:
+            self._link.unsubscribe(self._subscription)
+            self._subscription = None
+            self._newest = None  # it would be old by the time that somebody comes
+
+    def dropped(self, peer: Peer) -> None:
+        """Count a message that a subscriber did not read in time."""
+        self._tally.count(f"{peer.caller} on {self.name}")
+
+    def _listen(self) -> None:
+        self._is_answered = False
+        self._subscription = self._link.subscribe(self.name, self._node, self._publish, self._answered)
+
+    def _answered(self, answer: Frame) -> None:
+        if answer.number == self._subscription:  # else it is that of one that was ended since
+            self._is_answered = True
+            self._welcome()
+
+    def _welcome(self) -> None:
+        """Answer the handshakes of those who wait; each gets what is latched at once."""
+        waiting, self._waiting = self._waiting, []
+        for peer in waiting:
+            self._peers.append(peer)
+            if self._sent is not None:
+                self._sent.begin(peer.caller, self.name)
+            peer.outlet.send(handshake_bytes(self._header()))
+            if self._newest is not None:
+                self._give(peer, self._newest)
+
+    def _header(self) -> Header:
+        return {
+            "topic": self.name,
+            "type": self.type,
+            "md5sum": self.md5sum,
+            "message_definition": self.definition,
+            "latching": "1" if self._latch else "0",
+            "callerid": rospy.get_name(),
+        }
+
+    def _publish(self, payload: bytes) -> None:
+        if self._has_header:  # it begins with the number of the message, which only its publisher knows
+            data = _COUNTED.pack(len(payload), self._count) + payload[4:]
+            self._count = (self._count + 1) & 0xFFFFFFFF
+        else:
+            data = _PREFIX.pack(len(payload)) + payload
+        if self._latch:
+            self._newest = data
+        for peer in self._peers:
+            self._give(peer, data)
+
+    def _give(self, peer: Peer, data: bytes) -> None:
+        peer.outlet.send(data)
+        peer.messages += 1
+        peer.bytes += len(data)
+        if self._sent is not None:
+            self._sent.count(peer.caller, self.name)
+
+    # ---------------------------------------------------------------- for rospy's topic manager
+
+    def get_stats_info(self) -> list[Any]:
+        """The connections, as `rosnode info` wants to know them."""
+        return [
+            (peer.identity, peer.caller, "o", "TCPROS", self.name, True, peer.description)
+            for peer in tuple(self._peers)
+        ]
+
+    def get_stats(self) -> Any:
+        """How much was sent, as the slave API's getBusStats wants to know it."""
+        peers = tuple(self._peers)
+        total = sum(peer.bytes for peer in peers)
+        return self.name, total, [(peer.identity, peer.bytes, peer.messages, True) for peer in peers]
+
+    def check(self) -> None:
+        """Called by rospy twice a second to find dead connections; the loop finds them by itself."""
+
+    def close(self) -> None:
+        """Called by rospy when the node ends; the connections end with the process."""
+
+
+class Peer:
+    """A subscriber's connection.
+
+    Args:
+        publication: what it subscribes to.
+        loop: what serves the connection.
+        connection: a socket that does not block.
+        caller: the name of the subscribing node.
+        queue: so many messages wait for it.
+    """
+
+    def __init__(
+        self, publication: Publication, loop: Loop, connection: socket.socket, caller: str, queue: int
+    ) -> None:
+        self._publication = publication
+        self._connection = connection
+        self.caller = caller
+        self.identity = next(_identities)
+        self.messages = 0
+        self.bytes = 0
+        self.description = _describe_connection(connection)
+        self.outlet = BufferedSender(
+            loop,
+            connection,
+            self._read,
+            limit=queue,
+            most=MAX_PUBLICATION_BYTES if queue == PUBLICATION_QUEUE else None,
+            on_drop=lambda: publication.dropped(self),
+        )
+
+    def _read(self) -> None:
+        if receive_nowait(self._connection, _PIECE) == b"":  # a subscriber has nothing to say but that it leaves
+            self.outlet.close()
+            self._publication.lost(self)
+
+
+def _describe_connection(connection: socket.socket) -> str:
+    """A connection as `rosnode info` reads it."""
+    try:
+        here, there = connection.getsockname(), connection.getpeername()
+    except OSError:
+        return ""
+    return f"TCPROS connection on port {here[1]} to [{there[0]}:{there[1]} on socket {connection.fileno()}]"
+
+
+COMMAND_QUEUE = 100
+"""So many messages of a topic wait for the cell."""
+MAX_COMMAND_BYTES = 64 << 20
+"""So many bytes of them at most, also where their number has no limit."""
+
+
+class CommandTopic:
+    """One topic, subscribed to in ROS. Messages come in rospy's threads, one for each publisher.
+
+    Args:
+        loop: counts what is dropped.
+        link: the way to the cell.
+        topic: what WELCOME said of it.
+        queue: so many messages may wait; None for no limit.
+        on_handed_over: called when a message has been given to the cell, and then messages are counted; in lockstep.
+    """
+
+    def __init__(
+        self,
+        loop: Loop,
+        link: LinkClient,
+        topic: dict[str, Any],
+        *,
+        queue: int | None = COMMAND_QUEUE,
+        on_handed_over: Callable[[], None] | None = None,
+    ) -> None:
+        self._link = link
+        self._queue = queue
+        self._on_handed_over = on_handed_over
+        self._lock = threading.Lock()
+        self._waiting: deque[tuple[Header, bytes]] = deque()
+        self._bytes = 0
+        self._is_busy = False
+        self._counts: dict[str, tuple[Header, int]] = {}
+        self._tally = ThrottledLog(loop, "{count} messages on {subject} dropped: they come faster than they are taken")
+        self._unfit = ThrottledLog(loop, "{count} messages on {subject} are too long to be carried, and not taken")
+        self.name = topic["name"]
+        self._type = topic["type"]
+        data_class = raw_type(topic["type"], topic["md5"], topic["definition"])
+        self._subscriber = rospy.Subscriber(self.name, data_class, self._take, tcp_nodelay=True)
+
+    def handed_over(self, caller: str) -> int:
+        """How many messages of a node have been given to the cell since it connected; in lockstep."""
+        with self._lock:
+            _, count = self._counts.get(caller, ({}, 0))
+            return count
+
+    def _take(self, message: Any) -> None:
+        with self._lock:
+            dropped = 0
+            while self._waiting and self._is_full(len(message.data)):
+                header, data = self._waiting.popleft()
+                self._bytes -= len(data)
+                self._count(header)  # in lockstep time must not wait for it
+                dropped += 1
+            self._waiting.append((message._connection_header, message.data))
+            self._bytes += len(message.data)
+            if not self._is_busy:
+                self._hand_over()
+        for _ in range(dropped):
+            self._tally.count(self.name)
+
+    def _is_full(self, more: int) -> bool:
+        """Whether there is no room for a message of so many bytes."""
+        is_crowded = self._queue is not None and len(self._waiting) >= self._queue
+        return is_crowded or self._bytes + more > MAX_COMMAND_BYTES
+
+    def _hand_over(self) -> None:
+        """Give the cell the message that has waited longest; under the lock."""
+        while self._waiting:
+            header, data = self._waiting.popleft()
+            self._bytes -= len(data)
+            caller = header.get("callerid", "")
+            try:
+                self._link.request(
+                    Kind.PUBLISH, self._answered, name=self.name, type=self._type, node=caller, payload=data
+                )
+            except FrameError:
+                self._count(header)
+                self._unfit.count(self.name)
+                continue
+            self._is_busy = True
+            self._count(header)
+            return
+        self._is_busy = False
+
+    def _count(self, header: Header) -> None:
+        """Count a message of a node as done with; in lockstep."""
+        if self._on_handed_over is not None:
+            caller = header.get("callerid", "")
+            before, count = self._counts.get(caller, (header, 0))
+            self._counts[caller] = (header, count + 1 if before is header else 1)
+            self._on_handed_over()
+
+    def _answered(self, _frame: Frame) -> None:
+        """The cell is done with one; that it was refused, and why, the cell says itself."""
+        with self._lock:
+            self._is_busy = False
+            self._hand_over()

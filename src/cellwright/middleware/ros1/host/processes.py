@@ -1,0 +1,157 @@
+"""Child processes: tied to this process, read without blocking, restarted with a back-off.
+
+Everything here is called by one thread, the one that starts the children and lives as long as the process: the tie to
+it is one to a thread. Nothing waits longer than it says.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from cellwright.middleware import wire as link
+
+_TETHER = Path(link.__file__).with_name("tether.py")
+_PIECE = 1 << 16
+_LONGEST_LINE = 1 << 14
+_NAP = 0.01  # [s]
+
+KILL: signal.Signals = getattr(signal, "SIGKILL", signal.SIGTERM)  # so that this can be loaded under Windows
+
+STOPPING: tuple[tuple[signal.Signals, float], ...] = ((signal.SIGTERM, 3.0), (KILL, 1.0))
+"""What a child is told to end with, and how long [s] it is given for it."""
+
+
+class Lines:
+    """The lines that come through a pipe, without ever waiting for one.
+
+    Args:
+        pipe: the end to read from.
+        take: what becomes of each line.
+    """
+
+    def __init__(self, pipe: int, take: Callable[[str], None]) -> None:
+        os.set_blocking(pipe, False)
+        self._pipe = pipe
+        self._take = take
+        self._rest = b""
+
+    def read(self) -> bool:
+        """Take what has come, a piece at most: who says much must not stop everything else. Whether there was any."""
+        try:
+            data = os.read(self._pipe, _PIECE)
+        except OSError:
+            return False
+        *lines, rest = (self._rest + data).split(b"\n")
+        self._rest = rest[:_LONGEST_LINE]
+        for line in lines:
+            text = line.decode(errors="replace").rstrip()
+            if text:
+                self._take(text)
+        return bool(data)
+
+
+class Child:
+    """One child process, in a session of its own: a Ctrl-C on the terminal is for its parent alone.
+
+    Args:
+        command: program and arguments.
+        environment: of the program, whole.
+        python: an interpreter to start it with.
+        parting: what it is sent when this process is gone.
+        on_output: takes the lines of its stdout; None has them thrown away.
+        on_error: takes the lines of its stderr.
+
+    Raises:
+        OSError: it could not be started.
+    """
+
+    def __init__(
+        self,
+        command: Sequence[str],
+        environment: Mapping[str, str],
+        *,
+        python: str,
+        parting: signal.Signals = KILL,
+        on_output: Callable[[str], None] | None = None,
+        on_error: Callable[[str], None] = lambda _line: None,
+    ) -> None:
+        tied = [python, "-I", "-S", str(_TETHER), str(os.getpid()), str(int(parting)), *command]
+        self.started = time.monotonic()
+        """When it was started [s] of `time.monotonic`."""
+        self._process = subprocess.Popen(  # noqa: S603
+            tied,
+            env=dict(environment),
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL if on_output is None else subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            start_new_session=True,
+        )
+        self._pipes = [
+            Lines(stream.fileno(), take)
+            for stream, take in ((self._process.stdout, on_output), (self._process.stderr, on_error))
+            if stream is not None and take is not None
+        ]
+
+    @property
+    def pid(self) -> int:
+        """Its process id."""
+        return self._process.pid
+
+    def poll(self) -> int | None:
+        """Pass on what it has said; its exit status, minus the signal that ended it, or None while it runs."""
+        status = self._process.poll()
+        for pipe in self._pipes:
+            while pipe.read() and status is not None:  # of one that has ended, all that is left
+                pass
+        return status
+
+    def stop(self, stopping: Sequence[tuple[signal.Signals, float]] = STOPPING) -> None:
+        """End it: politely, then less so, within the times given. What it says until then is passed on."""
+        for number, patience in stopping:
+            if self.poll() is not None:
+                break
+            self._process.send_signal(number)
+            end = time.monotonic() + patience
+            while self.poll() is None and time.monotonic() < end:
+                time.sleep(_NAP)
+        for stream in (self._process.stdout, self._process.stderr):
+            if stream is not None:
+                stream.close()
+        self._pipes.clear()
+
+
+def how_it_ended(status: int) -> str:
+    """An exit status in words."""
+    if status >= 0:
+        return f"ended with status {status}"
+    try:
+        return f"was ended by {signal.Signals(-status).name}"
+    except ValueError:
+        return f"was ended by signal {-status}"
+
+
+class RestartDelay:
+    """How long to wait before something that fails over and over is tried again.
+
+    Args:
+        first: after the first failure [s].
+        longest: after many [s].
+        forgiven: who lasts so long [s] is tried again at once, as if for the first time.
+    """
+
+    def __init__(self, first: float = 0.25, longest: float = 8.0, forgiven: float = 10.0) -> None:
+        self._first, self._longest, self._forgiven = first, longest, forgiven
+        self._next = 0.0
+
+    def after(self, lasted: float) -> float:
+        """How long to wait [s] after a failure of what has `lasted` so long [s]."""
+        if lasted >= self._forgiven:
+            self._next = 0.0
+        wait = self._next
+        self._next = min(self._longest, max(self._first, 2 * wait))
+        return wait

@@ -1,0 +1,137 @@
+"""Contents of the ROS 1 packages: their files, and how they are written to a folder.
+
+What another room already holds is not written down again: message definitions come from
+`cellwright.middleware.messages`, bundled trials and robots from `cellwright.config`. Some files name paths of this
+installation, which are put in here.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib.resources import files
+from importlib.resources.abc import Traversable
+from pathlib import Path
+
+import cellwright
+from cellwright.config.trial.catalogue import bundled, bundled_sensors, find_trial
+from cellwright.middleware.messages.types import sources
+from cellwright.util.errors import UnknownNameError
+
+IO_TELEOP = "io_teleop_robot_control_node"
+
+PACKAGES = ("ariac_example", "cellwright_msgs", "control_msgs", IO_TELEOP, "osrf_gear")
+"""Names of the packages."""
+
+MESSAGE_PACKAGES = ("cellwright_msgs", "control_msgs", "osrf_gear")
+"""Those of them that define messages or services."""
+
+CONFIGURATIONS = "config"
+"""Where a package keeps trials, as the launcher is given them: `$(find osrf_gear)/config/sample.yaml`."""
+
+ROBOTS = "io_teleop_robot_descriptions"
+"""Where the io_teleop package keeps robots, a folder each: `OpenLoong/vr_configs.yml`."""
+
+VENDORS_NAMES = {"qinglong": "OpenLoong"}
+"""Bundled robots that the io_teleop workspace has under a name of its own."""
+
+_PYTHON, _PLACE, _BIN = '"@CELLWRIGHT_PYTHON@"', '"@CELLWRIGHT_PLACE@"', "@CELLWRIGHT_BIN@"
+
+
+@dataclass(frozen=True, slots=True)
+class PackageFile:
+    """One file of a package."""
+
+    content: bytes
+
+    @property
+    def is_program(self) -> bool:
+        """Whether it is to be executable: it says what runs it."""
+        return self.content.startswith(b"#!")
+
+
+def package_files(package: str, programs: Path) -> dict[str, PackageFile]:
+    """Every file of a package by its path in it, sorted.
+
+    Args:
+        package: its name.
+        programs: the folder that shells are given for `python`.
+
+    Raises:
+        UnknownNameError: there is no such package.
+    """
+    if package not in PACKAGES:
+        raise UnknownNameError("ROS package", package, PACKAGES)
+    found = dict(_walk(files("cellwright.middleware.ros1.packages") / "data" / package, ""))
+    for name, text in sources().items():
+        owner, namespace, last = name.split("/")
+        if owner == package:
+            found[f"{namespace}/{last}.{namespace}"] = text.encode()
+    if package == "osrf_gear":
+        for trial in (*bundled(), *bundled_sensors()):
+            found.setdefault(f"{CONFIGURATIONS}/{trial}.yaml", find_trial(trial).read_bytes())
+    if package == IO_TELEOP:
+        for path, content in _walk(files("cellwright.config.robot") / "catalogue", ""):
+            robot, _, rest = path.partition("/")
+            found[f"{ROBOTS}/{VENDORS_NAMES.get(robot, robot)}/{rest}"] = content
+    return {path: PackageFile(_placed(content, programs)) for path, content in sorted(found.items())}
+
+
+def _walk(folder: Traversable, prefix: str) -> Iterator[tuple[str, bytes]]:
+    for item in folder.iterdir():
+        if item.is_dir():
+            if item.name != "__pycache__":
+                yield from _walk(item, f"{prefix}{item.name}/")
+        else:
+            yield f"{prefix}{item.name}", item.read_bytes()
+
+
+def _placed(content: bytes, programs: Path) -> bytes:
+    """The content with the paths of this installation in it."""
+    place = str(Path(cellwright.__file__).parents[1])
+    for mark, text in ((_PYTHON, repr(sys.executable)), (_PLACE, repr(place)), (_BIN, str(programs))):
+        content = content.replace(mark.encode(), text.encode())
+    return content
+
+
+_PLAIN, _PROGRAM = 0o644, 0o755
+
+
+def write_package(package: str, folder: Path, programs: Path) -> None:
+    """Bring a package in a folder up to date.
+
+    What is as it should be is left alone, so that nothing is built again for nothing. A file that says something else
+    is kept beside under its name with a tilde; files that are not the package's own are not touched.
+
+    Args:
+        package: its name.
+        folder: where its files go.
+        programs: the folder that shells are given for `python`.
+    """
+    for path, file in package_files(package, programs).items():
+        write_file(folder / path, file)
+
+
+def write_file(path: Path, file: PackageFile) -> None:
+    """Write a file unless it is there as it should be; another one in its place is kept with a tilde."""
+    mode = _PROGRAM if file.is_program else _PLAIN
+    if path.is_file():
+        if path.read_bytes() == file.content:
+            path.chmod(mode)
+            return
+        path.replace(path.with_name(f"{path.name}~"))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(file.content)
+    path.chmod(mode)
+
+
+def write_programs(folder: Path, python: Path) -> None:
+    """Links for a shell: `python`, as programs of the time ask for, and `python3` are ROS's Python."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in ("python", "python3"):
+        link = folder / name
+        if link.is_symlink() and link.readlink() == python:
+            continue
+        link.unlink(missing_ok=True)
+        link.symlink_to(python)

@@ -1,0 +1,357 @@
+"""Kinematics of the UR10 on its rail: forward, inverse in closed form, and the choice of one posture for a pose.
+
+The chain is that of the arm's public robot description with the published Denavit-Hartenberg constants of the UR10.
+In the frames of that description joints 2, 3 and 4 turn about parallel y axes, so that the arm lies in a vertical
+plane, which stands off the pan axis by d4. This gives the inverse: the plane from where the wrist is (two ways, over
+the left or the right shoulder), the wrist from the Y-Z-Y Euler angles of the hand in that plane (two ways), and the
+triangle of upper arm and forearm (two ways, by the elbow).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from typing import TypeAlias
+
+from cellwright.config.layout import RAIL_LIMIT
+from cellwright.motion.joints import Joints, JointsLike
+from cellwright.util.errors import UnreachableError, UsageError
+from cellwright.util.pose import Pose, Quaternion, Vector3, normalized, rotate
+
+BASE_X, BASE_Z = 0.3, 1.0
+"""Where `base_link` stands in the world [m]; its y is the rail's position."""
+
+D1, A2, A3, D4, D5, D6 = 0.1273, 0.612, 0.5723, 0.163941, 0.1157, 0.0922
+"""Denavit-Hartenberg constants of the UR10 [m], lengths taken as positive."""
+
+SHOULDER_OFFSET, ELBOW_OFFSET = 0.220941, -0.1719
+"""How far the upper arm stands off the pan axis, and the forearm off the upper arm, along their y [m]."""
+
+GRIPPER_DISTANCE = 0.1
+"""From `wrist_3_link` to `vacuum_gripper_link` along y [m]."""
+
+FACE_DEPTH = 0.005
+"""How far the cup's face lies below the gripper's origin, along its -z [m]."""
+
+MAX_REACH = A2 + A3
+"""How far the axis of wrist 1 gets away from that of the shoulder [m]."""
+
+_WRIST_3_T_GRIPPER = Pose.from_rpy((0.0, GRIPPER_DISTANCE, 0.0), (90 * 0.0174533, 0.0, 0.0))
+_GRIPPER_T_WRIST_3 = _WRIST_3_T_GRIPPER.inverse()
+_GRIPPER_T_FACE = Pose((0.0, 0.0, -FACE_DEPTH))
+
+_SINGULAR = 1e-10
+"""Below this sine of wrist 2 its neighbours turn about one axis; what wrist 3 does is then a matter of choice."""
+
+_TOUCHING = 1e-7
+"""How far [m] something may be out of reach and still be taken to be at its edge: where two singularities meet,
+rounding carries it that far."""
+
+_SAME = 1e-7
+"""Solutions that differ by less [rad] are one: square roots make no more of the rounding at a fold."""
+
+Rows: TypeAlias = tuple[Vector3, Vector3, Vector3]
+
+
+def forward(joints: JointsLike) -> Pose:
+    """The pose `world_T_gripper` of the gripper link [m].
+
+    Args:
+        joints: positions [m for the rail; rad], as `Joints` or by joint name; limits do not matter.
+    """
+    return link_poses(joints)["vacuum_gripper_link"]
+
+
+def link_poses(joints: JointsLike) -> dict[str, Pose]:
+    """The poses in the world of the links that the joints move, by the names of the robot description.
+
+    Args:
+        joints: positions [m for the rail; rad], as `Joints` or by joint name; limits do not matter.
+    """
+    q = Joints.of(joints)
+    quarter = math.pi / 2
+    base = Pose((BASE_X, q.rail, BASE_Z))
+    shoulder = base @ Pose((0.0, 0.0, D1), _about_z(q.shoulder_pan))
+    upper_arm = shoulder @ Pose((0.0, SHOULDER_OFFSET, 0.0), _about_y(quarter + q.shoulder_lift))
+    forearm = upper_arm @ Pose((0.0, ELBOW_OFFSET, A2), _about_y(q.elbow))
+    wrist_1 = forearm @ Pose((0.0, 0.0, A3), _about_y(quarter + q.wrist_1))
+    wrist_2 = wrist_1 @ Pose((0.0, D4 - SHOULDER_OFFSET - ELBOW_OFFSET, 0.0), _about_z(q.wrist_2))
+    wrist_3 = wrist_2 @ Pose((0.0, 0.0, D5), _about_y(q.wrist_3))
+    return {
+        "base_link": base,
+        "shoulder_link": shoulder,
+        "upper_arm_link": upper_arm,
+        "forearm_link": forearm,
+        "wrist_1_link": wrist_1,
+        "wrist_2_link": wrist_2,
+        "wrist_3_link": wrist_3,
+        "vacuum_gripper_link": wrist_3 @ _WRIST_3_T_GRIPPER,
+    }
+
+
+def inverse(world_T_gripper: Pose, rail: float, *, near: JointsLike | None = None) -> tuple[Joints, ...]:
+    """Every posture, up to eight, that brings the gripper to a pose with the rail at `rail` [m].
+
+    Args:
+        world_T_gripper: where the gripper link is to be [m].
+        rail: position of the rail [m].
+        near: when given, whole turns are added to each angle, within limits, so as to be nearest to these; otherwise
+            angles are from -pi to pi. `Joints.turned` lists all the choices. It also says where wrist 3 stays when
+            the pose leaves that open.
+
+    Returns:
+        Different postures. Where solutions meet (arm stretched out, wrist 2 at 0 or pi, wrist beside the pan axis)
+        there are fewer than eight. Where wrist 2 is at 0 or pi, wrists 1 and 3 turn about one axis, and infinitely
+        many postures serve: the one with wrist 3 as in `near` (or at 0) stands for them.
+
+    Raises:
+        UnreachableError: there is none, and why.
+        UsageError: a number is not finite.
+    """
+    if not world_T_gripper.is_finite() or not math.isfinite(rail):
+        raise UsageError("a pose to be reached must be finite")
+    if abs(rail) > RAIL_LIMIT + _TOUCHING:
+        raise UnreachableError(f"the rail does not go to {rail:.3f} m: it ends at ±{RAIL_LIMIT} m")
+    favoured = None if near is None else Joints.of(near)
+    wrist_3 = 0.0 if favoured is None else favoured.wrist_3
+    unit = Pose(world_T_gripper.position, normalized(world_T_gripper.quaternion))
+    shoulder_T_wrist_3 = Pose((BASE_X, rail, BASE_Z + D1)).inverse() @ unit @ _GRIPPER_T_WRIST_3
+    rows = _rows(shoulder_T_wrist_3.quaternion)
+    found: list[Joints] = []
+    least_excess = math.inf
+    for pan in _pans(shoulder_T_wrist_3.position):
+        outward = shoulder_T_wrist_3.position[0] * math.cos(pan) + shoulder_T_wrist_3.position[1] * math.sin(pan)
+        up = shoulder_T_wrist_3.position[2]
+        for plane, wrist_2, wrist_3_angle in _hands(_turned_back(pan, rows), outward, up, wrist_3):
+            x, z = outward - D5 * math.sin(plane), up - D5 * math.cos(plane)
+            distance = math.hypot(x, z)
+            out = max(distance - MAX_REACH, (A2 - A3) - distance)
+            if out > _TOUCHING:
+                least_excess = min(least_excess, out)
+                continue
+            bend = math.acos(max(-1.0, min(1.0, (distance**2 - A2**2 - A3**2) / (2 * A2 * A3))))
+            for elbow in (bend, -bend):
+                lift = math.atan2(-z, x) - math.atan2(A3 * math.sin(elbow), A2 + A3 * math.cos(elbow))
+                angles = (pan, lift, elbow, plane - math.pi - lift - elbow, wrist_2, wrist_3_angle)
+                joints = Joints(rail, *map(_principal, angles))
+                if not any(_alike(joints, other) for other in found):
+                    found.append(joints)
+    if not found:
+        raise UnreachableError(
+            f"the wrist would have to be {least_excess * 1000:.1f} mm beyond what the arm reaches with the rail at "
+            f"{rail:.3f} m"
+        )
+    return tuple(found if favoured is None else (joints.nearest(favoured) for joints in found))
+
+
+def tool_down(x: float, y: float, z: float, yaw: float = 0.0) -> Pose:
+    """The pose `world_T_gripper` with the cup pointing straight down and its face at x, y, z [m].
+
+    Args:
+        x: of the middle of the face [m].
+        y: of the middle of the face [m].
+        z: of the face [m].
+        yaw: of the gripper link's x axis in the world [rad].
+    """
+    return Pose.from_rpy((x, y, z + FACE_DEPTH), (0.0, 0.0, yaw))
+
+
+def face(world_T_gripper: Pose) -> Vector3:
+    """Where in the world the middle of the cup's face is [m]."""
+    return (world_T_gripper @ _GRIPPER_T_FACE).position
+
+
+def is_usual(joints: Joints) -> bool:
+    """Whether the arm reaches forward and not over its back, with its elbow up and away from bins, belt and trays.
+
+    Forward: wrist 1 is on the side of the shoulder that the pan axis turns to the tool. Up: the elbow is above the
+    straight line from the shoulder to wrist 1.
+    """
+    lower = joints.shoulder_lift + joints.elbow
+    elbow_out, elbow_up = A2 * math.cos(joints.shoulder_lift), -A2 * math.sin(joints.shoulder_lift)
+    wrist_out, wrist_up = elbow_out + A3 * math.cos(lower), elbow_up - A3 * math.sin(lower)
+    return wrist_out > 0.0 and elbow_up * wrist_out > wrist_up * elbow_out
+
+
+def _pans(wrist_3: Vector3) -> tuple[float, ...]:
+    """Pan angles [rad] for which the arm's plane, d4 off the pan axis, holds the origin of wrist 3."""
+    distance = math.hypot(wrist_3[0], wrist_3[1])
+    if distance < D4 - _TOUCHING:
+        raise UnreachableError(
+            f"wrist 3 would be {distance:.3f} m from the pan axis, and it gets no nearer than {D4:.3f} m; move the rail"
+        )
+    direction = math.atan2(wrist_3[1], wrist_3[0])
+    aside = math.asin(min(1.0, D4 / distance))
+    return direction - aside, direction + aside - math.pi
+
+
+def _hands(pan_R_wrist_3: Rows, outward: float, up: float, free_wrist_3: float) -> Iterator[tuple[float, float, float]]:
+    """The Y-Z-Y Euler angles [rad] of the hand in the arm's plane, two ways: plane angle, wrist 2 and wrist 3.
+
+    Where the plane angle is free, it is the one that leaves wrist 3 as wanted or, where the arm does not reach so
+    far, the nearest to it for which it does.
+
+    Args:
+        pan_R_wrist_3: how the hand is turned, seen from the arm's plane.
+        outward: of the origin of wrist 3 from the shoulder, in the plane [m].
+        up: likewise [m].
+        free_wrist_3: wanted where wrist 3 is free [rad].
+    """
+    (m00, m01, m02), (_, m11, _), (m20, m21, m22) = pan_R_wrist_3
+    if math.hypot(m01, m21) > _SINGULAR:
+        planes: tuple[float, ...] = (math.atan2(m21, -m01), math.atan2(-m21, m01))
+    elif m11 > 0.0:  # the whole rotation is one about y, by the sum of the two angles
+        planes = (_plane_in_reach(outward, up, math.atan2(m02, m00) - free_wrist_3),)
+    else:  # ... or by their difference, with half a turn about z
+        planes = (_plane_in_reach(outward, up, math.atan2(m02, -m00) + free_wrist_3),)
+    for plane in planes:
+        c, s = math.cos(plane), math.sin(plane)
+        # What is left when the first turn is undone: Rz(wrist 2) Ry(wrist 3). Reading both off it, and not off the
+        # matrix, keeps their sum exact where each alone is ill defined.
+        yield plane, math.atan2(-(c * m01 - s * m21), m11), math.atan2(-(s * m00 + c * m20), s * m02 + c * m22)
+
+
+def _plane_in_reach(outward: float, up: float, wanted: float) -> float:
+    """The plane angle [rad] nearest to the one wanted for which wrist 1 is in reach; that one where none is.
+
+    Wrist 1 is d5 from the origin of wrist 3, in the direction of the plane angle: the law of cosines.
+    """
+    distance = math.hypot(outward, up)
+    direction = math.atan2(outward, up)
+    to_wrist_1 = math.hypot(outward - D5 * math.sin(wanted), up - D5 * math.cos(wanted))
+    limit = min(MAX_REACH, max(A2 - A3, to_wrist_1))
+    if limit == to_wrist_1 or distance == 0.0:
+        return wanted
+    aside = math.acos(max(-1.0, min(1.0, (distance**2 + D5**2 - limit**2) / (2 * distance * D5))))
+    return min((direction + aside, direction - aside), key=lambda angle: abs(_principal(angle - wanted)))
+
+
+def _turned_back(pan: float, rows: Rows) -> Rows:
+    """Rz(-pan) times the matrix."""
+    c, s = math.cos(pan), math.sin(pan)
+    (a, b, d), (e, f, g), last = rows
+    return (c * a + s * e, c * b + s * f, c * d + s * g), (c * e - s * a, c * f - s * b, c * g - s * d), last
+
+
+def _rows(q: Quaternion) -> Rows:
+    """The rotation matrix of a unit quaternion."""
+    x, y, z = rotate(q, (1.0, 0.0, 0.0)), rotate(q, (0.0, 1.0, 0.0)), rotate(q, (0.0, 0.0, 1.0))
+    return (x[0], y[0], z[0]), (x[1], y[1], z[1]), (x[2], y[2], z[2])
+
+
+def _about_y(angle: float) -> Quaternion:
+    return (math.cos(angle / 2), 0.0, math.sin(angle / 2), 0.0)
+
+
+def _about_z(angle: float) -> Quaternion:
+    return (math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2))
+
+
+def _principal(angle: float) -> float:
+    """The same angle [rad] from -pi to pi."""
+    return math.remainder(angle, 2.0 * math.pi)
+
+
+def _alike(a: Joints, b: Joints) -> bool:
+    return all(abs(_principal(mine - other)) < _SAME for mine, other in zip(a[1:], b[1:], strict=True))
+
+
+WEIGHTS = Joints(1.5, 1.0, 1.0, 0.8, 0.5, 0.5, 0.3)
+"""What moving each joint costs [per m for the rail; per rad]: the more, the more of the arm it carries."""
+
+COMFORTABLE = (0.45, 1.0)
+"""Horizontal distances [m] of the gripper from the pan axis at which the arm is neither folded up nor stretched."""
+
+DISCOMFORT = 10.0
+"""What it costs to be outside of them [per m]."""
+
+_RAIL_STEP = 0.1
+
+
+def solve(
+    world_T_gripper: Pose,
+    near: JointsLike,
+    *,
+    rail: float | Sequence[float] | None = None,
+    usual: bool = True,
+    accept: Callable[[Joints], bool] | None = None,
+) -> Joints:
+    """The posture that brings the gripper to a pose at the least cost of moving there, and stands comfortably.
+
+    The cost of a posture is the root of the sum of the squares of `WEIGHTS` times the distance of each joint from
+    `near`, and `DISCOMFORT` times the distance [m] by which the gripper is outside of the `COMFORTABLE` ring about
+    the pan axis. Whole turns are chosen, within limits, to be nearest to `near`.
+
+    Args:
+        world_T_gripper: where the gripper link is to be [m].
+        near: where the arm is, or where it should stay near to.
+        rail: where the rail may be [m]; when left out, anywhere.
+        usual: only postures that reach forward, not over the arm's back, with the elbow up (`is_usual`).
+        accept: further wishes; only postures for which it returns True are taken.
+
+    Raises:
+        UnreachableError: no posture serves, and why not from the most comfortable place.
+        UsageError: a number is not finite.
+    """
+    start = Joints.of(near)
+    if rail is None:
+        places: Sequence[float] = rail_candidates(world_T_gripper, start.rail)
+    else:
+        places = (rail,) if isinstance(rail, float | int) else tuple(rail)
+    best: Joints | None = None
+    best_cost = math.inf
+    reasons: dict[float, str] = {}
+    for place in places:
+        try:
+            postures = inverse(world_T_gripper, place, near=start)
+        except UnreachableError as error:
+            reasons[place] = str(error)
+            continue
+        penalty = DISCOMFORT * discomfort(world_T_gripper, place)
+        for joints in postures:
+            if usual and not is_usual(joints):
+                reasons.setdefault(place, f"with the rail at {place:.3f} m only elbow down or over its back")
+                continue
+            cost = distance(joints, start) + penalty
+            if cost >= best_cost:
+                continue
+            if accept is not None and not accept(joints):
+                reasons[place] = f"with the rail at {place:.3f} m only in postures that are not accepted"
+                continue
+            best, best_cost = joints, cost
+    if best is None:
+        x, y, z = world_T_gripper.position
+        why = "no place for the rail was given"
+        if places:
+            why = reasons[min(places, key=lambda place: discomfort(world_T_gripper, place))]
+        raise UnreachableError(f"the arm does not bring its gripper to x {x:.3f}, y {y:.3f}, z {z:.3f} m: {why}")
+    return best
+
+
+def distance(a: Joints, b: Joints, weights: Joints = WEIGHTS) -> float:
+    """The weighted distance between two postures, turn by turn: pi and -pi are far apart."""
+    return math.sqrt(sum((w * (p - q)) ** 2 for p, q, w in zip(a, b, weights, strict=True)))
+
+
+def discomfort(world_T_gripper: Pose, rail: float) -> float:
+    """How far [m] the gripper is outside of the `COMFORTABLE` ring about the pan axis with the rail at `rail` [m]."""
+    x, y, _ = world_T_gripper.position
+    radius = math.hypot(x - BASE_X, y - rail)
+    return max(0.0, COMFORTABLE[0] - radius, radius - COMFORTABLE[1])
+
+
+def rail_candidates(world_T_gripper: Pose, present: float) -> tuple[float, ...]:
+    """Rail positions [m] worth trying, those near the present one first.
+
+    The present one, the edges of the comfortable stretches, and every 0.1 m of the rail.
+    """
+    x, y, _ = world_T_gripper.position
+    places = {present, y}
+    for radius in COMFORTABLE:
+        if radius > abs(x - BASE_X):
+            along = math.sqrt(radius**2 - (x - BASE_X) ** 2)
+            places |= {y - along, y + along}
+    steps = round(2 * RAIL_LIMIT / _RAIL_STEP)
+    places |= {-RAIL_LIMIT + 2 * RAIL_LIMIT * step / steps for step in range(steps + 1)}
+    inside = {max(-RAIL_LIMIT, min(RAIL_LIMIT, place)) for place in places}
+    return tuple(sorted(inside, key=lambda place: (abs(place - present), place)))

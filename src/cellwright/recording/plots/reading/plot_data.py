@@ -1,0 +1,119 @@
+"""Plot data of a recording, read in one pass."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import Any
+
+from cellwright.recording.format.reader import Recording
+from cellwright.recording.plots.reading.cell import Arm, BodyPath, Competition, Trays
+from cellwright.recording.plots.reading.reader import SECOND, Commands, Gripper, Reader
+from cellwright.recording.plots.reading.robot import About, JointStates, Status, Tips
+from cellwright.recording.plots.tracks import JointTrack, Story, ToolTrack
+from cellwright.util.errors import MessageError, RecordingError
+
+_CUP = "vacuum_gripper_link"
+_NOT_WHOLE = "cut before its end"
+
+
+def load_plot_data(recording: Recording) -> Story:
+    """What is to be drawn; a message that is damaged is left out."""
+    return _robot(recording) if recording.header.kind == "robot" else _cell(recording)
+
+
+def _cell(recording: Recording) -> Story:
+    arm, gripper, path, trays = Arm(), Gripper(), BodyPath(recording.scene, _CUP), Trays()
+    competition, commands = Competition(), Commands()
+    warning = _read(recording, (arm, gripper, path, trays, competition, commands))
+    end = recording.end_time / SECOND
+    cup = path.track("vacuum gripper")
+    tool = ToolTrack(cup.name, cup.frame, cup.times, cup.positions, gripper.on.until(end), gripper.attached.until(end))
+    tracks, states = arm.tracks(), competition.states.until(end)
+    return Story(
+        title=recording.header.name,
+        note=_note(recording, {**recording.header.facts, **competition.about}, competition),
+        begin=recording.begin / SECOND,
+        end=end,
+        joints={"Arm": tracks} if tracks else {},
+        tools=[tool] if len(tool.times) else [],
+        trays=trays.names,
+        tray_parts=trays.parts(end, competition.verdicts),
+        score=competition.score(),
+        marks=competition.marks,
+        states={"competition": states} if states else {},
+        commands=commands.tracks(),
+        warning=warning,
+    )
+
+
+def _robot(recording: Recording) -> Story:
+    measured, applied = JointStates("/io_teleop/joint_states"), JointStates("/io_teleop/applied_joint_cmd")
+    grippers, tips, status = JointStates("/io_teleop/gripper_states"), Tips(), Status()
+    about, commands = About(), Commands()
+    warning = _read(recording, (measured, applied, grippers, tips, status, about, commands))
+    end = recording.end_time / SECOND
+    seen, told, units = measured.curves(), applied.curves(), about.units()
+    joints = {
+        name: JointTrack(name, units.get(name, "rad"), *curve, *told.get(name, ())) for name, curve in seen.items()
+    }
+    groups = {
+        group[:1].upper() + group[1:]: [joints[name] for name in names if name in joints]
+        for group, names in (about.groups() or {"joints": list(joints)}).items()
+    }
+    sides = about.grippers()
+    closed = [
+        JointTrack(_gripper(number, name, sides), "closed 0..1", *curve)
+        for number, (name, curve) in enumerate(grippers.curves().items())
+    ]
+    states = {"safety": status.safety.until(end), "commands of": status.commander.until(end)}
+    arms: list[dict[str, Any]] = []
+    with suppress(MessageError):
+        arms = about.arms()
+    return Story(
+        title=recording.header.name,
+        note=_note(recording, recording.header.facts),
+        begin=recording.begin / SECOND,
+        end=end,
+        joints={name: tracks for name, tracks in {**groups, "Grippers": closed}.items() if tracks},
+        tools=tips.tracks(arms),
+        states={name: spans for name, spans in states.items() if spans},
+        commands=commands.tracks(),
+        warning=warning,
+    )
+
+
+def _read(recording: Recording, readers: Sequence[Reader]) -> str:
+    """Show each message to those who want it; what is wrong with the recording, if anything."""
+    wanted: dict[str, list[Reader]] = {}
+    for reader in readers:
+        for topic in reader.topics:
+            wanted.setdefault(topic, []).append(reader)
+    try:
+        for message in recording.messages(wanted):
+            for reader in wanted[message.topic]:
+                with suppress(MessageError):
+                    reader.take(message)
+    except RecordingError as error:
+        return f"{error}: drawn as far as it can be read"
+    return "" if recording.is_complete else f"{recording.path}: was cut short; drawn as far as it goes"
+
+
+def _gripper(number: int, topic_name: str, sides: Sequence[str]) -> str:
+    """What a gripper is called: by its side, for the topic only counts them."""
+    return f"{sides[number]} gripper".strip() if number < len(sides) else topic_name
+
+
+def _note(recording: Recording, facts: Any, competition: Competition | None = None) -> str:
+    """The line below the title: who, with which seed, what it was worth, and how long it took."""
+    words = [str(facts["agent"])] if facts.get("agent") else []
+    if facts.get("seed") is not None:
+        words.append(f"seed {facts['seed']}")
+    if competition is not None and (score := competition.score()) is not None:
+        best = competition.about.get("best")
+        of = f" of {best:g}" if isinstance(best, (int, float)) else ""
+        words.append(f"{score.points[-1]:g}{of} points")
+    words.append(f"{(recording.end_time - recording.begin) / SECOND:.1f} s")
+    outcome = competition.result.get("outcome") if competition is not None else None
+    words += [str(outcome)] if outcome else []
+    return "   ".join([*words, *([] if recording.is_complete else [_NOT_WHOLE])])

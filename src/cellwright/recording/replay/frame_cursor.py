@@ -1,0 +1,117 @@
+"""Frame cursor: frame and panel at the playback position, and the protocol of what can be played."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Collection, Iterator, Mapping
+from typing import Any, Protocol
+
+from cellwright.engine.clock import NANOSECONDS
+from cellwright.middleware.messages import from_cdr
+from cellwright.middleware.messages.standard import String
+from cellwright.recording.format.format import FRAME, PANEL, RecordedTopic, RecordingHeader
+from cellwright.recording.format.reader import RecordedMessage, frame_bytes
+from cellwright.rendering.scene.scene import Frame, decode_frame, is_whole_frame
+from cellwright.util.errors import MessageError
+
+
+class Source(Protocol):
+    """Something recorded. Messages are in the order of their times."""
+
+    @property
+    def header(self) -> RecordingHeader:
+        """What it is of."""
+        ...
+
+    @property
+    def topics(self) -> Mapping[str, RecordedTopic]:
+        """The topics by name, those that Cellwright adds among them."""
+        ...
+
+    @property
+    def begin(self) -> int:
+        """Time of the first message [ns]."""
+        ...
+
+    @property
+    def end_time(self) -> int:
+        """Time of the last message [ns]."""
+        ...
+
+    @property
+    def scene(self) -> bytes | None:
+        """What there is to be seen, encoded; None where that is missing."""
+        ...
+
+    def messages(
+        self, topics: Collection[str] | None = None, *, start: int | None = None, until: int | None = None
+    ) -> Iterator[RecordedMessage]:
+        """The messages of some topics, or of all, from `start` [ns] on and before `until` [ns]."""
+        ...
+
+    def newest(self, topic: str, time: int) -> RecordedMessage | None:
+        """The newest message of a topic at or before a time [ns]; None when there is none yet."""
+        ...
+
+
+_BACK = 2 * NANOSECONDS  # so far back a whole frame is looked for first [ns]
+
+
+class Sight:
+    """The frame and the panel of the moment at which playing stands.
+
+    Frames are kept as bytes and read when somebody asks: a recording that is played fast shows few of them.
+
+    Args:
+        source: what is played.
+    """
+
+    def __init__(self, source: Source) -> None:
+        self._source = source
+        self._waiting: list[bytes] = []
+        self._frame: Frame | None = None
+        self._panel = b""
+
+    def take(self, message: RecordedMessage) -> None:
+        """Take the next frame, or what the panel shows from now on."""
+        if message.topic == PANEL:
+            self._panel = message.data
+            return
+        frame = frame_bytes(message.data)
+        if is_whole_frame(frame):
+            self._waiting = [frame]
+        else:
+            self._waiting.append(frame)
+
+    def seek(self, time: int) -> None:
+        """Show what was to be seen at `time` [ns]."""
+        self._frame, self._waiting = None, []
+        back = _BACK
+        while True:
+            start = max(self._source.begin, time - back)
+            frames = list(self._source.messages((FRAME,), start=start, until=time + 1))
+            if start <= self._source.begin or any(is_whole_frame(frame_bytes(each.data)) for each in frames):
+                break
+            back *= 4
+        for each in frames:
+            self.take(each)
+        panel = self._source.newest(PANEL, time)
+        self._panel = b"" if panel is None else panel.data
+
+    def frame(self) -> Frame | None:
+        """Where the bodies are; None as long as that is not known."""
+        for data in self._waiting:
+            try:
+                self._frame = decode_frame(data, self._frame)
+            except MessageError:  # the file was damaged here: what was seen before stays until the next whole one
+                continue
+        self._waiting = []
+        return self._frame
+
+    def panel(self) -> dict[str, Any]:
+        """What the panel shows; empty as long as that is not known."""
+        try:
+            found = json.loads(from_cdr(self._panel, String).data) if self._panel else {}
+        except (MessageError, ValueError, RecursionError):
+            found = {}
+        return found if isinstance(found, dict) else {}

@@ -1,0 +1,93 @@
+"""Rendering backend: choice by environment and system, and an OpenGL context without a display."""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import Any
+
+from cellwright.util.errors import CellwrightError, UsageError, did_you_mean, showable
+
+BACKEND = "CELLWRIGHT_RENDERING"
+"""Environment variable that settles how is drawn; unset or empty: by what works first."""
+
+RAYS = "rays"
+"""With no graphics library."""
+
+BACKENDS = ("egl", "osmesa", "cgl", "glfw", RAYS)
+"""What it may be; `cgl` is for macOS, `glfw` for Windows. A way that the system has not comes down to what it has."""
+
+_MAX_SHOWN = 40  # characters of what is told again
+
+
+def requested_backend() -> str:
+    """The way that is settled; empty where none is.
+
+    Raises:
+        UsageError: there is no such way.
+    """
+    way = os.environ.get(BACKEND, "")
+    if way and way not in BACKENDS:
+        said = showable(way, _MAX_SHOWN).replace("\n", " ")
+        meant = did_you_mean(way.lower(), BACKENDS)
+        raise UsageError(f"{BACKEND}={said}: give one of {', '.join(BACKENDS)}, or leave it unset{meant}")
+    return way
+
+
+if sys.platform == "linux":
+    OPENGL_BACKENDS: tuple[str, ...] = ("egl", "osmesa")
+elif sys.platform == "darwin":
+    OPENGL_BACKENDS = ("cgl",)
+else:
+    OPENGL_BACKENDS = ("glfw",)
+"""The ways that there are on this system, best first."""
+
+_MIN_VERSION = (4, 3)
+_CONTEXT_SIZE = 64  # [pixels] of what the context itself would show, which nobody sees
+
+
+class NoOpenGL(CellwrightError):  # noqa: N818 (it says what there is not)
+    """OpenGL cannot be used this way; the text says why."""
+
+
+def select_platform(way: str) -> None:
+    """Have this process use OpenGL this way; to be called before anything of it is loaded, for that decides it."""
+    if way in ("egl", "osmesa"):
+        os.environ["PYOPENGL_PLATFORM"] = way
+    else:
+        os.environ.pop("PYOPENGL_PLATFORM", None)
+
+
+def open_context(way: str) -> Any:
+    """A context of OpenGL, made current in this thread; it lives as long as what is returned.
+
+    Args:
+        way: the one that was chosen.
+
+    Raises:
+        NoOpenGL: there is none to be had this way.
+    """
+    try:
+        context = _context_class(way)(_CONTEXT_SIZE, _CONTEXT_SIZE)
+        context.make_current()
+        from OpenGL import GL
+
+        said = GL.glGetString(GL.GL_VERSION)
+        version = (GL.glGetIntegerv(GL.GL_MAJOR_VERSION), GL.glGetIntegerv(GL.GL_MINOR_VERSION))
+    except Exception as fault:  # drivers, their loaders and PyOpenGL fail in many ways, of types of their own
+        raise NoOpenGL(f"{way}: {type(fault).__name__}: {' '.join(str(fault).split())[:200]}") from None
+    if tuple(int(part) for part in version) < _MIN_VERSION:
+        raise NoOpenGL(f"{way}: OpenGL {said!r} is too old: {_MIN_VERSION[0]}.{_MIN_VERSION[1]} at least")
+    return context
+
+
+def _context_class(way: str) -> Any:
+    if way == "egl":
+        from mujoco.egl import GLContext
+    elif way == "osmesa":
+        from mujoco.osmesa import GLContext
+    elif way == "cgl":
+        from mujoco.cgl import GLContext
+    else:
+        from mujoco.glfw import GLContext
+    return GLContext

@@ -1,0 +1,190 @@
+"""Scenes from MuJoCo models and MuJoCo models from scenes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from cellwright.rendering.scene.scene import SEEN, Form, Frame, Layer, Mesh, Scene, Shape, geom_colours
+from cellwright.util.pose import Pose
+
+_FORMS = {
+    int(mujoco.mjtGeom.mjGEOM_PLANE): Form.PLANE,
+    int(mujoco.mjtGeom.mjGEOM_SPHERE): Form.SPHERE,
+    int(mujoco.mjtGeom.mjGEOM_CAPSULE): Form.CAPSULE,
+    int(mujoco.mjtGeom.mjGEOM_ELLIPSOID): Form.ELLIPSOID,
+    int(mujoco.mjtGeom.mjGEOM_CYLINDER): Form.CYLINDER,
+    int(mujoco.mjtGeom.mjGEOM_BOX): Form.BOX,
+    int(mujoco.mjtGeom.mjGEOM_MESH): Form.MESH,
+}
+
+
+def _nobody() -> Collection[int]:
+    return ()
+
+
+class SceneTaker:
+    """The scene of a model, and frames of its state.
+
+    Args:
+        model: a compiled model.
+        name: what the scene is called.
+        hidden: tells the engine's ids of bodies that are not there to be seen at the moment.
+    """
+
+    def __init__(
+        self, model: mujoco.MjModel, *, name: str = "", hidden: Callable[[], Collection[int]] = _nobody
+    ) -> None:
+        moving = _moving_bodies(model)
+        self._bodies = np.concatenate([[0], np.flatnonzero(moving)])
+        self._index = {int(body): index for index, body in enumerate(self._bodies)}
+        self._hidden = hidden
+        self._newest = [-1], np.empty(0, np.bool_)  # bodies that were hidden last, and what was shown then
+        self.scene = Scene(
+            name=name,
+            bodies=("world", *(model.body(body).name or f"body {body}" for body in self._bodies[1:])),
+            shapes=tuple(_shapes(model, moving, self._index)),
+            meshes=tuple(_mesh(model, number) for number in range(model.nmesh)),
+        )
+
+    def index(self, body: int) -> int:
+        """Place in `Scene.bodies` of a body by the engine's id; 0 for what stands still."""
+        return self._index.get(body, 0)
+
+    def frame(self, data: mujoco.MjData, time: int) -> Frame:
+        """Where the bodies are, as the data's `xpos` and `xquat` say (see `Simulation.refresh`), at `time` [ns]."""
+        poses = np.empty((len(self._bodies), 7), np.float32)
+        poses[:, :3] = data.xpos.take(self._bodies, axis=0)
+        poses[:, 3:] = data.xquat.take(self._bodies, axis=0)
+        return Frame(time, poses, self._shown())
+
+    def _shown(self) -> NDArray[np.bool_]:
+        """Which bodies are to be seen now: the same array as last time where that has not changed."""
+        hidden, shown = list(self._hidden()), self._newest[1]
+        if hidden != self._newest[0]:
+            shown = np.ones(len(self._bodies), np.bool_)
+            shown[[self._index[body] for body in hidden if body in self._index]] = False
+            shown.flags.writeable = False
+            self._newest = hidden, shown
+        return shown
+
+
+def _moving_bodies(model: mujoco.MjModel) -> NDArray[np.bool_]:
+    """Which bodies may move (nbody,): those that hang on a joint, or on a body that is put where it belongs."""
+    placed = model.body_mocapid[model.body_rootid] >= 0
+    moving: NDArray[np.bool_] = (model.body_weldid != 0) | placed
+    return moving
+
+
+def _shapes(model: mujoco.MjModel, moving: NDArray[np.bool_], index: dict[int, int]) -> list[Shape]:
+    still = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, still)
+    colours = geom_colours(model)
+    shapes = []
+    for geom in range(model.ngeom):
+        form = _FORMS.get(int(model.geom_type[geom]))
+        if form is None or colours[geom, 3] <= 0.0:
+            continue
+        body = int(model.geom_bodyid[geom])
+        if moving[body]:
+            pose = Pose(tuple(model.geom_pos[geom].tolist()), tuple(model.geom_quat[geom].tolist()))
+        else:  # what stands still has its place in the world
+            quaternion = np.empty(4)
+            mujoco.mju_mat2Quat(quaternion, still.geom_xmat[geom])
+            w, x, y, z = quaternion.tolist()
+            pose = Pose(tuple(still.geom_xpos[geom].tolist()), (w, x, y, z))
+        shapes.append(
+            Shape(
+                body=index[body] if moving[body] else 0,
+                form=form,
+                size=tuple(model.geom_size[geom].tolist()),
+                pose=pose,
+                colour=tuple(colours[geom].tolist()),
+                layer=_layer(int(model.geom_group[geom])),
+                mesh=int(model.geom_dataid[geom]) if form is Form.MESH else None,
+            )
+        )
+    return shapes
+
+
+def _layer(group: int) -> Layer:
+    """Why a geom is there, by its group; one of the engine's group 0, which nobody chose, is seen and touched."""
+    return Layer(min(max(group, Layer.BOTH), Layer.MARK))
+
+
+def _mesh(model: mujoco.MjModel, number: int) -> Mesh:
+    first, count = int(model.mesh_vertadr[number]), int(model.mesh_vertnum[number])
+    face, faces = int(model.mesh_faceadr[number]), int(model.mesh_facenum[number])
+    return Mesh(
+        np.array(model.mesh_vert[first : first + count], np.float32),
+        np.array(model.mesh_face[face : face + faces], np.int32),
+    )
+
+
+_TYPES = {
+    Form.PLANE: mujoco.mjtGeom.mjGEOM_PLANE,
+    Form.SPHERE: mujoco.mjtGeom.mjGEOM_SPHERE,
+    Form.CAPSULE: mujoco.mjtGeom.mjGEOM_CAPSULE,
+    Form.ELLIPSOID: mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+    Form.CYLINDER: mujoco.mjtGeom.mjGEOM_CYLINDER,
+    Form.BOX: mujoco.mjtGeom.mjGEOM_BOX,
+    Form.MESH: mujoco.mjtGeom.mjGEOM_MESH,
+}
+_OUT_OF_SIGHT = (0.0, 0.0, -1000.0)  # [m]
+
+
+class EngineScene:
+    """A model and its data that show a scene.
+
+    Args:
+        scene: what is to be seen.
+        layers: which of its shapes.
+
+    Attributes:
+        model: the model, with a body of its own for each of the scene's, in their order.
+        data: its state, as the last frame said.
+    """
+
+    def __init__(self, scene: Scene, *, layers: Collection[Layer] = SEEN) -> None:
+        spec = mujoco.MjSpec()
+        spec.modelname = scene.name
+        for number, mesh in enumerate(scene.meshes):
+            spec.add_mesh(
+                name=f"mesh {number}",
+                uservert=mesh.vertices.reshape(-1),
+                userface=mesh.faces.reshape(-1),
+                inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,  # flat and open surfaces have no volume
+            )
+        bodies: list[Any] = [spec.worldbody]
+        bodies += [spec.worldbody.add_body(name=f"{index}", mocap=True) for index in range(1, len(scene.bodies))]
+        used: list[int] = []
+        for shape in scene.shapes:
+            if shape.layer not in layers:
+                continue
+            geom = bodies[shape.body].add_geom(
+                type=_TYPES[shape.form],
+                size=shape.size,
+                pos=shape.pose.position,
+                quat=shape.pose.quaternion,
+                rgba=shape.colour,
+                group=int(shape.layer),
+                contype=0,
+                conaffinity=0,
+            )
+            if shape.mesh is not None:
+                geom.meshname = f"mesh {shape.mesh}"
+                used.append(shape.mesh)
+        self.model: Any = spec.compile()
+        self.data: Any = mujoco.MjData(self.model)
+        mujoco.mj_forward(self.model, self.data)
+
+    def show(self, frame: Frame) -> None:
+        """Put the bodies where a frame says; those that are not shown out of sight."""
+        poses = np.where(frame.shown[:, None], frame.poses[:, :3], _OUT_OF_SIGHT)
+        self.data.mocap_pos[:] = poses[1:]
+        self.data.mocap_quat[:] = frame.poses[1:, 3:]
+        mujoco.mj_kinematics(self.model, self.data)

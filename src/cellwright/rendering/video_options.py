@@ -1,0 +1,64 @@
+"""Video options: file, camera, speed and size, checked before anything is drawn."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+from cellwright.rendering.camera import Camera
+from cellwright.rendering.picture import LARGEST_SIDE
+from cellwright.util.errors import UsageError
+
+WIDTH, HEIGHT = 1280, 720
+"""Of a video, in pixels, unless told otherwise."""
+RATE = Fraction(25)
+"""Pictures a second, as it is played."""
+
+_SMALLEST_SIDE = 16
+
+
+@dataclass(frozen=True)
+class VideoOptions:
+    """What a video is to be.
+
+    Attributes:
+        file: of the video, MP4.
+        camera: where it is taken from; None for where a robot is seen whole.
+        speed: simulated seconds a second of the video.
+        width: in pixels.
+        height: in pixels.
+        fine: edges of four samples a pixel.
+    """
+
+    file: Path
+    camera: Camera | None = None
+    speed: float = 1.0
+    width: int = WIDTH
+    height: int = HEIGHT
+    fine: bool = False
+
+
+def check_video_size(width: int, height: int) -> None:
+    """Refuse a size that no video can have.
+
+    Raises:
+        UsageError: it is none.
+    """
+    for name, value in (("width", width), ("height", height)):
+        if not _SMALLEST_SIDE <= value <= LARGEST_SIDE or value % 2:
+            raise UsageError(
+                f"the {name} of a video is an even number from {_SMALLEST_SIDE} to {LARGEST_SIDE}, not {value}"
+            )
+
+
+def period_of(speed: float, rate: Fraction = RATE) -> Fraction:
+    """Simulation time [s] from a frame to the next, for a video that shows `speed` simulated seconds a second.
+
+    Raises:
+        UsageError: a speed that is none.
+    """
+    if not (math.isfinite(speed) and speed > 0):
+        raise UsageError(f"the speed of a video is a number above 0, not {speed:g}")
+    return Fraction(str(speed)) / rate

@@ -1,0 +1,359 @@
+"""Motion check: moves each joint of a robot, or compares with its reference motion, and proposes accelerations.
+
+The drive of a joint that changes its speed works against the inertia of all that hangs on it, and the other drives have
+to hold against it. Where one of them reaches its limit of effort, its joint overshoots or strays.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+from cellwright.config.robot.config import RobotConfig
+from cellwright.config.robot.groups import groups
+from cellwright.config.robot.model import Joint
+from cellwright.robot.checks.reference import compare, find_reference, read_reference
+from cellwright.robot.checks.rig import Finding, MotionReport, Rig
+from cellwright.robot.commander import HOMING_TIMEOUT
+from cellwright.robot.model import TIMESTEP
+from cellwright.robot.servos import Array, Motion, fastest
+
+INERTIA_SHARE = 0.7
+"""Share of the efforts that inertia may take; the rest is for the forces that come with speed."""
+RAMP = 0.05
+"""Least time in which a joint gains its full speed [s]: shorter than a servo's own lag, it would change nothing."""
+POSTURES = 30
+"""Number of postures, besides the one that the robot is put up in, that are looked at; the same in each check."""
+
+_WIDEST = math.pi  # [rad; m] from 0: so far postures of joints with wide ranges are drawn
+_MIN_ACCELERATION = 1e-3  # [rad/s^2; m/s^2]; what is proposed for a joint that cannot move is above 0
+_DIGITS = 2  # of a figure that is proposed
+
+
+def bearable_accelerations(rig: Rig, config: RobotConfig) -> dict[str, float]:
+    """Accelerations of the driven joints at which no drive reaches its limit of effort [rad/s^2; m/s^2], by joint.
+
+    What one joint may do alone is effort over inertia: of its own drive, and of all that have to hold against it; the
+    least of some postures. All are then lowered until each drive bears all joints at once, whose efforts add up as
+    independent ones do, by their squares: they seldom all pull the same way.
+    """
+    inertias = np.abs(_inertias(rig, config))
+    limits = [joint.limits.effort for joint in config.robot.driven]
+    efforts = INERTIA_SHARE * np.array([limit if limit > 0.0 else math.inf for limit in limits])
+    with np.errstate(divide="ignore"):
+        alone = (efforts[:, None] / inertias).min(axis=(0, 1))
+    alone = np.minimum(alone, np.array([fastest(joint) for joint in config.robot.driven]) / RAMP)
+    loads = (np.sqrt(((inertias * alone) ** 2).sum(axis=2)) / efforts).max(axis=0)
+    shared = np.where(inertias.max(axis=0) > 0.0, np.maximum(loads, 1.0)[:, None], 1.0).max(axis=0)
+    found: Array = alone / shared
+    return {joint.name: value for joint, value in zip(config.robot.driven, found.tolist(), strict=True)}
+
+
+def _inertias(rig: Rig, config: RobotConfig) -> Array:
+    """The inertia that each drive feels of each joint's acceleration, in some postures (postures, drives, joints)."""
+    rig.begin()
+    model, first = rig.node.simulation.model, rig.node.simulation.data.qpos.copy()
+    joints = config.robot.driven
+    places = np.array([model.joint(joint.name).qposadr[0] for joint in joints])
+    dofs = np.array([model.joint(joint.name).dofadr[0] for joint in joints])
+    lower = np.array([max(joint.limits.lower, -_WIDEST) for joint in joints])
+    upper = np.array([min(joint.limits.upper, _WIDEST) for joint in joints])
+    chance, data = np.random.default_rng(0), mujoco.MjData(model)
+    whole = np.zeros((model.nv, model.nv))
+    found = np.empty((POSTURES + 1, len(joints), len(joints)))
+    for number in range(POSTURES + 1):
+        data.qpos[:] = first
+        if number:
+            data.qpos[places] = lower + chance.random(len(joints)) * (upper - lower)
+        mujoco.mj_forward(model, data)
+        mujoco.mj_fullM(model, data, whole)
+        found[number] = whole[np.ix_(dofs, dofs)]
+    return found
+
+
+def propose_accelerations(rig: Rig, config: RobotConfig, joints: Sequence[str]) -> str:
+    """Entries to write for the groups of some joints, or a figure for each joint that is in no group."""
+    known = bearable_accelerations(rig, config)
+    entries = [
+        f"{key}.max_acceleration: {_listed(config, key, members, known)}"
+        for key, members, _ in groups(config)
+        if set(members) & set(joints)
+    ]
+    grouped = {name for _, members, _ in groups(config) for name in members}
+    alone = [f"{name} {_figure(known[name])}" for name in joints if name not in grouped]
+    if alone:
+        entries.append(f"max_acceleration of a group with {', '.join(alone)}")
+    return f"drives reach their limits of effort; write in the configuration: {'; '.join(entries)}"
+
+
+def _listed(config: RobotConfig, key: str, members: tuple[str, ...], known: Mapping[str, float]) -> str:
+    """One figure for each place in the list of a group's joints; the head's has three."""
+    figures = [_figure(known[name]) for name in members]
+    if key == "head":
+        figures = [figures[config.head_axes.index(axis)] if axis in config.head_axes else "1" for axis in range(3)]
+    return f"[{', '.join(figures)}]"
+
+
+def _figure(value: float) -> str:
+    """A figure in few digits, and not above what it stands for."""
+    value = max(value, _MIN_ACCELERATION)
+    scale = 10.0 ** (math.floor(math.log10(value)) - _DIGITS + 1)
+    return f"{math.floor(value / scale) * scale:g}"
+
+
+STEP_SHARE = 0.1
+"""By how much of its range a joint is moved."""
+UNLIMITED_STEP = 0.3
+"""By how much a joint without limits is moved [rad; m]."""
+SETTLED = 0.02
+"""How near a joint comes to its target, as a share of its way."""
+OVERSHOOT = 0.25
+"""How far it may go beyond, as a share of its way: a drive at the limit of its effort brakes late."""
+STRAY = 0.05
+"""How far joints that nobody commands may go while another one moves [rad; m]: 5 cm at a reach of 1 m."""
+SETTLING_TIMEOUT = 1.0
+"""How much longer a joint may take than its way needs, at full speed and with its bound of acceleration [s]."""
+DRIFT = 1e-3
+"""How far a joint may go from where the robot was put up, with nothing commanded [rad; m]."""
+
+_MAX_GRIPPER_TIME = 20.0  # [s] that a gripper is waited for
+
+
+@dataclass
+class Worst:
+    """The worst of several figures, and whose it is.
+
+    Attributes:
+        limit: what they may be.
+        name: whose the worst figure is.
+        value: that figure.
+        count: how many there were.
+        beyond: whose figures are greater than the limit.
+    """
+
+    limit: float
+    name: str = ""
+    value: float = 0.0
+    count: int = 0
+    beyond: list[str] = field(default_factory=list)
+
+    def look(self, name: str, value: float, owner: str = "") -> None:
+        """Take one more into account; with `owner`, of another joint than the one that is to blame."""
+        self.count += 1
+        if value > self.limit:
+            self.beyond.append(name)
+        if not self.name or value > self.value:
+            self.name, self.value = f"{owner}, while {name} moves" if owner else name, value
+
+
+class Response(NamedTuple):
+    """The response of a robot to a step of one joint.
+
+    Attributes:
+        late: how much longer the joint takes to settle than its way takes [s]; infinite if it does not settle.
+        beyond: how far it goes beyond its target, as a share of its way.
+        stray: how far the joint that moves most among those that nobody commanded goes [rad; m].
+        who: that joint.
+    """
+
+    late: float
+    beyond: float
+    stray: float
+    who: str
+
+
+def check_joints(rig: Rig, config: RobotConfig) -> Iterator[Finding]:
+    """Hold still, then move every driven joint there, one after another; a finding for each joint that does not."""
+    rig.begin()
+    begin = rig.positions
+    _, positions = rig.run(0.5)
+    wanted = tuple(joint.name for joint in config.robot.movable)
+    yield Finding(f"order of {len(wanted)} joint states", 0, 0, "differ", "", rig.joint_states == wanted)
+    if not rig.numbers:
+        return
+    names = tuple(rig.numbers)
+    drift = np.abs(positions - begin).max(axis=0)
+    worst = int(drift.argmax())
+    yield Finding(
+        "holds where it is put up",
+        1e3 * drift[worst],
+        1e3 * DRIFT,
+        "mrad; mm",
+        names[worst],
+        bool(drift[worst] <= DRIFT),
+    )
+    yield from _steps(rig, config)
+    for number in range(len(config.grippers)):
+        yield _check_gripper(rig, config, number)
+    if config.home:
+        yield _check_homing(rig, config)
+
+
+def _steps(rig: Rig, config: RobotConfig) -> Iterator[Finding]:
+    """Move each joint by itself; a finding for each that does not come, and the farthest of all, these included."""
+    late, beyond, stray = Worst(SETTLING_TIMEOUT), Worst(OVERSHOOT), Worst(STRAY)
+    for joint in config.robot.driven:
+        if joint.mimic is not None:
+            continue
+        why = _cannot(joint)
+        if not why:
+            response = _step_joint(rig, joint, config)
+            beyond.look(joint.name, response.beyond)
+            stray.look(joint.name, response.stray, response.who)
+            if math.isfinite(response.late):
+                late.look(joint.name, response.late)
+                continue
+            why = f"it does not come within {100 * SETTLED:.0f} % of its target"
+        yield Finding(joint.name, math.inf, SETTLING_TIMEOUT, "s late", why, passed=False)
+    if late.count:
+        yield Finding(f"{late.count} joints step and settle", late.value, SETTLING_TIMEOUT, "s late", late.name)
+    if not beyond.count:
+        return
+    to_blame = tuple(dict.fromkeys((*beyond.beyond, *stray.beyond)))
+    remedy = propose_accelerations(rig, config, to_blame) if to_blame else ""
+    yield Finding(
+        "the farthest goes beyond",
+        100 * beyond.value,
+        100 * OVERSHOOT,
+        "% of way",
+        beyond.name,
+        not beyond.beyond,
+        remedy=remedy if beyond.beyond else "",
+    )
+    yield Finding(
+        "the farthest strays",
+        1e3 * stray.value,
+        1e3 * STRAY,
+        "mrad; mm",
+        stray.name if stray.value else "",
+        not stray.beyond,
+        remedy="" if beyond.beyond else remedy,
+    )
+
+
+def _cannot(joint: Joint) -> str:
+    """Why a joint cannot move at all."""
+    limits = joint.limits
+    if limits.upper <= limits.lower:
+        return f"its limits leave no way: {limits.lower:g} to {limits.upper:g}"
+    for name, value in (("effort", limits.effort), ("velocity", limits.velocity)):
+        if value <= 0.0:
+            return f"its {name} limit is {value:g}"
+    return ""
+
+
+def _step_joint(rig: Rig, joint: Joint, config: RobotConfig) -> Response:
+    """Step a joint, and look at it and at all others."""
+    rig.begin()
+    number, limits = rig.numbers[joint.name], joint.limits
+    begin = rig.positions
+    others = np.array([each != joint.name and config.robot.joint(each).mimic is None for each in rig.numbers])
+    start = float(begin[number])
+    target = _aside(joint, start)
+    least = _least_time(abs(target - start), limits.velocity, config.max_accelerations.get(joint.name, math.inf))
+    rig.send({joint.name: target})
+    settled, beyond, since = math.inf, 0.0, 0.0
+    away = np.zeros(len(begin))
+    while since < least + SETTLING_TIMEOUT:
+        positions = rig.step()
+        away = np.maximum(away, np.abs(positions - begin))
+        share = (float(positions[number]) - start) / (target - start)
+        since += rig.timestep
+        beyond = max(beyond, share - 1.0)
+        if abs(share - 1.0) > SETTLED:
+            settled = math.inf
+        elif math.isinf(settled):
+            settled = since
+        elif since > settled + 0.1:
+            break
+    away[~others] = 0.0
+    worst = int(away.argmax())
+    return Response(max(0.0, settled - least), beyond, float(away[worst]), tuple(rig.numbers)[worst])
+
+
+def _least_time(way: float, speed: float, acceleration: float) -> float:
+    """How long a way from rest to rest takes at least [s]; way [rad; m], speed [rad/s; m/s], acceleration per s^2."""
+    if math.isinf(acceleration):
+        return way / speed
+    ramp = min(speed / acceleration, math.sqrt(way / acceleration))
+    return 2 * ramp + (way - acceleration * ramp * ramp) / min(speed, acceleration * ramp)
+
+
+def _check_gripper(rig: Rig, config: RobotConfig, number: int) -> Finding:
+    """Close a gripper, and see how far it comes."""
+    gripper = config.grippers[number]
+    named = [config.robot.joint(name) for name in gripper.joints]
+    joints = [joint for joint in named if joint.mimic is None]  # others may go to the other ends of their ways
+    ways = [joint.limits.upper - joint.limits.lower for joint in joints]
+    rig.begin()
+    rig.send_grippers([float(each == number) for each in range(len(config.grippers))])
+    longest = max((way / joint.limits.velocity for way, joint in zip(ways, joints, strict=True)), default=0.0)
+    _, positions = rig.run(min(longest, _MAX_GRIPPER_TIME) + SETTLING_TIMEOUT)
+    short = [
+        abs(gripper.way(joint)[1] - float(positions[-1][rig.numbers[joint.name]])) / way if way > 0 else math.inf
+        for way, joint in zip(ways, joints, strict=True)
+    ]
+    worst = max(range(len(short)), key=short.__getitem__)
+    figure = 100 * short[worst]
+    what = f"{('right', 'left')[number] if number < 2 else number} gripper closes"
+    return Finding(what, figure, 100 * SETTLED, "% short", joints[worst].name, short[worst] <= SETTLED)
+
+
+def _check_homing(rig: Rig, config: RobotConfig) -> Finding:
+    """Go home from elsewhere."""
+    rig.begin()
+    rig.send({name: _aside(config.robot.joint(name), value) for name, value in config.home.items()})
+    rig.run(1.0)
+    took, why_not = rig.reset()
+    return Finding("goes home on a reset", took, HOMING_TIMEOUT, "s", why_not, not why_not)
+
+
+def _aside(joint: Joint, position: float) -> float:
+    """A place near a position that the joint can go to [rad; m]."""
+    limits = joint.limits
+    whole = limits.upper - limits.lower
+    way = STEP_SHARE * whole if math.isfinite(whole) else UNLIMITED_STEP
+    return position + way if position + way <= limits.upper else position - way
+
+
+def check_motion(
+    config: RobotConfig,
+    motion: Motion = Motion.SERVO,
+    *,
+    timestep: Fraction = TIMESTEP,
+    self_collision: bool = False,
+    tell: Callable[[Finding], None] = lambda _finding: None,
+) -> MotionReport:
+    """Move a robot in its node as a client would, and look at what it does.
+
+    A robot with a recorded motion beside its configuration is compared with that. Of any other one each joint is moved
+    by itself, from where the robot is put up.
+
+    Args:
+        config: the robot.
+        motion: how targets are reached.
+        timestep: length of a step [s]; what was recorded was so with the default one.
+        self_collision: whether links may touch each other.
+        tell: told each finding as it is made.
+
+    Raises:
+        UsageError: the recorded motion cannot be read.
+    """
+    path = find_reference(config)
+    reference = None if path is None else read_reference(path)
+    rig = Rig(config, motion, timestep=timestep, self_collision=self_collision)
+    found: list[Finding] = []
+    try:
+        looks: Iterator[Finding] = check_joints(rig, config) if reference is None else compare(rig, config, reference)
+        for finding in looks:
+            found.append(finding)
+            tell(finding)
+    finally:
+        rig.close()
+    return MotionReport(config.name, "" if path is None else str(path), tuple(found))

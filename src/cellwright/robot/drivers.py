@@ -1,0 +1,290 @@
+"""Drivers: the protocol, the thread that calls a user's driver, the model that mirrors it, and plugin look-up.
+
+Hardware answers when it likes. So the node never waits for it: targets are left for the thread, and what the driver
+read last is what the node knows. A driver that raises, reads what is no number or says nothing for too long has failed:
+it is told to hold the posture that it read last, and is given no target until somebody clears that.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from collections.abc import Callable, Mapping, Sized
+from typing import Protocol
+
+import numpy as np
+
+from cellwright.config.robot.config import RobotConfig
+from cellwright.engine.device import Device
+from cellwright.robot.servos import Array, JointReadings, JointServos
+from cellwright.util import plugins
+from cellwright.util.errors import CellwrightError, UnknownNameError, in_a_line
+
+
+class Driver(Protocol):
+    """A robot's joints, as the node drives and reads them.
+
+    Every array is in the order of `joints`: one number each [rad; m]. Targets are finite, within the limits of the
+    joints, and past all safety.
+    """
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the joints with one degree of freedom, in the order of their indices."""
+        ...
+
+    def command(self, targets: Array) -> None:
+        """Go to these positions; called before a step, and only when they have changed."""
+        ...
+
+    def read(self) -> JointReadings:
+        """The joints as they are now; called after a step."""
+        ...
+
+    def close(self) -> None:
+        """Let go of the robot, which is to stand still from then on."""
+        ...
+
+
+DRIVER_TIMEOUT = 0.5
+"""Silence of a driver [s] that counts as failure; the frames of the field give feedback as long."""
+FIRST_READING_TIMEOUT = 10.0
+"""How long the first reading may take [s]: the hardware may have to be found and switched on."""
+
+_IDLE_INTERVAL = 0.05  # [s] between two readings when the node asks for nothing
+_JOIN_TIMEOUT = 0.5  # [s]
+_COLUMNS = ", ".join(JointReadings._fields[:-1]) + " and " + JointReadings._fields[-1]
+
+
+class DriverError(CellwrightError):
+    """A driver that does not do what `Driver` asks of it; the text says what."""
+
+
+class LiveDriver:
+    """Stands before the node as the driver of all joints of the robot with one degree of freedom.
+
+    The driver may have some of them only, in any order; the others stay as the robot is put up.
+
+    Args:
+        config: the robot.
+        driver: the driver; all of its methods are called by one thread.
+        patience: silence [s] that counts as failure.
+
+    Raises:
+        DriverError: its joints are not the robot's, or its first reading fails; it has been closed then.
+    """
+
+    def __init__(self, config: RobotConfig, driver: Driver, *, patience: float = DRIVER_TIMEOUT) -> None:
+        robot = config.robot
+        self.joints = tuple(joint.name for joint in robot.driven)
+        self._driver = driver
+        self._patience = patience
+        try:
+            self._places = _joint_numbers(self.joints, driver)
+        except DriverError:
+            close_driver(driver)
+            raise
+        self.count = 0
+        """How often the driver was read."""
+        still = np.zeros(len(self.joints))
+        start = np.array([config.start.get(name, 0.0) for name in self.joints])
+        self._readings = JointReadings(start, still, still)
+        self._targets: Array | None = None
+        self._fault = ""
+        self._is_holding = False
+        self._has_ended = False
+        self._lock = threading.Lock()
+        self._awake = threading.Event()
+        self._heard = time.monotonic()
+        first = threading.Event()
+        self._thread = threading.Thread(target=self._run, args=(first,), name="driver", daemon=True)
+        self._thread.start()
+        if not first.wait(FIRST_READING_TIMEOUT):
+            self._fault = f"it has not been read for the first time within {FIRST_READING_TIMEOUT:g} s"
+        if self._fault:
+            self.close()
+            raise DriverError(f"the driver cannot be used: {self._fault}")
+
+    @property
+    def fault(self) -> str:
+        """Why the driver is held; empty while it works."""
+        with self._lock:
+            if not self._fault and time.monotonic() - self._heard > self._patience:
+                self._fault = f"it has said nothing for {self._patience:g} s"
+            return self._fault
+
+    def clear(self) -> None:
+        """Trust the driver again, with a posture read anew; it fails again if nothing has changed."""
+        with self._lock:
+            self._fault = ""
+            self._is_holding = False
+            self._targets = None
+            self._heard = time.monotonic()
+
+    def command(self, targets: Array) -> None:
+        """Leave targets [rad; m] of all joints for the thread; what was left before and not taken is forgotten."""
+        with self._lock:
+            if not self._fault:
+                self._targets = targets[self._places].copy()
+        self._awake.set()
+
+    def read(self) -> JointReadings:
+        """What was read last."""
+        self._awake.set()
+        return self._readings
+
+    def close(self) -> None:
+        """Let go of the robot. A driver that is stuck is not waited for."""
+        self._has_ended = True
+        self._awake.set()
+        if threading.current_thread() is not self._thread:
+            self._thread.join(_JOIN_TIMEOUT)
+
+    # ---------------------------------------------------------------- the thread
+
+    def _run(self, first: threading.Event) -> None:
+        while not self._has_ended:
+            try:
+                self._turn()
+            except DriverError as error:
+                self._fail(str(error))
+            except BaseException as error:  # it is somebody else's code, and the node goes on
+                self._fail(in_a_line(error))
+            first.set()
+            self._awake.wait(_IDLE_INTERVAL)
+            self._awake.clear()
+        close_driver(self._driver)
+
+    def _turn(self) -> None:
+        """Give the driver what is new, and read it."""
+        with self._lock:
+            targets, self._targets = self._targets, None
+            is_failed = bool(self._fault)
+            if is_failed:
+                targets = None if self._is_holding else self._readings.positions[self._places].copy()
+        if targets is not None:
+            self._driver.command(targets)
+            with self._lock:  # not before: a hold that did not get through is said again
+                self._is_holding = is_failed and bool(self._fault)  # it may have been cleared meanwhile
+        readings = self._checked(self._driver.read())
+        with self._lock:
+            self._readings = readings
+            self.count += 1
+            self._heard = time.monotonic()
+
+    def _checked(self, found: JointReadings) -> JointReadings:
+        if not isinstance(found, Sized) or isinstance(found, Mapping) or len(found) != len(JointReadings._fields):
+            raise DriverError(f"read() is to give three things, {_COLUMNS}, and it gave {_describe_value(found)}")
+        columns = []
+        for name, old, values in zip(JointReadings._fields, self._readings, found, strict=True):
+            if np.ndim(values) != 1:
+                raise DriverError(
+                    f"read() is to give {_COLUMNS}, each a number for each joint; {name}: {_describe_value(values)}"
+                )
+            given = np.asarray(values, dtype=float)
+            if given.shape != self._places.shape:
+                raise DriverError(f"{name} of {given.size} joints were read, and it has {self._places.size}")
+            if not np.isfinite(given).all():
+                joint = self.joints[int(self._places[int(np.flatnonzero(~np.isfinite(given))[0])])]
+                raise DriverError(f"{name} of {joint} are no finite number")
+            column = old.copy()
+            column[self._places] = given
+            columns.append(column)
+        return JointReadings(*columns)
+
+    def _fail(self, reason: str) -> None:
+        with self._lock:
+            self._heard = time.monotonic()
+            if not self._fault:
+                self._fault = reason
+
+
+def close_driver(driver: Driver) -> None:
+    """Close a driver; what it raises then changes nothing any more."""
+    with contextlib.suppress(BaseException):
+        driver.close()
+
+
+def _describe_value(value: object) -> str:
+    """What a value is, for people: its type, and how many are in it."""
+    return f"a {type(value).__name__}" + (f" of {len(value)}" if isinstance(value, Sized) else "")
+
+
+def _joint_numbers(joints: tuple[str, ...], driver: Driver) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    """The number of each of the driver's joints among the robot's."""
+    try:
+        names = tuple(driver.joints)
+    except Exception as error:  # somebody else's code
+        raise DriverError(f"the driver cannot be used: its joints: {in_a_line(error)}") from error
+    for name in names:
+        if name not in joints:
+            raise DriverError(f"the driver cannot be used: {UnknownNameError('joint', str(name), joints)}")
+    if not names or len(set(names)) != len(names):
+        raise DriverError("the driver cannot be used: it has no joints, or some of them twice")
+    return np.array([joints.index(name) for name in names], dtype=np.int64)
+
+
+class Mirror(Device):
+    """Puts the model's joints where the robot's are, before each step, so that nothing moves by physics.
+
+    Args:
+        driver: of the robot.
+        servos: of the model.
+        stop: stops the robot, and says why: joints are to stay where they are until somebody clears the stop.
+        stand: called while the robot works: until its first target nothing holds it, and somebody may move it.
+    """
+
+    def __init__(
+        self, driver: LiveDriver, servos: JointServos, stop: Callable[[str], None], stand: Callable[[], None]
+    ) -> None:
+        super().__init__("mirror")
+        self._driver = driver
+        self._servos = servos
+        self._stop = stop
+        self._stand = stand
+
+    def reset(self) -> None:
+        """Begin with the posture of the robot."""
+        self._show()
+
+    def before_step(self) -> None:
+        """Look at the robot; a driver that has failed is an emergency stop."""
+        self._show()
+        fault = self._driver.fault
+        if fault:
+            self._stop(f"the driver has failed, and the robot holds: {fault}")
+        else:
+            self._stand()
+
+    def close(self) -> None:
+        """Let go of the robot."""
+        self._driver.close()
+
+    def _show(self) -> None:
+        self._servos.place(range(len(self._servos.joints)), self._driver.read().positions)
+
+
+def find_driver(name: str) -> Callable[[RobotConfig], Driver]:
+    """What makes a driver for a robot: a class in `path/to/file.py:Class`, or `package.module:Class`.
+
+    Raises:
+        DriverError: there is no such file, module or class, or it fails when it is imported. Making the driver raises
+            it too, when that fails.
+    """
+    if not plugins.is_class_path(name):
+        raise DriverError(f"a driver is given as path.py:Class or module:Class, not {name!r}")
+    found = plugins.find_class(name, method="command", error=DriverError)
+    if not callable(found) or not hasattr(found, "command"):
+        raise DriverError(f"{name}: a driver is a class with joints, command(targets), read() and close()")
+
+    def make(config: RobotConfig) -> Driver:
+        try:
+            driver: Driver = found(config)
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
+            raise DriverError(f"{name}: cannot be made: {in_a_line(error)}") from error
+        return driver
+
+    return make

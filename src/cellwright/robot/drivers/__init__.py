@@ -1,1 +1,0 @@
-"""What stands between the node and a robot."""

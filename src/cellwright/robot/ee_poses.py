@@ -1,0 +1,271 @@
+"""End-effector poses: the topics, and the steps of inverse kinematics that bring the tips of the arms there.
+
+The steps are made on a posture of its own (the desired one), not on the robot's: physics is left alone, the robot's
+servos follow, and what is aimed at depends on nothing but the commands. Joints that do not belong to an arm are where
+they are told to be; a waist is never moved to reach something.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from cellwright.config.robot.config import RobotConfig
+from cellwright.engine.device import Device, State
+from cellwright.engine.simulation import Simulation
+from cellwright.middleware.bus import Bus
+from cellwright.middleware.interface.sampling import Sampled
+from cellwright.middleware.interface.table import Row
+from cellwright.middleware.messages.conversions import header, nanoseconds, pose_message
+from cellwright.middleware.messages.standard import Pose as PoseMessage
+from cellwright.middleware.messages.standard import PoseArray
+from cellwright.robot.commander import Commander
+from cellwright.robot.inverse_kinematics import ArmSolver, TipSpeedLimits
+from cellwright.robot.servos import Array, fastest
+from cellwright.util.errors import RejectedCommandError
+from cellwright.util.pose import Pose
+
+TARGET_POSES_TOPIC = "/io_teleop/target_ee_poses"
+VELOCITY_SHARE = 0.9
+"""Share of the speeds of the servos that a way to a pose makes use of: what is left, they need to keep up."""
+
+
+@dataclass
+class _Arm:
+    """An arm, and where it is being brought: nowhere while `target` is None."""
+
+    numbers: Array
+    solver: ArmSolver
+    reference: str
+    positions: Array
+    target: Pose | None = None
+
+
+class EePoses(Device):
+    """The poses of the tips of all arms: right, left.
+
+    A later command for joints of an arm, whoever gives it, ends the way of that arm; the next poses begin a new one.
+
+    Args:
+        config: the robot.
+        commander: whom joint targets go to.
+        caps: how fast a tip may be brought to its target.
+        velocity_share: share of the speeds that joints are driven with at most that may be used, above 0.
+    """
+
+    def __init__(
+        self,
+        config: RobotConfig,
+        commander: Commander,
+        *,
+        caps: TipSpeedLimits | None = None,
+        velocity_share: float = VELOCITY_SHARE,
+    ) -> None:
+        super().__init__("ee poses")
+        self._config = config
+        self._commander = commander
+        self._caps = caps or TipSpeedLimits()
+        self._velocity_share = velocity_share
+        self._arms: list[_Arm] = []
+
+    def attach(self, simulation: Simulation) -> None:
+        """Look up joints and links."""
+        super().attach(simulation)
+        model, config = simulation.model, self._config
+        self._model = model
+        self._data = mujoco.MjData(model)
+        self._timestep = float(simulation.clock.timestep)
+        joints = self._commander.driver.joints
+        self._qpos = np.array([model.joint(name).qposadr[0] for name in joints], dtype=int)
+        for place, arm in enumerate(config.arms):
+            tip = config.command_links[place] if place < len(config.command_links) else arm.tip
+            reference = config.reference_links[place] if place < len(config.reference_links) else None
+            driven = [config.robot.joint(name) for name in arm.joints]
+            limits = [each.limits for each in driven]
+            solver = ArmSolver(
+                model,
+                joints=arm.joints,
+                tip=tip,
+                reference=reference or config.robot.root,
+                home=np.array(arm.home),
+                lower=np.array([each.lower for each in limits]),
+                upper=np.array([each.upper for each in limits]),
+                velocity=self._velocity_share * np.array([fastest(each) for each in driven]),
+                caps=self._caps,
+            )
+            numbers = np.array([joints.index(name) for name in arm.joints], dtype=int)
+            self._arms.append(_Arm(numbers, solver, reference or config.robot.root, np.array(arm.home)))
+
+    def reset(self) -> None:
+        """Bring no arm anywhere."""
+        for arm in self._arms:
+            arm.target = None
+
+    # ---------------------------------------------------------------- commands
+
+    @property
+    def references(self) -> tuple[str, ...]:
+        """The link of each arm in whose frame its poses are given."""
+        return tuple(arm.reference for arm in self._arms)
+
+    @property
+    def targets(self) -> tuple[Pose | None, ...]:
+        """Where each tip is being brought, reference_T_tip; None for an arm that is not."""
+        return tuple(arm.target for arm in self._arms)
+
+    def aim(self, poses: Sequence[Pose | None]) -> None:
+        """Begin to bring the tip of each arm to a pose, reference_T_tip; one for each arm, None to leave it alone."""
+        measured = self._measured()
+        for arm, pose in zip(self._arms, poses, strict=True):
+            if pose is None:
+                continue
+            if arm.target is None or not self._commander.leads(TARGET_POSES_TOPIC, arm.numbers):
+                arm.positions = np.clip(measured[arm.numbers], arm.solver.lower, arm.solver.upper)
+                self._commander.follow(TARGET_POSES_TOPIC, arm.numbers, arm.positions)
+            arm.target = pose
+
+    def poses(self) -> list[Pose]:
+        """Where the tips are, reference_T_tip, as the robot's joints were read last."""
+        self._take_posture(self._measured())
+        mujoco.mj_kinematics(self._model, self._data)
+        return [arm.solver.pose(self._data) for arm in self._arms]
+
+    def frames(self, link: str) -> list[Pose]:
+        """reference_T_link of any link of the robot for the reference of each arm, as the joints were read last."""
+        self._take_posture(self._measured())
+        mujoco.mj_kinematics(self._model, self._data)
+        return [arm.solver.frame(self._data, link) for arm in self._arms]
+
+    # ---------------------------------------------------------------- what it does
+
+    def before_step(self) -> None:
+        """Aim the joints of each arm that is on its way one step further."""
+        commander = self._commander
+        moving = []
+        for arm in self._arms:
+            if arm.target is not None and commander.leads(TARGET_POSES_TOPIC, arm.numbers):
+                moving.append((arm, arm.target))
+            else:
+                arm.target = None
+        if not moving:
+            return
+        data = self._data
+        self._take_posture(commander.applied)
+        for arm, _ in moving:
+            data.qpos[arm.solver.qpos] = arm.positions
+        mujoco.mj_kinematics(self._model, data)
+        mujoco.mj_comPos(self._model, data)
+        for arm, target in moving:
+            moved = arm.positions + arm.solver.step(data, target, self._timestep)
+            arm.positions = np.clip(moved, arm.solver.lower, arm.solver.upper)
+            commander.follow(TARGET_POSES_TOPIC, arm.numbers, arm.positions)
+
+    def get_state(self) -> State:
+        """Where the arms are being brought, and how far they are."""
+        return {
+            "targets": [arm.target and [*arm.target.position, *arm.target.quaternion] for arm in self._arms],
+            "positions": [arm.positions.tolist() for arm in self._arms],
+        }
+
+    def set_state(self, state: State) -> None:
+        """Go on from there."""
+        for arm, target, positions in zip(self._arms, state["targets"], state["positions"], strict=True):
+            arm.target = None if target is None else Pose(tuple(target[:3]), tuple(target[3:]))
+            arm.positions = np.array(positions)
+
+    # ---------------------------------------------------------------- inside
+
+    def _take_posture(self, positions: Array) -> None:
+        self._data.qpos[self._qpos] = positions
+
+    def _measured(self) -> Array:
+        """Where the joints are [rad; m]; those that the driver cannot tell of are where they were sent."""
+        found = self._commander.driver.read().positions
+        measured: Array = np.where(np.isfinite(found), found, self._commander.applied)
+        return measured
+
+
+MAX_POSE_DISTANCE = 1000.0
+"""Farther away than this [m] a pose is taken for a mistake."""
+MIN_QUATERNION_LENGTH = 1e-6
+"""A quaternion shorter than this has no direction."""
+
+
+class EePoseTopics:
+    """What `/io_teleop/target_ee_poses` means, and what `/io_teleop/state_ee_poses` says.
+
+    Args:
+        config: the robot.
+        commander: decides whether a command is taken.
+        ee_poses: knows where the tips are, and in which frames poses are given.
+        told: the time that messages carry [ns].
+    """
+
+    def __init__(self, config: RobotConfig, commander: Commander, ee_poses: EePoses, told: Callable[[], int]) -> None:
+        self._links = config.robot.link_indices
+        self._commander, self._ee_poses, self._told = commander, ee_poses, told
+        references = set(ee_poses.references)
+        self._frame = references.pop() if len(references) == 1 else ""
+
+    def serve(self, bus: Bus, simulation: Simulation, table: tuple[Row, ...]) -> None:
+        """Take a place on the bus, where the robot has arms."""
+        for rank, row in enumerate(table, 1):
+            if row.name == TARGET_POSES_TOPIC:
+                bus.listen(row.name, row.type, self._command, node=row.node)
+            elif row.name == "/io_teleop/state_ee_poses":
+                Sampled(bus, simulation, row, row.period, self.state, rank=rank)
+
+    def _command(self, message: Any, node: str) -> None:
+        poses = self.targets(message)
+
+        def act() -> bool:
+            self._ee_poses.aim(poses)
+            return True
+
+        self._commander.take(TARGET_POSES_TOPIC, node, nanoseconds(message.header.stamp), act)
+
+    def targets(self, message: PoseArray) -> list[Pose]:
+        """The poses of a message, reference_T_tip for each arm.
+
+        A `frame_id` that is the name of a link of the robot is the frame of the poses, as that link stands now; any
+        other, also the empty one, says nothing: each pose is given in the frame of its arm's reference.
+
+        Raises:
+            RejectedCommandError: the message has not a pose for each arm, or one that means nothing.
+        """
+        count = len(self._ee_poses.references)
+        if len(message.poses) != count:
+            needed = "1 pose is needed" if count == 1 else f"{count} poses are needed (right, left)"
+            raise RejectedCommandError(f"{needed}, not {len(message.poses)}")
+        poses = [_checked_pose(each, f"poses[{place}]") for place, each in enumerate(message.poses)]
+        frame = message.header.frame_id
+        if frame in self._links:
+            poses = [there @ pose for there, pose in zip(self._ee_poses.frames(frame), poses, strict=True)]
+        return poses
+
+    def state(self) -> PoseArray:
+        """Where the tips are."""
+        return PoseArray(header(self._frame, self._told()), [pose_message(pose) for pose in self._ee_poses.poses()])
+
+
+def _checked_pose(message: PoseMessage, where: str) -> Pose:
+    """The pose in a message; its quaternion scaled to unit length.
+
+    Raises:
+        RejectedCommandError: it is not finite, too far away, or has no direction.
+    """
+    p, q = message.position, message.orientation
+    numbers = (p.x, p.y, p.z, q.w, q.x, q.y, q.z)
+    length = math.hypot(*numbers[3:])
+    if not all(map(math.isfinite, (*numbers, length))):
+        raise RejectedCommandError(f"{where} must be finite")
+    if math.hypot(*numbers[:3]) > MAX_POSE_DISTANCE:
+        raise RejectedCommandError(f"{where}.position must be within {MAX_POSE_DISTANCE:g} m")
+    if length < MIN_QUATERNION_LENGTH:
+        raise RejectedCommandError(f"{where}.orientation must be a quaternion (x, y, z, w), not all zeros")
+    return Pose((p.x, p.y, p.z), (q.w / length, q.x / length, q.y / length, q.z / length))

@@ -1,1 +1,0 @@
-"""Hands and grippers: poses of the tips, and the joints that open and close."""

@@ -1,1 +1,0 @@
-"""The engine's model of a robot: links, contacts, the floor under it."""

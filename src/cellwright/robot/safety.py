@@ -1,0 +1,287 @@
+"""Safety of commands: the settings, the gate that admits or refuses, counters, and rate-limited notices.
+
+Always: names that the robot does not have are passed over, messages that make no sense are refused whole, targets are
+kept within the limits of the joints. All else changes how a robot behaves, and is off until it is asked for.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from fnmatch import fnmatchcase
+from typing import Any
+
+import numpy as np
+
+from cellwright.engine.clock import NANOSECONDS, nanoseconds
+from cellwright.robot.servos import Array
+from cellwright.util.errors import RejectedCommandError, UnknownNameError, UsageError
+
+RESUME_SPEED = 0.5
+"""How fast joints go to their first targets after they were held [rad/s; m/s]."""
+
+
+class Guard(StrEnum):
+    """What becomes of a first target that is too far away."""
+
+    REFUSE = "refuse"
+    """The message is refused, until one comes that is near enough."""
+    BLEND = "blend"
+    """The robot goes there, with the speed of resuming."""
+
+
+@dataclass(frozen=True)
+class SafetySettings:
+    """What is guarded against.
+
+    Attributes:
+        start_disabled: take no commands until enabled by the service.
+        silence: hold the joints that a topic commands when nothing has come on it for so long [s].
+        max_speeds: how fast targets may move [rad/s; m/s], by patterns of joint names; the last that fits counts. A
+            joint is never moved faster than its URDF says.
+        start_guard: how far [rad; m] a first target may be from where the joint stands; first after the start and
+            whenever the robot was held or has gone home.
+        guard: what becomes of one that is farther away.
+        resume_speed: how fast joints go to their first targets after they were held [rad/s; m/s].
+        one_commander: take a topic's commands from one node only, until it has been silent for so long [s].
+        max_age: refuse commands whose stamp is older than so long [s], and those that come out of order.
+        tip_speed: how fast the tip of an arm is brought to a pose [m/s]; None: 2 m/s.
+        tip_turning: how fast it is turned on the way [rad/s]; None: one turn a second.
+        clutch: targets count from where they and the joint were at first, so that whoever commands need not begin
+            where the robot stands.
+    """
+
+    start_disabled: bool = False
+    silence: float | None = None
+    max_speeds: tuple[tuple[str, float], ...] = ()
+    start_guard: float | None = None
+    guard: Guard = Guard.REFUSE
+    resume_speed: float = RESUME_SPEED
+    one_commander: float | None = None
+    max_age: float | None = None
+    tip_speed: float | None = None
+    tip_turning: float | None = None
+    clutch: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse what makes no sense.
+
+        Raises:
+            UsageError: a number that is not above 0.
+        """
+        named = {
+            "watchdog": self.silence,
+            "start guard": self.start_guard,
+            "resume speed": self.resume_speed,
+            "one commander": self.one_commander,
+            "max age": self.max_age,
+            "tip speed": self.tip_speed,
+            "tip turning": self.tip_turning,
+            **{f"max speed of {pattern}": speed for pattern, speed in self.max_speeds},
+        }
+        for name, value in named.items():
+            if value is not None and not 0.0 < value < math.inf:
+                raise UsageError(f"{name}: give a number above 0, not {value:g}")
+
+    def speeds(self, joints: Sequence[str], own: Array) -> Array:
+        """How fast the targets of joints may move [rad/s; m/s]; infinite where only the robot itself limits it.
+
+        Args:
+            joints: their names.
+            own: what the URDF allows.
+
+        Raises:
+            UnknownNameError: a pattern that fits no joint.
+        """
+        found = np.full(len(joints), math.inf)
+        for pattern, speed in self.max_speeds:
+            fits = [fnmatchcase(joint, pattern) for joint in joints]
+            if not any(fits):
+                raise UnknownNameError("joint", pattern, joints)
+            found[fits] = speed
+        limited: Array = np.where(np.isfinite(found), np.minimum(found, own), math.inf)
+        return limited
+
+
+@dataclass
+class CommandCounts:
+    """Commands since the node was made; what is refused is counted by the bus.
+
+    Attributes:
+        taken: those that were followed.
+        ignored: those that came while the node takes none, or that named no joint of the robot.
+    """
+
+    taken: int = 0
+    ignored: int = 0
+
+
+MAX_NAMES = 256
+"""So many names are kept; they come from outside, and must not eat the memory."""
+
+MAX_LINES_PER_SECOND = 20
+"""So many lines about what happens seldom are told in a second; what is switched on and off in a flood is counted."""
+
+_MAX_NAME_LENGTH = 80
+_MAX_NAMES_PER_LINE = 3  # names in one line
+
+
+class Notices:
+    """Lines for people, each kind at most once a second, or once for all.
+
+    Args:
+        now: the node's own time [ns].
+        report: takes a line.
+    """
+
+    def __init__(self, now: Callable[[], int], report: Callable[[str], None]) -> None:
+        self._now, self._report = now, report
+        self._told: dict[str, int] = {}
+        self._said: deque[int] = deque(maxlen=MAX_LINES_PER_SECOND)  # when the newest lines were told [ns]
+        self._untold = 0
+        self._once: set[str] = set()
+        self.unknown: list[str] = []
+        """Names that commands gave and the robot does not have, in the order in which they came."""
+
+    def tell(self, line: str) -> None:
+        """Tell of something that happens seldom; of what happens in a flood some lines, and how many there were."""
+        now = self._now()
+        if len(self._said) == MAX_LINES_PER_SECOND and 0 <= now - self._said[0] < NANOSECONDS:
+            self._untold += 1
+            return
+        self._said.append(now)
+        more = f" (and {self._untold} lines more since the last one)" if self._untold else ""
+        self._untold = 0
+        self._report(f"{line}{more}")
+
+    def tell_now_and_then(self, kind: str, line: str) -> None:
+        """Tell of something unless something of its kind was told less than a second ago."""
+        now, last = self._now(), self._told.get(kind)
+        if last is None or not 0 <= now - last < NANOSECONDS:
+            self._told[kind] = now
+            self._report(line)
+
+    def tell_of_limits(self, topic: str, beyond: Sequence[tuple[str, float, float, float]]) -> None:
+        """Tell now and then of targets beyond limits: (joint, what it was asked for, least, greatest), [rad; m]."""
+        said = [
+            f"{joint} was asked for {asked:.4g}, and goes from {lower:.4g} to {upper:.4g}"
+            for joint, asked, lower, upper in beyond[:_MAX_NAMES_PER_LINE]
+        ]
+        more = f" (and {len(beyond) - _MAX_NAMES_PER_LINE} more)" if len(beyond) > _MAX_NAMES_PER_LINE else ""
+        self.tell_now_and_then(f"limits {topic}", f"{topic}: kept within limits: {'; '.join(said)}{more}")
+
+    def tell_once(self, name: str, line: str) -> None:
+        """Tell of a name once."""
+        if name not in self._once and len(self._once) < MAX_NAMES:
+            self._once.add(name)
+            self._report(line)
+
+    def tell_of_unknown(self, topic: str, names: Mapping[str, str]) -> None:
+        """Tell once of names that a command gave and that are passed over, with the reason for each; in one line."""
+        told: list[str] = []
+        if len(self._once) >= MAX_NAMES and len(self.unknown) >= MAX_NAMES:
+            return  # whatever comes now is not kept, and a stranger's long message must not hold up the physics
+        for name, why in names.items():
+            said = name if len(name) <= _MAX_NAME_LENGTH else f"{name[: _MAX_NAME_LENGTH - 3]}..."
+            if len(self.unknown) < MAX_NAMES and said not in self.unknown:
+                self.unknown.append(said)
+            key = f"{topic} {said}"
+            if key not in self._once and len(self._once) < MAX_NAMES:
+                self._once.add(key)
+                told.append(f"{said!r} {why}")
+        if told:
+            more = f" and {len(told) - _MAX_NAMES_PER_LINE} more such names" if len(told) > _MAX_NAMES_PER_LINE else ""
+            self._report(f"{topic}: {', '.join(told[:_MAX_NAMES_PER_LINE])}{more}; passed over (told once)")
+
+
+COMMANDER_TIMEOUT = 1.0
+"""So long [s] after its newest command a node is still said to command."""
+
+_STAMP_MEMORY = nanoseconds(1.0)  # after so long a node may begin anew with older stamps, as when it was restarted
+
+
+@dataclass(slots=True)
+class _Stream:
+    """The newest command that was taken on a topic: from which node, when [ns], and its stamp [ns]."""
+
+    node: str
+    heard: int
+    stamp: int
+
+
+class CommandGate:
+    """Lets commands pass, or refuses them.
+
+    Args:
+        safety: what is guarded against.
+        now: the node's own time [ns].
+        told: the time that messages carry [ns].
+    """
+
+    def __init__(self, safety: SafetySettings, now: Callable[[], int], told: Callable[[], int]) -> None:
+        self._now, self._told = now, told
+        self._streams: dict[str, _Stream] = {}
+        self._silence, self._alone, self._age = (
+            None if seconds is None else nanoseconds(seconds)
+            for seconds in (safety.silence, safety.one_commander, safety.max_age)
+        )
+
+    def forget(self) -> None:
+        """Begin anew."""
+        self._streams.clear()
+
+    def check(self, topic: str, node: str, stamp: int) -> None:
+        """Look at a command before it is carried out; `stamp` [ns] 0 means that it has none.
+
+        Raises:
+            RejectedCommandError: it is not to be carried out.
+        """
+        newest = self._streams.get(topic)
+        if newest is not None and self._alone is not None and newest.node != node:
+            quiet = self._now() - newest.heard
+            if quiet <= self._alone:
+                raise RejectedCommandError(
+                    f"{newest.node or 'another'} commands here; another may when it has been silent for "
+                    f"{self._alone / 1e9:g} s"
+                )
+        if self._age is not None and stamp:
+            self._check_stamp(newest, node, stamp, self._age)
+
+    def _check_stamp(self, newest: _Stream | None, node: str, stamp: int, limit: int) -> None:
+        age = self._told() - stamp
+        if age > limit:
+            raise RejectedCommandError(f"it is {age / 1e9:.3g} s old, and {limit / 1e9:g} s are allowed")
+        if age < -limit:
+            raise RejectedCommandError(f"its stamp is {-age / 1e9:.3g} s ahead of the node's clock")
+        if newest is None or newest.node != node or self._now() - newest.heard > _STAMP_MEMORY:
+            return
+        if stamp < newest.stamp:
+            raise RejectedCommandError(f"it is {(newest.stamp - stamp) / 1e9:.3g} s older than the one before it")
+
+    def confirm(self, topic: str, node: str, stamp: int) -> None:
+        """Take note of a command that was carried out."""
+        self._streams[topic] = _Stream(node, self._now(), stamp)
+
+    def is_silent(self, topic: str) -> bool:
+        """Whether a topic has been silent for too long; never where nothing has come yet, or nobody asked for it."""
+        newest = self._streams.get(topic)
+        return newest is not None and self._silence is not None and self._now() - newest.heard > self._silence
+
+    @property
+    def commanders(self) -> tuple[str, ...]:
+        """The nodes whose commands were taken a moment ago."""
+        since = self._now() - nanoseconds(COMMANDER_TIMEOUT)
+        return tuple(
+            sorted({stream.node for stream in self._streams.values() if stream.node and stream.heard >= since})
+        )
+
+    def get_state(self) -> dict[str, Any]:
+        """All of it, as JSON values."""
+        return {topic: [each.node, each.heard, each.stamp] for topic, each in self._streams.items()}
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Take over what `get_state` returned."""
+        self._streams = {topic: _Stream(*each) for topic, each in state.items()}

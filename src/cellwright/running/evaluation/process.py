@@ -1,0 +1,226 @@
+"""Worker process of an evaluation: how many at a time, its limits, its start and its end."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections import Counter
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from queue import SimpleQueue
+from typing import Any
+
+import cellwright
+
+
+def usable_processors() -> int:
+    """How many processors this process may use: a container may have fewer than the machine."""
+    allowed = getattr(os, "sched_getaffinity", None)  # on Linux alone
+    return os.cpu_count() or 1 if allowed is None else len(allowed(0))
+
+
+MEBIBYTE = 1 << 20
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What one run may use at most.
+
+    Attributes:
+        wall: time on the wall clock [s].
+        memory: memory [bytes] of its process, and of the processes that it has started; held on Linux only.
+        log: what it may write to its log [bytes].
+    """
+
+    wall: float = 600.0
+    memory: int = 2048 * MEBIBYTE
+    log: int = 16 * MEBIBYTE
+
+
+MEMORY_IS_LIMITED = sys.platform == "linux"
+"""Whether this system lets the memory of a process be bounded and seen."""
+
+
+def limit_memory(most: int) -> None:
+    """Let this process have no more than `most` bytes of memory: what asks for more gets an error instead."""
+    if sys.platform == "linux":
+        import resource  # there is none on Windows
+
+        resource.setrlimit(resource.RLIMIT_DATA, (most, most))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+
+def memory_of_sessions() -> Counter[int]:
+    """Resident memory [bytes] of every session of processes, by its leader's number; empty where it cannot be seen."""
+    total: Counter[int] = Counter()
+    if sys.platform == "linux":
+        import resource
+
+        page = resource.getpagesize()
+        for entry in Path("/proc").iterdir():
+            if entry.name.isdigit():
+                try:
+                    fields = (entry / "stat").read_bytes().rpartition(b")")[2].split()
+                except OSError:
+                    continue  # it has just ended
+                total[int(fields[3])] += int(fields[21]) * page
+    return total
+
+
+_PROGRAM = "import sys; sys.path.append(sys.argv[1]); from cellwright.running.evaluation.worker import main; main()"
+"""With `-P`, no file that lies where the command is called can stand in for a module that the worker needs."""
+
+_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+"""Workers share the processor among them; a library that takes all of it for itself slows down the others."""
+
+if sys.platform == "win32":
+    _APART = subprocess.CREATE_NEW_PROCESS_GROUP
+else:
+    _APART = 0
+
+_TAIL = 30  # lines of a log that are told
+_TAIL_BYTES = 16384
+
+
+class WorkerProcess:
+    """A process of `cellwright.running.evaluation.worker`.
+
+    Args:
+        order: what it is told to do.
+        log: file that takes what it prints.
+        wakes: takes this object whenever there is something new to look at.
+    """
+
+    def __init__(self, order: Mapping[str, Any], log: Path, wakes: SimpleQueue[Any] | None = None) -> None:
+        self.log = log
+        self.started = time.monotonic()
+        self.begun: float | None = None
+        self.progress: Mapping[str, Any] = {}
+        self.result: Mapping[str, Any] | None = None
+        self.refused = ""
+        self._wakes = wakes
+        with log.open("wb") as stderr:
+            self._process = subprocess.Popen(  # noqa: S603 (this program, with arguments of ours)
+                [sys.executable, "-P", "-c", _PROGRAM, str(Path(cellwright.__file__).parents[1])],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=stderr,
+                env=_environment(),
+                start_new_session=True,  # Ctrl-C is for the evaluation, which ends the workers itself
+                creationflags=_APART,
+            )
+        self._listener = threading.Thread(target=self._listen, daemon=True)
+        self._listener.start()
+        with suppress(OSError):  # it may be dead already, and that will be noticed
+            self._stdin.write(json.dumps(order).encode() + b"\n")
+            self._stdin.flush()
+
+    @property
+    def number(self) -> int:
+        """The process's number, and that of its session."""
+        return self._process.pid
+
+    @property
+    def is_over(self) -> bool:
+        """Whether it has told its result or has ended."""
+        return self.result is not None or bool(self.refused) or self._process.poll() is not None
+
+    def wait(self, timeout: float) -> bool:
+        """Wait until it is over, at most so long [s]; whether it is."""
+        end = time.monotonic() + timeout
+        while not self.is_over and time.monotonic() < end:
+            self._listener.join(0.05)
+            if not self._listener.is_alive():
+                time.sleep(0.01)
+        return self.is_over
+
+    def end(self) -> str:
+        """End it and all that it has started; how it had ended, in words, if it had by itself."""
+        if self._process.poll() is not None:
+            self._listener.join(1.0)  # what it still had to tell
+        status = self._process.poll()
+        self._kill()
+        self._process.wait()
+        self._listener.join(5.0)
+        for stream in (self._process.stdin, self._process.stdout):
+            if stream is not None:
+                with suppress(OSError):  # what was written last has found no reader
+                    stream.close()
+        return "" if status is None else _ending(status)
+
+    def log_size(self) -> int:
+        """Size of its log [bytes]; 0 for one that somebody has removed."""
+        try:
+            return self.log.stat().st_size
+        except OSError:
+            return 0
+
+    def last_lines(self) -> tuple[str, ...]:
+        """The last lines of its log; none of one that somebody has removed."""
+        try:
+            with self.log.open("rb") as file:
+                file.seek(max(0, self.log_size() - _TAIL_BYTES))
+                text = file.read().decode("utf-8", errors="replace")
+        except OSError:
+            return ()
+        return tuple(text.splitlines()[-_TAIL:])
+
+    @property
+    def _stdin(self) -> Any:
+        return self._process.stdin
+
+    def _kill(self) -> None:
+        if sys.platform == "win32":
+            command = ["taskkill", "/F", "/T", "/PID", str(self.number)]
+            with suppress(OSError):  # a system without that program: what the agent has started is left behind
+                subprocess.run(command, capture_output=True, check=False)  # noqa: S603 (a number)
+            self._process.kill()
+        else:
+            with suppress(ProcessLookupError, PermissionError):  # nobody is left; macOS says so with the second
+                os.killpg(self.number, signal.SIGKILL)
+
+    def _listen(self) -> None:
+        stdout = self._process.stdout
+        if stdout is None:
+            return
+        for line in stdout:
+            try:
+                told = json.loads(line)
+            except ValueError:
+                break  # half a line: it was killed while it wrote
+            if "begun" in told:
+                self.begun = time.monotonic()
+            elif "progress" in told:
+                self.progress = told["progress"]
+            elif "refused" in told:
+                self.refused = told["refused"]
+            elif "result" in told:
+                self.result = told["result"]
+            self._wake()
+        self._wake()
+
+    def _wake(self) -> None:
+        if self._wakes is not None:
+            self._wakes.put(self)
+
+
+def _environment() -> dict[str, str]:
+    """The environment of a worker: the same order of sets in every process, and one thread each for arithmetic."""
+    given = {"PYTHONHASHSEED": "0", "PYTHONUNBUFFERED": "1", "PYTHONUTF8": "1", **dict.fromkeys(_ONE_THREAD, "1")}
+    return {**given, **os.environ, "PYTHONIOENCODING": "utf-8"}  # the log is read as that
+
+
+def _ending(status: int) -> str:
+    if status >= 0:
+        return f"exit status {status}"
+    try:
+        return f"killed by {signal.Signals(-status).name}"
+    except ValueError:
+        return f"killed by signal {-status}"

@@ -1,0 +1,209 @@
+"""Plugins of other packages by entry point, guarded while they work, and classes by the file or module they stand in.
+
+Nothing is imported before it is asked for by its name, so a package that is broken costs only who names it.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import os
+import sys
+import traceback
+from collections.abc import Callable, Iterable
+from functools import lru_cache, partial
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from typing import Any, Literal, TypeAlias, TypeVar
+
+from cellwright.util.errors import CellwrightError, RunEndedError, SimulationError, UnknownNameError, in_a_line
+
+Kind: TypeAlias = Literal["agents", "trials", "sensors", "devices"]
+
+T = TypeVar("T")
+
+
+class PluginError(CellwrightError):
+    """Something of another package that cannot be used."""
+
+
+def names(kind: Kind) -> list[str]:
+    """The names under which packages bring something of a kind along, sorted."""
+    return sorted({each.name for each in _entry_points(kind)})
+
+
+def package(kind: Kind, name: str) -> str:
+    """The package that brings it along, as it is installed under.
+
+    Raises:
+        UnknownNameError: none does.
+    """
+    return _package(_found(kind, name))
+
+
+def load(kind: Kind, name: str) -> object:
+    """What a package brings along under a name.
+
+    Raises:
+        UnknownNameError: there is nothing of that name.
+        PluginError: two packages have something of that name, or it cannot be imported.
+    """
+    entry = _found(kind, name)
+    try:
+        return entry.load()
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        raise plugin_error(kind, name, f"cannot be imported: {in_a_line(error)}") from error
+
+
+def load_as(kind: Kind, name: str, wanted: type[T]) -> T:
+    """As `load`, of a class.
+
+    Raises:
+        UnknownNameError: there is nothing of that name.
+        PluginError: as for `load`, or it is not of that class.
+    """
+    found = load(kind, name)
+    if not isinstance(found, wanted):
+        raise plugin_error(kind, name, f"must be a {wanted.__name__}, and is of the type {type(found).__name__}")
+    return found
+
+
+def plugin_error(kind: Kind, name: str, what: str) -> PluginError:
+    """The error that says what is wrong with something, in one line, and whose it is."""
+    source = _package(_found(kind, name))
+    return PluginError(f"{kind.removesuffix('s')} {name!r} of the package {source} {' '.join(what.split())}")
+
+
+def _found(kind: Kind, name: str) -> EntryPoint:
+    # the same package may be found twice, by way of two folders that modules are looked for in
+    found = {(each.value, _package(each)): each for each in _entry_points(kind) if each.name == name}
+    if not found:
+        raise UnknownNameError(kind.removesuffix("s"), name, names(kind))
+    if len(found) > 1:
+        packages = ", ".join(sorted(source for _, source in found))
+        raise PluginError(f"{kind.removesuffix('s')} {name!r} comes with more than one package: {packages}")
+    return next(iter(found.values()))
+
+
+def _entry_points(kind: Kind) -> tuple[EntryPoint, ...]:
+    return _in_folders(kind, tuple((folder, _changed(folder)) for folder in sys.path))
+
+
+@lru_cache(maxsize=16)
+def _in_folders(kind: Kind, _folders: tuple[tuple[str, int], ...]) -> tuple[EntryPoint, ...]:
+    # each look reads the entry points of all packages, and every trial that is read asks for them; the folders are
+    # those in which packages are looked for, so that one that is installed meanwhile is found
+    return tuple(entry_points(group=f"cellwright.{kind}"))
+
+
+def _changed(folder: str) -> int:
+    """When a folder got its newest package [ns]; 0 where there is no such folder."""
+    try:
+        return os.stat(folder or ".").st_mtime_ns
+    except OSError:
+        return 0
+
+
+def _package(entry: EntryPoint) -> str:
+    return entry.dist.name if entry.dist is not None else entry.module
+
+
+class PluginFailedError(SimulationError):
+    """Something of another package failed while it was at work: what the run says from then on is worth nothing."""
+
+
+def guard_plugin(thing: T, kind: Kind, name: str, methods: Iterable[str]) -> T:
+    """Have what its methods raise come out as a PluginFailedError.
+
+    Args:
+        thing: an object of another package's class, which is changed and given back.
+        kind: what it is.
+        name: the name by which the package brings it along.
+        methods: those that are called while it is at work; they are to be there.
+    """
+    for method in methods:
+        setattr(thing, method, partial(call_plugin, kind, name, getattr(thing, method)))
+    return thing
+
+
+def call_plugin(kind: Kind, name: str, function: Callable[..., Any], *arguments: Any) -> Any:
+    """Call a function of another package.
+
+    Raises:
+        PluginFailedError: it has raised something.
+    """
+    try:
+        return function(*arguments)
+    except (SimulationError, RunEndedError, KeyboardInterrupt):  # the engine's, or another thing's that it has called
+        raise
+    except BaseException as error:  # one that says exit would be taken for the agent, which may end so
+        what = f"failed in {getattr(function, '__name__', 'it')}: {in_a_line(error)}"
+        raise PluginFailedError(str(plugin_error(kind, name, what))) from error
+
+
+def is_class_path(name: str) -> bool:
+    """Whether a name says where a class stands."""
+    place, _, class_name = name.rpartition(":")
+    return bool(place and class_name)
+
+
+def find_class(name: str, *, method: str, error: type[CellwrightError]) -> Any:
+    """What stands at a place.
+
+    Args:
+        name: the place, of which `is_place` is true.
+        method: what a class that is meant has, for a suggestion where there is no such class.
+        error: the class of error to raise.
+
+    Raises:
+        CellwrightError: there is no such file, module or class, or it fails when it is imported; of the class `error`.
+    """
+    place, _, class_name = name.rpartition(":")
+    module = _import_file(Path(place), error) if place.endswith(".py") else _import_module(place, error)
+    try:
+        return getattr(module, class_name)
+    except AttributeError:
+        classes = [key for key, value in vars(module).items() if isinstance(value, type) and hasattr(value, method)]
+        raise error(f"{place}: {UnknownNameError('class', class_name, classes).sentence()}") from None
+
+
+def _import_module(name: str, error: type[CellwrightError]) -> object:
+    folder = str(Path.cwd())
+    if folder not in sys.path:
+        sys.path.insert(0, folder)  # an installed command does not look into the folder that it is called in
+    try:
+        return importlib.import_module(name)
+    except KeyboardInterrupt:
+        raise
+    except BaseException as cause:
+        raise error(f"{name}: cannot be imported: {in_a_line(cause)}") from cause
+
+
+def _import_file(path: Path, error: type[CellwrightError]) -> object:
+    if not path.is_file():
+        raise error(f"{path}: there is no such file")
+    name = f"cellwright_own_{path.stem}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise error(f"{path}: not a Python file")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # dataclasses and pickling look modules up by name
+    sys.path.insert(0, str(path.parent.resolve()))  # so that it can import its neighbours
+    try:
+        spec.loader.exec_module(module)
+    except KeyboardInterrupt:
+        raise
+    except BaseException as cause:
+        raise error(f"{path}{_line(path, cause)}: cannot be imported: {in_a_line(cause)}") from cause
+    return module
+
+
+def _line(path: Path, error: BaseException) -> str:
+    """`:` and the line of the file that led to the error; nothing when it is not known."""
+    frames = [(frame.filename, frame.lineno) for frame in traceback.extract_tb(error.__traceback__)]
+    if isinstance(error, SyntaxError):
+        frames.append((error.filename or "", error.lineno))
+    lines = [line for name, line in frames if Path(name).resolve() == path.resolve()]
+    return f":{lines[-1]}" if lines else ""

@@ -1,0 +1,178 @@
+"""Start and end of a process: Ctrl-C while it loads, threads left running, standard streams that may be closed.
+
+A run of ten minutes is worth more than what listens to it: `cellwright run … | head -1` goes to its end, with its log,
+its pictures and its exit status, though nobody reads on. A terminal that was closed ends no cell that is served.
+"""
+
+from __future__ import annotations
+
+import atexit
+import errno
+import io
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager, suppress
+from typing import IO, Any
+
+PATIENCE = 2.0
+"""How long threads may take to end when their process is done [s]."""
+
+
+@contextmanager
+def interrupts_end_the_process() -> Iterator[None]:
+    """Let a Ctrl-C end the process as it does for most programs, with nothing said; afterwards it is as it was.
+
+    Loading takes half a second, in which Python would show whoever presses Ctrl-C a traceback through its imports.
+    Where a caller has set a handler of its own, or has Ctrl-C ignored, that stands; and so it does in a thread of its
+    own, where none can be set.
+    """
+    is_main = threading.current_thread() is threading.main_thread()
+    is_usual = is_main and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if is_usual:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    try:
+        yield
+    finally:
+        if is_usual:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def end_despite_threads(before: Collection[threading.Thread], status: int) -> None:
+    """End this process if threads go on that it would wait for, after `PATIENCE`; say so. Else return.
+
+    Args:
+        before: threads that are not ours.
+        status: exit status.
+    """
+    own = {*before, threading.current_thread()}
+    left = [thread for thread in threading.enumerate() if thread not in own and not thread.daemon]
+    end = time.monotonic() + PATIENCE
+    for thread in left:
+        thread.join(max(0.0, end - time.monotonic()))
+    names = [thread.name for thread in left if thread.is_alive()]
+    if names:
+        with suppress(OSError, ValueError):  # who listens has gone
+            sys.stderr.write(f"left running, and ended with the process: {', '.join(names)}\n")
+        with suppress(Exception):
+            atexit._run_exitfuncs()
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(OSError, ValueError):
+                stream.flush()
+        os._exit(status)
+
+
+NOT_SAID = 1
+"""Least exit status of a command that could not say all that it had to say."""
+
+_NOBODY_LISTENS = {errno.EPIPE, errno.EIO} | ({errno.EINVAL} if sys.platform == "win32" else set())
+"""Who read has gone, as with `| head -1`, or the terminal was closed: that is the reader's wish, and no failure."""
+
+_WITHOUT_CHARACTER = "backslashreplace"
+"""What a stream has no character for is written as its number: a pipe on Windows lacks most, and names of files may be
+of odd bytes. Python does so for stderr; on stdout it would be an error in the middle of a line."""
+
+_NAP = 0.01  # [s]
+
+
+class TolerantStream(io.RawIOBase):
+    """Passes bytes on to a file, until that takes no more; then they go nowhere.
+
+    Args:
+        raw: where to.
+    """
+
+    def __init__(self, raw: io.RawIOBase) -> None:
+        super().__init__()
+        self._raw = raw
+        self.failure: OSError | None = None
+        """Why it takes no more."""
+
+    def write(self, data: Any, /) -> int:
+        """Pass on what can be passed on."""
+        rest = memoryview(data)
+        count = rest.nbytes
+        try:
+            while rest and self.failure is None:
+                taken = self._raw.write(rest)
+                if taken is None:  # a pipe that is full, and that somebody has told not to wait
+                    time.sleep(_NAP)
+                else:
+                    rest = rest[taken:]
+        except OSError as error:
+            self.failure = error
+        return count
+
+    def writable(self) -> bool:
+        """It is."""
+        return True
+
+    def fileno(self) -> int:
+        """The file's number."""
+        return self._raw.fileno()
+
+    def isatty(self) -> bool:
+        """Whether a terminal shows it."""
+        return self._raw.isatty()
+
+    @property
+    def mode(self) -> str:
+        """As of any file that is written to."""
+        return "wb"
+
+    @property
+    def name(self) -> object:
+        """The file's."""
+        return getattr(self._raw, "name", "")
+
+
+class StandardStreams:
+    """Takes stdout and stderr of this process into its keeping, for as long as it lives."""
+
+    def __init__(self) -> None:
+        for name, flags in (("stdin", os.O_RDONLY), ("stdout", os.O_WRONLY), ("stderr", os.O_WRONLY)):
+            if getattr(sys, name) is None:  # it was closed: the next file to be opened would take its number
+                number = os.open(os.devnull, flags)
+                setattr(sys, name, os.fdopen(number, "r" if name == "stdin" else "w", encoding="utf-8"))
+        self._before: list[object] = []  # else they would be closed
+        self._stdout = self._keep("stdout")
+        self._keep("stderr")
+
+    def status(self, status: int) -> int:
+        """Say the last, and tell on stderr if stdout did not take all.
+
+        Args:
+            status: the exit status, if it did.
+        """
+        for stream in (sys.stdout, sys.stderr):
+            stream.flush()
+        failure = None if self._stdout is None else self._stdout.failure
+        if failure is None or failure.errno in _NOBODY_LISTENS:
+            return status
+        sys.stderr.write(f"error: stdout: cannot be written: {failure.strerror}\n")
+        sys.stderr.flush()
+        return status or NOT_SAID
+
+    def _keep(self, name: str) -> TolerantStream | None:
+        stream: IO[str] = getattr(sys, name)
+        buffer = getattr(stream, "buffer", None)
+        raw = getattr(buffer, "raw", buffer)  # with PYTHONUNBUFFERED there is nothing between
+        if not isinstance(stream, io.TextIOWrapper):
+            return None  # somebody else's
+        if not isinstance(raw, io.RawIOBase):
+            stream.reconfigure(errors=_WITHOUT_CHARACTER)
+            return None
+        self._before.append(stream)
+        outlet = TolerantStream(raw)
+        kept = io.TextIOWrapper(
+            io.BufferedWriter(outlet),
+            encoding=stream.encoding,
+            errors=_WITHOUT_CHARACTER,
+            line_buffering=stream.line_buffering or name == "stderr",
+            write_through=stream.write_through,
+        )
+        setattr(sys, name, kept)
+        return outlet

@@ -1,0 +1,409 @@
+"""Cell panels: state, orders, trays and score as HTML, and controls of belt, AGVs and trays."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+from cellwright.middleware.messages.osrf_gear import AGVControlRequest, ConveyorBeltControlRequest, ConveyorBeltState
+from cellwright.middleware.messages.std_srvs import TriggerRequest
+from cellwright.rendering.scene import Scene
+from cellwright.util.errors import CellwrightError
+from cellwright.viewer.services.names import PANEL
+from cellwright.viewer.web import widgets
+from cellwright.viewer.web.page import Feature, Page, notify_refused
+from cellwright.viewer.web.widgets import AMBER, BLUE, GREEN, GREY, RED, Shown
+
+Panel = dict[str, Any]
+
+_STATE_COLOURS = {"init": GREY, "ready": BLUE, "go": GREEN, "end_game": AMBER, "done": BLUE}
+_ORDER_COLOURS = {"active": GREEN, "interrupted": AMBER, "complete": BLUE, "open": RED, "to come": GREY}
+_OUTCOMES = {
+    "gave_up": "the agent ended before the orders were complete",
+    "crashed": "the agent crashed",
+    "unstable": "the simulation became unstable",
+    "until": "stopped before the competition was done",
+}
+"""Words for those outcomes of a run that do not speak for themselves, as in `run.result.Outcome`."""
+_HELD_UP = 0.02
+"""A tool farther from its goal than this [m] was held up, as in `run.collisions`, which pages do not load."""
+_THERE = ("placed", "too far", "tilted", "turned", "off tray")
+"""Causes of ordered parts of which a good one is on the tray."""
+
+
+def head_html(panel: Panel) -> str:
+    """What it is, how it stands, the score, and what the agent is about."""
+    about, score = panel["about"], panel["score"]
+    facts = [f"agent {about['agent']}"] if about.get("agent") else []
+    facts += [f"seed {about['seed']}", f"servo {about['servo']}"]
+    facts += ["development mode"] if panel["development"] else []
+    parts = [
+        widgets.row(
+            f'<b style="font-size:1.15em">{widgets.text(panel["name"])}</b>',
+            _state_chip(panel["state"], _STATE_COLOURS.get(panel["state"], GREY), panel),
+            "align-items:center",
+        ),
+        widgets.dim(" · ".join(facts)),
+        widgets.line(widgets.big(f"{score['total']:g}", _of_how_many(score))),
+    ]
+    intention = panel.get("intention")
+    if intention is not None:
+        what = widgets.text(intention["text"])
+        parts.append(
+            widgets.dim(f"last: {intention['text']}") if _is_over(panel) else widgets.mark("➤", BLUE, f"<b>{what}</b>")
+        )
+    found = panel.get("collisions")
+    if found and found["latest"]:
+        more = f" ({found['count']} collisions)" if found["count"] > 1 else ""
+        parts.append(widgets.mark("✸", RED, widgets.text(_collision(found["latest"][-1]) + more)))
+    return widgets.block(*parts) + result_html(panel)
+
+
+def game_html(panel: Panel) -> str:
+    """How long the game has gone on, and what is left of its time."""
+    spent, limit = panel["clock"]["process_time"], panel["time_limit"]
+    if panel["state"] in ("init", "ready"):
+        return widgets.block(widgets.dim("the competition has not begun"))
+    carried = f"parts carried for {panel['clock']['part_travel_time']:.0f} s"
+    if limit is None:
+        return widgets.block(widgets.row("game", f"{spent:.0f} s, {carried}"))
+    parts = (
+        widgets.row("game", f"{spent:.0f} of {limit:g} s, {carried}"),
+        widgets.bar(spent / limit if limit else 1.0, AMBER if limit and spent > 0.9 * limit else BLUE),
+    )
+    return widgets.block(*parts)
+
+
+def result_html(panel: Panel) -> str:
+    """How the run ended, with its score; nothing while it has not."""
+    found = panel.get("result")
+    if found is None:
+        return ""
+    is_done = found["outcome"] == "done"
+    reason = panel.get("end_reason")
+    score = panel["score"]
+    outcome = _OUTCOMES.get(found["outcome"], found["outcome"]).replace("_", " ")
+    parts = [
+        widgets.row(
+            f"<b>the run is over: {widgets.text(outcome)}</b>",
+            f"{found['simulated']:.1f} s in {found['wall']:.1f} s",
+        ),
+        widgets.text(f"{score['total']:g} {_of_how_many(score)}"),
+        widgets.dim(reason) if reason else "",
+        widgets.dim(f"state hash {found['state_hash'][:16]}…"),
+    ]
+    if found["error"]:
+        parts.append(f'<pre style="white-space:pre-wrap;font-size:0.85em">{widgets.text(found["error"][-2000:])}</pre>')
+    return widgets.block(*parts, style=f"border-left:0.3em solid {GREEN if is_done else RED};margin:0.3em 0.6em")
+
+
+def orders_html(panel: Panel) -> str:
+    """Each order with its kits, and a tick for each part that is there."""
+    if not panel["orders"]:
+        return widgets.block(widgets.dim("no order has been announced yet"))
+    judged = _kits_by_type(panel)
+    return widgets.joined(_order(order, panel, judged) for order in panel["orders"])
+
+
+def trays_html(panel: Panel) -> str:
+    """What lies on each tray, as it last reported, and what it would earn now."""
+    return widgets.joined(_tray(tray, agv, panel) for tray, agv in zip(panel["trays"], panel["agvs"], strict=True))
+
+
+def evidence_html(panel: Panel) -> str:
+    """The score, each point with its reason."""
+    score = panel["score"]
+    parts = [widgets.dim(score["reachable_reason"])] if score["reachable_reason"] else []
+    kits = [kit for order in score["orders"] for kit in order["kits"]]
+    if not kits:
+        parts.append(widgets.dim("nothing has been ordered yet"))
+    return widgets.block(*parts) + widgets.joined(map(_judged, kits))
+
+
+def floor_html(panel: Panel) -> str:
+    """Belt, gripper, AGVs, and what the arm hit, the newest first."""
+    belt, gripper = panel["belt"], panel["gripper"]
+    parts = [widgets.dim("as it stood at the end")] if _is_over(panel) else []
+    parts += [widgets.row("belt", f"{belt['power']:g} %" + ("" if belt["population"] is None else _parts_come(belt)))]
+    if gripper is not None:
+        held = _part_name(gripper["part"]) if gripper["part"] else "something" if gripper["attached"] else "nothing"
+        suction = "on" if gripper["enabled"] else "off"
+        parts.append(widgets.row("gripper", f"suction {suction}, holds {widgets.text(held)}"))
+    parts += [
+        widgets.row(f"AGV {agv['number']}", widgets.text(agv["state"].replace("_", " "))) for agv in panel["agvs"]
+    ]
+    return widgets.block(*parts) + _collisions(panel.get("collisions"))
+
+
+def _collisions(found: Panel | None) -> str:
+    if found is None:
+        return ""
+    parts = [widgets.title("Collisions of the arm", widgets.text(found["count"]))]
+    parts += [widgets.mark("✸", RED, widgets.text(_collision(each))) for each in reversed(found["latest"])]
+    if len(found["latest"]) < found["count"]:
+        parts.append(widgets.dim(f"and {found['count'] - len(found['latest'])} before"))
+    return widgets.block(*parts)
+
+
+def _collision(each: Panel) -> str:
+    """A collision in words; one that still lasts has no end."""
+    lasted = "" if each["end"] is None else f" for {each['end'] - each['begin']:.1f} s"
+    held_up = f"; tool held up {each['deviation'] * 1e3:.0f} mm" if each["deviation"] > _HELD_UP else ""
+    return f"t {each['begin']:.1f} s  {each['link']} against {each['obstacle']}{lasted}{held_up}"
+
+
+def _is_over(panel: Panel) -> bool:
+    return panel.get("result") is not None
+
+
+def _state_chip(state: str, color: str, panel: Panel) -> str:
+    """A state as a chip. When the run is over nothing goes on from it: the chip says how it stood then."""
+    words = state.replace("_", " ")
+    return (
+        widgets.chip(f"{words} at the end", GREY) if _is_over(panel) and state != "done" else widgets.chip(words, color)
+    )
+
+
+# ---------------------------------------------------------------- orders and trays
+
+
+def _order(order: Panel, panel: Panel, judged: dict[str, Panel]) -> str:
+    taken = panel["clock"]["orders"].get(order["order_id"])
+    is_coming = order["status"] == "to come" and order["start_time"] is not None
+    when = f"at {order['start_time']:g} s" if is_coming else "" if taken is None else f"{taken:.0f} s"
+    label = widgets.chip(order["status"], _ORDER_COLOURS.get(order["status"], GREY))
+    parts = [widgets.title(order["order_id"], f"{widgets.figures(when)} {label}")]
+    for kit in order["kits"]:
+        found, where = _best_guess(kit, panel, judged)
+        there = sum(1 for part in found if part in _THERE)
+        parts.append(widgets.row(widgets.text(kit["kit_type"]), widgets.text(where or f"{there} of {len(found)}")))
+        parts.append(widgets.bar(there / len(found) if found else 1.0, GREEN))
+        parts += [_tick(name, cause) for name, cause in zip(kit["parts"], found, strict=True)]
+    return widgets.block(*parts)
+
+
+def _best_guess(kit: Panel, panel: Panel, judged: dict[str, Panel]) -> tuple[list[str], str]:
+    """What became of each part of a kit: as it was judged, or on the tray that would earn most as this kit."""
+    if kit["submitted"] and kit["kit_type"] in judged:
+        found = judged[kit["kit_type"]]
+        return [part["cause"] for part in found["parts"]], f"sent: {found['total']:g} of {found['best']:g}"
+    previews = [each for tray in panel["trays"] for each in tray["as_kits"] if each["kit_type"] == kit["kit_type"]]
+    if not previews:
+        return ["missing"] * len(kit["parts"]), ""
+    best = max(previews, key=lambda each: each["total"])
+    return [part["cause"] for part in best["parts"]], ""
+
+
+def _tick(name: str, cause: str) -> str:
+    if cause == "placed":
+        return widgets.mark("✓", GREEN, widgets.text(name))
+    if cause in _THERE:
+        return widgets.mark(
+            "✓", AMBER, f"{widgets.text(name)} <span style='opacity:0.7'>({widgets.text(cause)})</span>"
+        )
+    sign, color = ("✗", RED) if cause == "faulty" else ("·", GREY)
+    more = " (faulty)" if cause == "faulty" else ""
+    return widgets.mark(sign, color, f"<span style='opacity:0.75'>{widgets.text(name + more)}</span>")
+
+
+def _tray(tray: Panel, agv: Panel, panel: Panel) -> str:
+    label = _state_chip(agv["state"], GREEN if agv["state"] == "ready_to_deliver" else AMBER, panel)
+    when = "at the end" if _is_over(panel) else "now"
+    parts = [widgets.title(f"AGV {tray['number']}", label)]
+    for part in tray["parts"]:
+        faulty = f" <b style='color:{RED}'>faulty</b>" if part["faulty"] else ""
+        parts.append(widgets.mark("▪", BLUE, widgets.text(_part_name(part["name"])) + faulty))
+    if not tray["parts"]:
+        parts.append(widgets.dim("empty"))
+    for kit in tray["as_kits"] if tray["parts"] else ():
+        parts.append(widgets.row(f"as {widgets.text(kit['kit_type'])} {when}", f"{kit['total']:g} of {kit['best']:g}"))
+        parts.append(widgets.bar(kit["total"] / kit["best"] if kit["best"] else 0.0, BLUE))
+    return widgets.block(*parts)
+
+
+def _part_name(name: str) -> str:
+    """The name of a part without where it came from."""
+    return name.rpartition("|")[2]
+
+
+def _parts_come(belt: Panel) -> str:
+    return ", parts come" if belt["population"] else ", no parts come"
+
+
+# ---------------------------------------------------------------- the score
+
+
+def _of_how_many(score: Panel) -> str:
+    if score["best"] is None:
+        return "points"
+    if score["reachable"] == score["best"]:
+        return f"of {score['best']:g} points"
+    return f"of {score['best']:g} points; {score['reachable']:g} can be had"
+
+
+def _kits_by_type(panel: Panel) -> dict[str, Panel]:
+    return {kit["kit_type"]: kit for order in panel["score"]["orders"] for kit in order["kits"]}
+
+
+def _judged(kit: Panel) -> str:
+    parts = [widgets.title(kit["kit_type"], f"{kit['total']:g} of {kit['best']:g}")]
+    if not kit["submitted"]:
+        parts.append(widgets.dim("not submitted: no points"))
+        return widgets.block(*parts)
+    parts.append(
+        widgets.dim(
+            f"there {kit['part_presence']:g}, pose {kit['part_pose']:g}, "
+            f"bonus {kit['all_parts_bonus']:g} ({kit['bonus_reason']})"
+        )
+    )
+    for part in kit["parts"]:
+        points = part["presence"] + part["pose"]
+        sign, color = ("✓", GREEN) if points == 2 else ("✓", AMBER) if points else ("✗", RED)
+        what = f"<b>{widgets.text(part['type'])}</b> +{points:g}{widgets.dim(part['sentence'])}"
+        parts.append(widgets.mark(sign, color, what))
+    for extra in kit["extras"]:
+        kind, name, reason = (
+            widgets.text(text) for text in (extra["type"], _part_name(extra["name"]), extra["reason"])
+        )
+        said = f"<b>{kind}</b> {name}: {reason}"
+        parts.append(widgets.mark("✗", RED, said))
+    return widgets.block(*parts)
+
+
+ORDERS, SCORE, CELL = "Orders", "Score", "Cell"
+"""Names of the tabs."""
+
+START, END = "Start", "End"
+STRANGE = (KeyError, TypeError, ValueError, IndexError, AttributeError)
+"""What comes of a panel that was recorded by another version, or is none: it must not end the page."""
+
+_SETTLED = 1.5  # [s] after one has moved the belt's slider before it follows the belt again
+_PANEL_ORDER = -20.0  # above all else
+
+
+class CellPanels(Feature):
+    """Shows a cell, also one that was recorded."""
+
+    def __init__(self) -> None:
+        self._page: Page | None = None
+        self._is_up = False
+        self._slid_at = -_SETTLED
+
+    def begin(self, page: Page, scene: Scene) -> None:  # noqa: ARG002
+        """Put the panels up, once, where a cell is shown."""
+        self._page = page
+        if self._is_up:
+            return
+        try:
+            told = cell_of(page.link.ask(PANEL))
+        except CellwrightError:
+            return
+        if told is not None:
+            self._put_up(page)
+
+    def panel(self, panel: dict[str, Any]) -> None:
+        """Show how the cell stands."""
+        told = cell_of(panel)
+        if told is None or self._page is None:
+            return
+        if not self._is_up:
+            self._put_up(self._page)
+        try:
+            self._show(told)
+            self._allow(told, is_recorded=panel.get("kind") != "cell")
+        except STRANGE as error:
+            self._head.show(
+                widgets.block(widgets.dim(f"This panel is of another version, and cannot be shown: {error!r}"))
+            )
+
+    def away(self, reason: str) -> None:
+        """Nobody answers: offer nothing."""
+        if self._is_up:
+            self._offer(reason)
+
+    # ---------------------------------------------------------------- what is there
+
+    def _put_up(self, page: Page) -> None:
+        self._is_up, gui = True, page.server.gui
+        self._head = Shown(gui, _PANEL_ORDER)
+        self._time = Shown(gui, _PANEL_ORDER / 4)
+        with page.tab(ORDERS):
+            self._orders, self._trays = Shown(gui), Shown(gui)
+        with page.tab(SCORE):
+            self._evidence = Shown(gui)
+        with page.tab(CELL):
+            self._floor = Shown(gui)
+            self._why_not = Shown(gui)
+            self._game = gui.add_button_group("competition", (START, END))
+            self._belt = gui.add_slider("belt [%]", min=0.0, max=100.0, step=1.0, initial_value=0.0)
+            self._kit = gui.add_dropdown("kit", ("(none)",))
+            self._send = gui.add_button_group("send as that kit", ("AGV 1", "AGV 2"))
+            self._clear = gui.add_button_group("clear tray", ("tray 1", "tray 2"))
+        self._doing = (self._game, self._belt, self._kit, self._send, self._clear)
+        self._game.on_click(lambda event: self._play(str(event.target.value)))
+        self._belt.on_update(self._set_power)
+        self._send.on_click(lambda event: self._send_off(_number(event.target.value)))
+        self._clear.on_click(lambda event: self._clear_tray(_number(event.target.value)))
+
+    def _show(self, told: dict[str, Any]) -> None:
+        self._head.show(head_html(told))
+        self._time.show(game_html(told))
+        self._orders.show(orders_html(told))
+        self._trays.show(trays_html(told))
+        self._evidence.show(evidence_html(told))
+        self._floor.show(floor_html(told))
+        if time.perf_counter() - self._slid_at > _SETTLED:
+            self._belt.value = float(told["belt"]["power"])  # type: ignore[misc]
+        kits = tuple(kit["kit_type"] for order in told["orders"] for kit in order["kits"] if not kit["submitted"])
+        if tuple(self._kit.options) != (kits or ("(none)",)):
+            self._kit.options = kits or ("(none)",)
+
+    def _allow(self, told: dict[str, Any], *, is_recorded: bool) -> None:
+        """Let one do what is allowed; where it is not, say why."""
+        reason = "this is a recording: nothing can be changed any more" if is_recorded else ""
+        self._offer(reason or told["refused"].get("belt", ""))
+
+    def _offer(self, reason: str) -> None:
+        """Offer what one may do, unless there is a reason not to."""
+        self._why_not.show(widgets.block(widgets.dim(f"Belt, AGVs and trays: {reason}.")) if reason else "")
+        for handle in self._doing:
+            if handle.visible == bool(reason):
+                handle.visible = not reason  # viser disables no group of buttons
+
+    # ---------------------------------------------------------------- what one does
+
+    def _play(self, word: str) -> None:
+        self._call("/ariac/start_competition" if word == START else "/ariac/end_competition", TriggerRequest())
+
+    def _set_power(self, event: Any) -> None:
+        if event.client is not None:  # not when it follows the belt
+            self._slid_at = time.perf_counter()
+            power = ConveyorBeltState(power=float(event.target.value))
+            self._call("/ariac/conveyor/control", ConveyorBeltControlRequest(state=power))
+
+    def _send_off(self, number: int) -> None:
+        self._call(f"/ariac/agv{number}", AGVControlRequest(kit_type=str(self._kit.value)))
+
+    def _clear_tray(self, number: int) -> None:
+        self._call(f"/ariac/kit_tray_{number}/clear_tray", TriggerRequest())
+
+    def _call(self, service: str, request: Any) -> None:
+        assert self._page is not None
+        try:
+            response = self._page.link.call(service, request)
+        except CellwrightError as error:
+            notify_refused(self._page, f"{service}: refused", error)
+            return
+        if not response.success:
+            said = getattr(response, "message", "") or "not now"
+            self._page.tell(f"{service}: refused", str(said), is_bad=True)
+
+
+def cell_of(panel: dict[str, Any]) -> dict[str, Any] | None:
+    """The cell that a panel tells of, or that a recording told of then; None where it is none."""
+    found = panel.get("of") if panel.get("kind") == "recording" else panel
+    return found if isinstance(found, dict) and found.get("kind") == "cell" else None
+
+
+def _number(word: object) -> int:
+    return int(str(word)[-1])

@@ -1,0 +1,240 @@
+"""Connection of the page to the server: requests, commands, and the poller for frames and panels."""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+import threading
+import time
+from base64 import b64decode
+from collections.abc import Callable
+from dataclasses import replace
+from queue import SimpleQueue
+from typing import Any
+
+from cellwright.clients.client.socket_transport import Connection
+from cellwright.middleware.messages import from_cdr, service_type, to_cdr, type_of
+from cellwright.middleware.wire.frames import Frame as WireFrame
+from cellwright.middleware.wire.frames import FrameError, Kind
+from cellwright.rendering.scene import Frame
+from cellwright.rendering.scene.scene import decode_frame, decode_scene
+from cellwright.util.errors import CellwrightError, MessageError, RunEndedError, UnknownNameError
+from cellwright.viewer.services.names import FRAME, PAGE, PANEL, SCENE
+
+_REQUEST = "_Request"
+_PATIENCE = 10.0  # [s] to wait for a greeting
+
+
+class AwayError(CellwrightError):
+    """Nobody is there to be asked; it may come back."""
+
+
+class Link:
+    """A guest of what is served. It may be used by several threads; each waits for its answer.
+
+    It reaches the other end when it is first used, and again when it is used after the other end was gone.
+
+    Args:
+        address: host and port at which the cell or the robot is served.
+        node: its name as a guest.
+        key: the key of the server there, for its own page; a competition tells nobody else.
+    """
+
+    def __init__(self, address: tuple[str, int], *, node: str = "", key: str = "") -> None:
+        self.address = address
+        self._key = key
+        self.node = node or f"{PAGE}{os.getpid()}"
+        self.welcome: dict[str, Any] = {}
+        """What the other end said of itself when it was reached last: `trial`, `topics`, `services`, `lockstep` …"""
+        self._connection: Connection | None = None
+        self._lock = threading.RLock()
+
+    @property
+    def is_there(self) -> bool:
+        """Whether somebody was there when it was last asked."""
+        return self._connection is not None
+
+    def connect(self) -> None:
+        """Reach the other end, once more where that was done before.
+
+        Raises:
+            AwayError: nobody answers.
+        """
+        with self._lock:
+            self.close()
+            try:
+                self._connection = Connection(
+                    self.address,
+                    node=self.node,
+                    encoding="cdr",
+                    on_frame=lambda _frame: None,
+                    timeout=_PATIENCE,
+                    key=self._key,
+                )
+            except CellwrightError as error:
+                raise AwayError(str(error)) from None
+            self.welcome = self._connection.welcome
+
+    def ask(self, service: str, **asked: Any) -> dict[str, Any]:
+        """Ask the server itself something (JSON), such as `cellwright/panel`.
+
+        Raises:
+            AwayError: nobody is there.
+            UnknownNameError: the other end has no such service.
+            CellwrightError: it was refused; the text says why.
+        """
+        answer = self._ask(WireFrame(Kind.CALL, 0, service, payload=json.dumps(asked).encode()))
+        try:
+            return answer.json()
+        except FrameError as error:
+            raise CellwrightError(f"{service}: {error}") from None
+
+    def publish(self, topic: str, message: Any) -> None:
+        """Send a message as any program does; it is refused, or acted on where time stands.
+
+        Raises:
+            CellwrightError: nobody is there, or it was refused.
+        """
+        self._ask(WireFrame(Kind.PUBLISH, 0, topic, type_of(type(message)), payload=to_cdr(message)))
+
+    def call(self, service: str, request: Any) -> Any:
+        """Call a service of the bus; the answer.
+
+        Raises:
+            CellwrightError: nobody is there, or it was refused.
+        """
+        name = type_of(type(request)).removesuffix(_REQUEST)
+        if not self.is_there:
+            self.connect()
+        types = {each["name"]: str(each["type"]) for each in self.welcome.get("services", ())}
+        if service not in types:
+            raise UnknownNameError("service", service, types)
+        answer = self._ask(WireFrame(Kind.CALL, 0, service, name, payload=to_cdr(request)))
+        if answer.kind is Kind.DONE:
+            raise CellwrightError(f"{service} answers when time has passed, which nobody waits for here")
+        return from_cdr(answer.payload, service_type(types[service]).response)
+
+    def close(self) -> None:
+        """Hang up."""
+        with self._lock:
+            if self._connection is not None:
+                self._connection.close()
+            self._connection = None
+
+    def _ask(self, frame: WireFrame) -> WireFrame:
+        with self._lock:
+            if self._connection is None:
+                self.connect()
+            assert self._connection is not None
+            try:
+                return self._connection.ask(replace(frame, number=self._connection.number()))
+            except RunEndedError as ended:
+                self.close()
+                raise AwayError(str(ended) or "the other end is gone") from None
+
+
+log = logging.getLogger(__name__)
+
+_FRAMES = 1 / 30  # [s] between two questions, at most as often
+_PANELS = 0.25
+_IDLE = 2.0  # [s] while nobody looks on
+_AWAY = 1.0  # [s] until somebody who is away is looked for again
+_SHARE = 0.5  # of the time at most is spent waiting for answers: who is slow to answer is asked less often
+
+
+class Asking:
+    """The page's questions.
+
+    What comes of them is put into `found`, in order: a tuple of a Scene and what is said about it when it is
+    another one; a tuple of the moment [s] of the
+    wall clock, a Frame and the whole answer; a dict that the panel shows; an AwayError.
+
+    Args:
+        link: of its own: nobody waits for anybody.
+        wants: what the frame service is to be asked for besides.
+    """
+
+    def __init__(self, link: Link, wants: Callable[[], dict[str, Any]]) -> None:
+        self.found: SimpleQueue[Any] = SimpleQueue()
+        self.is_watched = False
+        """Whether somebody looks on."""
+        self._link = link
+        self._wants = wants
+        self._digest = ""
+        self._bodies = 0
+        self._has_panel = True
+        self._panel_due = 0.0
+        self._wake = threading.Event()
+        self._is_over = False
+        self._thread = threading.Thread(target=self._run, name="asking", daemon=True)
+
+    def start(self) -> None:
+        """Begin to ask."""
+        self._thread.start()
+
+    def wake(self) -> None:
+        """Ask now."""
+        self._wake.set()
+
+    def close(self) -> None:
+        """Ask no more."""
+        self._is_over = True
+        self._wake.set()
+
+    def _run(self) -> None:
+        while not self._is_over:
+            self._wake.clear()
+            begun = time.perf_counter()
+            try:
+                self._ask()
+                pause = _FRAMES if self.is_watched else _IDLE
+            except AwayError as away:
+                self.found.put(away)
+                self._has_panel, self._panel_due = True, 0.0
+                pause = _AWAY
+            except Exception as error:  # what answers there has nothing to show, or nothing that makes sense
+                if not isinstance(error, CellwrightError):
+                    log.exception("what %s:%d answers cannot be shown", *self._link.address)
+                self._link.close()
+                self.found.put(AwayError(str(error)))
+                pause = _AWAY
+            spent = time.perf_counter() - begun
+            self._wake.wait(max(pause - spent, spent * (1 / _SHARE - 1)))
+        self._link.close()
+
+    def _ask(self) -> None:
+        answer = self._link.ask(FRAME, **self._wants())
+        if answer.get("digest") != self._digest:
+            self._ask_for_scene()
+            answer = self._link.ask(FRAME, **self._wants())
+        frame = _frame(answer)
+        if len(frame.poses) != self._bodies:
+            self._digest = ""  # it is asked for anew
+            raise MessageError("the frame is not one of the scene")
+        self.found.put((time.perf_counter(), frame, answer))
+        now = time.perf_counter()
+        if self._has_panel and self.is_watched and now >= self._panel_due:
+            self._panel_due = now + _PANELS
+            try:
+                self.found.put(self._link.ask(PANEL))
+            except UnknownNameError:
+                self._has_panel = False
+
+    def _ask_for_scene(self) -> None:
+        answer = self._link.ask(SCENE)
+        try:
+            scene = decode_scene(b64decode(answer["scene"]))
+            self._digest, self._bodies = str(answer["digest"]), len(scene.bodies)
+        except (KeyError, TypeError, ValueError):
+            raise MessageError("the answer holds no scene") from None
+        said = answer.get("about")
+        self.found.put((scene, said if isinstance(said, dict) else {}))
+
+
+def _frame(answer: dict[str, Any]) -> Frame:
+    try:
+        int(answer.get("run", 0))
+        return decode_frame(b64decode(answer["frame"]))
+    except (KeyError, TypeError, ValueError):
+        raise MessageError("the answer holds no frame") from None

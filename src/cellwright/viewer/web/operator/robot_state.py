@@ -1,0 +1,314 @@
+"""Robot state as its panel reports it, whether hands reach their targets, and the command delay."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+from enum import Enum
+from math import dist
+from statistics import median
+from typing import Any
+
+import numpy as np
+
+from cellwright.util.errors import MessageError
+from cellwright.util.pose import Pose, normalized
+
+FULL_TURN = 2.0 * math.pi
+ROOM = 1.0
+"""So far [m] a sliding joint without limits can be sent here; one that turns without end, `FULL_TURN` [rad]."""
+
+_SHORTEST = 1e-6  # a quaternion shorter than this has no direction
+
+
+@dataclass(frozen=True, slots=True)
+class SeenJoint:
+    """A joint: its name, its limits [rad; m], its unit, and whether it follows another one by itself."""
+
+    name: str
+    lower: float
+    upper: float
+    unit: str
+    follows: bool
+
+
+@dataclass(frozen=True, slots=True)
+class SeenGroup:
+    """Joints that belong together, by number; kinds are those of `cellwright.viewer.services.robot_groups`."""
+
+    name: str
+    kind: str
+    side: int | None
+    joints: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SeenRobot:
+    """What stays as it is.
+
+    Attributes:
+        name: of the robot.
+        digest: tells it from others.
+        joints: in the order of all lists.
+        groups: of them.
+        arms: names of the arms; empty for the one that is alone.
+        grippers: names of the grippers.
+        base_mode: what commands of the base mean; None where it cannot be moved.
+        is_real: whether it is more than a simulation.
+    """
+
+    name: str
+    digest: str
+    joints: tuple[SeenJoint, ...]
+    groups: tuple[SeenGroup, ...]
+    arms: tuple[str, ...]
+    grippers: tuple[str, ...]
+    base_mode: str | None
+    is_real: bool
+
+    @classmethod
+    def read(cls, panel: dict[str, Any]) -> SeenRobot:
+        """The robot in an answer that holds it.
+
+        Raises:
+            MessageError: the answer is none.
+        """
+        try:
+            robot = panel["robot"]
+            return cls(
+                name=str(panel["name"]),
+                digest=str(panel["digest"]),
+                joints=tuple(_joint(each) for each in robot["joints"]),
+                groups=tuple(
+                    SeenGroup(str(each["name"]), str(each["kind"]), each["side"], tuple(each["joints"]))
+                    for each in robot["groups"]
+                ),
+                arms=tuple(str(each["name"]) for each in robot["arms"]),
+                grippers=tuple(map(str, robot["grippers"])),
+                base_mode=robot["base_mode"],
+                is_real=bool(robot["is_real"]),
+            )
+        except (KeyError, TypeError, ValueError) as fault:
+            raise MessageError(f"the panel tells of no robot: {fault!r}") from None
+
+    def clamped(self, joint: int, position: float) -> float:
+        """A position [rad; m] within the limits of a joint."""
+        seen = self.joints[joint]
+        return min(max(position, seen.lower), seen.upper)
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """How a robot stands.
+
+    Attributes:
+        time: simulation time [ns].
+        stamp: the time that messages carry [ns].
+        positions: where each joint is [rad; m]; None where nobody knows.
+        targets: what each joint is given [rad; m].
+        tips: world_T_tip of each arm.
+        references: world_T_reference of each arm.
+        aims: world_T_tip that each arm is being brought to; None for one that is not.
+        grippers: how far each is closed, 0 to 1.
+        gripper_targets: how far each is to be.
+        is_stopped: whether its emergency stop is on.
+        is_enabled: whether it is switched on.
+        is_homing: whether it is on its way home.
+        is_silent: whether joints are held because nothing has come for them.
+        message: what the node has to say.
+        commander: who commands it.
+        taken, refused, ignored: how many commands were.
+        refusals: how many were refused, by source.
+    """
+
+    time: int
+    stamp: int
+    positions: tuple[float | None, ...]
+    targets: tuple[float, ...]
+    tips: tuple[Pose, ...]
+    references: tuple[Pose, ...]
+    aims: tuple[Pose | None, ...]
+    grippers: tuple[float, ...]
+    gripper_targets: tuple[float, ...]
+    is_stopped: bool
+    is_enabled: bool
+    is_homing: bool
+    is_silent: bool
+    message: str
+    commander: str
+    taken: int
+    refused: int
+    ignored: int
+    refusals: tuple[tuple[str, int], ...]
+
+    @classmethod
+    def read(cls, panel: dict[str, Any]) -> Standing:
+        """How it stands by an answer.
+
+        Raises:
+            MessageError: the answer is none.
+        """
+        try:
+            return cls(
+                time=int(panel["time"]),
+                stamp=int(panel["stamp"]),
+                positions=tuple(panel["positions"]),
+                targets=tuple(0.0 if each is None else float(each) for each in panel["targets"]),
+                tips=tuple(map(pose_of, panel["tips"])),
+                references=tuple(map(pose_of, panel["references"])),
+                aims=tuple(None if each is None else pose_of(each) for each in panel["aims"]),
+                grippers=tuple(map(float, panel["grippers"])),
+                gripper_targets=tuple(map(float, panel["gripper_targets"])),
+                is_stopped=bool(panel["stopped"]),
+                is_enabled=bool(panel["enabled"]),
+                is_homing=bool(panel["homing"]),
+                is_silent=bool(panel["silent"]),
+                message=str(panel["message"]),
+                commander=str(panel["commander"]),
+                taken=int(panel["taken"]),
+                refused=int(panel["refused"]),
+                ignored=int(panel["ignored"]),
+                refusals=tuple((str(source), int(count)) for source, count in panel["refusals"].items()),
+            )
+        except (KeyError, TypeError, ValueError, AttributeError) as fault:
+            raise MessageError(f"the panel tells of no robot: {fault!r}") from None
+
+    @property
+    def why_not(self) -> str:
+        """Why the robot takes no commands now; empty when it does."""
+        if self.is_stopped:
+            return "its emergency stop is on"
+        if self.is_homing:
+            return "it is on its way home"
+        return "" if self.is_enabled else "it is switched off"
+
+
+def pose_of(numbers: Any) -> Pose:
+    """The pose in x, y, z [m], qw, qx, qy, qz, which may come from a browser.
+
+    Raises:
+        ValueError: there is none in it.
+    """
+    try:
+        x, y, z, *quaternion = (float(each) for each in numbers)
+        qw, qx, qy, qz = quaternion
+    except TypeError:
+        raise ValueError("a pose is seven numbers") from None
+    length = math.hypot(qw, qx, qy, qz)
+    if not all(map(math.isfinite, (x, y, z, length))) or length < _SHORTEST:
+        raise ValueError("a pose must be finite, and have a direction")
+    return Pose((x, y, z), normalized((qw, qx, qy, qz)))
+
+
+def _joint(told: dict[str, Any]) -> SeenJoint:
+    unit = str(told["unit"])
+    far = ROOM if unit == "m" else FULL_TURN
+    lower, upper = (
+        end if limit is None else float(limit) for limit, end in ((told["lower"], -far), (told["upper"], far))
+    )
+    return SeenJoint(str(told["name"]), lower, upper, unit, bool(told["follows"]))
+
+
+POSITION_TOLERANCE = 0.005
+"""A tip so near [m] to its pose is there."""
+ROTATION_TOLERANCE = 0.03
+"""A tip turned by no more than this [rad] from its pose is there."""
+REST_DURATION = 0.4
+"""So long [s] of the robot's time a tip has to rest short of its pose until that is told."""
+
+_STILL = 0.002  # [m] and [rad] that a tip may move meanwhile
+
+
+class Reach(Enum):
+    """How it stands with a hand and its pose."""
+
+    THERE = "there"
+    ON_ITS_WAY = "on its way"
+    SHORT = "cannot get there"
+
+
+class ReachOfHand:
+    """Watches a hand. One that rests while its pose is elsewhere does not get there, also where the pose moves on."""
+
+    def __init__(self) -> None:
+        self._seen: deque[tuple[int, Pose]] = deque()
+
+    def look(self, time: int, aim: Pose | None, tip: Pose) -> Reach:
+        """How it stands.
+
+        Args:
+            time: the robot's time [ns].
+            aim: world_T_tip that it is being brought to; None if it is not.
+            tip: world_T_tip.
+        """
+        seen = self._seen
+        if seen and time < seen[-1][0]:
+            seen.clear()
+        if aim is None or (
+            math.dist(aim.position, tip.position) < POSITION_TOLERANCE and rotation_angle(aim, tip) < ROTATION_TOLERANCE
+        ):
+            seen.clear()
+            return Reach.THERE
+        seen.append((time, tip))
+        while len(seen) > 1 and time - seen[1][0] >= REST_DURATION * 1e9:
+            seen.popleft()
+        begun, there = seen[0]
+        is_still = math.dist(there.position, tip.position) < _STILL and rotation_angle(there, tip) < _STILL
+        return Reach.SHORT if time - begun >= REST_DURATION * 1e9 and is_still else Reach.ON_ITS_WAY
+
+
+def rotation_angle(one: Pose, other: Pose) -> float:
+    """By how much [rad] two poses are turned against each other."""
+    return 2.0 * math.acos(min(1.0, abs(float(np.dot(one.quaternion, other.quaternion)))))
+
+
+MAX_DELAY = 2.0
+"""A robot that has not moved after so long [s] was not going to."""
+
+_MOVED, _TURNED = 5e-4, 2e-3  # [m], [rad; m for joints]
+_MAX_DELAYS = 9
+
+
+class Delay:
+    """Measures it at the beginning of each motion, when the robot was at rest."""
+
+    def __init__(self) -> None:
+        self._found: deque[float] = deque(maxlen=_MAX_DELAYS)
+        self._begun: float | None = None
+        self._tips: tuple[Pose, ...] = ()
+        self._positions: tuple[float | None, ...] = ()
+
+    @property
+    def seconds(self) -> float | None:
+        """The median of the newest ones [s]; None before the first."""
+        return median(self._found) if self._found else None
+
+    def begin(self, standing: Standing, now: float) -> None:
+        """Somebody's hand begins to move at `now` [s]; not while another motion is still waited for."""
+        if self._begun is None or now - self._begun > MAX_DELAY:
+            self._begun, self._tips, self._positions = now, standing.tips, standing.positions
+
+    def look(self, standing: Standing, now: float) -> None:
+        """This was heard of the robot at `now` [s]."""
+        if self._begun is None:
+            return
+        if now - self._begun > MAX_DELAY or len(standing.positions) != len(self._positions):
+            self._begun = None
+        elif self._has_moved(standing):
+            self._found.append(now - self._begun)
+            self._begun = None
+
+    def forget(self) -> None:
+        """What began is no motion of the robot's any more."""
+        self._begun = None
+
+    def _has_moved(self, standing: Standing) -> bool:
+        pairs = zip(self._positions, standing.positions, strict=True)
+        if any(before is not None and now is not None and abs(now - before) > _TURNED for before, now in pairs):
+            return True
+        tips = zip(self._tips, standing.tips, strict=True)
+        return any(
+            dist(before.position, now.position) > _MOVED or rotation_angle(before, now) > _TURNED
+            for before, now in tips
+        )

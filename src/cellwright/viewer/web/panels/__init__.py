@@ -1,1 +1,0 @@
-"""What stands beside the scene: how time passes, and of a cell its orders, trays and score."""

@@ -1,0 +1,318 @@
+"""Scene nodes of the page: bodies, their shadows, light, sky and ground.
+
+A shadow map is coarse, some centimetres here, and a surface that is compared with itself in it shows stripes. viser
+offers no margin for that comparison. So what throws the shadows stands a margin further from the lamp than what is
+drawn, and what is drawn throws none.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cellwright.rendering.scene import SEEN, TOUCHED, Form, Frame, Layer, Scene, Shape
+from cellwright.rendering.scene.triangles import Triangles
+from cellwright.util.pose import Vector3
+from cellwright.viewer.web.meshes import Colour, Material, glb, surface
+from cellwright.viewer.web.page import Feature, Moment, Page
+from cellwright.viewer.web.views import TAB
+
+_FEW = 4
+"""So many bodies that look alike, or more, are drawn as one."""
+_FLOOR = Material(1.0)
+_TOUCHED_COLOURS: tuple[Colour, ...] = ((0.16, 0.47, 0.71, 0.62), (0.85, 0.45, 0.13, 0.62), (0.35, 0.6, 0.35, 0.62))
+
+
+class Bodies(Feature):
+    """What is seen of the bodies, and what the engine takes for them."""
+
+    def __init__(self) -> None:
+        self._page: Page | None = None
+        self._looks: BodyNodes | None = None
+        self._touched: BodyNodes | None = None
+        self._newest: Frame | None = None
+        self._box: Any = None
+
+    def begin(self, page: Page, scene: Scene) -> None:
+        """Put the bodies of a scene on the page."""
+        self._page, self._newest = page, None
+        self._looks, self._touched = BodyNodes(page, scene, "bodies", SEEN), None
+        if self._box is None:
+            with page.tab(TAB):
+                self._box = page.server.gui.add_checkbox(
+                    "Collision shapes", initial_value=False, hint="What the engine takes the bodies for"
+                )
+            self._box.on_update(lambda _event: self.show_touched(self._box.value))
+        if self._box.value:
+            self.show_touched(True)
+
+    def show(self, moment: Moment) -> None:
+        """Put them where they are."""
+        self._newest = moment.frame
+        for nodes in (self._looks, self._touched):
+            if nodes is not None:
+                nodes.show(moment.frame)
+
+    def show_touched(self, is_wanted: bool) -> None:  # noqa: FBT001
+        """Show what the engine takes the bodies for, in place of what they look like."""
+        page = self._page
+        if page is None or page.scene is None:
+            return
+        if is_wanted and self._touched is None:
+            self._touched = BodyNodes(page, page.scene, "touched", TOUCHED)
+            if self._newest is not None:
+                self._touched.show(self._newest)
+        if self._touched is not None:
+            self._touched.set_visible(is_wanted)
+        if self._looks is not None:
+            self._looks.set_visible(not is_wanted)
+
+
+@dataclass(slots=True)
+class _Single:
+    body: int
+    handle: Any
+
+
+@dataclass(slots=True)
+class _Alike:
+    bodies: NDArray[np.intp]
+    handle: Any
+
+
+class BodyNodes:
+    """Nodes of the page for the bodies of a scene.
+
+    Args:
+        page: where.
+        scene: whose.
+        name: of the node above them.
+        layers: which of their shapes.
+    """
+
+    def __init__(self, page: Page, scene: Scene, name: str, layers: Collection[Layer]) -> None:
+        self._scene = page.server.scene
+        self._root = self._scene.add_frame(f"{page.root}/{name}", show_axes=False)
+        self._before: Frame | None = None
+        self._singles: list[_Single] = []
+        self._alike: list[_Alike] = []
+        is_touched = Layer.TOUCH in layers
+        shapes: dict[int, list[Shape]] = defaultdict(list)
+        for shape in scene.shapes:
+            if shape.layer in layers:
+                shapes[shape.body].append(shape)
+        groups: dict[Any, list[int]] = defaultdict(list)
+        for body, its in shapes.items():
+            groups[tuple((s.form, s.size, s.pose, s.colour, s.mesh) for s in its)].append(body)
+        for bodies in groups.values():
+            data = glb(_pieces(shapes[bodies[0]], scene, is_touched=is_touched))
+            path = f"{page.root}/{name}/{_node(scene.bodies[bodies[0]])}"
+            if len(bodies) < _FEW:
+                for body in bodies:
+                    path = f"{page.root}/{name}/{_node(scene.bodies[body])}"
+                    single = self._scene.add_glb(path, data, cast_shadow=False)
+                    self._singles.append(_Single(body, single))
+            else:
+                handle = self._scene.add_batched_glb(
+                    f"{path} and others alike",
+                    data,
+                    batched_wxyzs=np.tile((1.0, 0.0, 0.0, 0.0), (len(bodies), 1)),
+                    batched_positions=np.zeros((len(bodies), 3)),
+                    batched_scales=np.zeros((len(bodies), 3)),
+                    lod="off",
+                    cast_shadow=False,
+                )
+                self._alike.append(_Alike(np.array(bodies), handle))
+
+    def set_visible(self, is_visible: bool) -> None:  # noqa: FBT001
+        """Show them all, or none."""
+        self._root.visible = is_visible
+
+    def show(self, frame: Frame) -> None:
+        """Put them where a frame says; what has not moved is not told again."""
+        before, self._before = self._before, frame
+        if before is None:
+            moved = np.ones(len(frame.poses), np.bool_)
+            switched = moved
+        else:
+            moved = (frame.poses != before.poses).any(axis=1)
+            switched = frame.shown != before.shown
+        for single in self._singles:
+            body = single.body
+            if moved[body]:
+                single.handle.position = frame.poses[body, :3]
+                single.handle.wxyz = frame.poses[body, 3:]
+            if switched[body]:
+                single.handle.visible = bool(frame.shown[body])
+        for alike in self._alike:
+            bodies = alike.bodies
+            if switched[bodies].any():
+                alike.handle.batched_scales = np.repeat(frame.shown[bodies, None], 3, axis=1).astype(np.float32)
+            if moved[bodies].any():
+                alike.handle.batched_positions = frame.poses[bodies, :3]
+                alike.handle.batched_wxyzs = frame.poses[bodies, 3:]
+
+
+def _pieces(shapes: Sequence[Shape], scene: Scene, *, is_touched: bool) -> list[tuple[Any, Colour, Material]]:
+    if is_touched:
+        return [
+            (surface(shape, scene), colour, Material(0.9, 0.0, colour[3]))
+            for number, shape in enumerate(shapes)
+            for colour in [_TOUCHED_COLOURS[number % len(_TOUCHED_COLOURS)]]
+        ]
+    return [
+        (surface(shape, scene), shape.colour, _FLOOR if shape.form is Form.PLANE else material(shape.colour))
+        for shape in shapes
+    ]
+
+
+def material(colour: Colour) -> Material:
+    """What something of this colour is made of: what is grey and light is metal, the rest is paint or rubber."""
+    red, green, blue, opacity = colour
+    brightness = max(red, green, blue)
+    tint = brightness - min(red, green, blue)
+    if opacity < 1:
+        return Material(0.15, 0.0, round(opacity, 2))
+    if tint < 0.06 and 0.4 < brightness < 0.78:
+        return Material(0.45, 0.2)
+    return Material(0.85 if brightness < 0.2 else 0.7)
+
+
+def _node(name: str) -> str:
+    """A body's name as one step of a path."""
+    return name.replace("/", ".") or "unnamed"
+
+
+_LAMPS = {"robot": (3.2, -4.6, 6.0)}  # a robot looks along x, and is looked at from there
+_LAMP = (-3.0, -4.5, 7.0)
+
+_MARGIN = 0.03  # [m]
+_LEAST = 0.07  # [m]: smaller bodies throw a shadow that nobody would miss
+_LOWEST = 0.02  # [m]: what lies on the floor throws none
+_UNSEEN = Material(opacity=0.0)
+_BLACK: Colour = (0.0, 0.0, 0.0, 1.0)
+
+
+class Shadows(Feature):
+    """Throws the shadows of the bodies."""
+
+    def __init__(self) -> None:
+        self._handles: dict[int, Any] = {}
+        self._before: Frame | None = None
+
+    def begin(self, page: Page, scene: Scene) -> None:
+        """Put up what throws them."""
+        self._handles, self._before = {}, None
+        lamp = np.array(lamp_of(page.about))
+        root = f"{page.root}/shadows"
+        nodes = page.server.scene
+        nodes.add_frame(root, show_axes=False, position=-_MARGIN / np.linalg.norm(lamp) * lamp)
+        shapes: dict[int, list[Shape]] = defaultdict(list)
+        for shape in scene.shapes:
+            if shape.layer in SEEN and shape.form is not Form.PLANE and shape.colour[3] >= 1:
+                shapes[shape.body].append(shape)
+        for body, its in shapes.items():
+            surfaces = [
+                found for found in (surface(shape, scene) for shape in its) if _matters(found, is_still=body == 0)
+            ]
+            if surfaces and (body == 0 or _extent(surfaces) >= _LEAST):
+                data = glb((found, _BLACK, _UNSEEN) for found in surfaces)
+                self._handles[body] = nodes.add_glb(f"{root}/{body}", data, cast_shadow=True, receive_shadow=False)
+
+    def show(self, moment: Moment) -> None:
+        """Move them with the bodies."""
+        frame, before = moment.frame, self._before
+        self._before = frame
+        for body, handle in self._handles.items():
+            if before is None or (frame.poses[body] != before.poses[body]).any():
+                handle.position, handle.wxyz = frame.poses[body, :3], frame.poses[body, 3:]
+            if before is None or frame.shown[body] != before.shown[body]:
+                handle.visible = bool(frame.shown[body])
+
+
+def lamp_of(about: Mapping[str, Any]) -> Vector3:
+    """From where the light comes: a direction in the world."""
+    return _LAMPS.get(str(about.get("kind")), _LAMP)
+
+
+def _matters(found: Triangles, *, is_still: bool) -> bool:
+    return len(found.points) > 0 and not (is_still and float(found.points[:, 2].max()) < _LOWEST)
+
+
+def _extent(surfaces: list[Triangles]) -> float:
+    points = np.concatenate([each.points for each in surfaces])
+    return float((points.max(axis=0) - points.min(axis=0)).max())
+
+
+PLAIN = "CELLWRIGHT_PAGE_PLAIN"
+"""Where this is set in the environment, a page begins without shadows."""
+
+HAZE = (203, 212, 221)
+"""Colour in which the ground ends and the sky begins."""
+
+_BRAND = (28, 100, 160)
+_FADE_FROM, _FADE_TO = 11.0, 34.0  # [m] from the eye
+_SKY = 60.0  # [m]: radius of what is drawn behind everything; at such a distance it is all haze
+
+
+class Stage(Feature):
+    """Sets the stage once.
+
+    Args:
+        is_plain: whether it begins without shadows.
+    """
+
+    def __init__(self, *, is_plain: bool = False) -> None:
+        self._is_plain = is_plain
+        self._key: Any = None
+
+    def begin(self, page: Page, scene: Scene) -> None:  # noqa: ARG002
+        """Light, sky, ground."""
+        server = page.server
+        server.gui.configure_theme(show_logo=False, show_share_button=False, brand_color=_BRAND)
+        if self._key is not None:
+            self._key.position = lamp_of(page.about)
+            return
+        nodes = server.scene
+        nodes.configure_default_lights(enabled=False)
+        nodes.configure_environment_map("warehouse", environment_intensity=0.12)
+        key = self._key = nodes.add_light_directional(
+            "/light/key",
+            color=(255, 246, 232),
+            intensity=2.7,
+            cast_shadow=not self._is_plain,
+            position=lamp_of(page.about),
+        )
+        nodes.add_light_hemisphere(
+            "/light/sky", sky_color=(225, 236, 255), ground_color=(190, 180, 168), intensity=1.25
+        )
+        nodes.configure_fog(_FADE_FROM, _FADE_TO, color=HAZE)
+        nodes.add_icosphere(
+            "/sky", _SKY, color=HAZE, subdivisions=2, side="back", cast_shadow=False, receive_shadow=False
+        )
+        nodes.add_grid(
+            "/ground",
+            infinite_grid=True,
+            cell_size=1.0,
+            section_size=1.0,
+            cell_color=(165, 168, 172),
+            section_color=(165, 168, 172),
+            cell_thickness=1.0,
+            section_thickness=1.0,
+            fade_distance=26.0,
+            shadow_opacity=0.0,
+            position=(0.0, 0.0, 0.002),
+        )
+        with page.tab(TAB):
+            box = server.gui.add_checkbox(
+                "Shadows", initial_value=not self._is_plain, hint="They cost a slow computer most"
+            )
+
+        @box.on_update
+        def _(_event: Any) -> None:
+            key.cast_shadow = box.value

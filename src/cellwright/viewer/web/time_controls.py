@@ -1,0 +1,210 @@
+"""Time controls: clock, pause, single steps, speed, reset, and the timeline of a recording."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from typing import Any
+
+from cellwright.rendering.scene import Scene
+from cellwright.util.errors import CellwrightError
+from cellwright.viewer.services.names import CONTROL
+from cellwright.viewer.web import widgets
+from cellwright.viewer.web.page import Feature, Page, notify_refused
+from cellwright.viewer.web.widgets import AMBER, BLUE, GREEN, GREY, Shown, set_changed
+
+_SPAN = 2.0  # [s] of wall time that are looked back upon
+
+
+class SeenPace:
+    """Simulated seconds a wall second, over the last two."""
+
+    def __init__(self) -> None:
+        self._seen: deque[tuple[float, float]] = deque()
+
+    def take(self, wall: float, time: float) -> None:
+        """Take note of a simulation time [s] that was told at `wall` [s]."""
+        if self._seen and time < self._seen[-1][1]:
+            self._seen.clear()  # it has begun anew
+        self._seen.append((wall, time))
+        while len(self._seen) > 2 and self._seen[0][0] < wall - _SPAN:
+            self._seen.popleft()
+
+    @property
+    def factor(self) -> float | None:
+        """The pace; None as long as it cannot be said."""
+        if len(self._seen) < 2:
+            return None
+        (wall, time), (wall_now, time_now) = self._seen[0], self._seen[-1]
+        return (time_now - time) / (wall_now - wall) if wall_now > wall else None
+
+
+PAUSE, GO_ON, TICK = "Pause", "Go on", "Tick"
+SPANS = {"1 s": 1.0}
+"""Stretches of time [s] that are let pass at a click."""
+SPEEDS = ("0.1", "0.5", "1", "2", "10", "max")
+BEGIN_ANEW, REALLY = "Begin anew", "Click again to begin anew"
+
+_ORDER = -10.0  # above everything but the head of a cell
+_SURE = 4.0  # [s] within which one is to click again
+_SETTLED = 1.5  # [s] after one has moved the slider before it follows time again
+
+
+class TimeControls(Feature):
+    """The clock, pause, single steps, speed, beginning anew; for recordings also where in time one is."""
+
+    def __init__(self) -> None:
+        self._page: Page | None = None
+        self._pace = SeenPace()
+        self._asked_at = -_SURE
+        self._slid_at = -_SETTLED
+        self._slider: Any = None
+        self._now = 0.0
+        self._timestep = 1 / 500
+
+    def begin(self, page: Page, scene: Scene) -> None:  # noqa: ARG002
+        """Put it up, once."""
+        told = page.link.welcome.get("timestep")
+        if isinstance(told, list) and len(told) == 2:
+            self._timestep = told[0] / told[1]
+        if self._page is not None:
+            return
+        self._page, gui = page, page.server.gui
+        self._clock = Shown(gui, _ORDER)
+        self._steps = gui.add_button_group(
+            "time", (PAUSE, GO_ON, TICK, *SPANS), order=_ORDER + 1, hint="Let time stand, pass, or pass for so long"
+        )
+        self._speeds = gui.add_button_group(
+            "speed", SPEEDS, order=_ORDER + 2, hint="Simulated seconds a second; max: as fast as it goes"
+        )
+        self._anew = gui.add_button(BEGIN_ANEW, order=_ORDER + 3, color="gray", visible=False)
+        self._steps.on_click(lambda event: self._step(str(event.target.value)))
+        self._speeds.on_click(lambda event: self._set_speed(str(event.target.value)))
+        self._anew.on_click(lambda _: self._begin_anew())
+
+    def panel(self, panel: dict[str, Any]) -> None:
+        """Show how time passes."""
+        control = panel.get("control")
+        if self._page is None or control is None:
+            return
+        try:
+            now = seconds_of(panel)
+        except (KeyError, TypeError, ValueError):  # it was told by another version
+            return
+        self._now = now
+        self._pace.take(time.perf_counter(), now)
+        self._clock.show(clock(now, control, self._pace.factor))
+        reasons = control["refused"]
+        for group, action in ((self._steps, "pause"), (self._speeds, "speed")):
+            set_changed(group, "visible", not reasons.get(action))  # viser disables no group of buttons
+        self._show_reset(panel, str(reasons.get("reset", "")))
+        self._show_timeline(panel, now)
+
+    def away(self, reason: str) -> None:
+        """Nobody answers: show the time that was told last, and offer nothing."""
+        if self._page is None:
+            return
+        self._clock.show(_standing(self._now, "not connected", reason))
+        for handle in (self._steps, self._speeds, self._anew, self._slider):
+            if handle is not None:
+                set_changed(handle, "visible", False)
+
+    # ---------------------------------------------------------------- what is shown
+
+    def _show_reset(self, panel: dict[str, Any], reason: str) -> None:
+        button = self._anew
+        is_sure = time.perf_counter() - self._asked_at < _SURE
+        set_changed(button, "label", REALLY if is_sure else BEGIN_ANEW)
+        set_changed(button, "color", "red" if is_sure else "gray")
+        set_changed(button, "visible", panel.get("kind") != "robot")  # whose own controls send it home
+        set_changed(button, "disabled", bool(reason))
+        set_changed(button, "hint", reason or "Back to the start: what has happened is gone")
+
+    def _show_timeline(self, panel: dict[str, Any], now: float) -> None:
+        begin, end = panel.get("begin"), panel.get("end")
+        if begin is None or end is None or self._page is None:
+            if self._slider is not None:
+                set_changed(self._slider, "visible", False)
+            return
+        last = max(end, begin + 0.1)
+        if self._slider is None:
+            self._slider = self._page.server.gui.add_slider(
+                "at [s]", min=begin, max=last, step=0.1, initial_value=begin, order=_ORDER + 0.5
+            )
+            self._slider.on_update(self._seek)
+        for name, value in (("visible", True), ("min", begin), ("max", last)):
+            set_changed(self._slider, name, value)  # what is served there may have become another recording
+        if time.perf_counter() - self._slid_at > _SETTLED:
+            # only what is new: an update of the same value would undo what a viewer has just moved
+            set_changed(self._slider, "value", round(min(max(now, begin), end), 1))
+
+    # ---------------------------------------------------------------- what one does
+
+    def _step(self, word: str) -> None:
+        if word == PAUSE:
+            self._ask(action="pause")
+        elif word == GO_ON:
+            self._ask(action="resume")
+        else:
+            self._ask(action="step", ticks=1 if word == TICK else max(1, round(SPANS[word] / self._timestep)))
+
+    def _set_speed(self, word: str) -> None:
+        self._ask(action="speed", factor="max" if word == "max" else float(word))
+
+    def _begin_anew(self) -> None:
+        now = time.perf_counter()
+        if now - self._asked_at < _SURE:
+            self._asked_at = -_SURE
+            self._ask(action="reset")
+        else:
+            self._asked_at = now
+            set_changed(self._anew, "label", REALLY)
+
+    def _seek(self, event: Any) -> None:
+        if event.client is not None:  # not when it follows time
+            self._slid_at = time.perf_counter()
+            self._ask(action="seek", time=float(event.target.value))
+
+    def _ask(self, **asked: Any) -> None:
+        assert self._page is not None
+        try:
+            self._page.link.ask(CONTROL, **asked)
+        except CellwrightError as error:
+            notify_refused(self._page, f"{asked['action']}: refused", error)
+
+
+def seconds_of(panel: dict[str, Any]) -> float:
+    """The simulation time [s] that a panel tells."""
+    if "clock" in panel:
+        return float(panel["clock"]["time"])
+    told = panel.get("time", 0)
+    return told / 1e9 if panel.get("kind") == "robot" else float(told)
+
+
+def clock(now: float, control: dict[str, Any], pace: float | None) -> str:
+    """The clock as HTML.
+
+    Args:
+        now: simulation time [s].
+        control: how time passes, as it is told.
+        pace: how fast it was seen to pass; None where that is not known.
+    """
+    if control.get("over"):
+        return _standing(now, "over", f"{control['over']}: all is shown as it stood at the end")
+    if control["paused"]:
+        label = widgets.chip("a step" if control["ticks_left"] else "paused", AMBER)
+    elif control["lockstep"]:
+        label = widgets.chip("lockstep", BLUE)
+    else:
+        label = widgets.chip("running", GREEN)
+    asked = "as fast as it goes" if control["speed"] == "max" else f"asked {control['speed']:g} ×"
+    seen = "" if pace is None or control["paused"] else f"{pace:.1f} × real time, "
+    return widgets.block(
+        widgets.row(widgets.big(f"{now:.2f}", "s"), label, "align-items:center"), widgets.figures(f"{seen}{asked}")
+    )
+
+
+def _standing(now: float, state: str, reason: str) -> str:
+    """The clock as HTML when no time passes any more."""
+    row = widgets.row(widgets.big(f"{now:.2f}", "s"), widgets.chip(state, GREY), "align-items:center")
+    return widgets.block(row, widgets.dim(reason))

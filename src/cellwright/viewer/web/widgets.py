@@ -1,0 +1,116 @@
+"""Panel widgets: escaped pieces of HTML, and elements that are sent to browsers only when they change."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Iterable
+from typing import Any
+
+GREEN, AMBER, RED, BLUE, GREY = "#2b8a3e", "#b35c00", "#c92a2a", "#1c6ea4", "#6c757d"
+
+_FIGURES = "font-variant-numeric:tabular-nums"  # digits of one width: nothing jitters
+
+
+def text(value: object) -> str:
+    """A text that is shown as it is."""
+    return html.escape(str(value))
+
+
+def block(*parts: str, style: str = "") -> str:
+    """Pieces below each other, with the panel's margins."""
+    return f'<div style="padding:0.15em 0.75em;font-size:0.875em;line-height:1.45;{style}">{"".join(parts)}</div>'
+
+
+def line(*parts: str, style: str = "") -> str:
+    """Pieces beside each other."""
+    return f'<div style="display:flex;gap:0.5em;align-items:baseline;{style}">{"".join(parts)}</div>'
+
+
+def row(left: str, right: str, style: str = "") -> str:
+    """A piece at the left, and one at the right end."""
+    return (
+        f'<div style="display:flex;justify-content:space-between;gap:0.75em;{style}">'
+        f'<div style="min-width:0">{left}</div><div style="white-space:nowrap;{_FIGURES}">{right}</div></div>'
+    )
+
+
+def chip(label: str, color: str) -> str:
+    """A word on a coloured ground."""
+    return (
+        f'<span style="background:{color};color:#fff;border-radius:0.9em;padding:0.1em 0.65em;font-size:0.85em;'
+        f'font-weight:600;white-space:nowrap">{text(label)}</span>'
+    )
+
+
+def big(value: str, small: str = "") -> str:
+    """A number to be read from afar, and a few words behind it."""
+    return (
+        f'<span style="font-size:2.1em;font-weight:700;line-height:1.15;{_FIGURES}">{text(value)}</span>'
+        f'<span style="opacity:0.7"> {text(small)}</span>'
+    )
+
+
+def title(value: str, right: str = "") -> str:
+    """A heading, and what stands at its right end."""
+    return row(f'<b style="font-size:1.05em">{text(value)}</b>', right, "margin-top:0.5em;align-items:baseline")
+
+
+def dim(value: str) -> str:
+    """A remark."""
+    return f'<div style="opacity:0.7">{text(value)}</div>'
+
+
+def mark(sign: str, color: str, what: str) -> str:
+    """A line with a sign before it."""
+    return (
+        f'<div style="display:flex;gap:0.5em"><span style="color:{color};font-weight:700;width:1em;flex:none">{sign}'
+        f"</span><span>{what}</span></div>"
+    )
+
+
+def bar(share: float, color: str) -> str:
+    """How much of something is done, 0..1."""
+    width = 100.0 * min(max(share, 0.0), 1.0)
+    return (
+        '<div style="background:rgba(128,128,128,0.25);border-radius:0.25em;height:0.4em;margin:0.2em 0">'
+        f'<div style="background:{color};width:{width:.1f}%;height:100%;border-radius:0.25em"></div></div>'
+    )
+
+
+def joined(parts: Iterable[str]) -> str:
+    """Pieces, one after another."""
+    return "".join(parts)
+
+
+def figures(value: str) -> str:
+    """A text whose digits are of one width."""
+    return f'<span style="{_FIGURES}">{text(value)}</span>'
+
+
+class Shown:
+    """A piece of the panel.
+
+    Args:
+        gui: viser's; the piece stands where the next one would.
+        order: where it stands among its neighbours; None: behind them.
+    """
+
+    def __init__(self, gui: Any, order: float | None = None) -> None:
+        self._handle = gui.add_html("", order=order)
+        self._text = ""
+
+    def show(self, text: str) -> None:
+        """Show this."""
+        if text != self._text:
+            self._text = text
+            self._handle.content = text
+
+    def remove(self) -> None:
+        """Take it away."""
+        self._handle.remove()
+
+
+def set_changed(handle: Any, name: str, value: Any) -> None:
+    """Set something of a handle, unless it is so already."""
+    if getattr(handle, name) != value:
+        setattr(handle, name, value)

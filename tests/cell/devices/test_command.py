@@ -1,0 +1,154 @@
+from collections.abc import Sequence
+from dataclasses import replace
+from math import inf, nan
+
+import pytest
+
+from cellwright.cell.devices import trajectory_controller as checks
+from cellwright.cell.devices.joint_trajectory import JointTrajectory, TrajectoryPoint
+from cellwright.cell.devices.trajectory_controller import (
+    MOST_KEPT,
+    MOST_POINTS,
+    RejectedTrajectoryError,
+    check_trajectory,
+)
+from cellwright.cell.devices.trajectory_goal import GoalRequest, GoalResult
+from cellwright.util.errors import RejectedCommandError
+from tests.cell.devices.trajectories import JOINTS, SECOND, START, controller, to
+
+GOOD = to([1.0] * 7, [2.0] * 7)
+POINT = TrajectoryPoint([1.0] * 7, time_from_start_ns=SECOND)
+
+
+def with_names(*names: str) -> JointTrajectory:
+    return replace(GOOD, joint_names=names)
+
+
+def with_point(
+    positions: Sequence[float] = POINT.positions,
+    velocities: Sequence[float] = (),
+    accelerations: Sequence[float] = (),
+) -> JointTrajectory:
+    return replace(GOOD, points=[TrajectoryPoint(positions, velocities, accelerations, SECOND)])
+
+
+def with_times(*times: int) -> JointTrajectory:
+    return replace(GOOD, points=[replace(POINT, time_from_start_ns=time) for time in times])
+
+
+def one_bad(value: float) -> list[float]:
+    return [1.0] * 3 + [value] + [1.0] * 3
+
+
+NAMES = {
+    "unknown name": (with_names(*JOINTS[:6], "wrist_4_joint"), "unknown joint 'wrist_4_joint'; did you mean"),
+    "an eighth name": (with_names(*JOINTS, "vacuum_gripper_joint"), "unknown joint 'vacuum_gripper_joint'"),
+    "missing name": (with_names(*JOINTS[1:]), "joints are missing: linear_arm_actuator_joint"),
+    "no names": (with_names(), "joints are missing: linear_arm_actuator_joint, shoulder_pan_joint"),
+    "name twice": (with_names(*JOINTS[:6], JOINTS[0]), "'linear_arm_actuator_joint' is named more than once"),
+}
+TOO_FAST = TrajectoryPoint([1e306] * 7, [0.0] * 7, [0.0] * 7, 1)
+POINTS = {
+    "few positions": (with_point([1.0] * 6), "point 0 has 6 positions for 7 joints"),
+    "no positions": (with_point([], [1.0] * 7), "point 0 has 0 positions"),
+    "few velocities": (with_point(velocities=[1.0] * 6), "6 velocities for 7 positions"),
+    "many accelerations": (with_point(accelerations=[1.0] * 8), "8 accelerations for 7 positions"),
+    "velocities for names only": (with_point([1.0] * 8, [1.0] * 7), "7 velocities for 8 positions"),
+    "position nan": (with_point(one_bad(nan)), "nan as position of elbow_joint"),
+    "velocity inf": (with_point(velocities=one_bad(inf)), "inf as velocity of elbow_joint"),
+    "acceleration -inf": (with_point(accelerations=one_bad(-inf)), "-inf as acceleration of elbow_joint"),
+    "equal times": (with_times(SECOND, SECOND), "point 1 is at 1 s, point 0 before it at 1 s"),
+    "falling times": (with_times(SECOND, 3 * SECOND, 2 * SECOND), "point 2 is at 2 s, point 1 before it at 3 s"),
+    "too fast to compute": (replace(GOOD, points=[TOO_FAST]), "too far apart"),
+}
+PAST = {
+    "all in the past": (replace(GOOD, start_ns=SECOND), "all 2 points lie in the past: the last one was due 7 s ago"),
+    "due now": (with_times(0), "due now, with no time to get there"),
+}
+REJECTED = [
+    pytest.param(command, result, reason, id=name)
+    for result, cases in (
+        (GoalResult.INVALID_JOINTS, NAMES),
+        (GoalResult.INVALID_GOAL, POINTS),
+        (GoalResult.OLD_HEADER_TIMESTAMP, PAST),
+    )
+    for name, (command, reason) in cases.items()
+]
+
+
+@pytest.mark.parametrize(("command", "result", "reason"), REJECTED)
+@pytest.mark.parametrize("way", ["topic", "goal"])
+def test_a_bad_command_is_refused_as_a_whole(
+    command: JointTrajectory, result: GoalResult, reason: str, way: str
+) -> None:
+    arm = controller()
+    now = 10 * SECOND
+    running = arm.accept(GoalRequest("running", to([2.0] * 7, every=100 * SECOND)), now)
+    before = arm.get_state()
+    with pytest.raises(RejectedTrajectoryError) as caught:  # noqa: PT012
+        if way == "topic":
+            arm.command(command, now)
+        else:
+            arm.accept(GoalRequest("bad", command), now)
+    assert caught.value.result is result
+    assert reason in str(caught.value)
+    assert isinstance(caught.value, RejectedCommandError)
+    assert arm.get_state() == before
+    assert running.active
+
+
+def test_a_goal_without_points_still_has_to_name_the_joints() -> None:
+    arm = controller()
+    with pytest.raises(RejectedTrajectoryError, match="joints are missing"):
+        arm.accept(GoalRequest("empty", JointTrajectory((), ())), 0)
+
+
+def test_parts_of_the_joints_only_when_allowed() -> None:
+    elbow = JointTrajectory(["elbow_joint"], [TrajectoryPoint([1.0], time_from_start_ns=SECOND)])
+    assert check_trajectory(elbow, JOINTS, 0, allow_partial=True).joints == (3,)
+    with pytest.raises(RejectedTrajectoryError, match="joints are missing"):
+        check_trajectory(replace(elbow, joint_names=()), JOINTS, 0, allow_partial=True)
+
+
+def test_what_is_left_of_a_good_trajectory() -> None:
+    names = tuple(reversed(JOINTS))
+    checked = check_trajectory(replace(GOOD, joint_names=names, start_ns=SECOND), JOINTS, 2 * SECOND)
+    assert checked.joints == (6, 5, 4, 3, 2, 1, 0)
+    assert checked.points == (GOOD.points[1],)
+    assert (checked.start, checked.end) == (SECOND, 3 * SECOND)
+
+
+def test_velocity_limits_are_not_enforced() -> None:
+    arm = controller()
+    arm.command(to([6.0] * 7, every=1_000_000), 0)
+    assert arm.velocities(0) == pytest.approx([(6.0 - a) * 1e3 for a in START])
+
+
+@pytest.mark.slow
+def test_more_points_than_are_taken_are_refused_and_the_most_are_followed() -> None:
+    most = controller()
+    most.command(with_times(*range(SECOND, SECOND + MOST_POINTS)), 0)
+    before = most.get_state()
+    with pytest.raises(RejectedTrajectoryError, match=f"{MOST_POINTS + 1} points are too many"):
+        most.command(with_times(*range(SECOND, SECOND + MOST_POINTS + 1)), 0)
+    assert most.get_state() == before
+
+
+@pytest.mark.slow
+def test_commands_for_later_do_not_pile_up_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each leaves one segment more to follow before it begins."""
+    kept = MOST_POINTS + 100  # with all that are kept it takes as many seconds as now tenths of one
+    assert kept < MOST_KEPT
+    monkeypatch.setattr(checks, "MOST_KEPT", kept)
+    busy = controller()
+    busy.command(with_times(*range(SECOND, SECOND + MOST_POINTS)), 0)
+    refused = 0
+    for number in range(kept - MOST_POINTS + 5):
+        try:
+            busy.command(replace(with_times(SECOND), start_ns=2 * SECOND + number), 0)
+        except RejectedTrajectoryError as error:
+            assert "other segments to follow before it starts" in str(error)  # noqa: PT017
+            refused += 1
+    assert 0 < refused < 10
+    busy.command(with_times(SECOND), 0)  # one that begins now takes the place of all
+    assert busy.end == SECOND

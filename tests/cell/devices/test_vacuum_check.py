@@ -1,0 +1,181 @@
+import json
+from math import cos, radians
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.cell.devices.vacuum_gripper import (
+    CHECK_PERIOD,
+    NO_ACTION,
+    CupContact,
+    SuctionDecision,
+    Touched,
+    VacuumCheck,
+)
+from cellwright.engine.events import NEVER
+
+STEP = 2_000_000
+PISTON = CupContact("bin7|piston_rod_part_3", Touched.PART, 1.0)
+BIN = CupContact("bin7", Touched.FIXED, 1.0)
+TRAY = CupContact("agv1", Touched.MOVABLE, 1.0)
+LOOKS = [(), (PISTON,), (BIN,), (TRAY,), (BIN, PISTON), (CupContact("x", Touched.PART, 0.5),)]
+
+
+def enabled(at: int = 0) -> VacuumCheck:
+    check = VacuumCheck()
+    check.enable(at)
+    return check
+
+
+def look(check: VacuumCheck, *contacts: CupContact) -> SuctionDecision:
+    return check.check(check.next_look, contacts)
+
+
+def test_a_part_is_taken_at_the_second_look() -> None:
+    check = enabled(0)
+    assert check.due(0)
+    assert look(check, PISTON) == NO_ACTION
+    assert check.reason == "waiting for a second check"
+    assert not check.due(CHECK_PERIOD - 1)
+    assert check.due(CHECK_PERIOD)
+    assert look(check, PISTON) == SuctionDecision("attach", PISTON.name)
+    assert (check.part, check.attached, check.reason) == (PISTON.name, True, "")
+
+
+@pytest.mark.parametrize(
+    ("contacts", "reason"),
+    [
+        ((), "no contact"),
+        ((BIN,), "contact with something fixed: bin7"),
+        ((TRAY,), "contact with agv1, which is no part"),
+        ((CupContact("p", Touched.PART, cos(radians(23))),), "tilted: 23.0 deg > 18.2"),
+        ((CupContact("p", Touched.PART, 0.95),), "tilted: 18.2 deg > 18.2"),
+        ((CupContact("p", Touched.PART, -1.0000001),), "tilted: 180.0 deg > 18.2"),
+    ],
+)
+def test_what_is_not_taken_has_a_reason(contacts: tuple[CupContact, ...], reason: str) -> None:
+    check = enabled()
+    for _ in range(4):
+        assert look(check, *contacts) == NO_ACTION
+    assert check.reason == reason
+
+
+def test_switched_off_it_takes_nothing_and_says_so() -> None:
+    check = VacuumCheck()
+    assert (check.reason, check.next_look, check.due(10 * CHECK_PERIOD)) == ("disabled", NEVER, False)
+    check.enable(0)
+    assert check.disable() is None
+    assert (check.reason, check.lost_reason, check.due(CHECK_PERIOD)) == ("disabled", "", False)
+
+
+def test_contact_with_what_moves_counts_though_it_cannot_be_held() -> None:
+    check = enabled()
+    look(check, TRAY)
+    assert look(check, PISTON).action == "attach"
+
+
+def test_looks_without_contact_count_down_but_not_below_zero() -> None:
+    check = enabled()
+    look(check, PISTON)
+    look(check)
+    look(check, BIN)
+    assert check.counter == 0
+    assert look(check, PISTON) == NO_ACTION
+    assert look(check, PISTON).action == "attach"
+
+
+def test_the_squarest_part_is_taken_and_the_first_name_among_equals() -> None:
+    check = enabled()
+    tilted = CupContact("a", Touched.PART, 0.96)
+    equal = CupContact("bin7|piston_rod_part_2", Touched.PART, 1.0)
+    look(check, tilted)
+    assert look(check, tilted, PISTON, equal).part == equal.name
+
+
+def test_letting_go_and_taking_again_at_once() -> None:
+    check = enabled()
+    for _ in range(3):
+        look(check, PISTON)
+    last = 2 * CHECK_PERIOD
+    assert check.disable() == PISTON.name
+    assert (check.lost_reason, check.reason, check.part) == ("released", "disabled", None)
+    check.enable(last + STEP)
+    assert check.next_look == last + CHECK_PERIOD
+    check.disable()
+    check.enable(last + 5 * CHECK_PERIOD + STEP)
+    assert check.next_look == last + 5 * CHECK_PERIOD + STEP
+    assert look(check, PISTON).action == "attach"
+
+
+def test_enabling_twice_is_enabling_once() -> None:
+    check = enabled(0)
+    look(check, PISTON)
+    before = check.get_state()
+    check.enable(STEP)
+    assert check.get_state() == before
+
+
+def test_a_forced_drop_happens_at_a_look_and_leaves_it_switched_on() -> None:
+    check = enabled()
+    look(check, PISTON)
+    look(check, PISTON)
+    assert check.check(2 * CHECK_PERIOD, [PISTON], lambda part: part != PISTON.name) == NO_ACTION
+    assert check.check(3 * CHECK_PERIOD, [PISTON], lambda part: part == PISTON.name) == SuctionDecision(
+        "drop", PISTON.name
+    )
+    assert (check.enabled, check.part, check.reason, check.lost_reason) == (True, None, "forced drop", "forced drop")
+    assert check.check(4 * CHECK_PERIOD, [PISTON], lambda _: True) == SuctionDecision("attach", PISTON.name)
+
+
+def test_a_part_may_be_lost_for_other_reasons() -> None:
+    check = enabled()
+    assert check.lose("pulled off") is None
+    assert check.lost_reason == ""
+    look(check, PISTON)
+    look(check, PISTON)
+    assert check.lose("pulled off") == PISTON.name
+    assert check.lost_reason == check.reason == "pulled off"
+
+
+@pytest.mark.parametrize("phase", [0, 30_000_000, 99_999_999, 130_000_000])
+def test_with_a_phase_looks_keep_to_their_own_clock(phase: int) -> None:
+    check = VacuumCheck(phase)
+    check.enable(1_234_000_000)
+    looks = []
+    for _ in range(3):
+        looks.append(check.next_look)
+        look(check, PISTON)
+    assert looks[0] - 1_234_000_000 < CHECK_PERIOD
+    assert [time % CHECK_PERIOD for time in looks] == [phase % CHECK_PERIOD] * 3
+    assert looks[2] - looks[0] == 2 * CHECK_PERIOD
+
+
+@given(st.lists(st.tuples(st.integers(0, 80), st.sampled_from(["enable", "disable", *LOOKS])), max_size=60))
+def test_whatever_happens_looks_are_a_period_apart_and_state_is_kept(
+    story: list[tuple[int, str | tuple[CupContact, ...]]],
+) -> None:
+    check, now, last = VacuumCheck(), 0, -CHECK_PERIOD
+    for steps, what in story:
+        now += steps * STEP
+        if what == "enable":
+            check.enable(now)
+        elif what == "disable":
+            held = check.part
+            assert check.disable() == held
+        elif check.due(now) and not isinstance(what, str):
+            assert now - last >= CHECK_PERIOD
+            last = now
+            counter, held = check.counter, check.part
+            verdict = check.check(now, what)
+            assert abs(check.counter - counter) <= 1
+            if verdict.action == "attach":
+                assert held is None
+                assert check.counter > 1
+                assert any(contact.name == verdict.part and contact.alignment > 0.95 for contact in what)
+        assert check.attached == (check.part is not None)
+        assert check.enabled or not check.attached
+        assert bool(check.reason) != check.attached
+        other = VacuumCheck()
+        other.set_state(json.loads(json.dumps(check.get_state())))
+        assert vars(other) == vars(check)

@@ -1,0 +1,169 @@
+"""The evidence: a sentence with figures for every point, won or lost, judged or not."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+
+from cellwright.cell.kitting.evidence import (
+    MAX_TILT,
+    Evidence,
+    evidence,
+    evidence_to_json,
+    kit_evidence,
+    kit_to_json,
+    trial_score_to_json,
+)
+from cellwright.cell.kitting.fates import Fate, FateKind
+from cellwright.cell.kitting.inventory import TrayObject
+from cellwright.cell.kitting.scorer import Averages, Scorer, trial_score
+from cellwright.config.trial.catalogue import find_trial
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.config.trial.trial import Order, Part, Sensor, Trial
+from cellwright.util.pose import Pose
+from tests.cell.kitting.builders import kit, order, ordered, pose, thing
+
+SECOND = 1_000_000_000
+KINDS = ("gear_part", "disk_part", "pulley_part")
+CELL = tuple(Part(f"bin5|{kind}_{n}", kind, Pose()) for kind in KINDS for n in range(9))
+
+
+def judged(*contents: TrayObject, wanted: Order, more: tuple[Order, ...] = ()) -> Evidence:
+    """The evidence after a tray was submitted as the first kit of an order, 10 s after the start."""
+    orders = (wanted, *more)
+    scorer = Scorer(orders)
+    scorer.begin(0)
+    scorer.announce(wanted.order_id, 0)
+    scorer.submit(wanted.kits[0].kit_type, contents, 10 * SECOND)
+    sensors = (Sensor("a", "logical_camera", Pose()), Sensor("b", "break_beam", Pose()))
+    trial = Trial("t", orders=orders, bin_parts=CELL, sensors=sensors)
+    return evidence(trial, scorer.game_score(12 * SECOND), 12 * SECOND)
+
+
+def sentences(found: Evidence) -> list[str]:
+    return [part.sentence() for kit in found.kits() for part in kit.parts]
+
+
+def of_one(found: TrayObject, x: float = 0.0) -> str:
+    wanted = Order("order_0", (kit(ordered("gear_part", x)),), start_time=0.0)
+    (said,) = sentences(judged(found, wanted=wanted))
+    return said
+
+
+def test_each_verdict_says_by_how_much() -> None:
+    assert of_one(thing(x=0.012, yaw=0.05)) == "bin5|gear_part_1 lies in its place, off by 12.0 mm and 50 mrad"
+    assert of_one(thing(x=0.0425)) == "bin5|gear_part_1 lies 42.5 mm from its place, 12.5 mm too far"
+    assert of_one(thing(yaw=0.15)) == "bin5|gear_part_1 lies turned by 150 mrad, 50 mrad too far"
+    over = TrayObject("bin5|gear_part_1", "gear_part", False, pose(roll=math.pi))
+    assert of_one(over) == "bin5|gear_part_1 lies turned over by 3142 mrad, 2506 mrad too far"
+    assert of_one(thing(faulty=True)) == "none but a faulty one, which does not count: bin5|gear_part_1"
+    assert of_one(thing("disk_part")) == "none on the tray when it was submitted"
+    assert math.degrees(MAX_TILT) == pytest.approx(36.4, abs=0.05)
+
+
+def test_a_place_off_the_tray_is_told_from_bad_play() -> None:
+    said = of_one(thing(x=0.2), x=0.74)
+    assert said == (
+        "bin5|gear_part_1 lies 540.0 mm from its place, 510.0 mm too far; its place (0.74, 0) lies 0.49 m off the "
+        "tray, which is 0.5 m by 0.7 m: a part on the tray is at least 432 mm away from it, and 30 mm are allowed"
+    )
+    wanted = Order("order_0", (kit(ordered("gear_part", 0.74)),), start_time=0.0)
+    found = judged(thing(x=0.2), wanted=wanted)
+    assert [part.cause for each in found.kits() for part in each.parts] == ["off tray"]
+    assert (found.total, found.reach.total, found.reach.maximum) == (2.0, 2.0, 3.0)
+
+
+def test_parts_of_kits_that_were_never_judged_are_listed() -> None:
+    found = judged(thing(), wanted=order(0, kits=2, start_time=0.0), more=(order(1, KINDS, start_time=99.0),))
+    causes = [(each.score.kit_type, [part.cause for part in each.parts]) for each in found.kits()]
+    assert causes == [
+        ("order_0_kit_0", ["placed"]),
+        ("order_0_kit_1", ["not submitted"]),
+        ("order_1_kit_0", ["not announced"] * 3),
+    ]
+    assert sentences(found)[1:3] == ["its kit was never submitted", "its order was never announced"]
+    assert [each.bonus_sentence for each in found.kits()] == [
+        "the tray held exactly what was ordered",
+        "its kit was never submitted",
+        "its order was never announced",
+    ]
+    assert [each.is_announced for each in found.orders] == [True, False]
+
+
+def test_the_bonus_says_why_not() -> None:
+    wanted = order(0, start_time=0.0)
+    short, besides = judged(wanted=wanted), judged(thing(), thing("disk_part"), wanted=wanted)
+    assert [each.bonus_sentence for each in short.kits()] == ["an ordered part is not there, so there is no bonus"]
+    assert [each.bonus_sentence for each in besides.kits()] == [
+        "the tray holds more than was ordered, so there is no bonus"
+    ]
+
+
+def test_points_in_the_evidence_are_the_referee_s() -> None:
+    wanted = order(0, KINDS, start_time=0.0)
+    found = judged(thing(), thing("disk_part", x=0.1), wanted=wanted)
+    (each,) = found.kits()
+    assert sum(part.presence for part in each.parts) == each.score.part_presence == 2.0
+    assert sum(part.pose for part in each.parts) == each.score.part_pose == 2.0
+    assert found.total == each.score.total == 4.0
+
+
+def test_as_json_it_has_times_costs_and_figures_in_si_units() -> None:
+    found = judged(thing(x=0.04, yaw=0.05), wanted=order(0, start_time=0.0), more=(order(1, start_time=99.0),))
+    document = json.loads(json.dumps(evidence_to_json(found)))
+    assert (document["total"], document["reachable"], document["best"]) == (2.0, 6.0, 6.0)
+    assert (document["process_time"], document["part_travel_time"], document["system_cost"]) == (12.0, 0.0, 600.0)
+    first, second = document["orders"]
+    assert (first["time_taken"], first["complete"], first["announced"]) == (10.0, True, True)
+    assert (second["announced"], second["kits"][0]["submitted"]) == (False, False)
+    (part,) = first["kits"][0]["parts"]
+    assert (part["verdict"], part["object"]) == ("too far", "bin5|gear_part_1")
+    assert part["distance"] == pytest.approx(0.04)
+    assert part["yaw_difference"] == pytest.approx(0.05)
+    assert part["turn"] == pytest.approx(0.05)
+    assert part["place"] == {"position": [0, 0, 0], "quaternion": [1, 0, 0, 0], "off_plate": 0, "nearest": 0}
+    assert second["kits"][0]["parts"][0]["verdict"] is None
+
+
+def test_the_fate_of_a_missing_part_is_told_in_words_and_as_values() -> None:
+    found = judged(wanted=order(0, start_time=0.0))
+    (each,) = found.kits()
+    fate = Fate(FateKind.DROPPED, "bin5|gear_part_1", (0.31, 2.95, 1.0), 4 * SECOND, 3 * SECOND, lies=(0.3, 2.95, 0.7))
+    known = kit_evidence(each.score, each.reach, fates=(fate,))
+    (part,) = json.loads(json.dumps(kit_to_json(known)))["parts"]
+    assert part["sentence"] == f"none on the tray when it was submitted: {fate.sentence()}"
+    assert part["fate"] == {
+        "kind": "dropped",
+        "sentence": "bin5|gear_part_1 was dropped at (0.31, 2.95) m after 3.0 s in the gripper",
+        "part": "bin5|gear_part_1",
+        "faulty": False,
+        "position": [0.31, 2.95, 1.0],
+        "time": 4.0,
+        "held": 3.0,
+        "lies": [0.3, 2.95, 0.7],
+        "tray": None,
+        "past": 0,
+    }
+    assert kit_to_json(each)["parts"][0]["fate"] is None
+
+
+def test_the_score_of_the_trial_is_told_term_by_term() -> None:
+    found = judged(thing(), wanted=order(0, start_time=0.0))
+    sensors = (Sensor("a", "logical_camera", Pose()),)
+    final = trial_score(sensors, [each.score for each in found.orders], Averages(500.0, (20.0,)))
+    document = trial_score_to_json(final)
+    assert (document["total"], document["cost_factor"], document["cost_points"]) == (7.5, 1.0, 1.5)
+    (share,) = document["orders"]
+    assert (share["efficiency"], share["efficiency_points"], share["time_taken"]) == (2.0, 6.0, 10.0)
+
+
+def test_of_the_lesson_it_says_what_can_be_had_before_anything_has_happened() -> None:
+    trial = load_trial([find_trial("lesson")]).trial
+    document = evidence_to_json(evidence(trial, Scorer(trial.orders).game_score(0)))
+    assert (document["total"], document["reachable"], document["best"]) == (0.0, 8.0, 12.0)
+    assert "8 of 12 points is the most one can get" in document["reachable_reason"]
+    (found,) = document["orders"][0]["kits"]
+    assert all("lies 0.4" in line and "off the tray" in line for line in found["out_of_reach"])
+    assert document["system_cost"] == 1300.0

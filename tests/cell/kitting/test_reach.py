@@ -1,0 +1,121 @@
+"""The most that can be earned: an upper bound, and why it is one."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cellwright.cell.kitting.kit_score import MAX_DISTANCE
+from cellwright.cell.kitting.reach import good_parts, nearest, off_plate, reach
+from cellwright.cell.model.parts import PART_TYPES, part_type
+from cellwright.config.layout import PART_RADII, TRAY_PLATE
+from cellwright.config.layout import PART_TYPES as LAID_OUT
+from cellwright.config.trial.catalogue import find_trial
+from cellwright.config.trial.gear2017 import load_trial
+from cellwright.config.trial.trial import BeltPart, Options, Order, Part, Trial
+from cellwright.util.pose import Pose
+from tests.cell.kitting.builders import kit, order, ordered, pose
+
+GEARS = tuple(Part(f"bin5|gear_part_{n}", "gear_part", Pose()) for n in (1, 2))
+
+
+def trial(*orders: Order, **more: object) -> Trial:
+    return Trial("t", orders=orders, bin_parts=GEARS, **more)  # type: ignore[arg-type]
+
+
+def test_of_the_lesson_two_thirds_can_be_had() -> None:
+    could = reach(load_trial([find_trial("lesson")]).trial)
+    assert (could.total, could.maximum) == (8.0, 12.0)
+    (found,) = could.orders[0].kits
+    assert (found.part_presence, found.all_parts_bonus, found.part_pose) == (4.0, 4.0, 0.0)
+    assert [part.off_plate for part in found.parts] == pytest.approx([0.49, 0.49, 0.48, 0.49])
+    assert [part.nearest for part in found.parts] == pytest.approx([0.351, 0.351, 0.422, 0.432])
+    assert could.sentence() == (
+        "8 of 12 points is the most one can get: order_0_kit_0: 4 of 4 places lie 0.48 to 0.49 m off the tray, where "
+        "a part on it stays at least 351 mm away"
+    )
+    assert len(list(found.reasons())) == 4
+    assert next(found.reasons()).startswith("part 1, piston_rod_part: its place (0.74, 0.05) lies 0.49 m off the tray")
+
+
+def test_what_lies_on_the_tray_and_is_there_can_be_had_whole() -> None:
+    could = reach(trial(order(types=("gear_part", "gear_part"), start_time=0.0)))
+    assert (could.total, could.maximum, could.sentence()) == (6.0, 6.0, "")
+    assert list(could.kit("order_0_kit_0").reasons()) == []
+
+
+def test_a_place_is_out_of_reach_only_when_no_part_can_touch_the_plate_there() -> None:
+    edge, radius = TRAY_PLATE[0] / 2, PART_RADII["gear_part"]
+    inside, outside = edge + radius + MAX_DISTANCE - 1e-6, edge + radius + MAX_DISTANCE + 1e-6
+    assert nearest("gear_part", pose(x=inside)) <= MAX_DISTANCE < nearest("gear_part", pose(x=-outside))
+    assert nearest("a type of somebody's own", pose(x=9.0)) == 0.0  # its size is not known
+
+
+def test_a_type_that_the_cell_is_short_of_costs_its_points_and_the_bonus() -> None:
+    could = reach(trial(order(types=("gear_part", "gear_part", "gear_part"), start_time=0.0)))
+    assert (could.total, could.orders[0].total) == (4.0, 4.0)
+    assert could.sentence().endswith("order_0_kit_0: 1 gear_part more than the cell has good ones")
+    assert list(could.kit("order_0_kit_0").reasons()) == [
+        "part 3, gear_part: the cell has too few good parts of type gear_part"
+    ]
+
+
+def test_faulty_parts_are_no_supply() -> None:
+    belt = (BeltPart(1.0, "disk_part", Pose()), BeltPart(2.0, "disk_part", Pose()))
+    whole = trial(belt_parts=belt, options=Options(belt_population_cycles=3))
+    assert good_parts(whole) == {"gear_part": 2, "disk_part": 6}
+    bad = replace(whole, faulty_parts=frozenset({"gear_part_2", "disk_part_clone_5", "disk_part_clone_6"}))
+    assert good_parts(bad) == {"gear_part": 1, "disk_part": 5}
+    demo = replace(trial(order(types=("part4",), start_time=0.0)), options=Options(fill_demo_tray=True))
+    assert good_parts(demo)["part4"] == 1
+
+
+def test_orders_that_never_come_up_earn_nothing() -> None:
+    first, late, behind = order(0, start_time=0.0), order(1, start_time=50.0), order(2, wanted_parts=1)
+    could = reach(trial(first, late, behind, time_limit=40.0))
+    assert [each.total for each in could.orders] == [3.0, 0.0, 0.0]
+    said = list(could.kit("order_2_kit_0").reasons())
+    assert said == ["order_1 is due at 50 s, after the time limit of 40 s"]  # it waits for the one before
+    assert reach(trial(first, late, behind, time_limit=-1.0)).total == 9.0
+    assert "nothing ever brings order_3 up" in reach(trial(order(3))).sentence()
+    assert reach(trial(order(3, unwanted_parts=1))).total == 3.0
+
+
+def test_without_agvs_there_is_no_tray() -> None:
+    could = reach(trial(order(start_time=0.0), options=Options(insert_agvs=False)))
+    assert (could.total, could.maximum) == (0.0, 3.0)
+    assert "no AGV" in could.sentence()
+
+
+def test_there_is_no_such_kit() -> None:
+    with pytest.raises(KeyError):
+        reach(trial()).kit("order_9_kit_9")
+
+
+@pytest.mark.parametrize("name", PART_TYPES)
+def test_radii_hold_the_parts_as_they_are_built(name: str) -> None:
+    lower, upper = part_type(name).box
+    farthest = math.hypot(*(max(abs(low), abs(high)) for low, high in zip(lower, upper, strict=True)))
+    assert farthest <= PART_RADII[name] < farthest + 0.001
+
+
+def test_every_type_has_a_radius() -> None:
+    assert set(PART_RADII) == set(LAID_OUT)
+
+
+@given(st.floats(-2, 2), st.floats(-2, 2))
+def test_the_distance_to_the_plate_is_that_of_its_nearest_point(x: float, y: float) -> None:
+    near = max(-0.25, min(0.25, x)), max(-0.35, min(0.35, y))
+    assert off_plate(pose(x, y)) == pytest.approx(math.dist((x, y), near), abs=1e-12)
+
+
+@given(st.lists(st.tuples(st.sampled_from(["gear_part", "disk_part"]), st.floats(-1, 1)), max_size=5))
+def test_reach_is_never_more_than_everything(parts: list[tuple[str, float]]) -> None:
+    wanted = kit(*(ordered(type_, x) for type_, x in parts))
+    could = reach(trial(Order("order_0", (wanted,), start_time=0.0)))
+    assert 0.0 <= could.total <= could.maximum == 3.0 * len(parts)
+    assert bool(could.sentence()) is (could.total < could.maximum)

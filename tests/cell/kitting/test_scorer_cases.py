@@ -1,0 +1,111 @@
+"""What the 2017 competition's own scorer answered, case by case."""
+
+from typing import Any
+
+import pytest
+
+from cellwright.cell.kitting.inventory import TrayObject, Trays, part_type, trimmed_name
+from cellwright.cell.kitting.kit_score import KitScore
+from cellwright.cell.kitting.scorer import GameScore, Scorer
+from cellwright.config.trial.trial import Kit, KitObject, Order
+from cellwright.engine.clock import nanoseconds, seconds
+from cellwright.util.errors import UnknownNameError
+from cellwright.util.pose import Pose
+from tests.conftest import load_cases
+
+CASES = load_cases("scorer_cases.json")
+
+
+def pose(values: dict[str, Any]) -> Pose:
+    x, y, z = values["xyz"]
+    qw, qx, qy, qz = values["q"]
+    return Pose((x, y, z), (qw, qx, qy, qz))
+
+
+def order(operation: dict[str, Any]) -> Order:
+    kits = tuple(
+        Kit(kit["kit_type"], tuple(KitObject(each["type"], pose(each)) for each in kit["objects"]))
+        for kit in operation["kits"]
+    )
+    return Order(operation["order_id"], kits)
+
+
+def kit_score(score: KitScore) -> dict[str, Any]:
+    names = ("total", "part_presence", "all_parts_bonus", "part_pose", "is_complete", "is_submitted")
+    return {name: getattr(score, name) for name in names}
+
+
+def game_score(score: GameScore) -> dict[str, Any]:
+    return {
+        "total": score.total,
+        "part_travel_time": pytest.approx(seconds(score.part_travel_time), abs=1e-9),
+        "orders": {
+            each.order_id: {
+                "total": each.total,
+                "time_taken": pytest.approx(seconds(each.time_taken), abs=1e-9),
+                "complete": each.is_complete,
+            }
+            for each in score.orders
+        },
+    }
+
+
+class Player:
+    """Plays the operations of a case on a scorer and answers what it said."""
+
+    def __init__(self, case: dict[str, Any]) -> None:
+        self.scorer = Scorer([order(each) for each in case["ops"] if each["op"] == "order"])
+        self.trays = Trays()
+        self.now = 0
+        self.scorer.begin(self.now)
+
+    def play(self, operation: dict[str, Any]) -> Any:
+        return getattr(self, operation["op"])(operation)
+
+    def order(self, operation: dict[str, Any]) -> None:
+        self.scorer.announce(operation["order_id"], self.now)
+
+    def tray(self, operation: dict[str, Any]) -> None:
+        contents = [
+            TrayObject(f"{each['type']}_{number}", each["type"], each["is_faulty"], pose(each))
+            for number, each in enumerate(operation["objects"])
+        ]
+        self.trays.report(operation["tray"], contents)
+
+    def submit(self, operation: dict[str, Any]) -> dict[str, Any]:
+        try:
+            contents = self.trays.contents(operation["tray"])
+        except UnknownNameError:
+            return {"error": "unknown_tray"}
+        return kit_score(self.scorer.submit(operation["kit_type"], contents, self.now))
+
+    def update(self, operation: dict[str, Any]) -> None:
+        self.now += nanoseconds(operation["dt"])
+
+    def gripper(self, operation: dict[str, Any]) -> None:
+        self.scorer.gripper_changed(self.now, enabled=operation["enabled"], attached=operation["attached"])
+
+    def unassign(self, operation: dict[str, Any]) -> dict[str, Any]:
+        return {"total": self.scorer.withdraw(operation["order_id"], self.now).total}
+
+    def is_complete(self, operation: dict[str, Any]) -> bool:
+        return self.scorer.is_complete(operation["order_id"])
+
+    def score(self, operation: dict[str, Any]) -> dict[str, Any]:
+        return game_score(self.scorer.game_score(self.now))
+
+    def name(self, operation: dict[str, Any]) -> dict[str, str]:
+        return {"trimmed": trimmed_name(operation["name"]), "type": part_type(operation["name"])}
+
+
+def test_the_recorded_cases_are_there() -> None:
+    assert len(CASES) >= 111
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case["name"])
+def test_case(case: dict[str, Any]) -> None:
+    player = Player(case)
+    for operation in case["ops"]:
+        answer = player.play(operation)
+        if "expect" in operation:
+            assert operation["expect"] == answer, operation

@@ -1,0 +1,50 @@
+"""Grippers between open and closed: whichever limits these are."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cellwright.config.robot.config import End, Gripper
+from cellwright.robot.checks.motion import check_motion
+from cellwright.robot.grippers import GripperRange
+from cellwright.robot.servos import Array
+from tests.robot.robots import two_arms
+
+FINGERS = ("finger_right", "finger_left")  # of two hands, for each is a joint of its own
+RANGE = (0.0, 0.04)
+
+
+def made(*open_ends: End) -> tuple[GripperRange, Array]:
+    """A gripper of two joints, and a place for the positions of all joints of its robot."""
+    robot = two_arms().robot
+    numbers = {joint.name: number for number, joint in enumerate(robot.driven)}
+    return GripperRange(Gripper(FINGERS, open_ends), robot, numbers), np.zeros(len(numbers))
+
+
+@pytest.mark.parametrize(
+    ("open_ends", "opened", "half", "closed"),
+    [
+        ((), [0.0, 0.0], [0.01, 0.01], [0.04, 0.04]),
+        ((End.UPPER, End.UPPER), [0.04, 0.04], [0.03, 0.03], [0.0, 0.0]),
+        ((End.UPPER, End.LOWER), [0.04, 0.0], [0.03, 0.01], [0.0, 0.04]),
+    ],
+)
+def test_a_status_of_0_is_open_at_the_limits_that_the_configuration_names(
+    open_ends: tuple[End, ...], opened: list[float], half: list[float], closed: list[float]
+) -> None:
+    gripper, positions = made(*open_ends)
+    for status, expected in ((0.0, opened), (0.25, half), (1.0, closed), (1.5, closed)):
+        positions[gripper.joints] = gripper.positions(status)
+        assert positions[gripper.joints] == pytest.approx(expected)
+        assert gripper.status(positions) == pytest.approx(min(status, 1.0))
+
+
+def test_a_robot_goes_home_with_its_grippers_open() -> None:
+    config = replace(two_arms(), grippers=(Gripper(FINGERS[:1], (End.UPPER,)), Gripper(FINGERS[1:])))
+    assert (config.home["finger_right"], config.home["finger_left"]) == (0.04, 0.0)
+    findings = {finding.what: finding for finding in check_motion(config).findings}
+    assert findings["right gripper closes"].passed
+    assert findings["goes home on a reset"].passed

@@ -1,0 +1,199 @@
+import math
+from fractions import Fraction
+
+import mujoco
+import numpy as np
+import pytest
+
+from cellwright.config.robot.model import Joint, JointType, Limits
+from cellwright.robot.inverse_kinematics import GAIN, ArmSolver, TipSpeedLimits
+from cellwright.robot.model import build_robot
+from cellwright.util.pose import Pose
+from tests.cell.model.robots import of_joints
+from tests.robot.bundled import apart, posture_near_home, qinglong, tips
+from tests.robot.robots import fixed, two_arms
+
+STEP = 1 / 240
+
+
+@pytest.fixture(scope="module")
+def model() -> mujoco.MjModel:
+    return build_robot(qinglong()).model
+
+
+def solver_of(model: mujoco.MjModel, place: int = 0, caps: TipSpeedLimits | None = None) -> ArmSolver:
+    config = qinglong()
+    arm = config.arms[place]
+    limits = [config.robot.joint(name).limits for name in arm.joints]
+    return ArmSolver(
+        model,
+        joints=arm.joints,
+        tip=arm.tip,
+        reference="base_link",
+        home=np.array(arm.home),
+        lower=np.array([each.lower for each in limits]),
+        upper=np.array([each.upper for each in limits]),
+        velocity=np.array([each.velocity for each in limits]),
+        caps=caps or TipSpeedLimits(),
+    )
+
+
+def at(model: mujoco.MjModel, positions: dict[str, float]) -> mujoco.MjData:
+    data = mujoco.MjData(model)
+    for name, value in positions.items():
+        data.qpos[model.joint(name).qposadr[0]] = value
+    refresh(model, data)
+    return data
+
+
+def refresh(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+
+
+def at_home(model: mujoco.MjModel) -> mujoco.MjData:
+    return at(model, qinglong().start)
+
+
+def test_pose_and_frame_are_those_of_forward_kinematics(model: mujoco.MjModel) -> None:
+    config = qinglong()
+    posture = posture_near_home(config, np.random.default_rng(1), 1.0) | {"J_waist_yaw": 0.4, "J_head_yaw": 0.3}
+    data = at(model, posture)
+    for place, expected in enumerate(tips(config, posture)):
+        solver = solver_of(model, place)
+        assert apart(solver.pose(data), expected) == pytest.approx((0.0, 0.0), abs=1e-9)
+        assert apart(solver.frame(data, config.arms[place].tip), expected) == pytest.approx((0.0, 0.0), abs=1e-9)
+        assert apart(solver.frame(data, "base_link"), Pose()) == pytest.approx((0.0, 0.0), abs=1e-9)
+
+
+def test_error_is_way_and_turn_along_the_axes_of_the_world(model: mujoco.MjModel) -> None:
+    solver, data = solver_of(model), at_home(model)
+    tip = solver.pose(data)
+    # the base is turned by 90 degrees: its x axis is the world's y axis
+    there = Pose((0.01, 0.0, 0.0)) @ tip
+    assert solver.error(data, there) == pytest.approx([0.0, 0.01, 0.0, 0.0, 0.0, 0.0], abs=1e-9)
+    turned = Pose(
+        tip.position, (Pose.from_rpy((0.0, 0.0, 0.0), (0.02, 0.0, 0.0)) @ Pose(quaternion=tip.quaternion)).quaternion
+    )
+    assert solver.error(data, turned) == pytest.approx([0.0, 0.0, 0.0, 0.0, 0.02, 0.0], abs=1e-9)
+
+
+def test_a_step_moves_the_tip_straight_to_the_target_by_its_share(model: mujoco.MjModel) -> None:
+    solver, data = solver_of(model), at_home(model)
+    target = Pose((0.002, -0.001, 0.002)) @ solver.pose(data) @ Pose.from_rpy((0.0, 0.0, 0.0), (0.01, 0.0, -0.005))
+    before = solver.error(data, target)
+    data.qpos[solver.qpos] += solver.step(data, target, STEP)
+    refresh(model, data)
+    left = solver.error(data, target) / math.exp(-GAIN * STEP)
+    assert left == pytest.approx(before, abs=0.02 * float(np.abs(before).max()))
+
+
+@pytest.mark.parametrize(
+    ("caps", "most"), [(TipSpeedLimits(speed=0.1), (0.1, 9.9)), (TipSpeedLimits(turning=0.2), (2.0, 0.2))]
+)
+def test_caps_hold_way_and_turn_together(
+    model: mujoco.MjModel, caps: TipSpeedLimits, most: tuple[float, float]
+) -> None:
+    solver, data = solver_of(model, caps=caps), at_home(model)
+    start = solver.pose(data)
+    target = Pose((0.05, 0.0, 0.05)) @ start @ Pose.from_rpy((0.0, 0.0, 0.0), (0.3, 0.0, 0.0))
+    data.qpos[solver.qpos] += solver.step(data, target, STEP)
+    refresh(model, data)
+    way, turn = apart(start, solver.pose(data))
+    assert way <= most[0] * STEP * 1.02
+    assert turn <= most[1] * STEP * 1.02
+    assert max(way / most[0], turn / most[1]) > 0.9 * STEP
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_steps_never_leave_the_limits(model: mujoco.MjModel, seed: int) -> None:
+    chance = np.random.default_rng(seed)
+    solver = solver_of(model, seed % 2, TipSpeedLimits(math.inf, math.inf))
+    data = at(model, posture_near_home(qinglong(), chance, 3.0))
+    bound = np.array([qinglong().robot.joint(name).limits.velocity for name in qinglong().arms[seed % 2].joints]) * STEP
+    target = Pose(tuple(chance.uniform(-1, 1, 3)), tuple((q := chance.normal(size=4)) / np.linalg.norm(q)))
+    for _ in range(100):
+        step = solver.step(data, target, STEP)
+        data.qpos[solver.qpos] += step
+        refresh(model, data)
+        assert (np.abs(step) <= bound + 1e-9).all()
+        position = data.qpos[solver.qpos]
+        assert ((position >= solver.lower - 1e-9) & (position <= solver.upper + 1e-9)).all()
+
+
+def test_where_the_target_leaves_a_choice_the_arm_goes_home_and_the_tip_stays(model: mujoco.MjModel) -> None:
+    solver, data = solver_of(model), at_home(model)
+    away = at_home(model)
+    target = solver.pose(data)
+    away.qpos[solver.qpos] += (0.3, 0.2, -0.2, 0.3, 0.2, 0.1, 0.2)
+    refresh(model, away)
+    for _ in range(1200):
+        away.qpos[solver.qpos] += solver.step(away, target, STEP)
+        refresh(model, away)
+    assert apart(solver.pose(away), target) == pytest.approx((0.0, 0.0), abs=1e-4)
+    assert away.qpos[solver.qpos] == pytest.approx(data.qpos[solver.qpos], abs=0.02)  # a little stays: it comes to rest
+
+
+def test_an_arm_that_is_stretched_out_comes_back_without_a_leap(model: mujoco.MjModel) -> None:
+    solver = solver_of(model)
+    data = at(model, {"J_arm_r_01": 1.5})  # all else at 0: elbow straight, wrist in line
+    target = Pose((0.0, 0.0, 0.05)) @ solver.pose(data)
+    steps = []
+    for _ in range(960):
+        steps.append(solver.step(data, target, STEP))
+        data.qpos[solver.qpos] += steps[-1]
+        refresh(model, data)
+    assert np.abs(np.diff(steps, axis=0)).max() < 0.006  # 1.4 rad/s from tick to tick, out of a singular posture
+    assert solver.error(data, target) == pytest.approx([0.0] * 6, abs=1e-3)
+
+
+def test_a_reference_that_the_arm_moves_is_seen_to_move() -> None:
+    # fastened at its right hand the robot moves all else with that arm: the torso, in whose frame its tip is given
+    config = fixed(two_arms(), "hand_right")
+    model = build_robot(config, timestep=Fraction(1, 240)).model
+    arm = config.arms[0]
+    wide = np.full(3, math.inf)
+    solver = ArmSolver(
+        model, joints=arm.joints, tip=arm.tip, reference="torso", home=np.array(arm.home),
+        lower=-wide, upper=wide, velocity=wide, caps=TipSpeedLimits(),
+    )  # fmt: skip
+    data = at(model, config.start)
+    target = at(model, config.start | {"shoulder_right": 0.6, "elbow_right": -0.9})
+    goal = solver.pose(target)
+    for _ in range(240):
+        data.qpos[solver.qpos] += solver.step(data, goal, STEP)
+        refresh(model, data)
+    assert apart(solver.pose(data), goal) == pytest.approx((0.0, 0.0), abs=1e-5)
+
+
+def test_links_may_be_called_as_the_engine_calls_its_own() -> None:
+    joints = ("shoulder", "elbow")
+    config = of_joints(
+        Joint("shoulder", JointType.REVOLUTE, "world", "arm", Pose((0.0, 0.0, 0.5)), limits=Limits(-2.0, 2.0)),
+        Joint("elbow", JointType.REVOLUTE, "arm", "hand", Pose((0.0, 0.0, 0.3)), limits=Limits(-2.0, 2.0)),
+        base_pose=Pose((3.0, 2.0, 1.0)),
+    )
+    model = build_robot(config).model
+    bounds = np.full(2, 2.0)
+    solver = ArmSolver(
+        model,
+        joints=joints,
+        tip="hand",
+        reference="world",
+        home=np.zeros(2),
+        lower=-bounds,
+        upper=bounds,
+        velocity=bounds,
+        caps=TipSpeedLimits(),
+    )
+    assert solver.pose(at(model, {})).position == pytest.approx((0.0, 0.0, 0.8))
+    assert solver.frame(at(model, {}), "arm").position == pytest.approx((0.0, 0.0, 0.5))
+
+
+def test_an_arm_stands_still_where_the_solver_finds_nothing(
+    model: mujoco.MjModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    solver, data = solver_of(model), at_home(model)
+    target = Pose((0.1, 0.0, 0.0)) @ solver.pose(data)
+    monkeypatch.setattr("daqp.solve", lambda *_: (np.full(7, math.nan), 0.0, -4, {}))
+    assert solver.step(data, target, STEP).tolist() == [0.0] * 7

@@ -1,0 +1,189 @@
+import math
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cellwright.middleware.messages.conversions import header, pose_message
+from cellwright.middleware.messages.standard import Point, PoseArray, Quaternion
+from cellwright.middleware.messages.standard import Pose as PoseMessage
+from cellwright.robot.node import RobotNode
+from cellwright.robot.safety import SafetySettings
+from cellwright.util.errors import RejectedCommandError
+from cellwright.util.pose import Pose
+from tests.robot.bundled import apart, tips
+from tests.robot.robots import two_arms
+
+COMMAND, STATE = "/io_teleop/target_ee_poses", "/io_teleop/state_ee_poses"
+NAN, INFINITE = math.nan, math.inf
+
+
+@pytest.fixture(scope="module")
+def shared() -> RobotNode:
+    return RobotNode(two_arms())
+
+
+@pytest.fixture
+def node(shared: RobotNode) -> RobotNode:
+    shared.simulation.reset()
+    return shared
+
+
+def said(poses: list[Pose], frame: str = "") -> PoseArray:
+    return PoseArray(header(frame), [pose_message(pose) for pose in poses])
+
+
+def raw(*numbers: float) -> PoseMessage:
+    return PoseMessage(Point(*numbers[:3]), Quaternion(*numbers[3:]))
+
+
+def heard(node: RobotNode, seconds: float = 0.02) -> list[Any]:
+    found: list[Any] = []
+    subscription = node.bus.subscribe(STATE, found.append)
+    node.simulation.step_until(node.simulation.now + round(seconds * 1e9))
+    subscription.cancel()
+    return found
+
+
+def test_state_is_told_a_hundred_times_a_second_as_forward_kinematics_has_it(node: RobotNode) -> None:
+    messages = heard(node, 0.5)
+    assert len(messages) == 50
+    assert messages[0].header.frame_id == "base"
+    assert messages[0].header.stamp.nanosec == pytest.approx(10_000_000, abs=5_000_000)
+    for message, expected in zip(messages[-1].poses, tips(node.config, node.config.start), strict=True):
+        p, q = message.position, message.orientation
+        assert apart(Pose((p.x, p.y, p.z), (q.w, q.x, q.y, q.z)), expected) == pytest.approx((0.0, 0.0), abs=1e-6)
+
+
+def test_what_the_state_says_is_a_command_that_moves_nothing(node: RobotNode) -> None:
+    before = node.servos.read().positions
+    node.bus.publish(COMMAND, heard(node)[-1])
+    node.simulation.step_until(node.simulation.now + 200_000_000)
+    assert node.servos.read().positions == pytest.approx(before, abs=1e-6)
+    assert node.ee_poses.targets[0] is not None
+
+
+def test_poses_count_from_the_base_wherever_it_is(node: RobotNode) -> None:
+    before = node.ee_poses.poses()
+    node.bus.publish(COMMAND, said(before))
+    joints = node.servos.read().positions
+    node.base.command([0.5, 0.3])
+    node.simulation.step_until(node.simulation.now + 300_000_000)
+    assert node.servos.read().positions == pytest.approx(joints, abs=1e-6)
+    for pose, expected in zip(node.ee_poses.poses(), before, strict=True):
+        assert apart(pose, expected) == pytest.approx((0.0, 0.0), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("count", "why"), [(0, "2 poses are needed (right, left), not 0"), (1, "not 1"), (3, "not 3"), (5000, "not 5000")]
+)
+def test_a_pose_for_each_arm_is_needed(node: RobotNode, count: int, why: str) -> None:
+    with pytest.raises(RejectedCommandError, match=why.replace("(", r"\(").replace(")", r"\)")):
+        node.bus.publish(COMMAND, said([Pose()] * count))
+    assert node.ee_poses.targets == (None, None)
+
+
+def test_a_robot_with_one_arm_takes_one_pose() -> None:
+    config = two_arms()
+    one = replace(config, arms=config.arms[:1], command_links=("tip_right",), reference_links=("torso",))
+    node = RobotNode(one)
+    there = node.ee_poses.poses()
+    node.bus.publish(COMMAND, said([Pose((0.01, 0.0, 0.0)) @ there[0]]))
+    with pytest.raises(RejectedCommandError, match="1 pose is needed, not 2"):
+        node.bus.publish(COMMAND, said(there * 2))
+    assert len(heard(node)[0].poses) == 1
+
+
+@pytest.mark.parametrize(
+    ("numbers", "why"),
+    [
+        ((NAN, 0, 0, 0, 0, 0, 1), r"poses\[1\] must be finite"),
+        ((0, INFINITE, 0, 0, 0, 0, 1), r"poses\[1\] must be finite"),
+        ((0, 0, 0, 0, 0, 0, NAN), r"poses\[1\] must be finite"),
+        ((0, 0, 0, 0, 0, 0, 0), r"poses\[1\].orientation must be a quaternion"),
+        ((0, 0, 0, 0, 0, 0, 1e-300), r"poses\[1\].orientation must be a quaternion"),
+        ((0, 0, 1e300, 0, 0, 0, 1), r"poses\[1\].position must be within 1000 m"),
+    ],
+)
+def test_a_pose_that_means_nothing_is_refused_with_all_others(
+    node: RobotNode, numbers: tuple[float, ...], why: str
+) -> None:
+    good = pose_message(node.ee_poses.poses()[0])
+    message = PoseArray(header(), [good, raw(*map(float, numbers))])
+    with pytest.raises(RejectedCommandError, match=why):
+        node.bus.publish(COMMAND, message)
+    assert node.ee_poses.targets == (None, None)
+
+
+finite = st.floats(allow_nan=True, allow_infinity=True)
+
+
+@given(numbers=st.lists(finite, min_size=14, max_size=14))
+@settings(max_examples=40, deadline=None)
+def test_nothing_that_comes_in_stops_the_node(shared: RobotNode, numbers: list[float]) -> None:
+    message = PoseArray(header(), [raw(*numbers[:7]), raw(*numbers[7:])])
+    try:
+        shared.bus.publish(COMMAND, message)
+    except RejectedCommandError:
+        return
+    for _ in range(5):
+        shared.simulation.step()
+    assert all(map(math.isfinite, shared.servos.read().positions.tolist()))
+
+
+def test_a_quaternion_of_any_length_is_a_direction(node: RobotNode) -> None:
+    right, left = (pose_message(pose) for pose in node.ee_poses.poses())
+    q = right.orientation
+    longer = PoseMessage(right.position, Quaternion(*(7.0 * value for value in (q.x, q.y, q.z, q.w))))
+    node.bus.publish(COMMAND, PoseArray(header(), [longer, left]))
+    target = node.ee_poses.targets[0]
+    assert target is not None
+    assert math.hypot(*target.quaternion) == pytest.approx(1.0)
+
+
+def test_a_frame_that_is_a_link_counts_and_any_other_does_not(node: RobotNode) -> None:
+    begin = node.ee_poses.poses()
+    ahead = Pose((0.01, 0.0, 0.0))
+    node.bus.publish(COMMAND, said([ahead, ahead], "tip_right"))  # in the tool's own frame: how one jogs it
+    right = node.ee_poses.targets[0]
+    assert right is not None
+    assert apart(right, begin[0] @ ahead) == pytest.approx((0.0, 0.0), abs=1e-9)
+    for frame in ("", "world", "nowhere/at all"):
+        node.bus.publish(COMMAND, said(begin, frame))
+        for target, pose in zip(node.ee_poses.targets, begin, strict=True):
+            assert target is not None
+            assert apart(target, pose) == pytest.approx((0.0, 0.0), abs=1e-9)
+
+
+def test_poses_are_ignored_while_no_command_is_taken(node: RobotNode) -> None:
+    ignored = node.counts.ignored
+    node.commander.set_enabled(False)
+    node.bus.publish(COMMAND, said(node.ee_poses.poses()))
+    assert node.ee_poses.targets == (None, None)
+    assert node.counts.ignored == ignored + 1
+
+
+def test_arms_are_held_when_no_more_poses_come_and_go_on_with_the_next() -> None:
+    watched = RobotNode(two_arms(), safety=SafetySettings(silence=0.1, tip_speed=0.1))
+    far = said([Pose((-0.2, 0.0, 0.0)) @ pose for pose in watched.ee_poses.poses()])
+    watched.bus.publish(COMMAND, far)
+    watched.simulation.step_until(300_000_000)
+    assert watched.ee_poses.targets == (None, None)
+    held = watched.servos.read().positions
+    watched.simulation.step_until(400_000_000)
+    assert watched.servos.read().positions == pytest.approx(held, abs=1e-3)
+    watched.bus.publish(COMMAND, far)
+    watched.simulation.step_until(480_000_000)
+    assert watched.servos.read().positions != pytest.approx(held, abs=2e-3)
+
+
+def test_how_fast_a_tip_goes_can_be_capped() -> None:
+    node = RobotNode(two_arms(), safety=SafetySettings(tip_speed=0.1), timestep=Fraction(1, 240))
+    begin = node.ee_poses.poses()
+    node.bus.publish(COMMAND, said([Pose((-0.1, 0.0, 0.0)) @ pose for pose in begin]))
+    node.simulation.step_until(500_000_000)
+    way, _ = apart(node.ee_poses.poses()[0], begin[0])
+    assert 0.03 < way < 0.051

@@ -1,0 +1,138 @@
+"""A cell beside its scene: what one may do is done over the same services as by everyone."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from cellwright.cell.cell import Cell
+from cellwright.viewer.services.cell_panel import CellPanel
+from cellwright.viewer.web.cell_panels import CELL, ORDERS, SCORE, CellPanels, cell_of
+from tests.cells import KITTING, run, start
+from tests.viewer.web.pages import clicked, page
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    max_leaves=8,
+)
+
+
+def told(*, competition: bool = False) -> dict[str, Any]:
+    cell = Cell(KITTING, competition=competition)
+    start(cell)
+    run(cell, 1.1)
+    panel: dict[str, Any] = json.loads(json.dumps(CellPanel(cell).panel()))
+    return panel
+
+
+@pytest.fixture(scope="module")
+def opened() -> Iterator[tuple[Any, CellPanels]]:
+    with page(told()) as found:
+        panels = CellPanels()
+        panels.begin(found, None)  # type: ignore[arg-type]
+        panels.panel(told())
+        yield found, panels
+
+
+def test_it_has_its_tabs_once(opened: tuple[Any, CellPanels]) -> None:
+    found, panels = opened
+    panels.begin(found, None)  # type: ignore[arg-type]
+    assert found.tabs == [ORDERS, SCORE, CELL]
+
+
+def test_the_belt_an_agv_and_a_tray_are_commanded(opened: tuple[Any, CellPanels]) -> None:
+    found, panels = opened
+    found.link.called.clear()
+    clicked(panels._belt, 30.0)
+    clicked(panels._send, "AGV 2")
+    clicked(panels._clear, "tray 1")
+    clicked(panels._game, "End")
+    services = [service for service, _ in found.link.called]
+    assert services == [
+        "/ariac/conveyor/control",
+        "/ariac/agv2",
+        "/ariac/kit_tray_1/clear_tray",
+        "/ariac/end_competition",
+    ]
+    assert found.link.called[0][1].state.power == 30.0
+    assert found.link.called[1][1].kit_type == "order_0_kit_0"
+
+
+def test_a_slider_that_follows_the_belt_commands_nothing(opened: tuple[Any, CellPanels]) -> None:
+    found, panels = opened
+    found.link.called.clear()
+    panels._slid_at = -100.0
+    panels.panel(told() | {"belt": {"power": 70.0, "population": None}})
+    assert panels._belt.value == 70.0
+    assert found.link.called == []
+
+
+def test_what_does_not_succeed_is_told(opened: tuple[Any, CellPanels]) -> None:
+    found, panels = opened
+    found.said.clear()
+    found.link.succeeds = False
+    clicked(panels._send, "AGV 1")
+    found.link.refuses = "nobody is there"
+    clicked(panels._send, "AGV 1")
+    found.link.refuses, found.link.succeeds = "", True
+    assert [text for _, text in found.said] == ["not now", "nobody is there"]
+
+
+def test_a_competition_hides_what_it_refuses_and_says_why() -> None:
+    with page(told(competition=True)) as found:
+        panels = CellPanels()
+        panels.begin(found, None)  # type: ignore[arg-type]
+        panels.panel(told(competition=True))
+        assert [handle.visible for handle in panels._doing] == 5 * [False]
+        assert "development mode" in panels._why_not._text
+        recorded = {"kind": "recording", "of": told()}
+        panels.panel(recorded)
+        assert "this is a recording" in panels._why_not._text
+
+
+def test_what_is_over_or_gone_offers_nothing_and_says_why() -> None:
+    with page(told()) as found:
+        panels = CellPanels()
+        panels.away("nobody was ever there")
+        panels.begin(found, None)  # type: ignore[arg-type]
+        panels.panel(told() | {"refused": {"belt": "the run is over"}})
+        assert [handle.visible for handle in panels._doing] == 5 * [False]
+        assert "the run is over" in panels._why_not._text
+        panels.panel(told())
+        assert [handle.visible for handle in panels._doing] == 5 * [True]
+        panels.away("the cell has stopped")
+        assert [handle.visible for handle in panels._doing] == 5 * [False]
+        assert "the cell has stopped" in panels._why_not._text
+
+
+@given(st.dictionaries(st.sampled_from(sorted(told())), JSON))
+@settings(
+    deadline=None, max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
+)
+def test_a_panel_of_another_version_does_not_end_the_page(
+    opened: tuple[Any, CellPanels], strange: dict[str, Any]
+) -> None:
+    _, panels = opened
+    panels.panel({"kind": "recording", "of": told_once() | strange})
+
+
+def test_what_is_no_cell_is_left_to_others() -> None:
+    assert cell_of({"kind": "robot"}) is None
+    assert cell_of({"kind": "recording", "of": {}}) is None
+    assert cell_of({"kind": "recording", "of": ["cell"]}) is None
+    assert cell_of({"kind": "recording"}) is None
+
+
+_TOLD: dict[str, Any] = {}
+
+
+def told_once() -> dict[str, Any]:
+    if not _TOLD:
+        _TOLD.update(told())
+    return _TOLD

@@ -1,0 +1,226 @@
+"""A cell's panel as people read it: ticks, points with their reasons, and nothing of others' as markup."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cellwright.cell.cell import Cell
+from cellwright.middleware.messages.osrf_gear import AGVControlRequest
+from cellwright.middleware.messages.standard import String
+from cellwright.viewer.services.cell_panel import CellPanel
+from cellwright.viewer.web import cell_panels
+from tests.cells import KITTING, WHOLE, call, order, publish, run, start
+
+PIECES = (
+    cell_panels.head_html,
+    cell_panels.game_html,
+    cell_panels.orders_html,
+    cell_panels.trays_html,
+    cell_panels.evidence_html,
+    cell_panels.floor_html,
+)
+
+
+class Words(HTMLParser):
+    """The text in HTML, and which elements there are."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.found: list[str] = []
+        self.open: list[str] = []
+        self.elements: set[str] = set()
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.add(tag)
+        assert all(name == "style" for name, _ in attrs)
+        self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.found.append(data)
+
+    def __str__(self) -> str:
+        return re.sub(r"\s+", " ", " ".join(self.found))
+
+
+def words(text: str) -> str:
+    """What one reads; all that was opened is closed."""
+    found = Words(text)
+    assert not found.open
+    assert found.elements <= {"div", "span", "b", "pre"}
+    return str(found)
+
+
+def told(cell: Cell) -> dict[str, Any]:
+    """The panel, as it comes over a wire."""
+    panel: dict[str, Any] = json.loads(json.dumps(CellPanel(cell, {"agent": "me"}).panel()))
+    return panel
+
+
+def judged() -> Cell:
+    """A cell whose kit has been sent off."""
+    cell = Cell(KITTING)
+    start(cell)
+    run(cell, 1.1)
+    assert call(cell, "agv1", AGVControlRequest(kit_type="order_0_kit_0")).success
+    run(cell, 1.0)
+    return cell
+
+
+def test_before_the_start() -> None:
+    panel = told(Cell(WHOLE))
+    said = {piece.__name__: words(piece(panel)) for piece in PIECES}
+    assert "whole" in said["head_html"]
+    assert "agent me · seed 0 · servo original" in said["head_html"]
+    assert "has not begun" in said["game_html"]
+    assert "no order" in said["orders_html"]
+    assert "empty" in said["trays_html"]
+    assert "suction off, holds nothing" in said["floor_html"]
+
+
+def test_parts_on_the_tray_are_ticked_before_they_are_sent() -> None:
+    cell = Cell(KITTING)
+    start(cell)
+    run(cell, 1.1)
+    panel = told(cell)
+    assert words(cell_panels.orders_html(panel)).count("✓") == 2
+    assert "2 of 2" in words(cell_panels.orders_html(panel))
+    assert "as order_0_kit_0 now 6 of 6" in words(cell_panels.trays_html(panel))
+    assert "not submitted" in words(cell_panels.evidence_html(panel))
+    assert "0 of 6 points" in words(cell_panels.head_html(panel))
+
+
+def test_each_point_has_its_reason_when_the_kit_was_judged() -> None:
+    panel = told(judged())
+    said = words(cell_panels.evidence_html(panel))
+    assert "order_0_kit_0 6 of 6" in said
+    assert said.count("in its place, off by") == 2
+    assert "the tray held exactly what was ordered" in said
+    assert "sent: 6 of 6" in words(cell_panels.orders_html(panel))
+    assert "complete" in words(cell_panels.orders_html(panel))
+
+
+def test_what_was_too_much_or_faulty_is_told() -> None:
+    cell = Cell(replace(KITTING, faulty_parts=frozenset({"gear_part_2"})), competition=False)
+    start(cell)
+    run(cell, 1.1)
+    panel = told(cell)
+    assert "faulty" in words(cell_panels.trays_html(panel))
+    assert "gear_part (faulty)" in words(cell_panels.orders_html(panel))
+
+
+def test_an_order_to_come_says_when() -> None:
+    cell = Cell(replace(KITTING, orders=(order(), order(1, start_time=100.0))), competition=False)
+    start(cell)
+    assert "at 100 s to come" in words(cell_panels.orders_html(told(cell)))
+
+
+@pytest.mark.parametrize(("limit", "expected"), [(-1.0, "game 1 s,"), (10.0, "game 1 of 10 s,")])
+def test_the_time_of_the_game(limit: float, expected: str) -> None:
+    cell = Cell(replace(KITTING, time_limit=limit))
+    start(cell)
+    run(cell, 1.1)
+    assert expected in words(cell_panels.game_html(told(cell)))
+
+
+def test_how_the_run_ended() -> None:
+    panel = told(judged())
+    assert cell_panels.result_html(panel) == ""
+    panel["result"] = {"outcome": "time_limit", "error": "", "simulated": 12.0, "wall": 3.0, "state_hash": 64 * "a"}
+    assert "the run is over: time limit 12.0 s in 3.0 s 6 of 6 points all orders complete" in words(
+        cell_panels.head_html(panel)
+    )
+    panel["result"] |= {"outcome": "crashed", "error": "Traceback <module>"}
+    assert "Traceback <module>" in words(cell_panels.head_html(panel))
+
+
+def test_a_run_that_is_over_shows_how_all_stood_and_nothing_that_goes_on() -> None:
+    cell = Cell(KITTING)
+    start(cell)
+    publish(cell, "/cellwright/intention", String("fetching a gear"))
+    run(cell, 1.1)
+    assert call(cell, "agv1", AGVControlRequest(kit_type="order_0_kit_0")).success
+    shows = CellPanel(cell, {"agent": "me"})
+
+    def said() -> dict[str, str]:
+        panel = json.loads(json.dumps(shows.panel()))
+        return {piece.__name__: words(piece(panel)) for piece in PIECES}
+
+    before = said()
+    assert "go agent me" in before["head_html"]
+    assert "➤ fetching a gear" in before["head_html"]
+    assert "AGV 1 preparing to deliver ▪" in before["trays_html"]
+    assert "active" in before["orders_html"]
+    shows.end({"outcome": "until", "error": "", "simulated": 1.2, "wall": 3.0, "state_hash": 64 * "a"})
+    after = said()
+    assert "go at the end agent me" in after["head_html"]
+    assert "last: fetching a gear" in after["head_html"]
+    assert "➤" not in after["head_html"]
+    assert "the run is over: stopped before the competition was done 1.2 s in 3.0 s 0 of 6 points" in after["head_html"]
+    assert "AGV 1 preparing to deliver at the end ▪" in after["trays_html"]
+    assert "AGV 2 ready to deliver at the end empty" in after["trays_html"]
+    assert "as order_0_kit_0 at the end 6 of 6" in after["trays_html"]
+    assert after["floor_html"].strip().startswith("as it stood at the end")
+    assert ("active" in after["orders_html"], "open" in after["orders_html"]) == (False, True)
+    shows.begin_anew()
+    assert said() == before
+
+
+def test_what_the_arm_hit_is_told_the_newest_first() -> None:
+    panel = told(Cell(KITTING))
+    assert "Collisions" not in words(cell_panels.floor_html(panel)), "nobody has watched"
+    post = {"link": "forearm_link", "obstacle": "camera frame 2", "begin": 4.3, "end": None, "deviation": 0.431}
+    bin7 = {"link": "wrist_3_link", "obstacle": "bin7", "begin": 2.0, "end": 2.5, "deviation": 0.004}
+    panel["collisions"] = {"count": 0, "latest": []}
+    assert "Collisions of the arm 0" in words(cell_panels.floor_html(panel))
+    assert "✸" not in words(cell_panels.head_html(panel))
+    panel["collisions"] = {"count": 5, "latest": [bin7, post]}
+    assert words(cell_panels.floor_html(panel)).endswith(
+        "Collisions of the arm 5 ✸ t 4.3 s forearm_link against camera frame 2; tool held up 431 mm "
+        "✸ t 2.0 s wrist_3_link against bin7 for 0.5 s and 3 before"
+    )
+    assert "✸ t 4.3 s forearm_link against camera frame 2; tool held up 431 mm (5 collisions)" in words(
+        cell_panels.head_html(panel)
+    )
+
+
+@given(st.text(min_size=1, max_size=60))
+@settings(deadline=None)
+def test_what_others_wrote_is_shown_and_is_no_markup(text: str) -> None:
+    panel = told(_JUDGED)
+    panel["name"] = panel["about"]["agent"] = text
+    panel["intention"] = {"text": text, "node": "/me", "time": 0.0}
+    hit = {"link": text, "obstacle": text, "begin": 0.0, "end": None, "deviation": 0.0}
+    panel["collisions"] = {"count": 2, "latest": [hit, hit]}
+    for tray in panel["trays"]:
+        tray["parts"] = [{"name": text, "type": text, "faulty": True}]
+    for each in panel["orders"]:
+        each["order_id"] = each["status"] = text
+        each["kits"] = [{"kit_type": text, "submitted": False, "parts": [text]}]
+    for kit in panel["score"]["orders"][0]["kits"]:
+        kit |= {"kit_type": text, "bonus_reason": text}
+        kit["parts"] = [part | {"type": text, "sentence": text} for part in kit["parts"]]
+        kit["extras"] = [{"name": text, "type": text, "reason": text}]
+    for piece in PIECES:
+        words(piece(panel))
+
+
+def test_markup_in_an_intention_stays_text() -> None:
+    cell = Cell(KITTING)
+    publish(cell, "/cellwright/intention", String("<script>alert(1)</script> {1+1}"))
+    assert "<script>alert(1)</script> {1+1}" in words(cell_panels.head_html(told(cell)))
+
+
+_JUDGED = judged()

@@ -1,0 +1,30 @@
+"""How fast time is seen to pass."""
+
+from __future__ import annotations
+
+import pytest
+
+from cellwright.viewer.web.time_controls import SeenPace
+
+
+def test_it_needs_two_looks() -> None:
+    pace = SeenPace()
+    assert pace.factor is None
+    pace.take(0.0, 5.0)
+    assert pace.factor is None
+    pace.take(0.5, 6.0)
+    assert pace.factor == pytest.approx(2.0)
+
+
+def test_it_forgets_what_was_long_ago() -> None:
+    pace = SeenPace()
+    for number in range(40):
+        pace.take(number * 0.25, min(number, 20) * 0.25)
+    assert pace.factor == pytest.approx(0.0)
+
+
+def test_a_run_that_begins_anew_is_no_pace_backwards() -> None:
+    pace = SeenPace()
+    for wall, time in ((0.0, 10.0), (1.0, 11.0), (1.25, 0.0), (1.5, 0.25)):
+        pace.take(wall, time)
+    assert pace.factor == pytest.approx(1.0)
