@@ -207,9 +207,7 @@ class PyBulletTwin:
             path = Path(folder, "arm.urdf")
             path.write_text(arm_description(cell), encoding="utf-8")
             arm: int = bullet.loadURDF(
-                str(path),
-                useFixedBase=True,
-                flags=bullet.URDF_USE_INERTIA_FROM_FILE | bullet.URDF_MERGE_FIXED_LINKS,
+                str(path), useFixedBase=True, flags=bullet.URDF_USE_INERTIA_FROM_FILE | bullet.URDF_MERGE_FIXED_LINKS
             )
         return arm
 

@@ -60,8 +60,7 @@ def round_trips(rounds: int) -> Iterator[Figure]:
         yield times("a command, until it is answered", rounds, lambda _: transport.publish("/ariac/arm/command", way))
         seen: list[str] = []
         transport.subscribe(
-            f"{FOLLOW}/status",
-            lambda message: seen.extend(each.goal_id.id for each in message.status_list),
+            f"{FOLLOW}/status", lambda message: seen.extend(each.goal_id.id for each in message.status_list)
         )
 
         def goal(index: int) -> None:

@@ -39,12 +39,7 @@ class Process:
     """A process whose output is read as it comes."""
 
     def __init__(
-        self,
-        command: Sequence[str],
-        environment: Mapping[str, str],
-        folder: Path,
-        *,
-        warm: WarmStart | None = None,
+        self, command: Sequence[str], environment: Mapping[str, str], folder: Path, *, warm: WarmStart | None = None
     ) -> None:
         """Start it, in a session of its own.
 

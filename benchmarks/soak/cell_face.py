@@ -22,9 +22,7 @@ from cellwright.engine.clock import nanoseconds
 from cellwright.util.pose import Pose
 
 ROD = Part(
-    "bin7|piston_rod_part_1",
-    "piston_rod_part",
-    Pose.from_rpy((-0.3, 0.03, BIN_PART_HEIGHT), (0.0, 0.0, math.pi / 4)),
+    "bin7|piston_rod_part_1", "piston_rod_part", Pose.from_rpy((-0.3, 0.03, BIN_PART_HEIGHT), (0.0, 0.0, math.pi / 4))
 )
 RIDERS = ("gear_part", "disk_part", "part4")
 """Types of what rides the belt, one after the other; each is gone before its turn comes again."""

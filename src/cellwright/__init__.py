@@ -158,11 +158,7 @@ class _Moved:
 
 sys.meta_path.insert(0, _Moved())  # before that of folders, which would load a module of today a second time
 
-__all__ = [
-    "__version__",
-    "errors",
-    *_HOMES,
-]
+__all__ = ["__version__", "errors", *_HOMES]
 
 if not TYPE_CHECKING:  # a checker then tells a name that there is not
 

@@ -13,10 +13,7 @@ def test_plain_lines_where_nothing_can_move() -> None:
     with telling(Console(file=file, width=20), "A [thing]") as tell:
         tell("with a line that is longer than the console")
         tell("well")
-    assert file.getvalue().splitlines() == [
-        "A [thing]: with a line that is longer than the console",
-        "A [thing]: well",
-    ]
+    assert file.getvalue().splitlines() == ["A [thing]: with a line that is longer than the console", "A [thing]: well"]
 
 
 def test_a_terminal_gets_a_line_that_is_gone_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:

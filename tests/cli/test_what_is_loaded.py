@@ -38,9 +38,7 @@ print(json.dumps([status, sorted(set(sys.modules) & set(json.loads(sys.argv[1]))
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("options", "loaded"),
-    [((), []), (("--record", "run.mcap"), ["mcap"])],
-    ids=["plain", "recorded"],
+    ("options", "loaded"), [((), []), (("--record", "run.mcap"), ["mcap"])], ids=["plain", "recorded"]
 )
 def test_a_run_loads_nothing_of_looking_on(options: tuple[str, ...], loaded: list[str], tmp_path: Path) -> None:
     asked = json.dumps([*HEAVY, *OF_OURS, "mcap"])

@@ -47,13 +47,7 @@ def test_what_to_write_can_be_read(row: list[str]) -> None:
 
 
 @pytest.mark.parametrize(
-    "gone",
-    [
-        'print "state:", state',
-        "except rospy.ServiceException, error:",
-        'raise ValueError, "no part"',
-        "0755",
-    ],
+    "gone", ['print "state:", state', "except rospy.ServiceException, error:", 'raise ValueError, "no part"', "0755"]
 )
 def test_what_is_said_to_fail_does(gone: str) -> None:
     assert f"`{gone}`" in PAGE

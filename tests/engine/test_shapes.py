@@ -16,11 +16,7 @@ from cellwright.util.pose import Pose
 GREY = (0.5, 0.5, 0.5, 1.0)
 LENGTHS = st.floats(0.01, 1.0)
 ANGLES = st.floats(-math.pi, math.pi)
-POSES = st.builds(
-    Pose.from_rpy,
-    st.tuples(*[st.floats(-2.0, 2.0)] * 3),
-    st.tuples(ANGLES, ANGLES, ANGLES),
-)
+POSES = st.builds(Pose.from_rpy, st.tuples(*[st.floats(-2.0, 2.0)] * 3), st.tuples(ANGLES, ANGLES, ANGLES))
 
 
 Points = np.ndarray[Any, np.dtype[np.float64]]

@@ -13,11 +13,7 @@ from cellwright.rendering.camera import OPTICAL, Pinhole
 from cellwright.util.pose import Pose
 
 PINHOLES = st.builds(Pinhole, st.integers(8, 60), st.integers(8, 60), st.floats(0.1, 2.5))
-POSES = st.builds(
-    Pose.from_rpy,
-    st.tuples(*[st.floats(-3.0, 3.0)] * 3),
-    st.tuples(*[st.floats(-3.0, 3.0)] * 3),
-)
+POSES = st.builds(Pose.from_rpy, st.tuples(*[st.floats(-3.0, 3.0)] * 3), st.tuples(*[st.floats(-3.0, 3.0)] * 3))
 
 
 def test_a_right_angle_wide() -> None:

@@ -25,11 +25,7 @@ class Talk:
     def __init__(self, config: RobotConfig | None = None, *, safety: SafetySettings | None = None, **more: Any) -> None:
         self.lines: list[str] = []
         self.node = RobotNode(
-            config or two_arms(),
-            safety=safety or SafetySettings(),
-            sim_time=True,
-            report=self.lines.append,
-            **more,
+            config or two_arms(), safety=safety or SafetySettings(), sim_time=True, report=self.lines.append, **more
         )
 
     # ---------------------------------------------------------------- words

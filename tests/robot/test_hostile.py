@@ -32,9 +32,7 @@ POSES = st.builds(
     HEADERS,
     st.lists(
         st.builds(
-            Pose,
-            st.builds(Point, NUMBERS, NUMBERS, NUMBERS),
-            st.builds(Quaternion, NUMBERS, NUMBERS, NUMBERS, NUMBERS),
+            Pose, st.builds(Point, NUMBERS, NUMBERS, NUMBERS), st.builds(Quaternion, NUMBERS, NUMBERS, NUMBERS, NUMBERS)
         ),
         max_size=3,
     ),
@@ -59,12 +57,7 @@ CALLED = st.sampled_from(
 )
 
 CAREFUL = SafetySettings(
-    silence=0.01,
-    max_speeds=(("*", 2.0),),
-    start_guard=1.0,
-    one_commander=0.02,
-    max_age=1e6,
-    clutch=True,
+    silence=0.01, max_speeds=(("*", 2.0),), start_guard=1.0, one_commander=0.02, max_age=1e6, clutch=True
 )
 
 

@@ -147,10 +147,7 @@ def test_messages_are_known_to_the_tools(alone: Shell) -> None:
     ]
     action = alone.tool("rosmsg", "md5", "control_msgs/FollowJointTrajectoryAction").strip()
     assert action == md5("control_msgs/FollowJointTrajectoryAction")
-    assert set(alone.tool("rosmsg", "package", "osrf_gear").split()) >= {
-        "osrf_gear/Kit",
-        "osrf_gear/Order",
-    }
+    assert set(alone.tool("rosmsg", "package", "osrf_gear").split()) >= {"osrf_gear/Kit", "osrf_gear/Order"}
 
 
 def test_packages_are_found(alone: Shell) -> None:

@@ -128,8 +128,7 @@ def test_progress_is_told(machine: Machine) -> None:
 
 def test_old_lists_are_read_anew(machine: Machine) -> None:
     machine.program(
-        "apt-get",
-        f'case "$*" in *update*) : >{machine.folder}/new;; *) [ -e {machine.folder}/new ] || exit 100;; esac',
+        "apt-get", f'case "$*" in *update*) : >{machine.folder}/new;; *) [ -e {machine.folder}/new ] || exit 100;; esac'
     )
     status, said = machine.run(ci=True)
     assert status == 0

@@ -29,9 +29,7 @@ def hand(robot: RobotModel, side: str) -> dict[str, list[Shape]]:
             rod((0.0, 0.0, -0.006), (0.0, 0.0, 0.01), 0.027, RUBBER),
             *capsule((out * 0.022, -0.012, 0.012), (out * 0.034, -0.0086, 0.029), 0.012, DARK),
         ],
-        f"{side}_lfmetacarpal": [
-            *capsule((0.0, 0.0, 0.0), (out * 0.046, 0.0, 0.032), 0.009, DARK),
-        ],
+        f"{side}_lfmetacarpal": [*capsule((0.0, 0.0, 0.0), (out * 0.046, 0.0, 0.032), 0.009, DARK)],
         f"{side}_thbase": [ball((0.0, 0.0, 0.0), 0.0125, DARK)],
         f"{side}_thproximal": _bone(robot, f"{side}_THJ3", 0.0108),
         f"{side}_thhub": [ball((0.0, 0.0, 0.0), 0.0108, DARK)],

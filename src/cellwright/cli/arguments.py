@@ -50,8 +50,7 @@ Servo = Annotated[
 ]
 
 Seed = Annotated[
-    int | None,
-    typer.Option(metavar="N", help="Root of all chance; the file's own, else 0.", rich_help_panel=WORK),
+    int | None, typer.Option(metavar="N", help="Root of all chance; the file's own, else 0.", rich_help_panel=WORK)
 ]
 
 Vary = Annotated[
@@ -90,8 +89,7 @@ Record = Annotated[
 ]
 
 Recorded = Annotated[
-    Path,
-    typer.Argument(metavar="FILE.mcap", help="What `--record` wrote, whole or cut short.", show_default=False),
+    Path, typer.Argument(metavar="FILE.mcap", help="What `--record` wrote, whole or cut short.", show_default=False)
 ]
 
 Host = Annotated[str, typer.Option(metavar="HOST", help="Address to listen at.", rich_help_panel=REACH)]
@@ -242,8 +240,7 @@ VideoSpeed = Annotated[
 ]
 
 VideoSize = Annotated[
-    str,
-    typer.Option("--video-size", metavar="WxH", help="In pixels, such as 1920x1080.", rich_help_panel=VIDEO),
+    str, typer.Option("--video-size", metavar="WxH", help="In pixels, such as 1920x1080.", rich_help_panel=VIDEO)
 ]
 
 VideoFine = Annotated[

@@ -200,8 +200,7 @@ def evaluate(
         typer.Option(metavar="J", help="Runs at a time; as many as processors when left out.", rich_help_panel=WORK),
     ] = None,
     time_limit: Annotated[
-        float,
-        typer.Option(metavar="T", help="Time on the wall clock [s].", rich_help_panel=_LIMITS),
+        float, typer.Option(metavar="T", help="Time on the wall clock [s].", rich_help_panel=_LIMITS)
     ] = 600.0,
     memory_limit: Annotated[float, typer.Option(metavar="M", help="Memory [MiB].", rich_help_panel=_LIMITS)] = 2048.0,
     min_score: Annotated[
@@ -225,8 +224,7 @@ def evaluate(
         ),
     ] = False,
     as_json: Annotated[
-        bool,
-        typer.Option("--json", metavar="", help="Print the summary as JSON on stdout.", rich_help_panel=OUTPUT),
+        bool, typer.Option("--json", metavar="", help="Print the summary as JSON on stdout.", rich_help_panel=OUTPUT)
     ] = False,
 ) -> None:
     """Judge a program in many runs, each in a process of its own.

@@ -146,8 +146,7 @@ def _version(wanted: bool) -> None:  # noqa: FBT001
 @app.callback()
 def _global_options(
     _: Annotated[
-        bool,
-        typer.Option("--version", callback=_version, is_eager=True, metavar="", help="Show the version and exit."),
+        bool, typer.Option("--version", callback=_version, is_eager=True, metavar="", help="Show the version and exit.")
     ] = False,
 ) -> None:
     pass

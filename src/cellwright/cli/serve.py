@@ -160,11 +160,7 @@ def serve_trial(
         if ros is not None:
             ros.prepare()
         cell = Cell(
-            trial,
-            seed=wanted.seed,
-            servo=options.servo(wanted.servo),
-            competition=wanted.competition,
-            report=warn,
+            trial, seed=wanted.seed, servo=options.servo(wanted.servo), competition=wanted.competition, report=warn
         )
         on_cell(cell)
         say = partial(console.print, markup=False, soft_wrap=True)
@@ -263,8 +259,7 @@ def serve(
         ),
     ] = None,
     lockstep: Annotated[
-        bool,
-        typer.Option("--lockstep", metavar="", help="Let time pass only when a guest asks.", rich_help_panel=WORK),
+        bool, typer.Option("--lockstep", metavar="", help="Let time pass only when a guest asks.", rich_help_panel=WORK)
     ] = False,
     servo: Servo = None,
     seed: Seed = None,

@@ -32,20 +32,11 @@ class Report:
         """The report for people: errors, warnings, and the verdict last."""
         count = len(self.errors)
         verdict = "ok" if self.ok else f"{count} error{'' if count == 1 else 's'}"
-        return [
-            *(f"error: {text}" for text in self.errors),
-            *(f"warning: {text}" for text in self.warnings),
-            verdict,
-        ]
+        return [*(f"error: {text}" for text in self.errors), *(f"warning: {text}" for text in self.warnings), verdict]
 
     def as_dict(self) -> dict[str, Any]:
         """The report for programs, as JSON-able data."""
-        return {
-            "ok": self.ok,
-            "errors": list(self.errors),
-            "warnings": list(self.warnings),
-            "resolved": self.resolved,
-        }
+        return {"ok": self.ok, "errors": list(self.errors), "warnings": list(self.warnings), "resolved": self.resolved}
 
 
 def check(paths: Sequence[Path]) -> Report:

@@ -15,17 +15,7 @@ from typing import TypeAlias
 from cellwright.util.pose import Pose
 
 PART_TYPES = frozenset(
-    {
-        "part1",
-        "part2",
-        "part3",
-        "part4",
-        "disk_part",
-        "gasket_part",
-        "gear_part",
-        "piston_rod_part",
-        "pulley_part",
-    }
+    {"part1", "part2", "part3", "part4", "disk_part", "gasket_part", "gear_part", "piston_rod_part", "pulley_part"}
 )
 """The part types that have a model."""
 

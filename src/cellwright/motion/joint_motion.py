@@ -15,10 +15,7 @@ from cellwright.util.errors import UsageError
 
 
 def knot_velocities(
-    times: Sequence[float],
-    positions: Sequence[Joints],
-    first: Joints | None = None,
-    last: Joints | None = None,
+    times: Sequence[float], positions: Sequence[Joints], first: Joints | None = None, last: Joints | None = None
 ) -> tuple[Joints, ...]:
     """The velocities [rad/s; m/s] at the knots with which the cubics between them have no jump in acceleration.
 

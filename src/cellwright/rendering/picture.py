@@ -95,11 +95,7 @@ def hits_behind(shader: Shader, hits: Hits, directions: NDArray[np.float64]) -> 
 
 
 def light_seen(
-    shader: Shader,
-    layers: Sequence[Layer],
-    pixels: NDArray[np.int64],
-    hits: Hits,
-    directions: NDArray[np.float64],
+    shader: Shader, layers: Sequence[Layer], pixels: NDArray[np.int64], hits: Hits, directions: NDArray[np.float64]
 ) -> NDArray[np.float32]:
     """The light (n, 3), linear, along rays that lie within the `pixels` (n,) of a picture and met `hits`.
 
@@ -315,8 +311,7 @@ def render(
     casters = [RayCaster(model, data, groups=groups) for _ in range(threads or min(4, os.cpu_count() or 1))]
     surfaces = Surfaces(model, casters[0].still, casters[0].colours)
     light = Light(
-        disc_lamp(_shifted(camera.target, lamp), camera.target, _LAMP_RADIUS),
-        sky(camera.target, _SKY_DISTANCE),
+        disc_lamp(_shifted(camera.target, lamp), camera.target, _LAMP_RADIUS), sky(camera.target, _SKY_DISTANCE)
     )
     eye = np.array(camera.eye, np.float64)
     idle: SimpleQueue[Shader] = SimpleQueue()

@@ -58,13 +58,7 @@ class RayCaster:
         groups: the geom groups that rays meet.
     """
 
-    def __init__(
-        self,
-        model: mujoco.MjModel,
-        data: mujoco.MjData,
-        *,
-        groups: Collection[int] = PICTURE_GROUPS,
-    ) -> None:
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, *, groups: Collection[int] = PICTURE_GROUPS) -> None:
         self.colours = geom_colours(model)
         """Colour and opacity (ngeom, 4) of every geom, as in the scene, sRGB 0..1."""
         self._model = copy.copy(model)
@@ -108,12 +102,7 @@ class RayCaster:
         return reached
 
     def _shoot(
-        self,
-        origin: NDArray[np.float64],
-        rays: NDArray[np.float64],
-        *,
-        through_translucent: bool,
-        normals: bool,
+        self, origin: NDArray[np.float64], rays: NDArray[np.float64], *, through_translucent: bool, normals: bool
     ) -> tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.float64]]:
         count = len(rays)
         geom = np.full(count, -1, np.int32)

@@ -81,12 +81,7 @@ class Commands:
     """
 
     def __init__(
-        self,
-        config: RobotConfig,
-        commander: Commander,
-        homing: Homing,
-        grippers: Sequence[GripperRange],
-        base: Base,
+        self, config: RobotConfig, commander: Commander, homing: Homing, grippers: Sequence[GripperRange], base: Base
     ) -> None:
         self._config, self._commander, self._homing = config, commander, homing
         self._grippers, self._base = tuple(grippers), base

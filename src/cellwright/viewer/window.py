@@ -43,8 +43,7 @@ class Window:
             mujoco.mj_saveModel(model, str(file), None)
             command = [sys.executable, "-P", "-m", "cellwright.viewer.window_program"]
             self._process = subprocess.Popen(  # noqa: S603
-                [*command, address[0], str(address[1]), str(file), "sliders" if sliders else ""],
-                stdout=subprocess.PIPE,
+                [*command, address[0], str(address[1]), str(file), "sliders" if sliders else ""], stdout=subprocess.PIPE
             )
             assert self._process.stdout is not None
             said = self._process.stdout.readline().strip()

@@ -80,9 +80,7 @@ def test_a_checkpoint_that_is_none(tmp_path: Path) -> None:
 def test_the_process_ends_with_who_started_it() -> None:
     leg = Leg("cell", 0, 100_000)
     with subprocess.Popen(
-        [sys.executable, "-m", "benchmarks.soak.leg", leg.to_json()],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
+        [sys.executable, "-m", "benchmarks.soak.leg", leg.to_json()], stdin=subprocess.PIPE, stdout=subprocess.PIPE
     ) as process:
         assert process.stdin is not None
         process.stdin.close()

@@ -25,9 +25,7 @@ def with_names(*names: str) -> JointTrajectory:
 
 
 def with_point(
-    positions: Sequence[float] = POINT.positions,
-    velocities: Sequence[float] = (),
-    accelerations: Sequence[float] = (),
+    positions: Sequence[float] = POINT.positions, velocities: Sequence[float] = (), accelerations: Sequence[float] = ()
 ) -> JointTrajectory:
     return replace(GOOD, points=[TrajectoryPoint(positions, velocities, accelerations, SECOND)])
 

@@ -16,11 +16,7 @@ LOGICAL: dict[str, Any] = {"near": 0.2, "far": 0.75, "horizontal_fov": 1.1, "asp
 TAN_Y = math.tan(0.55)
 TAN_Z = TAN_Y / 1.5
 
-poses = st.builds(
-    Pose.from_rpy,
-    st.tuples(*[st.floats(-5, 5)] * 3),
-    st.tuples(*[st.floats(-math.pi, math.pi)] * 3),
-)
+poses = st.builds(Pose.from_rpy, st.tuples(*[st.floats(-5, 5)] * 3), st.tuples(*[st.floats(-math.pi, math.pi)] * 3))
 sizes = st.tuples(*[st.floats(0.001, 0.3)] * 3)
 
 

@@ -32,11 +32,7 @@ def test_a_housing_around_the_source_hides_nothing() -> None:
     assert Rays(Pose(), AHEAD, farthest=1.0).cast(make_simulation(spec))[0] == pytest.approx(0.4, abs=1e-12)
 
 
-@given(
-    st.tuples(*[st.floats(-3, 3)] * 3),
-    st.tuples(*[st.floats(-3, 3)] * 3),
-    st.floats(0.05, 2.0),
-)
+@given(st.tuples(*[st.floats(-3, 3)] * 3), st.tuples(*[st.floats(-3, 3)] * 3), st.floats(0.05, 2.0))
 def test_distance_to_a_wall_is_exact_in_any_pose(
     xyz: tuple[float, float, float], rpy: tuple[float, float, float], distance: float
 ) -> None:

@@ -31,12 +31,7 @@ def commands(draw: st.DrawFn, carries: Sequence[str] = ("", "v", "va", "a")) -> 
     carried = draw(st.sampled_from(carries))
     times = draw(st.lists(st.integers(STEP, 5 * SECOND), min_size=1, max_size=4, unique=True))
     points = [
-        TrajectoryPoint(
-            draw(rows),
-            draw(rows) if "v" in carried else (),
-            draw(rows) if "a" in carried else (),
-            time,
-        )
+        TrajectoryPoint(draw(rows), draw(rows) if "v" in carried else (), draw(rows) if "a" in carried else (), time)
         for time in sorted(times)
     ]
     return JointTrajectory(draw(st.permutations(JOINTS)), points)

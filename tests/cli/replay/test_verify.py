@@ -67,11 +67,7 @@ def verified(cellwright: CommandLine, tmp_path: Path) -> Any:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "arguments",
-    [
-        [],
-        ["--vary", "--seed", "5", "--servo", "precise", "-d"],
-        ["--checkpoint", "1.0:c.npz"],
-    ],
+    [[], ["--vary", "--seed", "5", "--servo", "precise", "-d"], ["--checkpoint", "1.0:c.npz"]],
     ids=["plain", "varied", "checkpoint"],
 )
 def test_a_run_comes_out_alike_from_its_recording_alone(verified: Any, arguments: list[str]) -> None:

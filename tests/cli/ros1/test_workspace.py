@@ -51,8 +51,4 @@ def test_a_build_that_fails_ends_with_what_was_said(
     ran = cellwright("ros1-workspace", "ws")
     assert ran.status == 2
     assert ran.out == "laid out ws/src/ariac\n"
-    assert ran.err.splitlines() == [
-        "error: catkin_make failed:",
-        f"error: {tmp_path}/ws",
-        "error: it does not work",
-    ]
+    assert ran.err.splitlines() == ["error: catkin_make failed:", f"error: {tmp_path}/ws", "error: it does not work"]

@@ -44,9 +44,7 @@ def test_where_two_curves_meet_the_later_ones_colour_is_shown() -> None:
 
 
 @given(
-    values=st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=40),
-    width=st.integers(1, 100),
-    height=st.integers(1, 20),
+    values=st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=40), width=st.integers(1, 100), height=st.integers(1, 20)
 )
 def test_whatever_is_plotted_has_the_size_that_was_asked_for(values: list[float], width: int, height: int) -> None:
     time = np.arange(float(len(values)))

@@ -63,7 +63,7 @@ REFUSED_BY_BOTH = {"torus_deform.urdf"}  # cloth: no links
 REFUSED_BY_PYBULLET = {"kuka_iiwa/model_for_sdf.urdf", "toys/concave_box.urdf"}  # meshes elsewhere; an unknown shape
 OTHERWISE = {
     # substitutions of xacro, that PyBullet takes for numbers, each for 0
-    "husky/husky.urdf": ["imu_link: 0.999997 away", "imu_link: 0.999997 away"],
+    "husky/husky.urdf": ["imu_link: 0.999997 away", "imu_link: 0.999997 away"]
 }
 
 

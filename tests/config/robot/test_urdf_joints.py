@@ -147,11 +147,7 @@ def test_a_chain_of_followers_leads_to_the_first(tmp_path: Path) -> None:
             "follows 'two' by a factor or offset beyond 1e+06",
         ),
         (joint("one", "a", "b", f"{LIMIT}<mimic/>"), "", 'mimic needs joint="…", the joint to follow'),
-        (
-            follower("one", "b", "one", 'multiplier="much"'),
-            "",
-            "multiplier takes a finite number, not 'much'",
-        ),
+        (follower("one", "b", "one", 'multiplier="much"'), "", "multiplier takes a finite number, not 'much'"),
     ],
 )
 def test_what_cannot_be_followed_is_refused(tmp_path: Path, first: str, second: str, what: str) -> None:

@@ -34,10 +34,7 @@ def refused(text: str) -> list[str]:
     [
         (f"sensors: {{{many(501, '{type: break_beam, pose: {}}')}}}", "sensors: 501 sensors; at most 500 are read"),
         (f"orders: {{{many(51, ORDER)}}}", "orders: asks for more than 10000 kits and parts in all"),
-        (
-            f"cellwright: {{parts: {{{many(201, '{}')}}}}}",
-            "cellwright.parts: 201 part types; at most 200 are read",
-        ),
+        (f"cellwright: {{parts: {{{many(201, '{}')}}}}}", "cellwright.parts: 201 part types; at most 200 are read"),
     ],
 )
 def test_counts(text: str, said: str) -> None:

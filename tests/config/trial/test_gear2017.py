@@ -264,18 +264,9 @@ def test_a_users_aliases_replace_the_default_ones() -> None:
             f"orders: {{o: {{{ORDER}, kitcount: 2, parts: {{a: {PART}}}}}}}",
             "o.kitcount: unknown entry, ignored; did you mean kit_count",
         ),
-        (
-            conditional("Time", "x"),
-            "the order is never announced; did you mean time",
-        ),
-        (
-            conditional("wanted_parts", -1),
-            "below 1 is no condition",
-        ),
-        (
-            conditional("wanted_parts", 2.7),
-            "2 is taken",
-        ),
+        (conditional("Time", "x"), "the order is never announced; did you mean time"),
+        (conditional("wanted_parts", -1), "below 1 is no condition"),
+        (conditional("wanted_parts", 2.7), "2 is taken"),
         ("faulty_parts: [gear_part_1]", "1: faulty_parts[0]: no part is called 'gear_part_1'"),
         ("faulty_parts: ab", "should be a list of names (- ab); each letter is taken for one"),
         ("faulty_parts: [~]", "an empty entry, ignored"),

@@ -24,12 +24,7 @@ def test_orders_kits_and_agvs() -> None:
     assert order["announced"] == pytest.approx(0.0, abs=0.01)
     assert order["completed"] == pytest.approx(1.85, abs=0.01)
     (kit,) = told["kits"]
-    assert kit == {
-        "time": pytest.approx(1.85, abs=0.01),
-        "agv": "1",
-        "kit": "order_0_kit_0",
-        "points": 6.0,
-    }
+    assert kit == {"time": pytest.approx(1.85, abs=0.01), "agv": "1", "kit": "order_0_kit_0", "points": 6.0}
     states = [span["state"] for span in told["agvs"]["1"]]
     assert states == ["ready_to_deliver", "preparing_to_deliver", "delivering"]
     assert [span["state"] for span in told["agvs"]["2"]] == ["ready_to_deliver"]

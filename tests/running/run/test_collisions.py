@@ -58,9 +58,7 @@ def test_an_arm_that_is_held_up_by_a_post_is_told(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_recording_tells_on_its_panel_what_was_hit_and_how_the_run_ended(tmp_path: Path) -> None:
     result = run_cell(
-        Cell(ARM_ONLY),
-        IntoThePost(),
-        RunOptions(record=RecordOptions([tmp_path / "run.mcap"]), ends_when_done=False),
+        Cell(ARM_ONLY), IntoThePost(), RunOptions(record=RecordOptions([tmp_path / "run.mcap"]), ends_when_done=False)
     )
     with Recording(tmp_path / "run.mcap") as recording:
         told = [json.loads(from_cdr(each.data, String).data) for each in recording.messages((PANEL,))]

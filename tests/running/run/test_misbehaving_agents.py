@@ -52,15 +52,7 @@ def at_once(error: BaseException) -> Callable[[Client], object]:
 
 @pytest.mark.parametrize("how", [at_once, in_a_callback])
 @pytest.mark.parametrize(
-    "error",
-    [
-        OwnError,
-        GeneratorExit,
-        asyncio.CancelledError,
-        MemoryError,
-        RecursionError,
-        StopIteration,
-    ],
+    "error", [OwnError, GeneratorExit, asyncio.CancelledError, MemoryError, RecursionError, StopIteration]
 )
 def test_whatever_it_raises_is_a_crash_and_the_score_stands(
     error: type[BaseException], how: Callable[[BaseException], Callable[[Client], object]]

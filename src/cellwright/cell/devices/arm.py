@@ -93,9 +93,7 @@ class Arm(Device):
         """The joints as they are now."""
         data = self.simulation.data
         return JointReadings(
-            data.qpos[self._qpos].tolist(),
-            data.qvel[self._dof].tolist(),
-            data.actuator_force[self._actuators].tolist(),
+            data.qpos[self._qpos].tolist(), data.qvel[self._dof].tolist(), data.actuator_force[self._actuators].tolist()
         )
 
     def following(self) -> Following:

@@ -127,9 +127,7 @@ class KitTray(Device):
 
     def get_state(self) -> dict[str, Any]:
         """The last report."""
-        return {
-            "contents": [[each.name, *each.pose.position, *each.pose.quaternion] for each in self.contents],
-        }
+        return {"contents": [[each.name, *each.pose.position, *each.pose.quaternion] for each in self.contents]}
 
     def set_state(self, state: State) -> None:
         """Remember what `get_state` returned; what is locked is restored with the engine."""

@@ -131,11 +131,7 @@ class Scene:
     """
 
     def __init__(
-        self,
-        model: mujoco.MjModel,
-        data: mujoco.MjData,
-        models: Sequence[SceneModel],
-        own_types: Collection[str] = (),
+        self, model: mujoco.MjModel, data: mujoco.MjData, models: Sequence[SceneModel], own_types: Collection[str] = ()
     ) -> None:
         self.models = tuple(models)
         self.own_types = frozenset(own_types)
@@ -153,8 +149,7 @@ class Scene:
             if each.nested_in is not None and each.nested_in not in places:
                 raise UnknownNameError("model", each.nested_in, places)
         self.nested_in = np.array(
-            [places[each.name if each.nested_in is None else each.nested_in] for each in self.models],
-            dtype=np.intp,
+            [places[each.name if each.nested_in is None else each.nested_in] for each in self.models], dtype=np.intp
         )
         """Index of the model that each is nested in; its own index for those that are not. Shape (n,)."""
         self._bodies = np.array([each.body for each in self.models], dtype=np.intp)
@@ -375,10 +370,7 @@ def blurred(pose: Pose, noise: NDArray[np.float64]) -> Pose:
 
 
 WORLD_T_QUALITY_CONTROL: Mapping[int, Pose] = MappingProxyType(
-    {
-        1: Pose.from_rpy((0.3, 3.5, 1.5), (0.0, 1.574, -1.574)),
-        2: Pose.from_rpy((0.3, -3.5, 1.5), (0.0, 1.574, 1.574)),
-    }
+    {1: Pose.from_rpy((0.3, 3.5, 1.5), (0.0, 1.574, -1.574)), 2: Pose.from_rpy((0.3, -3.5, 1.5), (0.0, 1.574, 1.574))}
 )
 """Where the sensors over the trays of AGV 1 and AGV 2 are fixed."""
 

@@ -122,12 +122,7 @@ class Rays:
         self._fixed = self._ask_engine(model, alone, self._directions)
 
     def _ask_engine(
-        self,
-        model: mujoco.MjModel,
-        data: mujoco.MjData,
-        directions: NDArray[np.float64],
-        *,
-        with_fixed: bool = True,
+        self, model: mujoco.MjModel, data: mujoco.MjData, directions: NDArray[np.float64], *, with_fixed: bool = True
     ) -> NDArray[np.float64]:
         """How far rays go from the source before they end [m], shape (count,); `inf` where nothing stops them."""
         count = len(directions)

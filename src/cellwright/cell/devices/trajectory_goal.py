@@ -63,11 +63,7 @@ class Tolerances:
     goal_time: int | None = 0
 
     def overridden(
-        self,
-        joint_names: Sequence[str],
-        path: Sequence[AskedTolerance],
-        goal: Sequence[AskedTolerance],
-        goal_time: int,
+        self, joint_names: Sequence[str], path: Sequence[AskedTolerance], goal: Sequence[AskedTolerance], goal_time: int
     ) -> Tolerances:
         """These tolerances with what a goal asks for; `goal_time` [ns] follows the same rule as the others."""
         return Tolerances(

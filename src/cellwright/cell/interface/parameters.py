@@ -48,12 +48,7 @@ def new_description(name: str) -> Element:
 
 
 def add_link(
-    parent: Element,
-    name: str,
-    *,
-    solid: Sequence[Shape] = (),
-    seen: Sequence[Shape] = (),
-    form: Cylinder | None = None,
+    parent: Element, name: str, *, solid: Sequence[Shape] = (), seen: Sequence[Shape] = (), form: Cylinder | None = None
 ) -> None:
     """Add a link.
 

@@ -113,13 +113,7 @@ def beam_message(reading: BeamReading, frame: str) -> Proximity:
 
 def range_message(reading: ProximityReading, frame: str) -> Range:
     """A proximity sensor's reading."""
-    return Range(
-        header(frame, reading.time_ns),
-        ULTRASOUND,
-        *_CONE,
-        single(reading.range),
-        0.0,
-    )
+    return Range(header(frame, reading.time_ns), ULTRASOUND, *_CONE, single(reading.range), 0.0)
 
 
 def scan_message(reading: ProfileReading, frame: str) -> LaserScan:

@@ -69,10 +69,7 @@ def _along_z(radius: float, low: float, high: float, y: float = 0.0, colour: Col
 
 
 SOLID: Mapping[str, tuple[Shape | Housing, ...]] = {
-    "base_link": (
-        box(0.26, 0.34, 0.05, at(z=-0.025), colours.RAIL),
-        _along_z(0.075, 0.0, 0.038),
-    ),
+    "base_link": (box(0.26, 0.34, 0.05, at(z=-0.025), colours.RAIL), _along_z(0.075, 0.0, 0.038)),
     "shoulder_link": (
         _housing(
             "z",

@@ -38,18 +38,12 @@ def _lens(radius: float, x: float, colour: Colour) -> Shape:
 _OTHER_HOUSING = (box(0.06, 0.06, 0.06, at(x=-0.03), colours.SENSOR), _lens(0.02, 0.002, colours.SENSOR_LENS))
 
 _HOUSINGS: dict[str, tuple[Shape, ...]] = {
-    "break_beam": (
-        box(0.05, 0.03, 0.05, at(x=-0.025), colours.SENSOR),
-        _lens(0.009, 0.002, colours.SENSOR_BEAM),
-    ),
+    "break_beam": (box(0.05, 0.03, 0.05, at(x=-0.025), colours.SENSOR), _lens(0.009, 0.002, colours.SENSOR_BEAM)),
     "proximity_sensor": (
         cylinder(0.015, 0.06, Pose.from_rpy((-0.03, 0.0, 0.0), _LENS_FORWARD), colours.STEEL_LIGHT),
         _lens(0.0145, 0.002, colours.SENSOR_LENS),
     ),
-    "logical_camera": (
-        box(0.11, 0.07, 0.07, at(x=-0.055), colours.SENSOR),
-        _lens(0.026, 0.005, colours.SENSOR_LENS),
-    ),
+    "logical_camera": (box(0.11, 0.07, 0.07, at(x=-0.055), colours.SENSOR), _lens(0.026, 0.005, colours.SENSOR_LENS)),
     "laser_profiler": (
         box(0.07, 0.12, 0.1, at(x=-0.03, z=0.06), colours.SENSOR),
         box(0.004, 0.09, 0.012, at(x=0.006, z=0.06), colours.SENSOR_BEAM),

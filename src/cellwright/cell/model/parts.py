@@ -180,9 +180,7 @@ _CATALOGUE: dict[str, PartType] = {
         PartType("part1", 1.0, (box(0.3, 0.1, 0.015, Pose.from_rpy((0, 0, 0), (0, 0, 0.0075)), colours.PART1, 1.0),)),
         PartType("part2", 1.0, (box(0.06, 0.015, 0.01, at(z=0.005), colours.PART2, 1.0),)),
         PartType(
-            "part3",
-            1.0,
-            (box(0.13, 0.07, 0.02, Pose.from_rpy((0.03, 0.03, 0.01), (0, 0, 0.9)), colours.PART3, 1.0),),
+            "part3", 1.0, (box(0.13, 0.07, 0.02, Pose.from_rpy((0.03, 0.03, 0.01), (0, 0, 0.9)), colours.PART3, 1.0),)
         ),
         PartType("part4", 1.0, (box(0.09, 0.06, 0.01, Pose.from_rpy((0, 0, 0), (0.005, 0, 0)), colours.PART4, 1.0),)),
     )

@@ -148,8 +148,7 @@ APPLIED = "/io_teleop/applied_joint_cmd"
 
 def record(
     file: Annotated[
-        Path,
-        typer.Argument(metavar="FILE", help="A file that ends in .csv or .jsonl.", show_default=False),
+        Path, typer.Argument(metavar="FILE", help="A file that ends in .csv or .jsonl.", show_default=False)
     ],
     duration: Annotated[
         float | None,

@@ -132,8 +132,7 @@ def signal(
     ] = 0.1,
     frequency: Annotated[float, typer.Option(metavar="F", help="Periods a second [Hz].", rich_help_panel=WHAT)] = 0.5,
     duration: Annotated[
-        float,
-        typer.Option(metavar="T", help="How long for each joint [s]; made whole periods.", rich_help_panel=WHAT),
+        float, typer.Option(metavar="T", help="How long for each joint [s]; made whole periods.", rich_help_panel=WHAT)
     ] = 4.0,
     connect: Connect = None,
     ros1: OverRos1 = False,

@@ -69,8 +69,7 @@ def replay(
         bool, typer.Option("--loop", metavar="", help="Begin again at the end.", rich_help_panel=_PLAY)
     ] = False,
     hold: Annotated[
-        bool,
-        typer.Option("--hold", metavar="", help="Let time stand at the end, until Ctrl-C.", rich_help_panel=_PLAY),
+        bool, typer.Option("--hold", metavar="", help="Let time stand at the end, until Ctrl-C.", rich_help_panel=_PLAY)
     ] = False,
     verify: Annotated[
         bool,
@@ -190,11 +189,7 @@ def replay(
         if mcap_file is not None:
             with progress_bar(console, f"writing {mcap_file}", 1.0) as tell:
                 missing = write_mcap(
-                    recording,
-                    mcap_file,
-                    start=_nanoseconds(wanted.start),
-                    until=_nanoseconds(wanted.until),
-                    tell=tell,
+                    recording, mcap_file, start=_nanoseconds(wanted.start), until=_nanoseconds(wanted.until), tell=tell
                 )
             for line in missing:
                 output.warn(f"{mcap_file}: {line}")
@@ -207,12 +202,7 @@ def replay(
             with progress_bar(console, f"drawing {filmed.file}", 1.0) as tell:
                 told["videos"] = [
                     film_recording(
-                        recording,
-                        filmed,
-                        start=wanted.start,
-                        until=wanted.until,
-                        warn=output.warn,
-                        tell=tell,
+                        recording, filmed, start=wanted.start, until=wanted.until, warn=output.warn, tell=tell
                     )
                 ]
     if as_json:

@@ -122,8 +122,7 @@ View = Annotated[
     ),
 ]
 WithPicture = Annotated[
-    bool,
-    typer.Option("--picture/--no-picture", metavar="", help="Write TRIAL.png at the end.", rich_help_panel=LOOK),
+    bool, typer.Option("--picture/--no-picture", metavar="", help="Write TRIAL.png at the end.", rich_help_panel=LOOK)
 ]
 TakenFrom = Annotated[
     str,
@@ -164,10 +163,7 @@ Listen = Annotated[
 AsJson = Annotated[
     bool,
     typer.Option(
-        "--json",
-        metavar="",
-        help="Print the result as JSON, and nothing else on stdout.",
-        rich_help_panel=OUTPUT,
+        "--json", metavar="", help="Print the result as JSON, and nothing else on stdout.", rich_help_panel=OUTPUT
     ),
 ]
 TeamAverages = Annotated[

@@ -143,12 +143,7 @@ def motion_document(report: MotionReport) -> dict[str, Any]:
     for finding in findings:
         if not math.isfinite(finding["worst"]):
             finding["worst"] = None
-    return {
-        "robot": report.robot,
-        "reference": report.reference or None,
-        "passed": report.passed,
-        "findings": findings,
-    }
+    return {"robot": report.robot, "reference": report.reference or None, "passed": report.passed, "findings": findings}
 
 
 def _figure(finding: Finding) -> str:

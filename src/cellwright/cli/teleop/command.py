@@ -48,9 +48,7 @@ Robot = Annotated[
 MotionLaw = Annotated[
     Motion,
     typer.Option(
-        metavar="LAW",
-        help="`servo`: with the URDF's speeds and efforts; `teleport`: at once.",
-        rich_help_panel=WORK,
+        metavar="LAW", help="`servo`: with the URDF's speeds and efforts; `teleport`: at once.", rich_help_panel=WORK
     ),
 ]
 Rate = Annotated[str, typer.Option(metavar="HZ", help="Steps of physics a second.", rich_help_panel=WORK)]
@@ -86,10 +84,7 @@ Speed = Annotated[
 Lockstep = Annotated[
     bool,
     typer.Option(
-        "--lockstep",
-        metavar="",
-        help="Let time pass only when a guest asks; implies --sim-time.",
-        rich_help_panel=WORK,
+        "--lockstep", metavar="", help="Let time pass only when a guest asks; implies --sim-time.", rich_help_panel=WORK
     ),
 ]
 AsJson = Annotated[
@@ -242,8 +237,7 @@ InRos1 = Annotated[
     ),
 ]
 NodeName = Annotated[
-    str,
-    typer.Option("--node", metavar="NAME", help="Name of the node in ROS.", rich_help_panel=REACH),
+    str, typer.Option("--node", metavar="NAME", help="Name of the node in ROS.", rich_help_panel=REACH)
 ]
 
 

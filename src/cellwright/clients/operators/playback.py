@@ -294,11 +294,7 @@ def approach(
 
 
 def play(
-    robot: OperatedRobot,
-    targets: Targets,
-    *,
-    speed: float = 1.0,
-    on_beat: Callable[[float], None] = lambda _time: None,
+    robot: OperatedRobot, targets: Targets, *, speed: float = 1.0, on_beat: Callable[[float], None] = lambda _time: None
 ) -> None:
     """Say all targets in their time. What is late is not made up for by a rush: of a topic only the newest is said.
 

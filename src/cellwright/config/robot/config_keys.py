@@ -37,11 +37,7 @@ ENTRIES = Keys(
         _POSTURE,
         "three joints in the order roll, pitch, yaw, with -1 for what the head lacks, and as many positions",
     ),
-    Key(
-        "dorsal",
-        _POSTURE,
-        "the lift of the torso: one joint; it goes home to 0 where none is said",
-    ),
+    Key("dorsal", _POSTURE, "the lift of the torso: one joint; it goes home to 0 where none is said"),
     Key("waist", _POSTURE, "the waist"),
     Key("folding_waist", "as `waist`", "more joints of the waist; `rot_offset`, `cmd_ee` and `base` are not used"),
     Key("controller_indices", "`{cmd_ee, base}`", "which poses `target_ee_poses` commands, see below", "see below"),
@@ -98,12 +94,7 @@ ARMS = Keys(
 )
 ARM = ARMS.names
 GRIPPERS = Keys(
-    Key(
-        "joint_index",
-        _JOINTS,
-        "its joints; those that mimic others may be named or not",
-        REQUIRED,
-    ),
+    Key("joint_index", _JOINTS, "its joints; those that mimic others may be named or not", REQUIRED),
     Key(
         "open",
         "`lower` or `upper`, or a list with one for each joint",

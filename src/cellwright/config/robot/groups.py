@@ -233,10 +233,7 @@ def _groups(config: RobotConfig) -> dict[str, Any]:
             for arm, command, reference in zip(config.arms, config.command_links, config.reference_links, strict=True)
         ],
         "grippers": [
-            {
-                "joints": list(gripper.joints),
-                "open": list(gripper.open_ends) or [End.LOWER] * len(gripper.joints),
-            }
+            {"joints": list(gripper.joints), "open": list(gripper.open_ends) or [End.LOWER] * len(gripper.joints)}
             for gripper in config.grippers
         ],
     }

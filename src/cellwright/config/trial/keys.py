@@ -57,10 +57,7 @@ SENSOR = Keys(
     Key("pose", _POSE, "where it is fixed, in the world frame", REQUIRED),
 )
 
-PART = Keys(
-    Key("type", "a part type", "what it is", REQUIRED),
-    Key("pose", _POSE, "where it is, or belongs", REQUIRED),
-)
+PART = Keys(Key("type", "a part type", "what it is", REQUIRED), Key("pose", _POSE, "where it is, or belongs", REQUIRED))
 
 _SWITCH = "true or false"
 SWITCHES = Keys(
@@ -73,10 +70,7 @@ SWITCHES = Keys(
     ),
     Key("spawn_extra_models", _SWITCH, "the parts of `models_to_spawn` are there", _OPTIONS.spawn_extra_models),
     Key(
-        "fill_demo_tray",
-        _SWITCH,
-        "at the start the first order's parts drop on AGV 1's tray",
-        _OPTIONS.fill_demo_tray,
+        "fill_demo_tray", _SWITCH, "at the start the first order's parts drop on AGV 1's tray", _OPTIONS.fill_demo_tray
     ),
     *(
         Key(name, _SWITCH, "read, without effect on the simulation", getattr(_OPTIONS, name))
@@ -229,12 +223,7 @@ CAMERA = Keys(
     Key("far", "m", "depths above this are not measured", _CAMERA.far),
     Key("shadows", _SWITCH, "things throw shadows in its colour pictures, which take longer to draw", _CAMERA.shadows),
     Key("noise", "`{colour, depth, depth_growth}`", "noise of its pictures; 0 for none at all", "see below"),
-    Key(
-        "latency",
-        "seconds",
-        "from the moment that a picture shows to its delivery",
-        "the time between two pictures",
-    ),
+    Key("latency", "seconds", "from the moment that a picture shows to its delivery", "the time between two pictures"),
     Key(
         "when_late",
         ", ".join(f"`{each}`" for each in get_args(WhenLate)),

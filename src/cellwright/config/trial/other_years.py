@@ -46,11 +46,7 @@ _ORDER: Mapping[str, int] = {
     "kitting_task": 2023,
     "tasks": 2023,
 }
-_OPTION: Mapping[str, int] = {
-    "insert_bins": 2018,
-    "visualize_sensor_views": 2018,
-    "insert_models_over_shelves": 2020,
-}
+_OPTION: Mapping[str, int] = {"insert_bins": 2018, "visualize_sensor_views": 2018, "insert_models_over_shelves": 2020}
 _SENSOR: Mapping[str, int] = {
     "depth_camera": 2018,
     "quality_control": 2018,

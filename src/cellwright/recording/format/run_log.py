@@ -103,11 +103,7 @@ class RunLog(RunEvents):
     """
 
     def __init__(
-        self,
-        path: Path,
-        *,
-        about: Mapping[str, Any] | None = None,
-        report: Callable[[str], None] = lambda _line: None,
+        self, path: Path, *, about: Mapping[str, Any] | None = None, report: Callable[[str], None] = lambda _line: None
     ) -> None:
         self.lines = JsonLines(path, report=report)
         super().__init__(self.lines.write, about)
@@ -132,12 +128,7 @@ def _values(effect: Effect, could: TrialReach) -> tuple[str, dict[str, Any]]:
             return "population", {"action": "restart"}
         case OrderAnnounced(order, reason, interrupts):
             kits = {kit.kit_type: [each.type for each in kit.objects] for kit in order.kits}
-            return "order", {
-                "order_id": order.order_id,
-                "reason": str(reason),
-                "interrupts": interrupts,
-                "kits": kits,
-            }
+            return "order", {"order_id": order.order_id, "reason": str(reason), "interrupts": interrupts, "kits": kits}
         case KitSubmitted():
             return "kit", _submission(effect, could)
         case OrderCompleted(score, resumes):

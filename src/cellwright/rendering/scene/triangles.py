@@ -236,7 +236,5 @@ def _swept(outline: Sequence[tuple[float, float]], facing: Sequence[tuple[float,
         if outline[row + 1][0] > 0:
             faces.append(np.column_stack([low + here, high + right, high + here]))
     return Triangles(
-        np.concatenate(points),
-        np.concatenate(normals),
-        np.concatenate(faces) if faces else np.zeros((0, 3), np.int64),
+        np.concatenate(points), np.concatenate(normals), np.concatenate(faces) if faces else np.zeros((0, 3), np.int64)
     )

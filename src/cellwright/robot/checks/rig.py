@@ -85,12 +85,7 @@ class Rig:
         timestep: Fraction = TIMESTEP,
         self_collision: bool = False,
     ) -> None:
-        self.node = RobotNode(
-            config,
-            motion=motion,
-            timestep=timestep,
-            self_collision=self_collision,
-        )
+        self.node = RobotNode(config, motion=motion, timestep=timestep, self_collision=self_collision)
         self.numbers = {name: number for number, name in enumerate(self.node.driver.joints)}
         self.joint_states: tuple[str, ...] = ()
         """Names of the joint states, as last heard."""

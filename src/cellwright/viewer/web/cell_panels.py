@@ -85,8 +85,7 @@ def result_html(panel: Panel) -> str:
     outcome = _OUTCOMES.get(found["outcome"], found["outcome"]).replace("_", " ")
     parts = [
         widgets.row(
-            f"<b>the run is over: {widgets.text(outcome)}</b>",
-            f"{found['simulated']:.1f} s in {found['wall']:.1f} s",
+            f"<b>the run is over: {widgets.text(outcome)}</b>", f"{found['simulated']:.1f} s in {found['wall']:.1f} s"
         ),
         widgets.text(f"{score['total']:g} {_of_how_many(score)}"),
         widgets.dim(reason) if reason else "",

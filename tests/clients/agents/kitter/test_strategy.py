@@ -216,11 +216,7 @@ def order(*parts: tuple[str, float, float], kits: int = 1) -> Order:
 
 
 def work(
-    floor: Floor,
-    orders: list[Order],
-    belt_types: tuple[str, ...] = (),
-    bad: int = 0,
-    kits_sent: int | None = None,
+    floor: Floor, orders: list[Order], belt_types: tuple[str, ...] = (), bad: int = 0, kits_sent: int | None = None
 ) -> Floor:
     """Let the strategy work until so many kits were sent, all of them if not said otherwise."""
     client, view = FakeClient(floor, orders, belt_types, kits_sent), FakeView(floor)

@@ -76,13 +76,7 @@ class Connection:
 
 
 def subscribe(
-    ground: Ground,
-    topic: str,
-    *,
-    node: str = "/gazebo",
-    caller: str = "/test",
-    receive_buffer: int = 0,
-    **more: str,
+    ground: Ground, topic: str, *, node: str = "/gazebo", caller: str = "/test", receive_buffer: int = 0, **more: str
 ) -> Connection:
     """Subscribe to a topic of a node."""
     fields = {"topic": topic, "md5sum": "*", "type": "*", "callerid": caller} | more

@@ -150,8 +150,7 @@ os.kill(os.getpid(), 9)
 
 
 @pytest.mark.parametrize(
-    ("status", "words"),
-    [(0, "ended with status 0"), (75, "ended with status 75"), (-9, "was ended by SIGKILL")],
+    ("status", "words"), [(0, "ended with status 0"), (75, "ended with status 75"), (-9, "was ended by SIGKILL")]
 )
 def test_an_end_in_words(status: int, words: str) -> None:
     assert how_it_ended(status) == words

@@ -326,10 +326,7 @@ class Strategy:
         station = kit.station
         kind = self._catalogue.figures(task.type)
         place = find_place(
-            kind,
-            task.tray_T_goal,
-            kit.taken(task),
-            lambda pose: can_reach(self._arm, station, held, kind, pose),
+            kind, task.tray_T_goal, kit.taken(task), lambda pose: can_reach(self._arm, station, held, kind, pose)
         )
         if place is None:
             self._say("there is no room for a %s on the tray", task.type)

@@ -49,10 +49,7 @@ class Place:
 
 
 def find_place(
-    kind: PartFigures,
-    tray_T_goal: Pose,
-    others: Sequence[Disc],
-    is_reachable: Callable[[Pose], bool] = lambda _: True,
+    kind: PartFigures, tray_T_goal: Pose, others: Sequence[Disc], is_reachable: Callable[[Pose], bool] = lambda _: True
 ) -> Place | None:
     """Where to put a part.
 

@@ -284,12 +284,7 @@ class OwnMaster:
             self._start_rosout()
 
     def _run(self, command: list[str]) -> Child:
-        return Child(
-            command,
-            self._installation.environment,
-            python=self._installation.python,
-            on_error=self._hear,
-        )
+        return Child(command, self._installation.environment, python=self._installation.python, on_error=self._hear)
 
     def _hear(self, line: str) -> None:
         self._said = line

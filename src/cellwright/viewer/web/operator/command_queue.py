@@ -64,10 +64,7 @@ class Desk:
     """
 
     def __init__(
-        self,
-        robot: SeenRobot,
-        clock: Callable[[], float] = time.perf_counter,
-        wake: threading.Event | None = None,
+        self, robot: SeenRobot, clock: Callable[[], float] = time.perf_counter, wake: threading.Event | None = None
     ) -> None:
         self.robot = robot
         self.hands = Hands(len(robot.arms))
