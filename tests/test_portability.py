@@ -119,10 +119,10 @@ import importlib, pkgutil, sys, cellwright
 for module in pkgutil.walk_packages(cellwright.__path__, "cellwright."):
     if not any(part in module.name for part in ("ros1.bridge", "ros1.packages.data", "__main__")):
         importlib.import_module(module.name)
-from cellwright.running.evaluation import limits, worker_process
+from cellwright.running.evaluation import process
 from cellwright.clients.operators import terminal
-assert not limits.MEMORY_IS_LIMITED and not limits.memory_of_sessions()
-assert not hasattr(worker_process.signal, "SIGKILL") and not hasattr(worker_process.os, "killpg")
+assert not process.MEMORY_IS_LIMITED and not process.memory_of_sessions()
+assert not hasattr(process.signal, "SIGKILL") and not hasattr(process.os, "killpg")
 assert not hasattr(terminal, "termios") and terminal._read_windows() == ""
 """
 
@@ -198,10 +198,10 @@ for act in (
     except OSError:
         continue
     sys.exit("a name was taken that Windows does not take")
-from cellwright.clients.client.transports import connection
+from cellwright.clients.client import socket_transport
 for what in (((), (), ()), ([0], (), ())):
     try:
-        connection.select.select(*what, 0.0)
+        socket_transport.select.select(*what, 0.0)
     except OSError:
         continue
     sys.exit("select took what it does not take on Windows")
