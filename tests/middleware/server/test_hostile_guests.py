@@ -59,7 +59,6 @@ def rude(hall: Hall, said: bytes) -> Talker:
         (Frame(Kind.HELLO, payload=as_json(protocol=1, node="a", encoding="cdr")).encode(), "like '/robot'"),
         (Frame(Kind.HELLO, payload=as_json(protocol=1, node="/a\nb", encoding="cdr")).encode(), "like '/robot'"),
         (Frame(Kind.HELLO, payload=as_json(protocol=1, node=["/a"], encoding="cdr")).encode(), "like '/robot'"),
-        (Frame(Kind.HELLO, payload=as_json(protocol=1, node="/a", encoding=["cdr"])).encode(), "had as cdr or ros1"),
         (Frame(Kind.HELLO, payload=as_json(protocol=1, node="/a", encoding="xml")).encode(), "cdr or ros1"),
         (Frame(Kind.HELLO, payload=as_json(protocol=1, node="/a", encoding={})).encode(), "cdr or ros1"),
         (hello("/a", "cdr").encode() * 2, "nothing that a guest may say again"),

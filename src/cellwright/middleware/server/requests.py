@@ -261,7 +261,7 @@ class Requests:
         message: Any = None  # the bus refuses a topic that it does not hear before it looks at the message
         if message_class is not None:
             message = self._read(guest, frame, message_class, type_of(message_class))
-        self._cell.bus.publish(frame.name, message, node=node)
+        self._cell.bus.publish(frame.name, message, node=node, is_decoded=True)
         if frame.number:
             guest.say(Frame(Kind.DONE, frame.number))
 
@@ -278,7 +278,7 @@ class Requests:
             self._cell.simulation.settle_inbox()
             service: ServiceType | None = self._services.get(frame.name)
             request: Any = None if service is None else self._read(guest, frame, service.request, service.name)
-            response = self._cell.bus.call(frame.name, request, node=frame.node or guest.node)
+            response = self._cell.bus.call(frame.name, request, node=frame.node or guest.node, is_decoded=True)
             if isinstance(response, Later):
                 if self._lockstep and response.response is None:  # who waits without letting time pass waits for ever
                     guest.say(Frame(Kind.DONE, frame.number))
