@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from base64 import b64decode, b64encode
 from collections import Counter, deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from cellwright.middleware.bus.topics import (
     Callback,
@@ -29,6 +29,9 @@ from cellwright.middleware.bus.topics import (
 from cellwright.middleware.messages import Message, ServiceType, checked, from_cdr, said, service_type, to_cdr, type_of
 from cellwright.middleware.messages.validation import has_bounds
 from cellwright.util.errors import CellwrightError, MessageError, RejectedCommandError, UnknownNameError, UsageError
+
+if TYPE_CHECKING:
+    from cellwright.engine.simulation import Simulation
 
 NANOSECONDS = 1_000_000_000
 MOST_SOURCES = 256
@@ -375,6 +378,34 @@ class Bus:
         """Count and report what was refused; the error, to be raised."""
         self.refusals.refuse(f"{name} from {node}" if node else name, str(error))
         return error
+
+
+class Served(Protocol):
+    """Whatever has topics and services, and time that passes: a cell, or a robot's controller node."""
+
+    @property
+    def name(self) -> str:
+        """What it is called where one is told of it: the trial, the robot."""
+        ...
+
+    @property
+    def bus(self) -> Bus:
+        """Its topics and services."""
+        ...
+
+    @property
+    def simulation(self) -> Simulation:
+        """Its time."""
+        ...
+
+    @property
+    def in_competition(self) -> bool:
+        """Whether what a competition refuses is refused."""
+        ...
+
+    def out_of_sight(self) -> Collection[int]:
+        """The engine's ids of bodies that are not there to be seen at the moment, such as parts out of play."""
+        ...
 
 
 def _fitting(message: M, message_class: type[Message], name: str, is_decoded: bool) -> M:  # noqa: FBT001

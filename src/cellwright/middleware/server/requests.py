@@ -13,8 +13,7 @@ from functools import cache, partial
 from typing import Any, TypeAlias
 
 import cellwright
-from cellwright.middleware.bus import Bus, Direction, Given, How, Later, TopicInfo, absolute
-from cellwright.middleware.bus.served import Served
+from cellwright.middleware.bus import Bus, Direction, Given, How, Later, Served, TopicInfo, absolute
 from cellwright.middleware.interface.table import Pace
 from cellwright.middleware.messages import (
     ENCODINGS,

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from ipaddress import ip_address
 
-from cellwright.middleware.bus.served import Served
+from cellwright.middleware.bus import Served
 from cellwright.middleware.server.client_connection import ClientConnection
 from cellwright.middleware.server.client_registry import ClientRegistry
 from cellwright.middleware.server.requests import AdvanceRequest, Extra, Requests, refused_frame
