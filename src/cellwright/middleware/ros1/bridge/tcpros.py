@@ -12,7 +12,6 @@ import struct
 import threading
 from typing import Any, Callable, Dict, Mapping, Optional
 
-import genpy
 import rosgraph.network
 import rospy
 import rospy.impl.tcpros_base
@@ -34,30 +33,18 @@ ANY = "*"
 def raw_type(name: str, md5: str = ANY, definition: str = "") -> Any:
     """A message class of rospy's whose messages hold their bytes as `data` and are otherwise opaque."""
     namespace = {
-        "__slots__": ["data"],
+        "__slots__": (),
         "__init__": _hold,
-        "serialize": _serialize,
-        "deserialize": _deserialize,
+        "data": property(lambda message: message._buff),
         "_type": name,
         "_md5sum": md5,
         "_full_text": definition,
-        "_has_header": False,
-        "_slot_types": ["uint8[]"],
     }
-    return type("Raw", (genpy.Message,), namespace)
+    return type("Raw", (rospy.AnyMsg,), namespace)
 
 
 def _hold(self: Any, data: bytes = b"") -> None:
-    self.data = data
-
-
-def _serialize(self: Any, buffer: Any) -> None:
-    buffer.write(self.data)
-
-
-def _deserialize(self: Any, data: bytes) -> Any:
-    self.data = bytes(data)
-    return self
+    self._buff = data
 
 
 LONGEST_HANDSHAKE = 1 << 20

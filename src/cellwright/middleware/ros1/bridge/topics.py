@@ -22,11 +22,12 @@ from collections import deque
 from typing import Any, Callable
 
 import rospy
-from rospy.impl.registration import Registration, get_topic_manager
+from rospy.impl.registration import Registration
 
 from cellwright.middleware.ros1.bridge.connection import BufferedSender, LinkClient, receive_nowait
 from cellwright.middleware.ros1.bridge.loop import Loop, ThrottledLog
 from cellwright.middleware.ros1.bridge.message_bytes import DeliveryCounter, has_header
+from cellwright.middleware.ros1.bridge.node import ManagedTopic
 from cellwright.middleware.ros1.bridge.tcpros import ANY, Header, handshake_bytes, raw_type
 from cellwright.middleware.wire.frames import Frame, FrameError, Kind
 
@@ -43,7 +44,7 @@ _PIECE = 1 << 12
 _identities = itertools.count(1)
 
 
-class Publication:
+class Publication(ManagedTopic):
     """One topic, as rospy's topic manager and the TCPROS server know it.
 
     Args:
@@ -63,6 +64,7 @@ class Publication:
         node: str = "",
         sent: DeliveryCounter | None = None,
     ) -> None:
+        super().__init__(Registration.PUB, topic["name"], topic["type"])
         self._loop = loop
         self._link = link
         self._node = node
@@ -77,18 +79,10 @@ class Publication:
         self._subscription: int | None = None
         self._is_answered = False  # whether the cell has answered the subscription
         self._tally = ThrottledLog(loop, "{count} messages for {subject} dropped: it does not read them")
-        self.resolved_name = self.name = topic["name"]
-        self.type = topic["type"]
         self.md5sum = topic["md5"]
         self.definition = topic["definition"]
-        self.ref_count = 1
         if self._always:
             self._listen()
-
-    def register(self) -> None:
-        """Announce the topic to the master."""
-        manager = get_topic_manager()
-        manager._add(self, manager.pubs, Registration.PUB)
 
     # ---------------------------------------------------------------- for the TCPROS server
 
@@ -196,12 +190,6 @@ class Publication:
         peers = tuple(self._peers)
         total = sum(peer.bytes for peer in peers)
         return self.name, total, [(peer.identity, peer.bytes, peer.messages, True) for peer in peers]
-
-    def check(self) -> None:
-        """Called by rospy twice a second to find dead connections; the loop finds them by itself."""
-
-    def close(self) -> None:
-        """Called by rospy when the node ends; the connections end with the process."""
 
 
 class Peer:
