@@ -77,13 +77,7 @@ HEARD_FOR_FRAMES = "/ariac/joint_states"
 
 
 class ManagedTopic:
-    """One side of a topic, as rospy's topic manager knows it.
-
-    Args:
-        kind: `Registration.PUB` or `Registration.SUB`.
-        name: topic.
-        type_name: its type.
-    """
+    """One side of a topic, `Registration.PUB` or `Registration.SUB`, as rospy's topic manager knows it."""
 
     def __init__(self, kind: str, name: str, type_name: str) -> None:
         self._kind = kind

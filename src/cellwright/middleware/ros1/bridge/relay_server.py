@@ -35,16 +35,7 @@ class TimeStandsError(Exception):
 
 
 class Relay:
-    """Serves one client.
-
-    Args:
-        loop: what serves the connection.
-        connection: the client's.
-        master: the ROS master.
-        node: our node name.
-        welcome: what the client is told first.
-        sign: the topic that is published as long as there is a cell.
-    """
+    """Serves one client, which is told `welcome` first, for as long as somebody publishes the topic `sign`."""
 
     def __init__(
         self,

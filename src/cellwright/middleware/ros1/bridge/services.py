@@ -40,15 +40,7 @@ Handler = Callable[["Caller", bytes], None]
 
 
 class Service:
-    """One service, as rospy's service manager and the TCPROS server know it.
-
-    Args:
-        loop: what serves its connections.
-        name: absolute name.
-        type_name: type of the service.
-        md5: its checksum.
-        handler: answers requests.
-    """
+    """One service, as rospy's service manager and the TCPROS server know it."""
 
     def __init__(self, loop: Loop, name: str, type_name: str, md5: str, handler: Handler) -> None:
         self._loop = loop
@@ -72,14 +64,7 @@ class Service:
 
 
 class Caller:
-    """A connection of somebody who calls: one request, or one after the other on a persistent one.
-
-    Args:
-        service: what is called.
-        loop: what serves the connection.
-        connection: a socket that does not block.
-        header: what the caller's handshake said.
-    """
+    """A connection of somebody who calls: one request, or one after the other on a persistent one."""
 
     def __init__(self, service: Service, loop: Loop, connection: socket.socket, header: Header) -> None:
         self._service = service
@@ -148,13 +133,7 @@ class Caller:
 
 
 def cell_service(loop: Loop, link: LinkClient, service: dict[str, Any]) -> Service:
-    """The service that passes everything on to the cell.
-
-    Args:
-        loop: what serves its connections.
-        link: the way to the cell.
-        service: what WELCOME said of it.
-    """
+    """The service, as WELCOME describes it, that passes everything on to the cell."""
     name, type_name = service["name"], service["type"]
 
     def handle(caller: Caller, request: bytes) -> None:
@@ -211,14 +190,7 @@ class Step:
 
 
 class StepService:
-    """Carries out steps, one after the other.
-
-    Args:
-        loop: calls back.
-        link: the way to the cell.
-        topics: the topics that the cell hears, by name.
-        sent: counts what callers have been sent.
-    """
+    """Carries out steps, one after the other; `topics` are those that the cell hears."""
 
     def __init__(self, loop: Loop, link: LinkClient, topics: dict[str, CommandTopic], sent: DeliveryCounter) -> None:
         self._loop = loop

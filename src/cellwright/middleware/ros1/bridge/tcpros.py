@@ -61,11 +61,7 @@ Taker = Callable[[socket.socket, Header], Optional[str]]
 
 
 class TcprosServer:
-    """Accepts connections and gives them to the topic or service that they name.
-
-    Args:
-        loop: what serves the connections.
-    """
+    """Accepts connections and gives them to the topic or service that they name."""
 
     def __init__(self, loop: Loop) -> None:
         self.topics: dict[str, Taker] = {}
@@ -127,13 +123,7 @@ class TcprosServer:
 
 
 class Handshake:
-    """A connection that has not said yet what it wants; given up after a while.
-
-    Args:
-        loop: what serves the connection.
-        connection: a socket that does not block.
-        on_header: takes what it said.
-    """
+    """A connection that has not said yet what it wants; given up after a while."""
 
     def __init__(self, loop: Loop, connection: socket.socket, on_header: Callable[[Header], None]) -> None:
         self._loop = loop

@@ -45,14 +45,9 @@ _identities = itertools.count(1)
 
 
 class Publication(ManagedTopic):
-    """One topic, as rospy's topic manager and the TCPROS server know it.
+    """One topic, described by WELCOME, as rospy's topic manager and the TCPROS server know it.
 
-    Args:
-        loop: what serves its connections.
-        link: the way to the cell.
-        topic: what WELCOME said of it.
-        node: the publishing node in the cell whose messages are wanted; empty for all.
-        sent: counts what each caller has been sent; None where nobody asks, out of lockstep.
+    With a `node` only messages of that node in the cell are wanted. In lockstep `sent` counts what callers were sent.
     """
 
     def __init__(
@@ -193,15 +188,7 @@ class Publication(ManagedTopic):
 
 
 class Peer:
-    """A subscriber's connection.
-
-    Args:
-        publication: what it subscribes to.
-        loop: what serves the connection.
-        connection: a socket that does not block.
-        caller: the name of the subscribing node.
-        queue: so many messages wait for it.
-    """
+    """A subscriber's connection, for which `queue` messages may wait."""
 
     def __init__(
         self, publication: Publication, loop: Loop, connection: socket.socket, caller: str, queue: int
@@ -244,14 +231,10 @@ MAX_COMMAND_BYTES = 64 << 20
 
 
 class CommandTopic:
-    """One topic, subscribed to in ROS. Messages come in rospy's threads, one for each publisher.
+    """One topic, described by WELCOME and subscribed to in ROS.
 
-    Args:
-        loop: counts what is dropped.
-        link: the way to the cell.
-        topic: what WELCOME said of it.
-        queue: so many messages may wait; None for no limit.
-        on_handed_over: called when a message has been given to the cell, and then messages are counted; in lockstep.
+    Messages come in rospy's threads, one for each publisher. At most `queue` of them wait for the cell. In lockstep
+    they are counted, and `on_handed_over` is called when one has been given to the cell.
     """
 
     def __init__(
