@@ -7,14 +7,13 @@ comments of its fields from there as well. Every field has a default value.
 
 import re
 import textwrap
-from collections.abc import Iterator
 from pathlib import Path
 
 from rosbags.interfaces import Nodetype
 from rosbags.interfaces.typing import FieldDesc
 from rosbags.typesys.base import normalize_fieldname
 
-from cellwright.middleware.messages.types import parsed_definitions, sources
+from cellwright.middleware.messages.types import parsed_definitions, short_name, sources
 
 FOLDER = Path(__file__).parents[1] / "src" / "cellwright" / "middleware" / "messages"
 
@@ -87,7 +86,7 @@ class _Module:
         constants, fields = self._definitions[name]
         annotated = [(normalize_fieldname(field), self._type_and_default(desc)) for field, desc in fields]
         about, comments = _comments(name)
-        lines = [f'@message_class("{name}")', f"class {_class_name(name)}(MessageClass):", *_docstring(about), ""]
+        lines = [f'@message_class("{name}")', f"class {_class_name(name)}(MessageClass):", f'    """{about}"""', ""]
         for field, (annotation, default) in annotated:
             default = _DEFAULTS.get((name, field), default)
             lines += _commented(f"    {field}: {annotation} = {default}", comments.get(field, ""))
@@ -101,21 +100,28 @@ class _Module:
             case (Nodetype.BASE, (name, _)):
                 return _BASE_TYPES.get(str(name), ("int", "0"))
             case (Nodetype.NAME, name) if name in self._definitions:
-                self._add_class(str(name))
-                return _class_name(str(name)), self._made_by(_class_name(str(name)))
+                return self._class(str(name)), self._made_by(self._class(str(name)))
             case (Nodetype.NAME, name):
-                factory = _FACTORIES[str(name)]
-                self._imports.setdefault("conversions", set()).add(factory)
-                standard = _class_name(str(name))
-                self._imports.setdefault("standard", set()).add(standard)
-                return standard, self._made_by(factory)
+                return self._class(str(name)), self._made_by(self._imported("conversions", _FACTORIES[str(name)]))
+            case (Nodetype.SEQUENCE, ((Nodetype.BASE, ("string", _)), _)):
+                return "list[str]", self._made_by("list")
             case (Nodetype.SEQUENCE, ((Nodetype.BASE, (name, _)), _)) if name in _ARRAYS:
-                self._imports.setdefault("conversions", set()).update(_ARRAYS[str(name)])
-                annotation, factory = _ARRAYS[str(name)]
+                annotation, factory = (self._imported("conversions", each) for each in _ARRAYS[str(name)])
                 return annotation, self._made_by(factory)
-            case (Nodetype.SEQUENCE, (member, _)):
-                return f"list[{self._type_and_default(member)[0]}]", self._made_by("list")
+            case (Nodetype.SEQUENCE, ((Nodetype.NAME, name), _)):
+                return f"list[{self._class(str(name))}]", self._made_by("list")
         raise NotImplementedError(f"no class has a field of this form yet: {desc}")
+
+    def _class(self, name: str) -> str:
+        """The name of a type's class, which stands above or is imported."""
+        if name not in self._definitions:
+            return self._imported("standard", _class_name(name))
+        self._add_class(name)
+        return _class_name(name)
+
+    def _imported(self, module: str, name: str) -> str:
+        self._imports.setdefault(module, set()).add(name)
+        return name
 
     def _made_by(self, factory: str) -> str:
         self._has_factories = True
@@ -133,13 +139,6 @@ def _import(module: str, names: set[str]) -> str:
     return line if len(line) <= _WIDTH else "\n".join([f"{start}(", *(f"    {name}," for name in listed), ")"])
 
 
-def _docstring(about: str) -> Iterator[str]:
-    if len(about) <= _WIDTH - 10:
-        yield f'    """{about}"""'
-    else:
-        raise NotImplementedError(f"a comment longer than a line: {about}")
-
-
 def _commented(line: str, comment: str) -> list[str]:
     """A line with its comment: behind it where there is room, else above it."""
     if not comment or len(line) + len(comment) + 4 <= _WIDTH:
@@ -151,7 +150,7 @@ def _comments(name: str) -> tuple[str, dict[str, str]]:
     """What a definition says: of the type as a whole, and of each field."""
     stem = re.sub("_(Request|Response)$", "", name)
     halves = sources()[stem].split("---\n")
-    about, waiting, comments = f"Response of {stem}.", "", {}
+    about, waiting, comments = f"Response of {short_name(stem)}.", "", {}
     for line in halves[name.endswith("_Response")].splitlines():
         if line.startswith("#"):
             waiting = f"{waiting} {line[1:].strip()}".strip()

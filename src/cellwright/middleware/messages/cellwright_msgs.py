@@ -40,7 +40,7 @@ class StepRequest(MessageClass):
 
 @message_class("cellwright_msgs/srv/Step_Response")
 class StepResponse(MessageClass):
-    """Response of cellwright_msgs/srv/Step."""
+    """Response of cellwright_msgs/Step."""
 
     success: bool = False  # whether the time has passed
     message: str = ""  # how it went, for people

@@ -131,7 +131,7 @@ class QueryTrajectoryStateRequest(MessageClass):
 
 @message_class("control_msgs/srv/QueryTrajectoryState_Response")
 class QueryTrajectoryStateResponse(MessageClass):
-    """Response of control_msgs/srv/QueryTrajectoryState."""
+    """Response of control_msgs/QueryTrajectoryState."""
 
     name: list[str] = field(default_factory=list)
     position: Floats = field(default_factory=floats)  # [rad] or [m]

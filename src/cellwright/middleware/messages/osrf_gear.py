@@ -123,7 +123,7 @@ class AGVControlRequest(MessageClass):
 
 @message_class("osrf_gear/srv/AGVControl_Response")
 class AGVControlResponse(MessageClass):
-    """Response of osrf_gear/srv/AGVControl."""
+    """Response of osrf_gear/AGVControl."""
 
     success: bool = False  # whether the AGV was ready to go
 
@@ -138,7 +138,7 @@ class ConveyorBeltControlRequest(MessageClass):
 
 @message_class("osrf_gear/srv/ConveyorBeltControl_Response")
 class ConveyorBeltControlResponse(MessageClass):
-    """Response of osrf_gear/srv/ConveyorBeltControl."""
+    """Response of osrf_gear/ConveyorBeltControl."""
 
     success: bool = False
 
@@ -152,7 +152,7 @@ class GetMaterialLocationsRequest(MessageClass):
 
 @message_class("osrf_gear/srv/GetMaterialLocations_Response")
 class GetMaterialLocationsResponse(MessageClass):
-    """Response of osrf_gear/srv/GetMaterialLocations."""
+    """Response of osrf_gear/GetMaterialLocations."""
 
     storage_units: list[StorageUnit] = field(default_factory=list)  # empty for a type that is nowhere
 
@@ -166,7 +166,7 @@ class PopulationControlRequest(MessageClass):
 
 @message_class("osrf_gear/srv/PopulationControl_Response")
 class PopulationControlResponse(MessageClass):
-    """Response of osrf_gear/srv/PopulationControl."""
+    """Response of osrf_gear/PopulationControl."""
 
     success: bool = False
 
@@ -181,7 +181,7 @@ class SubmitTrayRequest(MessageClass):
 
 @message_class("osrf_gear/srv/SubmitTray_Response")
 class SubmitTrayResponse(MessageClass):
-    """Response of osrf_gear/srv/SubmitTray."""
+    """Response of osrf_gear/SubmitTray."""
 
     success: bool = False  # whether there is such a tray
     inspection_result: float = 0.0  # score of the kit
@@ -196,6 +196,6 @@ class VacuumGripperControlRequest(MessageClass):
 
 @message_class("osrf_gear/srv/VacuumGripperControl_Response")
 class VacuumGripperControlResponse(MessageClass):
-    """Response of osrf_gear/srv/VacuumGripperControl."""
+    """Response of osrf_gear/VacuumGripperControl."""
 
     success: bool = False

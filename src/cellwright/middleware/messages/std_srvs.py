@@ -15,7 +15,7 @@ class EmptyRequest(MessageClass):
 
 @message_class("std_srvs/srv/Empty_Response")
 class EmptyResponse(MessageClass):
-    """Response of std_srvs/srv/Empty."""
+    """Response of std_srvs/Empty."""
 
     structure_needs_at_least_one_member: int = 0
 
@@ -29,7 +29,7 @@ class SetBoolRequest(MessageClass):
 
 @message_class("std_srvs/srv/SetBool_Response")
 class SetBoolResponse(MessageClass):
-    """Response of std_srvs/srv/SetBool."""
+    """Response of std_srvs/SetBool."""
 
     success: bool = False  # whether it took
     message: str = ""  # how it went, for people
@@ -44,7 +44,7 @@ class TriggerRequest(MessageClass):
 
 @message_class("std_srvs/srv/Trigger_Response")
 class TriggerResponse(MessageClass):
-    """Response of std_srvs/srv/Trigger."""
+    """Response of std_srvs/Trigger."""
 
     success: bool = False  # whether it took
     message: str = ""  # how it went, for people
