@@ -17,7 +17,7 @@ import rospy
 import rospy.impl.tcpros_base
 from rosgraph.network import decode_ros_handshake_header, encode_ros_handshake_header
 
-from cellwright.middleware.ros1.bridge.connection import BufferedSender, receive_nowait
+from cellwright.middleware.ros1.bridge.connection import BufferedConnection, receive_nowait
 from cellwright.middleware.ros1.bridge.loop import Loop
 
 
@@ -165,14 +165,9 @@ class Handshake:
 
 def refuse(loop: Loop, connection: socket.socket, reason: str) -> None:
     """Tell the other side why its connection is not taken, and close it."""
-
-    def read() -> None:
-        if receive_nowait(connection, _PIECE) == b"":
-            outlet.close()
-
-    outlet = BufferedSender(loop, connection, read)
-    outlet.send(handshake_bytes({"error": reason}))
-    outlet.close_when_empty()
+    refused = BufferedConnection(loop, connection)
+    refused.send(handshake_bytes({"error": reason}))
+    refused.close_when_empty()
 
 
 def _give_away(handler: Callable[..., str | None], connection: socket.socket, address: Any, header: Header) -> None:

@@ -24,7 +24,7 @@ from typing import Any, Callable
 import rospy
 from rospy.impl.registration import Registration
 
-from cellwright.middleware.ros1.bridge.connection import BufferedSender, LinkClient, receive_nowait
+from cellwright.middleware.ros1.bridge.connection import BufferedConnection, LinkClient
 from cellwright.middleware.ros1.bridge.loop import Loop, ThrottledLog
 from cellwright.middleware.ros1.bridge.message_bytes import DeliveryCounter, has_header
 from cellwright.middleware.ros1.bridge.node import ManagedTopic
@@ -40,7 +40,6 @@ LOCKSTEP_QUEUE = 1_000_000
 
 _PREFIX = struct.Struct("<I")
 _COUNTED = struct.Struct("<II")
-_PIECE = 1 << 12
 _identities = itertools.count(1)
 
 
@@ -104,7 +103,7 @@ class Publication(ManagedTopic):
     @property
     def is_behind(self) -> bool:
         """Whether messages wait for a subscriber that reads."""
-        return any(peer.outlet.is_behind for peer in self._peers)
+        return any(peer.connection.is_behind for peer in self._peers)
 
     def lost(self, peer: Peer) -> None:
         """Forget a subscriber that has gone."""
@@ -139,7 +138,7 @@ class Publication(ManagedTopic):
             self._peers.append(peer)
             if self._sent is not None:
                 self._sent.begin(peer.caller, self.name)
-            peer.outlet.send(handshake_bytes(self._header()))
+            peer.connection.send(handshake_bytes(self._header()))
             if self._newest is not None:
                 self._give(peer, self._newest)
 
@@ -165,7 +164,7 @@ class Publication(ManagedTopic):
             self._give(peer, data)
 
     def _give(self, peer: Peer, data: bytes) -> None:
-        peer.outlet.send(data)
+        peer.connection.send(data)
         peer.messages += 1
         peer.bytes += len(data)
         if self._sent is not None:
@@ -193,26 +192,19 @@ class Peer:
     def __init__(
         self, publication: Publication, loop: Loop, connection: socket.socket, caller: str, queue: int
     ) -> None:
-        self._publication = publication
-        self._connection = connection
         self.caller = caller
         self.identity = next(_identities)
         self.messages = 0
         self.bytes = 0
         self.description = _describe_connection(connection)
-        self.outlet = BufferedSender(
+        self.connection = BufferedConnection(  # a subscriber has nothing to say but that it leaves
             loop,
             connection,
-            self._read,
+            on_end=lambda: publication.lost(self),
             limit=queue,
             most=MAX_PUBLICATION_BYTES if queue == PUBLICATION_QUEUE else None,
             on_drop=lambda: publication.dropped(self),
         )
-
-    def _read(self) -> None:
-        if receive_nowait(self._connection, _PIECE) == b"":  # a subscriber has nothing to say but that it leaves
-            self.outlet.close()
-            self._publication.lost(self)
 
 
 def _describe_connection(connection: socket.socket) -> str:
