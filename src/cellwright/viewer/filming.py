@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 from cellwright.engine.events import Watch
-from cellwright.middleware.bus.served import Served
+from cellwright.middleware.bus import Served
 from cellwright.rendering.backend import RAYS
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import LAMP

@@ -7,8 +7,7 @@ from typing import Any
 
 from cellwright.cell.cell import Cell
 from cellwright.cell.interface.rows import rows as gear_rows
-from cellwright.middleware.bus import Bus, Direction
-from cellwright.middleware.bus.served import Served
+from cellwright.middleware.bus import Bus, Direction, Served
 from cellwright.middleware.interface.table import Kind, Row
 from cellwright.middleware.messages import message_type, service_type
 from cellwright.robot.interface.rows import rows as teleop_rows

@@ -15,7 +15,7 @@ from hypothesis.stateful import Bundle, RuleBasedStateMachine, initialize, invar
 from cellwright.cell.cell import Cell
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.snapshot import Snapshot, restore_snapshot, take_snapshot
-from cellwright.middleware.bus.served import Served
+from cellwright.middleware.bus import Served
 from cellwright.middleware.messages import message_type
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest, SubmitTrayRequest, VacuumGripperControlRequest

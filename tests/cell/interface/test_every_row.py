@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cellwright.middleware.bus.served import Served
+from cellwright.middleware.bus import Served
 from cellwright.util.errors import RejectedCommandError, ServiceFailedError
 from tests.cell.interface.inputs import GEAR, TELEOP, Input, robot, state_hash, whole_cell
 from tests.middleware.messages.random_messages import messages, spoiled

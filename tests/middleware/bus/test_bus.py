@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from cellwright.middleware.bus import Bus
+from cellwright.middleware.messages import message_type
 from cellwright.middleware.messages.conversions import duration, header
 from cellwright.middleware.messages.osrf_gear import (
     AGVControlRequest,
@@ -72,6 +73,22 @@ def test_lists_of_numbers_are_taken(cell: Cell) -> None:
     positions = cell.heard[0][0].points[0].positions
     assert positions.dtype == np.float64
     assert positions.tolist() == [0.0, 1.0]
+
+
+def test_decoded_message_is_not_validated_again(cell: Cell) -> None:
+    cell.bus.publish(COMMAND, message := trajectory([0, 1]), is_decoded=True)
+    cell.bus.call("/ariac/agv1", request := AGVControlRequest(7), is_decoded=True)  # type: ignore[arg-type]
+    assert [heard for heard, _ in cell.heard] == [message, request]
+    with pytest.raises(MessageError, match="takes trajectory_msgs/JointTrajectory"):
+        cell.bus.publish(COMMAND, String("up"), is_decoded=True)
+
+
+def test_decoded_message_with_bounds_is_validated(cell: Cell) -> None:
+    cell.bus.listen("/shape", "shape_msgs/SolidPrimitive", cell.command)
+    shape: Any = message_type("shape_msgs/SolidPrimitive")
+    box = shape(1, np.zeros(4), message_type("geometry_msgs/Polygon")([]))  # type: ignore[call-arg]
+    with pytest.raises(MessageError, match="may have 3 entries, not 4"):
+        cell.bus.publish("/shape", box, is_decoded=True)
 
 
 def test_a_command_of_another_type_is_refused_as_a_whole(cell: Cell) -> None:

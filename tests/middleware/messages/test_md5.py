@@ -3,13 +3,12 @@ from typing import Any
 import pytest
 from rosbags.typesys import Stores, get_typestore
 
-from cellwright.middleware.messages import definition, md5, message_type, source, type_hash
+from cellwright.middleware.messages import definition, md5, message_type, source
 from cellwright.middleware.messages.types import (
     CAMERA_INFO,
     HEADER,
     OTHERWISE_IN_ROS1,
     RANGE,
-    message_md5,
     ros1_store,
     ros2_store,
     sources,
@@ -36,7 +35,7 @@ def test_checksums_of_standard_types_are_those_of_ros_1() -> None:
     left_out = ("Marker", "NavSat", "Disparity")  # these, and what holds one of them
     names = [name for name in shared if not any(word in name for word in left_out)]
     assert len(names) > 100
-    assert [name for name in names if noetic.generate_msgdef(name)[1] != message_md5(name)] == []
+    assert [name for name in names if noetic.generate_msgdef(name)[1] != md5(name)] == []
 
 
 def test_types_left_out_are_just_those_with_another_form() -> None:
@@ -82,10 +81,6 @@ def test_definition_per_generation() -> None:
     assert "builtin_interfaces/Time stamp\n" in definition("osrf_gear/Proximity", ros=2)
     assert "variance" not in definition("sensor_msgs/Range", ros=1)
     assert "float32 variance" in definition("sensor_msgs/Range", ros=2)
-
-
-def test_type_hash_is_that_of_ros_2() -> None:
-    assert type_hash("std_msgs/String") == "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
 
 
 def test_unknown_and_unsupported() -> None:

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
-from cellwright.middleware.bus.served import Served
+from cellwright.middleware.bus import Served
 from cellwright.middleware.messages import Message, to_cdr, to_ros1, type_of
 from cellwright.middleware.server import Server
 from cellwright.middleware.wire.frames import Decoder, Frame, Kind, hello

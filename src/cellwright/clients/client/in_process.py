@@ -7,8 +7,7 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 from cellwright.engine.events import NEVER
-from cellwright.middleware.bus import Direction, Later
-from cellwright.middleware.bus.served import Served
+from cellwright.middleware.bus import Direction, Later, Served
 from cellwright.util.errors import RunEndedError
 
 Callback = Callable[[Any], None]

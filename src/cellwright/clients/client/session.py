@@ -13,7 +13,7 @@ from threading import get_ident
 from typing import Any, Self
 
 from cellwright.clients.client.in_process import Callback, InProcess, Transport
-from cellwright.middleware.bus.served import Served
+from cellwright.middleware.bus import Served
 from cellwright.util.errors import UsageError
 
 _LAST_PORT = 65535

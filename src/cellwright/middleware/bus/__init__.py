@@ -1,7 +1,7 @@
 """Topics and services inside the process: no wire, no thread, one order of delivery."""
 
-from cellwright.middleware.bus.bus import Bus, Refusals, ServiceInfo, TopicInfo, absolute
-from cellwright.middleware.bus.topics import Direction, Given, How, Later, Mailbox, Publisher, Subscription
+from cellwright.middleware.bus.bus import Bus, Refusals, Served, ServiceInfo, TopicInfo, absolute
+from cellwright.middleware.bus.topics import Direction, Given, How, Later, Publisher, Subscription
 
 __all__ = [
     "Bus",
@@ -9,9 +9,9 @@ __all__ = [
     "Given",
     "How",
     "Later",
-    "Mailbox",
     "Publisher",
     "Refusals",
+    "Served",
     "ServiceInfo",
     "Subscription",
     "TopicInfo",

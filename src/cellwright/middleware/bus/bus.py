@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from base64 import b64decode, b64encode
 from collections import Counter, deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from cellwright.middleware.bus.topics import (
     Callback,
@@ -27,7 +27,11 @@ from cellwright.middleware.bus.topics import (
     Topic,
 )
 from cellwright.middleware.messages import Message, ServiceType, checked, from_cdr, said, service_type, to_cdr, type_of
+from cellwright.middleware.messages.validation import has_bounds
 from cellwright.util.errors import CellwrightError, MessageError, RejectedCommandError, UnknownNameError, UsageError
+
+if TYPE_CHECKING:
+    from cellwright.engine.simulation import Simulation
 
 NANOSECONDS = 1_000_000_000
 MOST_SOURCES = 256
@@ -254,8 +258,14 @@ class Bus:
         entry.add(subscription)
         return subscription
 
-    def publish(self, topic: str, message: Message, *, node: str = "") -> None:
+    def publish(self, topic: str, message: Message, *, node: str = "", is_decoded: bool = False) -> None:
         """Give the cell a message: first it is handled, then those who listen in get it, refused or not.
+
+        Args:
+            topic: absolute name.
+            message: of the topic's class.
+            node: whom it comes from.
+            is_decoded: the message was decoded from bytes just now: its fields are not validated again.
 
         Raises:
             UnknownNameError: the cell does not listen to such a topic.
@@ -266,7 +276,7 @@ class Bus:
             listened = sorted(each.name for each in self._topics.values() if each.handler is not None)
             raise self._refused(topic, node, UnknownNameError("topic to publish on", topic, listened))
         try:
-            taken = _fitting(message, entry.message_class, topic)
+            taken = _fitting(message, entry.message_class, topic, is_decoded)
         except RejectedCommandError as error:
             raise self._refused(topic, node, error) from None
         if self.on_given:
@@ -281,8 +291,10 @@ class Bus:
         if refusal is not None:
             raise self._refused(topic, node, refusal)
 
-    def call(self, service: str, request: Message, *, node: str = "") -> Any:
+    def call(self, service: str, request: Message, *, node: str = "", is_decoded: bool = False) -> Any:
         """Call a service; its response, or a `Later` that will have it when some time has passed.
+
+        Args as in `publish`.
 
         Raises:
             UnknownNameError: there is no such service.
@@ -293,7 +305,7 @@ class Bus:
         if entry is None:
             raise self._refused(service, node, UnknownNameError("service", service, sorted(self._services)))
         try:
-            taken = _fitting(request, entry.type.request, service)
+            taken = _fitting(request, entry.type.request, service, is_decoded)
             if self.on_given:
                 self.note(Given(How.CALL, service, taken, node))
             response = entry.handler(taken, node)
@@ -368,7 +380,35 @@ class Bus:
         return error
 
 
-def _fitting(message: M, message_class: type[Message], name: str) -> M:
+class Served(Protocol):
+    """Whatever has topics and services, and time that passes: a cell, or a robot's controller node."""
+
+    @property
+    def name(self) -> str:
+        """What it is called where one is told of it: the trial, the robot."""
+        ...
+
+    @property
+    def bus(self) -> Bus:
+        """Its topics and services."""
+        ...
+
+    @property
+    def simulation(self) -> Simulation:
+        """Its time."""
+        ...
+
+    @property
+    def in_competition(self) -> bool:
+        """Whether what a competition refuses is refused."""
+        ...
+
+    def out_of_sight(self) -> Collection[int]:
+        """The engine's ids of bodies that are not there to be seen at the moment, such as parts out of play."""
+        ...
+
+
+def _fitting(message: M, message_class: type[Message], name: str, is_decoded: bool) -> M:  # noqa: FBT001
     """The message as the cell may take it.
 
     Raises:
@@ -376,7 +416,7 @@ def _fitting(message: M, message_class: type[Message], name: str) -> M:
     """
     if type(message) is not message_class:
         raise MessageError(f"{name} takes {type_of(message_class)}, not {said(message)}")
-    return checked(message)
+    return message if is_decoded and not has_bounds(message_class.__msgtype__) else checked(message)
 
 
 def absolute(name: str) -> str:

@@ -5,7 +5,7 @@ The types that the ROS world shares come from the library (`standard`), what it 
 ROS 2 form, which nobody changes once it is published; the ROS 1 form exists as bytes only.
 """
 
-from cellwright.middleware.messages.serialization import from_cdr, from_ros1, to_cdr, to_ros1
+from cellwright.middleware.messages.serialization import ENCODINGS, from_cdr, from_ros1, to_cdr, to_ros1
 from cellwright.middleware.messages.types import (
     Message,
     ServiceType,
@@ -16,12 +16,12 @@ from cellwright.middleware.messages.types import (
     service_type,
     short_name,
     source,
-    type_hash,
     type_of,
 )
 from cellwright.middleware.messages.validation import checked, said
 
 __all__ = [
+    "ENCODINGS",
     "Message",
     "ServiceType",
     "checked",
@@ -37,6 +37,5 @@ __all__ = [
     "source",
     "to_cdr",
     "to_ros1",
-    "type_hash",
     "type_of",
 ]

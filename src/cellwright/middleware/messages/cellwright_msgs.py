@@ -1,55 +1,49 @@
-"""Classes of the messages and services that Cellwright adds to a contract (`definitions/cellwright_msgs`)."""
+"""Messages and services of cellwright_msgs, made of `definitions/cellwright_msgs`.
 
-from dataclasses import dataclass, field
-from typing import ClassVar
+Generated: change the definitions, and run `python -m tools.message_classes`.
+"""
 
-import numpy as np
+from dataclasses import field
 
-from cellwright.middleware.messages.conversions import duration, stamp
+from cellwright.middleware.messages.conversions import Counts, counts, duration, stamp
+from cellwright.middleware.messages.message_class import MessageClass, message_class
 from cellwright.middleware.messages.standard import Duration, Time
 
-Counts = np.ndarray[tuple[int, ...], np.dtype[np.uint64]]
-"""What a `uint64[]` field holds."""
 
+@message_class("cellwright_msgs/msg/TeleopStatus")
+class TeleopStatus(MessageClass):
+    """What a robot controller node takes commands from, and what it refused."""
 
-def _none() -> Counts:
-    return np.zeros(0, np.uint64)
-
-
-@dataclass(slots=True)
-class StepRequest:
-    """Let `duration` pass, once as many messages as were `published` on each of the `topics` have come."""
-
-    duration: Duration = field(default_factory=duration)
-    topics: list[str] = field(default_factory=list)
-    published: Counts = field(default_factory=_none)
-    __msgtype__: ClassVar[str] = "cellwright_msgs/srv/Step_Request"
-
-
-@dataclass(slots=True)
-class StepResponse:
-    """Whether it passed, until when, and how many messages the caller was sent on each of the `topics` by then."""
-
-    success: bool = False
-    message: str = ""
-    time: Time = field(default_factory=stamp)
-    topics: list[str] = field(default_factory=list)
-    sent: Counts = field(default_factory=_none)
-    __msgtype__: ClassVar[str] = "cellwright_msgs/srv/Step_Response"
-
-
-@dataclass(slots=True)
-class TeleopStatus:
-    """What a robot controller node takes commands from, and what it refused; see the definition file."""
-
-    enabled: bool = True
-    emergency_stop: bool = False
-    resetting: bool = False
-    silent: bool = False
-    commander: str = ""
+    enabled: bool = True  # Whether commands are taken at all.
+    emergency_stop: bool = False  # Whether the emergency stop holds the robot.
+    resetting: bool = False  # Whether the robot is on its way home.
+    silent: bool = False  # Whether the robot holds because nothing has come for too long.
+    commander: str = ""  # The node whose commands are taken; empty when there is none.
+    # Commands taken, commands refused, and commands ignored (while resetting, stopped or not enabled, or for none of
+    # the robot's joints).
     taken: int = 0
     refused: int = 0
     ignored: int = 0
-    unknown_names: list[str] = field(default_factory=list)
-    message: str = ""
-    __msgtype__: ClassVar[str] = "cellwright_msgs/msg/TeleopStatus"
+    unknown_names: list[str] = field(default_factory=list)  # Names that commands gave and the robot does not have.
+    message: str = ""  # What there is to say, in a sentence.
+
+
+@message_class("cellwright_msgs/srv/Step_Request")
+class StepRequest(MessageClass):
+    """Lets time pass in a cell that is in lockstep. A caller may give the duration alone."""
+
+    duration: Duration = field(default_factory=duration)  # how much simulation time is to pass
+    topics: list[str] = field(default_factory=list)  # topics that the caller publishes to, or listens to
+    # how many messages it has published on each of them; the step waits for all to have come
+    published: Counts = field(default_factory=counts)
+
+
+@message_class("cellwright_msgs/srv/Step_Response")
+class StepResponse(MessageClass):
+    """Response of cellwright_msgs/Step."""
+
+    success: bool = False  # whether the time has passed
+    message: str = ""  # how it went, for people
+    time: Time = field(default_factory=stamp)  # simulation time at the end
+    topics: list[str] = field(default_factory=list)  # topics that the cell has sent something on
+    sent: Counts = field(default_factory=counts)  # how many messages the caller was sent on each of them

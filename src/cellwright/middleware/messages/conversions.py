@@ -9,12 +9,15 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Sequence
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from cellwright.middleware.messages.standard import (
     Duration,
+    GoalID,
+    GoalStatus,
     Header,
     JointState,
     JointTrajectory,
@@ -35,11 +38,16 @@ NANOSECONDS = 1_000_000_000
 UNIT_TOLERANCE = 1e-9
 """How far the length of a quaternion may be from 1 and still be taken as it is."""
 
+N = TypeVar("N", bound=np.generic)
+
 Floats = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 """What a `float64[]` field holds."""
 
 Singles = np.ndarray[tuple[int, ...], np.dtype[np.float32]]
 """What a `float32[]` field holds."""
+
+Counts = np.ndarray[tuple[int, ...], np.dtype[np.uint64]]
+"""What a `uint64[]` field holds."""
 
 
 def stamp(time: int = 0) -> Time:
@@ -79,16 +87,17 @@ def single(value: float) -> float:
 
 def floats(values: ArrayLike = ()) -> Floats:
     """Numbers as a `float64[]` field holds them: a read-only array of their own."""
-    array = np.array(values, dtype=np.float64)
-    array.flags.writeable = False
-    return array
+    return _numbers(values, np.float64)
 
 
 def singles(values: ArrayLike = ()) -> Singles:
     """Numbers as a `float32[]` field holds them: a read-only array of their own."""
-    array = np.array(values, dtype=np.float32)
-    array.flags.writeable = False
-    return array
+    return _numbers(values, np.float32)
+
+
+def counts(values: ArrayLike = ()) -> Counts:
+    """Numbers as a `uint64[]` field holds them: a read-only array of their own."""
+    return _numbers(values, np.uint64)
 
 
 def origin() -> Pose:
@@ -98,8 +107,7 @@ def origin() -> Pose:
 
 def pose_message(pose: SpatialPose) -> Pose:
     """A pose as a message."""
-    w, x, y, z = pose.quaternion
-    return Pose(Point(*pose.position), Quaternion(x, y, z, w))
+    return Pose(Point(*pose.position), _quaternion_message(pose))
 
 
 def pose_from_message(message: Pose) -> SpatialPose:
@@ -108,14 +116,12 @@ def pose_from_message(message: Pose) -> SpatialPose:
     Raises:
         MessageError: one of the seven numbers is not finite.
     """
-    p, q = message.position, message.orientation
-    return _spatial_pose((p.x, p.y, p.z), (q.w, q.x, q.y, q.z))
+    return _spatial_pose(message.position, message.orientation)
 
 
 def transform_message(pose: SpatialPose) -> Transform:
     """A pose as a transform message."""
-    w, x, y, z = pose.quaternion
-    return Transform(Vector3(*pose.position), Quaternion(x, y, z, w))
+    return Transform(Vector3(*pose.position), _quaternion_message(pose))
 
 
 def pose_from_transform(message: Transform) -> SpatialPose:
@@ -124,8 +130,7 @@ def pose_from_transform(message: Transform) -> SpatialPose:
     Raises:
         MessageError: one of the seven numbers is not finite.
     """
-    p, q = message.translation, message.rotation
-    return _spatial_pose((p.x, p.y, p.z), (q.w, q.x, q.y, q.z))
+    return _spatial_pose(message.translation, message.rotation)
 
 
 def transform_stamped(parent: str, child: str, parent_T_child: SpatialPose, time: int) -> TransformStamped:
@@ -147,7 +152,7 @@ def trajectory_point(
 
 
 def joint_trajectory(
-    names: Sequence[str], points: Sequence[JointTrajectoryPoint], *, frame: str = "", time: int = 0
+    names: Sequence[str] = (), points: Sequence[JointTrajectoryPoint] = (), *, frame: str = "", time: int = 0
 ) -> JointTrajectory:
     """A joint trajectory that starts at `time` [ns]; 0 means on arrival."""
     return JointTrajectory(header(frame, time), list(names), list(points))
@@ -166,7 +171,29 @@ def joint_state(
     return JointState(header(frame, time), list(names), floats(positions), floats(velocities), floats(efforts))
 
 
-def _spatial_pose(position: tuple[float, float, float], quaternion: tuple[float, float, float, float]) -> SpatialPose:
+def goal_id() -> GoalID:
+    """The identifier of no goal."""
+    return GoalID(stamp(), "")
+
+
+def goal_status() -> GoalStatus:
+    """The status of no goal."""
+    return GoalStatus(goal_id(), GoalStatus.PENDING, "")
+
+
+def _numbers(values: ArrayLike, dtype: type[N]) -> np.ndarray[tuple[int, ...], np.dtype[N]]:
+    array = np.array(values, dtype=dtype)
+    array.flags.writeable = False
+    return array
+
+
+def _quaternion_message(pose: SpatialPose) -> Quaternion:
+    w, x, y, z = pose.quaternion
+    return Quaternion(x, y, z, w)
+
+
+def _spatial_pose(p: Point | Vector3, q: Quaternion) -> SpatialPose:
+    position, quaternion = (p.x, p.y, p.z), (q.w, q.x, q.y, q.z)
     pose = SpatialPose(position, quaternion)
     length = math.hypot(*quaternion)
     if not pose.is_finite() or math.isinf(length):

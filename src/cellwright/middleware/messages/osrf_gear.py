@@ -1,225 +1,201 @@
-"""Classes of the messages and services of the 2017 competition (`definitions/osrf_gear`).
+"""Messages and services of osrf_gear, made of `definitions/osrf_gear`.
 
-Quaternions in messages are (x, y, z, w); `build.py` turns them. Every field has a value to begin with.
+Generated: change the definitions, and run `python -m tools.message_classes`.
 """
 
-from dataclasses import dataclass, field
-from typing import ClassVar
+from dataclasses import field
 
 from cellwright.middleware.messages.conversions import header, origin
+from cellwright.middleware.messages.message_class import MessageClass, message_class
 from cellwright.middleware.messages.standard import Header, Pose
 
 
-@dataclass(slots=True)
-class ConveyorBeltState:
-    """How fast the conveyor belt runs: `power` in percent of full speed."""
+@message_class("osrf_gear/msg/ConveyorBeltState")
+class ConveyorBeltState(MessageClass):
+    """How fast the conveyor belt runs."""
 
-    power: float = 0.0
-    __msgtype__: ClassVar[str] = "osrf_gear/msg/ConveyorBeltState"
-
-
-@dataclass(slots=True)
-class DetectedObject:
-    """A part on a tray, its pose in the tray frame."""
-
-    type: str = ""
-    is_faulty: bool = False
-    pose: Pose = field(default_factory=origin)
-    __msgtype__: ClassVar[str] = "osrf_gear/msg/DetectedObject"
+    power: float = 0.0  # percentage of full speed (0.2 m/s), 0 to 100
 
 
-@dataclass(slots=True)
-class KitObject:
-    """One part of a kit; the pose where it belongs is in the tray frame."""
+@message_class("osrf_gear/msg/DetectedObject")
+class DetectedObject(MessageClass):
+    """A part that lies on a tray."""
 
-    type: str = ""
-    pose: Pose = field(default_factory=origin)
-    __msgtype__: ClassVar[str] = "osrf_gear/msg/KitObject"
+    type: str = ""  # "gear_part"
+    is_faulty: bool = False  # a faulty part never counts for a kit
+    pose: Pose = field(default_factory=origin)  # in the frame of the tray
 
 
-@dataclass(slots=True)
-class Kit:
-    """A kit by its name (`order_0_kit_0`), and its parts."""
+@message_class("osrf_gear/msg/KitObject")
+class KitObject(MessageClass):
+    """One part of a kit."""
 
-    kit_type: str = ""
+    type: str = ""  # "gear_part"
+    pose: Pose = field(default_factory=origin)  # where it belongs, in the frame of the tray
+
+
+@message_class("osrf_gear/msg/Kit")
+class Kit(MessageClass):
+    """A kit: what has to lie on one tray, and where."""
+
+    kit_type: str = ""  # its name, "order_0_kit_0"
     objects: list[KitObject] = field(default_factory=list)
-    __msgtype__: ClassVar[str] = "osrf_gear/msg/Kit"
 
 
-@dataclass(slots=True)
-class KitTray:
-    """A tray and the kit that is built on it."""
+@message_class("osrf_gear/msg/KitTray")
+class KitTray(MessageClass):
+    """A tray, and the kit that is built on it."""
 
-    tray: str = ""
+    tray: str = ""  # identifier of the tray
     kit: Kit = field(default_factory=Kit)
-    __msgtype__: ClassVar[str] = "osrf_gear/msg/KitTray"
 
 
-@dataclass(slots=True)
-class Model:
-    """A thing in view of a logical camera, its pose in the camera frame."""
+@message_class("osrf_gear/msg/Model")
+class Model(MessageClass):
+    """A thing in view of a logical camera."""
 
-    type: str = ""
-    pose: Pose = field(default_factory=origin)
-    __msgtype__: ClassVar[str] = "osrf_gear/msg/Model"
-
-
-@dataclass(slots=True)
-class LogicalCameraImage:
-    """What a logical camera makes out; `pose` is the camera's, in the world frame."""
-
-    models: list[Model] = field(default_factory=list)
-    pose: Pose = field(default_factory=origin)
-    __msgtype__: ClassVar[str] = "osrf_gear/msg/LogicalCameraImage"
+    type: str = ""  # "gear_part"
+    pose: Pose = field(default_factory=origin)  # in the frame of the camera
 
 
-@dataclass(slots=True)
-class Order:
-    """An order by its identifier (`order_0`), and its kits."""
+@message_class("osrf_gear/msg/LogicalCameraImage")
+class LogicalCameraImage(MessageClass):
+    """What a logical camera makes out: types and poses instead of pixels."""
 
-    order_id: str = ""
+    models: list[Model] = field(default_factory=list)  # everything known that meets the camera's frustum
+    pose: Pose = field(default_factory=origin)  # of the camera, in the world frame
+
+
+@message_class("osrf_gear/msg/Order")
+class Order(MessageClass):
+    """An order: the kits that a customer wants."""
+
+    order_id: str = ""  # "order_0"
     kits: list[Kit] = field(default_factory=list)
-    __msgtype__: ClassVar[str] = "osrf_gear/msg/Order"
 
 
-@dataclass(slots=True)
-class PopulationState:
+@message_class("osrf_gear/msg/PopulationState")
+class PopulationState(MessageClass):
     """Whether parts are being put onto the conveyor belt."""
 
     enabled: bool = False
-    __msgtype__: ClassVar[str] = "osrf_gear/msg/PopulationState"
 
 
-@dataclass(slots=True)
-class Proximity:
-    """The reading of a break beam; ranges in m, single precision."""
+@message_class("osrf_gear/msg/Proximity")
+class Proximity(MessageClass):
+    """The reading of a break beam."""
 
-    header: Header = field(default_factory=header)
-    object_detected: bool = False
-    min_range: float = 0.0
-    max_range: float = 0.0
-    __msgtype__: ClassVar[str] = "osrf_gear/msg/Proximity"
-
-
-@dataclass(slots=True)
-class StorageUnit:
-    """A place where material is found: `bin7`, `belt`, `agv1_load_point`."""
-
-    unit_id: str = ""
-    __msgtype__: ClassVar[str] = "osrf_gear/msg/StorageUnit"
+    header: Header = field(default_factory=header)  # when it was taken, and the frame of the sensor
+    object_detected: bool = False  # whether something stands in the beam
+    min_range: float = 0.0  # nearest distance at which something is noticed [m]
+    max_range: float = 0.0  # farthest distance at which something is noticed [m]
 
 
-@dataclass(slots=True)
-class TrayContents:
-    """All that lies on a tray, poses in the tray frame."""
+@message_class("osrf_gear/msg/StorageUnit")
+class StorageUnit(MessageClass):
+    """A place where material is found."""
 
-    tray: str = ""
-    objects: list[DetectedObject] = field(default_factory=list)
-    __msgtype__: ClassVar[str] = "osrf_gear/msg/TrayContents"
+    unit_id: str = ""  # "bin7", "belt", "agv1_load_point"
 
 
-@dataclass(slots=True)
-class VacuumGripperState:
-    """Whether the suction is on, and whether something hangs on the cup."""
+@message_class("osrf_gear/msg/TrayContents")
+class TrayContents(MessageClass):
+    """All that lies on a tray."""
 
-    enabled: bool = False
-    attached: bool = False
-    __msgtype__: ClassVar[str] = "osrf_gear/msg/VacuumGripperState"
-
-
-@dataclass(slots=True)
-class AGVControlRequest:
-    """Send an AGV off with its tray as a kit."""
-
-    kit_type: str = ""
-    __msgtype__: ClassVar[str] = "osrf_gear/srv/AGVControl_Request"
+    tray: str = ""  # identifier of the tray
+    objects: list[DetectedObject] = field(default_factory=list)  # poses in the frame of the tray
 
 
-@dataclass(slots=True)
-class AGVControlResponse:
-    """Whether the AGV was ready to go."""
+@message_class("osrf_gear/msg/VacuumGripperState")
+class VacuumGripperState(MessageClass):
+    """The vacuum gripper: its suction, and whether it holds something."""
 
-    success: bool = False
-    __msgtype__: ClassVar[str] = "osrf_gear/srv/AGVControl_Response"
+    enabled: bool = False  # whether the suction is on
+    attached: bool = False  # whether something hangs on the cup
 
 
-@dataclass(slots=True)
-class ConveyorBeltControlRequest:
-    """Set the power of the conveyor belt."""
+@message_class("osrf_gear/srv/AGVControl_Request")
+class AGVControlRequest(MessageClass):
+    """Sends an AGV off with its tray, which hands the tray in as a kit."""
 
+    kit_type: str = ""  # the kit that the tray is to count as, "order_0_kit_0"
+
+
+@message_class("osrf_gear/srv/AGVControl_Response")
+class AGVControlResponse(MessageClass):
+    """Response of osrf_gear/AGVControl."""
+
+    success: bool = False  # whether the AGV was ready to go
+
+
+@message_class("osrf_gear/srv/ConveyorBeltControl_Request")
+class ConveyorBeltControlRequest(MessageClass):
+    """Sets the power of the conveyor belt."""
+
+    # power from 0 to 100; any other leaves the belt as it runs
     state: ConveyorBeltState = field(default_factory=ConveyorBeltState)
-    __msgtype__: ClassVar[str] = "osrf_gear/srv/ConveyorBeltControl_Request"
 
 
-@dataclass(slots=True)
-class ConveyorBeltControlResponse:
-    """Whether the caller may set the belt's power."""
-
-    success: bool = False
-    __msgtype__: ClassVar[str] = "osrf_gear/srv/ConveyorBeltControl_Response"
-
-
-@dataclass(slots=True)
-class GetMaterialLocationsRequest:
-    """Ask where parts of a type are found."""
-
-    material_type: str = ""
-    __msgtype__: ClassVar[str] = "osrf_gear/srv/GetMaterialLocations_Request"
-
-
-@dataclass(slots=True)
-class GetMaterialLocationsResponse:
-    """The places; empty for a type that is nowhere."""
-
-    storage_units: list[StorageUnit] = field(default_factory=list)
-    __msgtype__: ClassVar[str] = "osrf_gear/srv/GetMaterialLocations_Response"
-
-
-@dataclass(slots=True)
-class PopulationControlRequest:
-    """Steer the flow of parts onto the belt: `pause`, `resume` or `restart`."""
-
-    action: str = ""
-    __msgtype__: ClassVar[str] = "osrf_gear/srv/PopulationControl_Request"
-
-
-@dataclass(slots=True)
-class PopulationControlResponse:
-    """Whether the action was one of the three."""
+@message_class("osrf_gear/srv/ConveyorBeltControl_Response")
+class ConveyorBeltControlResponse(MessageClass):
+    """Response of osrf_gear/ConveyorBeltControl."""
 
     success: bool = False
-    __msgtype__: ClassVar[str] = "osrf_gear/srv/PopulationControl_Response"
 
 
-@dataclass(slots=True)
-class SubmitTrayRequest:
-    """Have a tray scored as a kit where it stands."""
+@message_class("osrf_gear/srv/GetMaterialLocations_Request")
+class GetMaterialLocationsRequest(MessageClass):
+    """Tells where parts of a type, or trays, are found."""
 
-    tray_id: str = ""
-    kit_type: str = ""
-    __msgtype__: ClassVar[str] = "osrf_gear/srv/SubmitTray_Request"
+    material_type: str = ""  # "gear_part", or "tray"
 
 
-@dataclass(slots=True)
-class SubmitTrayResponse:
-    """Whether there is such a tray, and the kit's score in single precision."""
+@message_class("osrf_gear/srv/GetMaterialLocations_Response")
+class GetMaterialLocationsResponse(MessageClass):
+    """Response of osrf_gear/GetMaterialLocations."""
 
-    success: bool = False
-    inspection_result: float = 0.0
-    __msgtype__: ClassVar[str] = "osrf_gear/srv/SubmitTray_Response"
+    storage_units: list[StorageUnit] = field(default_factory=list)  # empty for a type that is nowhere
 
 
-@dataclass(slots=True)
-class VacuumGripperControlRequest:
-    """Switch the suction on (`enable`) or off."""
+@message_class("osrf_gear/srv/PopulationControl_Request")
+class PopulationControlRequest(MessageClass):
+    """Steers the flow of parts onto the conveyor belt."""
 
-    enable: bool = False
-    __msgtype__: ClassVar[str] = "osrf_gear/srv/VacuumGripperControl_Request"
+    action: str = ""  # "pause", "resume" or "restart"
 
 
-@dataclass(slots=True)
-class VacuumGripperControlResponse:
-    """Always success."""
+@message_class("osrf_gear/srv/PopulationControl_Response")
+class PopulationControlResponse(MessageClass):
+    """Response of osrf_gear/PopulationControl."""
 
     success: bool = False
-    __msgtype__: ClassVar[str] = "osrf_gear/srv/VacuumGripperControl_Response"
+
+
+@message_class("osrf_gear/srv/SubmitTray_Request")
+class SubmitTrayRequest(MessageClass):
+    """Has a tray scored as a kit where it stands."""
+
+    tray_id: str = ""  # identifier of the tray
+    kit_type: str = ""  # the kit that it is to count as
+
+
+@message_class("osrf_gear/srv/SubmitTray_Response")
+class SubmitTrayResponse(MessageClass):
+    """Response of osrf_gear/SubmitTray."""
+
+    success: bool = False  # whether there is such a tray
+    inspection_result: float = 0.0  # score of the kit
+
+
+@message_class("osrf_gear/srv/VacuumGripperControl_Request")
+class VacuumGripperControlRequest(MessageClass):
+    """Switches the suction of the vacuum gripper."""
+
+    enable: bool = False  # true: on; false: off, which lets go of what is held
+
+
+@message_class("osrf_gear/srv/VacuumGripperControl_Response")
+class VacuumGripperControlResponse(MessageClass):
+    """Response of osrf_gear/VacuumGripperControl."""
+
+    success: bool = False

@@ -8,9 +8,9 @@ numbers is one call, and texts, which are nearly always names that have been wri
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -307,12 +307,7 @@ def from_cdr(data: bytes | memoryview, message_class: type[M]) -> M:
     Raises:
         MessageError: the bytes are no message of this class.
     """
-    name = message_class.__msgtype__
-    try:
-        message = ros2_store().deserialize_cdr(data, name)
-    except (*FAULTS, MemoryError) as fault:
-        raise MessageError(f"these {len(data)} bytes are no {short_name(name)}: {fault}") from fault
-    return _typed(message, message_class)
+    return _decode(ros2_store().deserialize_cdr, data, message_class)
 
 
 def to_ros1(message: Message) -> bytes:
@@ -337,18 +332,30 @@ def from_ros1(data: bytes | memoryview, message_class: type[M]) -> M:
         MessageError: the bytes are no message of this class.
         UsageError: the type has another form in ROS 1 that is not supported.
     """
+    _require_ros1(message_class.__msgtype__)
+    return _decode(ros1_store().deserialize_ros1, data, message_class)
+
+
+class Encoding(NamedTuple):
+    """How messages are written as bytes and read."""
+
+    write: Callable[[Message], bytes]
+    read: Callable[[bytes, type[Message]], Message]
+
+
+ENCODINGS: Mapping[str, Encoding] = {"cdr": Encoding(to_cdr, from_cdr), "ros1": Encoding(to_ros1, from_ros1)}
+"""Encodings on the wire by name: CDR as in ROS 2, and the form of ROS 1."""
+
+
+def _decode(read: Callable[[Any, str], object], data: bytes | memoryview, message_class: type[M]) -> M:
+    """The message that the library reads in bytes."""
     name = message_class.__msgtype__
-    _require_ros1(name)
     try:
-        message = ros1_store().deserialize_ros1(data, name)
+        message = read(data, name)
     except (*FAULTS, MemoryError) as fault:
         raise MessageError(f"these {len(data)} bytes are no {short_name(name)}: {fault}") from fault
-    return _typed(message, message_class)
-
-
-def _typed(message: object, message_class: type[M]) -> M:
     if not isinstance(message, message_class):
-        raise UsageError(f"{message_class!r} is not the class that {message_class.__msgtype__} is known by")
+        raise UsageError(f"{message_class!r} is not the class that {name} is known by")
     return message
 
 

@@ -3,86 +3,45 @@
 They come from the library (ROS 2 Kilted, whose `Range` knows a variance); here they only get names that can be typed.
 """
 
-from rosbags.typesys.stores.ros2_kilted import actionlib_msgs__msg__GoalID as GoalID
-from rosbags.typesys.stores.ros2_kilted import actionlib_msgs__msg__GoalStatus as GoalStatus
-from rosbags.typesys.stores.ros2_kilted import actionlib_msgs__msg__GoalStatusArray as GoalStatusArray
-from rosbags.typesys.stores.ros2_kilted import builtin_interfaces__msg__Duration as Duration
-from rosbags.typesys.stores.ros2_kilted import builtin_interfaces__msg__Time as Time
-from rosbags.typesys.stores.ros2_kilted import geometry_msgs__msg__Point as Point
-from rosbags.typesys.stores.ros2_kilted import geometry_msgs__msg__Point32 as Point32
-from rosbags.typesys.stores.ros2_kilted import geometry_msgs__msg__Pose as Pose
-from rosbags.typesys.stores.ros2_kilted import geometry_msgs__msg__PoseArray as PoseArray
-from rosbags.typesys.stores.ros2_kilted import geometry_msgs__msg__PoseStamped as PoseStamped
-from rosbags.typesys.stores.ros2_kilted import geometry_msgs__msg__Quaternion as Quaternion
-from rosbags.typesys.stores.ros2_kilted import geometry_msgs__msg__Transform as Transform
-from rosbags.typesys.stores.ros2_kilted import geometry_msgs__msg__TransformStamped as TransformStamped
-from rosbags.typesys.stores.ros2_kilted import geometry_msgs__msg__Vector3 as Vector3
-from rosbags.typesys.stores.ros2_kilted import rosgraph_msgs__msg__Clock as Clock
-from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__CameraInfo as CameraInfo
-from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__ChannelFloat32 as ChannelFloat32
-from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__CompressedImage as CompressedImage
-from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__Image as Image
-from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__JointState as JointState
-from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__LaserScan as LaserScan
-from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__PointCloud as PointCloud
-from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__PointCloud2 as PointCloud2
-from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__PointField as PointField
-from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__Range as Range
-from rosbags.typesys.stores.ros2_kilted import sensor_msgs__msg__RegionOfInterest as RegionOfInterest
-from rosbags.typesys.stores.ros2_kilted import std_msgs__msg__Bool as Bool
-from rosbags.typesys.stores.ros2_kilted import std_msgs__msg__ColorRGBA as ColorRGBA
-from rosbags.typesys.stores.ros2_kilted import std_msgs__msg__Float32 as Float32
-from rosbags.typesys.stores.ros2_kilted import std_msgs__msg__Float64 as Float64
-from rosbags.typesys.stores.ros2_kilted import std_msgs__msg__Header as Header
-from rosbags.typesys.stores.ros2_kilted import std_msgs__msg__MultiArrayLayout as MultiArrayLayout
-from rosbags.typesys.stores.ros2_kilted import std_msgs__msg__String as String
-from rosbags.typesys.stores.ros2_kilted import std_msgs__msg__UInt8MultiArray as UInt8MultiArray
-from rosbags.typesys.stores.ros2_kilted import tf2_msgs__msg__TFMessage as TFMessage
-from rosbags.typesys.stores.ros2_kilted import trajectory_msgs__msg__JointTrajectory as JointTrajectory
-from rosbags.typesys.stores.ros2_kilted import trajectory_msgs__msg__JointTrajectoryPoint as JointTrajectoryPoint
-from rosbags.typesys.stores.ros2_kilted import visualization_msgs__msg__Marker as Marker
-from rosbags.typesys.stores.ros2_kilted import visualization_msgs__msg__MarkerArray as MarkerArray
-from rosbags.typesys.stores.ros2_kilted import visualization_msgs__msg__MeshFile as MeshFile
+from rosbags.typesys.stores import ros2_kilted
 
-__all__ = [
-    "Bool",
-    "CameraInfo",
-    "ChannelFloat32",
-    "Clock",
-    "ColorRGBA",
-    "CompressedImage",
-    "Duration",
-    "Float32",
-    "Float64",
-    "GoalID",
-    "GoalStatus",
-    "GoalStatusArray",
-    "Header",
-    "Image",
-    "JointState",
-    "JointTrajectory",
-    "JointTrajectoryPoint",
-    "LaserScan",
-    "Marker",
-    "MarkerArray",
-    "MeshFile",
-    "MultiArrayLayout",
-    "Point",
-    "Point32",
-    "PointCloud",
-    "PointCloud2",
-    "PointField",
-    "Pose",
-    "PoseArray",
-    "PoseStamped",
-    "Quaternion",
-    "Range",
-    "RegionOfInterest",
-    "String",
-    "TFMessage",
-    "Time",
-    "Transform",
-    "TransformStamped",
-    "UInt8MultiArray",
-    "Vector3",
-]
+GoalID = ros2_kilted.actionlib_msgs__msg__GoalID
+GoalStatus = ros2_kilted.actionlib_msgs__msg__GoalStatus
+GoalStatusArray = ros2_kilted.actionlib_msgs__msg__GoalStatusArray
+Duration = ros2_kilted.builtin_interfaces__msg__Duration
+Time = ros2_kilted.builtin_interfaces__msg__Time
+Point = ros2_kilted.geometry_msgs__msg__Point
+Point32 = ros2_kilted.geometry_msgs__msg__Point32
+Pose = ros2_kilted.geometry_msgs__msg__Pose
+PoseArray = ros2_kilted.geometry_msgs__msg__PoseArray
+PoseStamped = ros2_kilted.geometry_msgs__msg__PoseStamped
+Quaternion = ros2_kilted.geometry_msgs__msg__Quaternion
+Transform = ros2_kilted.geometry_msgs__msg__Transform
+TransformStamped = ros2_kilted.geometry_msgs__msg__TransformStamped
+Vector3 = ros2_kilted.geometry_msgs__msg__Vector3
+Clock = ros2_kilted.rosgraph_msgs__msg__Clock
+CameraInfo = ros2_kilted.sensor_msgs__msg__CameraInfo
+ChannelFloat32 = ros2_kilted.sensor_msgs__msg__ChannelFloat32
+CompressedImage = ros2_kilted.sensor_msgs__msg__CompressedImage
+Image = ros2_kilted.sensor_msgs__msg__Image
+JointState = ros2_kilted.sensor_msgs__msg__JointState
+LaserScan = ros2_kilted.sensor_msgs__msg__LaserScan
+PointCloud = ros2_kilted.sensor_msgs__msg__PointCloud
+PointCloud2 = ros2_kilted.sensor_msgs__msg__PointCloud2
+PointField = ros2_kilted.sensor_msgs__msg__PointField
+Range = ros2_kilted.sensor_msgs__msg__Range
+RegionOfInterest = ros2_kilted.sensor_msgs__msg__RegionOfInterest
+Bool = ros2_kilted.std_msgs__msg__Bool
+ColorRGBA = ros2_kilted.std_msgs__msg__ColorRGBA
+Float32 = ros2_kilted.std_msgs__msg__Float32
+Float64 = ros2_kilted.std_msgs__msg__Float64
+Header = ros2_kilted.std_msgs__msg__Header
+MultiArrayLayout = ros2_kilted.std_msgs__msg__MultiArrayLayout
+String = ros2_kilted.std_msgs__msg__String
+UInt8MultiArray = ros2_kilted.std_msgs__msg__UInt8MultiArray
+TFMessage = ros2_kilted.tf2_msgs__msg__TFMessage
+JointTrajectory = ros2_kilted.trajectory_msgs__msg__JointTrajectory
+JointTrajectoryPoint = ros2_kilted.trajectory_msgs__msg__JointTrajectoryPoint
+Marker = ros2_kilted.visualization_msgs__msg__Marker
+MarkerArray = ros2_kilted.visualization_msgs__msg__MarkerArray
+MeshFile = ros2_kilted.visualization_msgs__msg__MeshFile

@@ -1,54 +1,50 @@
-"""Classes of the standard services (`definitions/std_srvs`)."""
+"""Messages and services of std_srvs, made of `definitions/std_srvs`.
 
-from dataclasses import dataclass
-from typing import ClassVar
+Generated: change the definitions, and run `python -m tools.message_classes`.
+"""
 
-
-@dataclass(slots=True)
-class TriggerRequest:
-    """Nothing: the call says it all. A message in ROS 2 cannot be empty, hence the one field."""
-
-    structure_needs_at_least_one_member: int = 0
-    __msgtype__: ClassVar[str] = "std_srvs/srv/Trigger_Request"
+from cellwright.middleware.messages.message_class import MessageClass, message_class
 
 
-@dataclass(slots=True)
-class TriggerResponse:
-    """Whether it took, and how it went, for people."""
-
-    success: bool = False
-    message: str = ""
-    __msgtype__: ClassVar[str] = "std_srvs/srv/Trigger_Response"
-
-
-@dataclass(slots=True)
-class EmptyRequest:
-    """Nothing: the call says it all."""
+@message_class("std_srvs/srv/Empty_Request")
+class EmptyRequest(MessageClass):
+    """Sets something off about which there is nothing to say."""
 
     structure_needs_at_least_one_member: int = 0
-    __msgtype__: ClassVar[str] = "std_srvs/srv/Empty_Request"
 
 
-@dataclass(slots=True)
-class EmptyResponse:
-    """Nothing: that it came says it all."""
+@message_class("std_srvs/srv/Empty_Response")
+class EmptyResponse(MessageClass):
+    """Response of std_srvs/Empty."""
 
     structure_needs_at_least_one_member: int = 0
-    __msgtype__: ClassVar[str] = "std_srvs/srv/Empty_Response"
 
 
-@dataclass(slots=True)
-class SetBoolRequest:
-    """Switch on (`data`) or off."""
+@message_class("std_srvs/srv/SetBool_Request")
+class SetBoolRequest(MessageClass):
+    """Switches something on or off."""
 
-    data: bool = False
-    __msgtype__: ClassVar[str] = "std_srvs/srv/SetBool_Request"
+    data: bool = False  # true: on
 
 
-@dataclass(slots=True)
-class SetBoolResponse:
-    """Whether it took, and how it went, for people."""
+@message_class("std_srvs/srv/SetBool_Response")
+class SetBoolResponse(MessageClass):
+    """Response of std_srvs/SetBool."""
 
-    success: bool = False
-    message: str = ""
-    __msgtype__: ClassVar[str] = "std_srvs/srv/SetBool_Response"
+    success: bool = False  # whether it took
+    message: str = ""  # how it went, for people
+
+
+@message_class("std_srvs/srv/Trigger_Request")
+class TriggerRequest(MessageClass):
+    """Sets something off."""
+
+    structure_needs_at_least_one_member: int = 0
+
+
+@message_class("std_srvs/srv/Trigger_Response")
+class TriggerResponse(MessageClass):
+    """Response of std_srvs/Trigger."""
+
+    success: bool = False  # whether it took
+    message: str = ""  # how it went, for people

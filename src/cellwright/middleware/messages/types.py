@@ -27,6 +27,7 @@ from rosbags.typesys.store import Typestore
 from rosbags.typesys.stores import ros2_kilted
 
 from cellwright.middleware.messages import cellwright_msgs, control_msgs, osrf_gear, std_srvs
+from cellwright.middleware.messages.message_class import MessageClass
 from cellwright.util.errors import UnknownNameError, UsageError
 
 if TYPE_CHECKING:
@@ -148,14 +149,9 @@ class ServiceType:
 @cache
 def own_types() -> dict[str, type[Message]]:
     """The classes that the project brings, by full name."""
-    classes = (
-        item for module in (cellwright_msgs, control_msgs, osrf_gear, std_srvs) for item in vars(module).values()
-    )
-    return {
-        item.__msgtype__: item
-        for item in classes
-        if isinstance(item, type) and item.__module__.startswith("cellwright.") and hasattr(item, "__msgtype__")
-    }
+    modules = (cellwright_msgs, control_msgs, osrf_gear, std_srvs)
+    classes = (item for module in modules for item in vars(module).values() if isinstance(item, type))
+    return {item.__msgtype__: item for item in classes if issubclass(item, MessageClass) and item is not MessageClass}
 
 
 @cache
@@ -258,23 +254,14 @@ def md5(name: str) -> str:
         UsageError: the type has another form in ROS 1 that is not supported.
     """
     try:
-        return message_md5(message_type(name).__msgtype__)
+        return _generated(message_type(name).__msgtype__)[1]
     except UnknownNameError as no_message:
         try:
             service = service_type(name)
         except (UnknownNameError, UsageError):
             raise no_message from None
-        return service_md5(service)
-
-
-def message_md5(full: str) -> str:
-    """The ROS 1 checksum of a message by its full name."""
-    return _digest(_bare_text(full))
-
-
-def service_md5(service: ServiceType) -> str:
-    """The ROS 1 checksum of a service."""
-    return _digest(_bare_text(service.request.__msgtype__) + _bare_text(service.response.__msgtype__))
+        text = _bare_text(service.request.__msgtype__) + _bare_text(service.response.__msgtype__)
+        return hash_md5(text.encode(), usedforsecurity=False).hexdigest()
 
 
 def definition(name: str, *, ros: Literal[1, 2] = 1) -> str:
@@ -284,31 +271,24 @@ def definition(name: str, *, ros: Literal[1, 2] = 1) -> str:
         UnknownNameError: there is no such message.
         UsageError: the type has another form in ROS 1 that is not supported.
     """
-    return _definition(message_type(name).__msgtype__, ros)
+    return _generated(message_type(name).__msgtype__, ros)[0]
 
 
-def type_hash(name: str) -> str:
-    """The ROS 2 hash of a message ("RIHS01_…")."""
-    return ros2_store().hash_rihs01(message_type(name).__msgtype__)
-
-
-def _definition(full: str, ros: Literal[1, 2]) -> str:
+@cache
+def _generated(full: str, ros: Literal[1, 2] = 1) -> tuple[str, str]:
+    """The whole definition of a message, and in ROS 1 its checksum."""
     store = ros1_store() if ros == 1 else ros2_store()
     try:
-        return store.generate_msgdef(full, ros_version=ros)[0]
+        return store.generate_msgdef(full, ros_version=ros)
     except TypesysError:
         raise UsageError(f"{short_name(full)} has another form in ROS 1, which is not supported") from None
 
 
 def _bare_text(full: str) -> str:
-    """The text that goes into the checksum of a message or of one half of a service."""
+    """The text that goes into the checksum of one half of a service, which the library does not know."""
     lines = []
-    for line in _definition(full, 1).split(SEPARATOR)[0].splitlines():
+    for line in _generated(full)[0].split(SEPARATOR)[0].splitlines():
         kind, _, rest = line.partition(" ")
         package_type = kind.partition("[")[0]
-        lines.append(f"{message_md5(full_name(package_type))} {rest}" if "/" in package_type else line)
+        lines.append(f"{_generated(full_name(package_type))[1]} {rest}" if "/" in package_type else line)
     return "\n".join(lines)
-
-
-def _digest(text: str) -> str:
-    return hash_md5(text.encode(), usedforsecurity=False).hexdigest()

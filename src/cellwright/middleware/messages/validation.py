@@ -75,6 +75,22 @@ def type_check(name: str) -> Check:
     return check
 
 
+@cache
+def has_bounds(name: str) -> bool:
+    """Whether a type limits the length of strings or sequences, itself or in its fields; decoders do not check that."""
+    return any(_is_bounded(desc) for _, desc in ros2_store().fielddefs[name][1])
+
+
+def _is_bounded(desc: FieldDesc) -> bool:
+    match desc:
+        case (Nodetype.BASE, (_, limit)):
+            return bool(limit)
+        case (Nodetype.NAME, name):
+            return has_bounds(str(name))
+        case (kind, (member, length)):
+            return (kind == Nodetype.SEQUENCE and bool(length)) or _is_bounded(member)
+
+
 def _field_check(desc: FieldDesc) -> Check:
     """The check for one field."""
     match desc:

@@ -122,12 +122,7 @@ _PIECE = 1 << 16
 
 
 class ClientConnection:
-    """A connection, of which nothing is expected: neither that it reads, nor that it speaks, nor sense.
-
-    Args:
-        connection: its socket.
-        host: the address that it comes from.
-    """
+    """A connection, of which nothing is expected: neither that it reads, nor that it speaks, nor sense."""
 
     def __init__(self, connection: socket.socket, host: str) -> None:
         connection.setblocking(False)

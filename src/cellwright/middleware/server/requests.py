@@ -13,20 +13,16 @@ from functools import cache, partial
 from typing import Any, TypeAlias
 
 import cellwright
-from cellwright.middleware.bus import Bus, Direction, Given, How, Later, TopicInfo, absolute
-from cellwright.middleware.bus.served import Served
+from cellwright.middleware.bus import Bus, Direction, Given, How, Later, Served, TopicInfo, absolute
 from cellwright.middleware.interface.table import Pace
 from cellwright.middleware.messages import (
+    ENCODINGS,
     Message,
     ServiceType,
     definition,
-    from_cdr,
-    from_ros1,
     md5,
     message_type,
     service_type,
-    to_cdr,
-    to_ros1,
     type_of,
 )
 from cellwright.middleware.server.client_connection import ClientConnection, Heartbeat
@@ -40,11 +36,6 @@ from cellwright.util.errors import (
     UnknownNameError,
     UsageError,
 )
-
-_WRITE: dict[str, Callable[[Message], bytes]] = {"cdr": to_cdr, "ros1": to_ros1}
-
-ENCODINGS = tuple(_WRITE)
-"""Names of the forms: CDR as in ROS 2, and that of ROS 1."""
 
 
 class MessageEncoder:
@@ -65,17 +56,8 @@ class MessageEncoder:
             self._newest, self._written = message, {}
         data = self._written.get(encoding)
         if data is None:
-            data = self._written[encoding] = _WRITE[encoding](message)
+            data = self._written[encoding] = ENCODINGS[encoding].write(message)
         return data
-
-
-def decode_message(data: bytes, message_class: type[Message], encoding: str) -> Message:
-    """The message in bytes.
-
-    Raises:
-        MessageError: it is something else.
-    """
-    return from_ros1(data, message_class) if encoding == "ros1" else from_cdr(data, message_class)
 
 
 def welcome_frame(cell: Served, *, lockstep: bool) -> Frame:
@@ -97,7 +79,7 @@ def welcome_frame(cell: Served, *, lockstep: bool) -> Frame:
 def describe_interface(bus: Bus) -> dict[str, list[dict[str, Any]]]:
     """Topics and services with their types; the first call takes some time, for checksums are worked out."""
     services = [
-        {"name": service.name, "type": service.type, "md5": ros1_checksum(service.type), "node": service.node}
+        {"name": service.name, "type": service.type, "md5": _ros1_form(service.type, md5), "node": service.node}
         for service in bus.services()
     ]
     return {"topics": [_describe_topic(info) for info in bus.topics()], "services": services}
@@ -107,8 +89,8 @@ def _describe_topic(info: TopicInfo) -> dict[str, Any]:
     return {
         "name": info.name,
         "type": info.type,
-        "md5": ros1_checksum(info.type),
-        "definition": _ros1_definition(info.type),
+        "md5": _ros1_form(info.type, md5),
+        "definition": _ros1_form(info.type, definition),
         "direction": info.direction.value,
         "rate": info.rate,
         "on_event": info.rate == Pace.ON_EVENT.value,
@@ -119,18 +101,10 @@ def _describe_topic(info: TopicInfo) -> dict[str, Any]:
 
 
 @cache
-def ros1_checksum(type_name: str) -> str:
-    """The ROS 1 checksum of a type; empty for one that has no form in ROS 1."""
+def _ros1_form(type_name: str, generate: Callable[[str], str]) -> str:
+    """The checksum (`md5`) or `definition` of a type in ROS 1; empty for one that has no form there."""
     try:
-        return md5(type_name)
-    except UsageError:
-        return ""
-
-
-@cache
-def _ros1_definition(type_name: str) -> str:
-    try:
-        return definition(type_name)
+        return generate(type_name)
     except UsageError:
         return ""
 
@@ -248,7 +222,7 @@ class Requests:
             raise FrameError(f"this cell speaks protocol {PROTOCOL}, not {protocol!r:.20}")
         if not isinstance(node, str) or not _is_name(node):
             raise FrameError(f"a node's name is like '/robot', not {node!r:.40}")
-        if encoding not in ENCODINGS:
+        if not isinstance(encoding, str) or encoding not in ENCODINGS:
             raise FrameError(f"messages can be had as {' or '.join(ENCODINGS)}, not {encoding!r:.20}")
         guest.greet(node, encoding)
         guest.has_key = self._is_key(said.get("key"))
@@ -286,7 +260,7 @@ class Requests:
         message: Any = None  # the bus refuses a topic that it does not hear before it looks at the message
         if message_class is not None:
             message = self._read(guest, frame, message_class, type_of(message_class))
-        self._cell.bus.publish(frame.name, message, node=node)
+        self._cell.bus.publish(frame.name, message, node=node, is_decoded=True)
         if frame.number:
             guest.say(Frame(Kind.DONE, frame.number))
 
@@ -303,7 +277,7 @@ class Requests:
             self._cell.simulation.settle_inbox()
             service: ServiceType | None = self._services.get(frame.name)
             request: Any = None if service is None else self._read(guest, frame, service.request, service.name)
-            response = self._cell.bus.call(frame.name, request, node=frame.node or guest.node)
+            response = self._cell.bus.call(frame.name, request, node=frame.node or guest.node, is_decoded=True)
             if isinstance(response, Later):
                 if self._lockstep and response.response is None:  # who waits without letting time pass waits for ever
                     guest.say(Frame(Kind.DONE, frame.number))
@@ -336,7 +310,7 @@ class Requests:
         try:
             if frame.type not in ("", type_name):
                 raise MessageError(f"it takes {type_name}, not {frame.type:.80}")
-            return decode_message(frame.payload, message_class, guest.encoding)
+            return ENCODINGS[guest.encoding].read(frame.payload, message_class)
         except MessageError as error:
             self._cell.bus.refusals.refuse(f"{frame.name} from {frame.node or guest.node}", str(error))
             raise

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from ipaddress import ip_address
 
-from cellwright.middleware.bus.served import Served
+from cellwright.middleware.bus import Served
 from cellwright.middleware.server.client_connection import ClientConnection
 from cellwright.middleware.server.client_registry import ClientRegistry
 from cellwright.middleware.server.requests import AdvanceRequest, Extra, Requests, refused_frame
@@ -63,10 +63,8 @@ class Listener:
     """A listening socket that turns connections away when the process has no more descriptors.
 
     A connection that is not accepted stays in the queue, and `select` reports the socket as readable without end. So
-    one descriptor is kept back, with which such a connection is accepted and closed.
-
-    Args:
-        listener: a listening socket; it is closed with this object.
+    one descriptor is kept back, with which such a connection is accepted and closed. The socket is closed with this
+    object.
     """
 
     def __init__(self, listener: socket.socket) -> None:

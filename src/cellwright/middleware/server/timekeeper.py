@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable
 
 from cellwright.engine.rate_control import RateControl, RealTimePacer
-from cellwright.middleware.bus.served import Served
+from cellwright.middleware.bus import Served
 from cellwright.middleware.server.requests import AdvanceRequest
 from cellwright.middleware.server.server import Server
 from cellwright.util.errors import RunEndedError

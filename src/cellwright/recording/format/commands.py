@@ -85,7 +85,7 @@ class Command:
                 extra(message)
             return
         with suppress(CellwrightError):
-            (bus.call if self.how is How.CALL else bus.publish)(self.name, message, node=self.node)
+            (bus.call if self.how is How.CALL else bus.publish)(self.name, message, node=self.node, is_decoded=True)
 
     def encode(self) -> str:
         """As JSON."""

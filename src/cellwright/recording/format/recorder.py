@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from cellwright.engine.events import Watch
-from cellwright.middleware.bus import Subscription
-from cellwright.middleware.bus.served import Served
+from cellwright.middleware.bus import Served, Subscription
 from cellwright.middleware.messages import Message, to_cdr
 from cellwright.middleware.messages.standard import MultiArrayLayout, String, UInt8MultiArray
 from cellwright.recording.format import format as names

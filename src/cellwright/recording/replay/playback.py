@@ -30,7 +30,7 @@ WHY_NOT = "this is a recording: it plays what was, and hears no commands"
 class DeafBus(Bus):
     """Topics that are listened to, as those of any bus; every command and every call is refused."""
 
-    def publish(self, topic: str, message: Message, *, node: str = "") -> None:  # noqa: ARG002
+    def publish(self, topic: str, message: Message, *, node: str = "", is_decoded: bool = False) -> None:  # noqa: ARG002
         """Refuse a message.
 
         Raises:
@@ -38,7 +38,7 @@ class DeafBus(Bus):
         """
         self._refuse(topic, node)
 
-    def call(self, service: str, request: Message, *, node: str = "") -> Any:  # noqa: ARG002
+    def call(self, service: str, request: Message, *, node: str = "", is_decoded: bool = False) -> Any:  # noqa: ARG002
         """Refuse a call.
 
         Raises:

@@ -17,7 +17,7 @@ from cellwright.config.robot.robots import load_robot
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import ServoProfile
 from cellwright.engine.snapshot import read_checkpoint
-from cellwright.middleware.bus.served import Served
+from cellwright.middleware.bus import Served
 from cellwright.recording.format.commands import Command, Extras
 from cellwright.recording.format.reader import Recording
 from cellwright.robot.node import RobotNode

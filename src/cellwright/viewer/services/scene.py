@@ -28,7 +28,7 @@ from cellwright.cell.devices.logical_camera import CameraReading, LogicalCamera
 from cellwright.cell.devices.range_sensors import BeamReading, ProfileReading, ProximityReading
 from cellwright.cell.model.arm import CUP_GEOM
 from cellwright.engine.sensor import Reading, Sensor
-from cellwright.middleware.bus.served import Served
+from cellwright.middleware.bus import Served
 from cellwright.middleware.server import Server
 from cellwright.rendering.cameras.picture_camera import PictureCamera
 from cellwright.rendering.scene.engine import SceneTaker

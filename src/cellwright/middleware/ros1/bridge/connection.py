@@ -1,4 +1,4 @@
-"""Connections that never block: address, receiving, buffered sending, and the client of a cell's server."""
+"""Connections that never block: address, receiving, a buffered connection, and the client of a cell's server."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import time
 from collections import deque
 from typing import Any, Callable
 
-from cellwright.middleware.ros1.bridge.loop import Callback, Loop, report
+from cellwright.middleware.ros1.bridge.loop import Callback, Loop, nothing, report
 from cellwright.middleware.wire.frames import LONGEST_SAID, Decoder, Frame, FrameError, Kind, hello
 
 
@@ -42,15 +42,19 @@ HOPELESS = 5.0
 """With data waiting for longer [s] the other side does not count as behind any more."""
 
 
-class BufferedSender:
-    """The sending side of a connection. `send` is for any thread, all else for the loop's.
+_PIECE = 1 << 18
+
+
+class BufferedConnection:
+    """A connection whose data waits until the other side takes it. `send` is for any thread, all else for the loop's.
 
     A piece is sent whole or not at all, so that what is dropped is always a whole message.
 
     Args:
-        loop: waits until the other side takes more.
+        loop: waits until the other side says or takes more.
         connection: a socket that does not block.
-        on_read: what the loop calls when there is something to read.
+        on_data: takes what comes.
+        on_end: called when the other side has hung up; the connection is closed then.
         limit: so many pieces may wait; the oldest ones make room for a new one. None for no limit.
         most: so many bytes may wait, in the same way; one piece always may.
         on_drop: called for each piece that is dropped.
@@ -60,15 +64,17 @@ class BufferedSender:
         self,
         loop: Loop,
         connection: socket.socket,
-        on_read: Callback,
+        on_data: Callable[[bytes], object] = nothing,
+        on_end: Callback = nothing,
         *,
         limit: int | None = None,
         most: int | None = None,
-        on_drop: Callable[[], None] = lambda: None,
+        on_drop: Callback = nothing,
     ) -> None:
         self._loop = loop
         self._connection = connection
-        self._on_read = on_read
+        self._on_data = on_data
+        self._on_end = on_end
         self._limit = limit
         self._most = most
         self._bytes = 0  # of pieces that wait
@@ -80,7 +86,7 @@ class BufferedSender:
         self._on_empty: Callback | None = None
         self._waits_since: float | None = None
         self.is_closed = False
-        loop.watch(connection, on_read)
+        loop.watch(connection, self._receive)
 
     @property
     def is_empty(self) -> bool:
@@ -138,6 +144,14 @@ class BufferedSender:
         is_crowded = self._limit is not None and len(self._waiting) >= self._limit
         return is_crowded or (self._most is not None and self._bytes + more > self._most)
 
+    def _receive(self) -> None:
+        data = receive_nowait(self._connection, _PIECE)
+        if data:
+            self._on_data(data)
+        elif data is not None:
+            self.close()
+            self._on_end()
+
     def _sent(self, data: bytes) -> bytes:
         """Send what is taken at once; the rest."""
         try:
@@ -159,19 +173,18 @@ class BufferedSender:
             empty = self.is_empty
         if empty and not self.is_closed:
             self._waits_since = None
-            self._loop.watch(self._connection, self._on_read)
+            self._loop.watch(self._connection, self._receive)
             if self._on_empty is not None:
                 self._on_empty()
 
     def _watch(self) -> None:
         if not self.is_closed and not self.is_empty:
-            self._loop.watch(self._connection, self._on_read, self._flush)
+            self._loop.watch(self._connection, self._receive, self._flush)
 
 
 PATIENCE = 10.0
 """How long the cell may take to answer HELLO [s]."""
 
-_PIECE = 1 << 18
 _PAUSE = 0.02
 _NUMBERS = (1 << 32) - 1
 
@@ -209,15 +222,15 @@ class LinkClient:
         self._listeners: dict[int, Callable[[bytes], None]] = {}
         self._has_ended = False
         try:
-            self._connection = socket.create_connection(address, timeout=PATIENCE)
-            self._connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            self.welcome: dict[str, Any] = self._greet(node)
+            connection = socket.create_connection(address, timeout=PATIENCE)
+            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            self.welcome: dict[str, Any] = self._greet(connection, node)
         except OSError as error:
             raise LinkError(f"no cell answers at {address[0]}:{address[1]}: {error}") from None
         except FrameError as error:
             raise LinkError(f"what answers at {address[0]}:{address[1]} is no cell: {error}") from None
-        self._connection.setblocking(False)
-        self._outlet = BufferedSender(loop, self._connection, self._read)
+        connection.setblocking(False)
+        self._connection = BufferedConnection(loop, connection, self._read, lambda: self._end(None))
 
     def request(self, kind: Kind, answered: Answered | None, **fields: Any) -> int:
         """Send a request, whose answer goes to `answered`; its number."""
@@ -226,7 +239,7 @@ class LinkClient:
             if answered is not None:
                 self._answers[number] = answered
         try:
-            self._outlet.send(Frame(kind, number, **fields).encode(LONGEST_SAID))
+            self._connection.send(Frame(kind, number, **fields).encode(LONGEST_SAID))
         except FrameError:
             with self._lock:
                 self._answers.pop(number, None)
@@ -251,7 +264,7 @@ class LinkClient:
     def unsubscribe(self, number: int) -> None:
         """End a subscription; what is still on its way is not delivered any more."""
         self._listeners.pop(number, None)
-        self._outlet.send(Frame(Kind.UNSUBSCRIBE, number).encode())
+        self._connection.send(Frame(Kind.UNSUBSCRIBE, number).encode())
 
     def keep_up(self, is_behind: Callable[[], bool]) -> None:
         """Ask the cell to let time stand while this end is behind.
@@ -265,12 +278,12 @@ class LinkClient:
     def close(self) -> None:
         """Let go of the cell."""
         self._has_ended = True
-        self._outlet.close()
+        self._connection.close()
 
-    def _greet(self, node: str) -> dict[str, Any]:
-        self._connection.sendall(hello(node, "ros1").encode())
+    def _greet(self, connection: socket.socket, node: str) -> dict[str, Any]:
+        connection.sendall(hello(node, "ros1").encode())
         while True:
-            data = self._connection.recv(_PIECE)
+            data = connection.recv(_PIECE)
             if not data:
                 raise FrameError("it has hung up")
             for frame in self._decoder.feed(data):
@@ -278,13 +291,7 @@ class LinkClient:
                     return frame.json()
                 raise FrameError(frame.text() or frame.kind.name)
 
-    def _read(self) -> None:
-        data = receive_nowait(self._connection, _PIECE)
-        if data is None:
-            return
-        if not data:
-            self._end(None)
-            return
+    def _read(self, data: bytes) -> None:
         try:
             for frame in self._decoder.feed(data):
                 if not self._has_ended:
@@ -318,7 +325,7 @@ class LinkClient:
             self._pong(ping)
 
     def _pong(self, number: int) -> None:
-        self._outlet.send(Frame(Kind.PONG, number).encode())
+        self._connection.send(Frame(Kind.PONG, number).encode())
 
     def _end(self, reason: str | None) -> None:
         if not self._has_ended:

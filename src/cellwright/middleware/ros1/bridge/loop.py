@@ -89,7 +89,7 @@ class Loop:
         """End `run` with a status; the first one that is given counts. From any thread, and from a signal handler."""
         if self._status is None:
             self._status = status
-        self.call(_nothing)
+        self.call(nothing)
 
     def close(self) -> None:
         """Let go of what it waits with. What it watched is not closed."""
@@ -126,7 +126,7 @@ class Loop:
             function, arguments = self._asked.popleft()
             self._do(function, *arguments)
         if self._asked:
-            self.call(_nothing)
+            self.call(nothing)
 
     def _do(self, function: Callable[..., None], *arguments: Any) -> None:
         """Call a function; a defect in it costs what it was doing, and not the process."""
@@ -137,8 +137,8 @@ class Loop:
             report(f"a defect, please report it: {type(defect).__name__}: {defect}")
 
 
-def _nothing() -> None:
-    pass
+def nothing(*_arguments: object) -> None:
+    """Do nothing."""
 
 
 LOG_PERIOD = 1.0

@@ -28,11 +28,7 @@ class MasterGoneError(Exception):
 
 
 class Master:
-    """The master that the environment names, with a limit to how long it may take.
-
-    Args:
-        node: the name to ask under.
-    """
+    """The master that the environment names, with a limit to how long it may take."""
 
     def __init__(self, node: str) -> None:
         self.uri: str = rosgraph.get_master_uri()

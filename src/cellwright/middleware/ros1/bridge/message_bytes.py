@@ -25,7 +25,6 @@ _NANOSECONDS = 1_000_000_000
 _DURATION = struct.Struct("<ii")
 _TIME = struct.Struct("<II")
 _COUNT = struct.Struct("<I")
-_NUMBER = struct.Struct("<Q")
 
 
 def read_step_request(data: bytes) -> tuple[int, dict[str, int]]:
@@ -35,30 +34,17 @@ def read_step_request(data: bytes) -> tuple[int, dict[str, int]]:
         struct.error, ValueError: these bytes are no request.
     """
     seconds, nanoseconds = _DURATION.unpack_from(data)
-    position = _DURATION.size
-    (count,) = _COUNT.unpack_from(data, position)
-    position += _COUNT.size
-    names = []
-    for _ in range(count):
-        name, position = _read_text(data, position)
-        names.append(name)
-    (numbers,) = _COUNT.unpack_from(data, position)
-    position += _COUNT.size
-    if numbers and numbers != count:
-        raise ValueError(f"{count} topics and {numbers} numbers of messages")
-    if len(data) != position + numbers * _NUMBER.size:
+    names, numbers, end = _read_counts(data, _DURATION.size)
+    if numbers and len(numbers) != len(names):
+        raise ValueError(f"{len(names)} topics and {len(numbers)} numbers of messages")
+    if len(data) != end:
         raise ValueError("its length is wrong")
-    published = [_NUMBER.unpack_from(data, position + index * _NUMBER.size)[0] for index in range(numbers)]
-    return seconds * _NANOSECONDS + nanoseconds, dict(zip(names, published))
+    return seconds * _NANOSECONDS + nanoseconds, dict(zip(names, numbers))
 
 
 def step_request(duration: int, published: dict[str, int]) -> bytes:
     """The bytes of a request; `duration` in nanoseconds, not negative."""
-    parts = [_DURATION.pack(*divmod(duration, _NANOSECONDS)), _COUNT.pack(len(published))]
-    parts += [_text(name) for name in published]
-    parts.append(_COUNT.pack(len(published)))
-    parts += [_NUMBER.pack(count) for count in published.values()]
-    return b"".join(parts)
+    return _DURATION.pack(*divmod(duration, _NANOSECONDS)) + _counts(list(published.items()))
 
 
 def read_step_response(data: bytes) -> tuple[str, int, list[tuple[str, int]]]:
@@ -70,26 +56,35 @@ def read_step_response(data: bytes) -> tuple[str, int, list[tuple[str, int]]]:
     succeeded = bool(data[0]) if data else False
     message, position = _read_text(data, 1)
     seconds, nanoseconds = _TIME.unpack_from(data, position)
-    position += _TIME.size
-    (count,) = _COUNT.unpack_from(data, position)
-    position += _COUNT.size
-    names = []
-    for _ in range(count):
-        name, position = _read_text(data, position)
-        names.append(name)
-    position += _COUNT.size
-    sent = [_NUMBER.unpack_from(data, position + index * _NUMBER.size)[0] for index in range(count)]
+    names, sent, _ = _read_counts(data, position + _TIME.size)
     failure = "" if succeeded else message or "it has failed"
     return failure, seconds * _NANOSECONDS + nanoseconds, list(zip(names, sent))
 
 
 def step_response(failure: str, now: int, sent: list[tuple[str, int]]) -> bytes:
     """The bytes of an answer: a success unless a failure is told; `now` in nanoseconds."""
-    parts = [bytes([not failure]), _text(failure), _TIME.pack(*divmod(now, _NANOSECONDS)), _COUNT.pack(len(sent))]
-    parts += [_text(name) for name, _ in sent]
-    parts.append(_COUNT.pack(len(sent)))
-    parts += [_NUMBER.pack(count) for _, count in sent]
-    return b"".join(parts)
+    return bytes([not failure]) + _text(failure) + _TIME.pack(*divmod(now, _NANOSECONDS)) + _counts(sent)
+
+
+def _counts(counts: list[tuple[str, int]]) -> bytes:
+    """A list of topics, and a list of their numbers of messages."""
+    size = _COUNT.pack(len(counts))
+    names = b"".join(_text(name) for name, _ in counts)
+    return size + names + size + struct.pack(f"<{len(counts)}Q", *(count for _, count in counts))
+
+
+def _read_counts(data: bytes, position: int) -> tuple[list[str], tuple[int, ...], int]:
+    """The topics and the numbers of messages at a position, and where they end."""
+    (size,) = _COUNT.unpack_from(data, position)
+    position += _COUNT.size
+    names = []
+    for _ in range(size):
+        name, position = _read_text(data, position)
+        names.append(name)
+    (size,) = _COUNT.unpack_from(data, position)
+    numbers = struct.Struct(f"<{size}Q")
+    position += _COUNT.size
+    return names, numbers.unpack_from(data, position), position + numbers.size
 
 
 def _text(text: str) -> bytes:

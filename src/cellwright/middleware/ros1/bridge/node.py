@@ -76,15 +76,11 @@ HEARD_FOR_FRAMES = "/ariac/joint_states"
 """What the node that makes the arm's frames subscribes to."""
 
 
-class OwnSubscription:
-    """A subscription to what the node itself publishes: known to the graph, but without a connection.
+class ManagedTopic:
+    """One side of a topic, `Registration.PUB` or `Registration.SUB`, as rospy's topic manager knows it."""
 
-    Args:
-        name: topic.
-        type_name: its type.
-    """
-
-    def __init__(self, name: str, type_name: str) -> None:
+    def __init__(self, kind: str, name: str, type_name: str) -> None:
+        self._kind = kind
         self.resolved_name = self.name = name
         self.type = type_name
         self.ref_count = 1
@@ -92,7 +88,20 @@ class OwnSubscription:
     def register(self) -> None:
         """Announce it to the master."""
         manager = get_topic_manager()
-        manager._add(self, manager.subs, Registration.SUB)
+        manager._add(self, manager.pubs if self._kind == Registration.PUB else manager.subs, self._kind)
+
+    def check(self) -> None:
+        """Called by rospy twice a second to find dead connections; the loop finds them by itself."""
+
+    def close(self) -> None:
+        """Called by rospy when the node ends; the connections end with the process."""
+
+
+class OwnSubscription(ManagedTopic):
+    """A subscription to what the node itself publishes: known to the graph, but without a connection."""
+
+    def __init__(self, name: str, type_name: str) -> None:
+        super().__init__(Registration.SUB, name, type_name)
 
     def has_connection(self, _uri: str) -> bool:
         """Whether there is a connection to a publisher: none is needed."""
@@ -106,12 +115,6 @@ class OwnSubscription:
     def get_stats(self) -> Any:
         """What was received over each connection: nothing."""
         return self.name, []
-
-    def check(self) -> None:
-        """Called by rospy to find dead connections."""
-
-    def close(self) -> None:
-        """Called by rospy when the node ends."""
 
 
 SIGN_OFF_TIMEOUT = 1.5

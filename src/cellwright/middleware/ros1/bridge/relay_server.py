@@ -9,7 +9,7 @@ import time
 from collections import deque
 from typing import Any, Callable
 
-from cellwright.middleware.ros1.bridge.connection import BufferedSender, receive_nowait
+from cellwright.middleware.ros1.bridge.connection import BufferedConnection
 from cellwright.middleware.ros1.bridge.loop import Loop, report
 from cellwright.middleware.ros1.bridge.master import Master, MasterGoneError
 from cellwright.middleware.ros1.bridge.message_bytes import read_step_response, step_request
@@ -23,7 +23,6 @@ DECLARE = "relay:type"
 PATIENCE = 5.0
 """How long connections may take to come about, and messages to come over them [s]."""
 
-_PIECE = 1 << 18
 _NAP = 0.002
 
 _LOOK_AFTER = 0.5
@@ -35,16 +34,7 @@ class TimeStandsError(Exception):
 
 
 class Relay:
-    """Serves one client.
-
-    Args:
-        loop: what serves the connection.
-        connection: the client's.
-        master: the ROS master.
-        node: our node name.
-        welcome: what the client is told first.
-        sign: the topic that is published as long as there is a cell.
-    """
+    """Serves one client, which is told `welcome` first, for as long as somebody publishes the topic `sign`."""
 
     def __init__(
         self,
@@ -56,7 +46,6 @@ class Relay:
         sign: str = CLOCK,
     ) -> None:
         self._loop = loop
-        self._connection = connection
         self._master = master
         self._node = node
         self._welcome = welcome
@@ -77,14 +66,14 @@ class Relay:
         self._barrier = 0
         self._decoder = Decoder()
         connection.setblocking(False)
-        self._outlet = BufferedSender(loop, connection, self._read)
+        self._connection = BufferedConnection(loop, connection, self._read, lambda: loop.stop(0))
         self._looks = 0
         loop.later(_LOOK_AFTER, self._look_after)
 
     def end(self, reason: str) -> None:
         """Tell the client that it is over, and why; the relay ends as well."""
         self._say(Frame(Kind.ENDED, payload=reason.encode()))
-        self._outlet.close_when_empty()
+        self._connection.close_when_empty()
         self._loop.stop(0)
 
     def _look_after(self) -> None:
@@ -101,21 +90,14 @@ class Relay:
 
     # ---------------------------------------------------------------- frames
 
-    def _read(self) -> None:
-        data = receive_nowait(self._connection, _PIECE)
-        if data is None:
-            return
-        if not data:
-            self._outlet.close()
-            self._loop.stop(0)
-            return
+    def _read(self, data: bytes) -> None:
         try:
             for frame in self._decoder.feed(data):
                 self._act(frame)
         except FrameError as error:
             report(f"what the client says makes no sense: {error}")
             self._say(_refusal(0, "UsageError", str(error)))
-            self._outlet.close_when_empty()
+            self._connection.close_when_empty()
             self._loop.stop(1)
 
     def _act(self, frame: Frame) -> None:
@@ -156,7 +138,7 @@ class Relay:
             self._loop.later(_LOOK_AFTER / 5, lambda: self._answer_later(number, reason, end))
 
     def _say(self, frame: Frame) -> None:
-        self._outlet.send(frame.encode())
+        self._connection.send(frame.encode())
 
     def _greet(self, frame: Frame) -> Frame:
         if frame.json().get("encoding") != "ros1":

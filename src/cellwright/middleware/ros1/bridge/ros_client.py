@@ -30,14 +30,7 @@ class ServiceGoneError(Exception):
 
 
 class ServiceClient:
-    """One service as a caller sees it. It blocks.
-
-    Args:
-        master: knows where it is.
-        node: the caller's name.
-        name: of the service.
-        md5: checksum of its type, or `*` for whatever it has.
-    """
+    """One service as a caller sees it; its checksum may be `*`, for whatever it has. It blocks."""
 
     def __init__(self, master: Master, node: str, name: str, md5: str = ANY) -> None:
         self._master = master
@@ -207,10 +200,7 @@ def discover_interface(master: Master, node: str, sign: str = CLOCK) -> dict[str
 class HeardTopic:
     """A topic that the client listens to, by any number of subscriptions.
 
-    Args:
-        name: topic.
-        type_name: its type.
-        deliver: takes the numbers of the subscriptions and a message; from rospy's threads.
+    `deliver` takes their numbers and a message, from rospy's threads.
     """
 
     def __init__(self, name: str, type_name: str, deliver: Callable[[tuple[int, ...], bytes], None]) -> None:
@@ -269,14 +259,7 @@ class HeardTopic:
 
 
 class SpokenTopic:
-    """A topic that the client publishes on.
-
-    Args:
-        name: topic.
-        type_name: its type.
-        md5: checksum of the type.
-        definition: of the type.
-    """
+    """A topic that the client publishes on."""
 
     def __init__(self, name: str, type_name: str, md5: str, definition: str) -> None:
         self.name = name

@@ -21,7 +21,7 @@ import rospy
 from rospy.impl.registration import get_service_manager
 from rospy.impl.tcpros_base import get_tcpros_server_address
 
-from cellwright.middleware.ros1.bridge.connection import BufferedSender, LinkClient, receive_nowait
+from cellwright.middleware.ros1.bridge.connection import BufferedConnection, LinkClient
 from cellwright.middleware.ros1.bridge.loop import Loop
 from cellwright.middleware.ros1.bridge.message_bytes import STEP_TYPE, DeliveryCounter, read_step_request, step_response
 from cellwright.middleware.ros1.bridge.tcpros import ANY, Header, handshake_bytes
@@ -31,7 +31,6 @@ from cellwright.middleware.wire.frames import LONGEST_SAID, Frame, FrameError, K
 NO_ANSWER = "ServiceFailedError"
 """The error of a service that gives no answer, which is told without a reason."""
 
-_PIECE = 1 << 16
 _LENGTH = struct.Struct("<I")
 _HEAD = struct.Struct("<BI")
 
@@ -40,15 +39,7 @@ Handler = Callable[["Caller", bytes], None]
 
 
 class Service:
-    """One service, as rospy's service manager and the TCPROS server know it.
-
-    Args:
-        loop: what serves its connections.
-        name: absolute name.
-        type_name: type of the service.
-        md5: its checksum.
-        handler: answers requests.
-    """
+    """One service, as rospy's service manager and the TCPROS server know it."""
 
     def __init__(self, loop: Loop, name: str, type_name: str, md5: str, handler: Handler) -> None:
         self._loop = loop
@@ -72,24 +63,16 @@ class Service:
 
 
 class Caller:
-    """A connection of somebody who calls: one request, or one after the other on a persistent one.
-
-    Args:
-        service: what is called.
-        loop: what serves the connection.
-        connection: a socket that does not block.
-        header: what the caller's handshake said.
-    """
+    """A connection of somebody who calls: one request, or one after the other on a persistent one."""
 
     def __init__(self, service: Service, loop: Loop, connection: socket.socket, header: Header) -> None:
         self._service = service
-        self._connection = connection
         self.node = header["callerid"]
         self._is_persistent = header.get("persistent", "").lower() in ("1", "true")
         self._data = bytearray()
         self._is_busy = False
-        self._outlet = BufferedSender(loop, connection, self._read)
-        self._outlet.send(
+        self._connection = BufferedConnection(loop, connection, self._read)
+        self._connection.send(
             handshake_bytes(
                 {
                     "service": service.resolved_name,
@@ -103,40 +86,36 @@ class Caller:
         )
         if header.get("probe") == "1":
             self._is_busy = True
-            self._outlet.close_when_empty()
+            self._connection.close_when_empty()
 
     @property
     def is_gone(self) -> bool:
         """Whether nobody waits for a response any more."""
-        return self._outlet.is_closed
+        return self._connection.is_closed
 
     def respond(self, succeeded: bool, response: bytes) -> None:  # noqa: FBT001
         """Answer the request with a response, or with the reason why there is none."""
-        self._outlet.send(_HEAD.pack(succeeded, len(response)) + response)
+        self._connection.send(_HEAD.pack(succeeded, len(response)) + response)
         if not self._is_persistent:
-            self._outlet.close_when_empty()
+            self._connection.close_when_empty()
             return
         self._is_busy = False
         self._handle()
 
-    def _read(self) -> None:
-        data = receive_nowait(self._connection, _PIECE)
-        if data is None:
-            return
+    def _read(self, data: bytes) -> None:
         self._data += data
-        if not data or len(self._data) > LONGEST_SAID + _LENGTH.size:
-            self._outlet.close()
-            return
+        if len(self._data) > LONGEST_SAID + _LENGTH.size:
+            self._connection.close()
         self._handle()
 
     def _handle(self) -> None:
         """Hand the next request over, if it is there and none is being answered."""
         data = self._data
-        if self._is_busy or self._outlet.is_closed or len(data) < _LENGTH.size:
+        if self._is_busy or self._connection.is_closed or len(data) < _LENGTH.size:
             return
         (length,) = _LENGTH.unpack_from(data)
         if length > LONGEST_SAID:
-            self._outlet.close()
+            self._connection.close()
             return
         end = _LENGTH.size + length
         if len(data) < end:
@@ -148,13 +127,7 @@ class Caller:
 
 
 def cell_service(loop: Loop, link: LinkClient, service: dict[str, Any]) -> Service:
-    """The service that passes everything on to the cell.
-
-    Args:
-        loop: what serves its connections.
-        link: the way to the cell.
-        service: what WELCOME said of it.
-    """
+    """The service, as WELCOME describes it, that passes everything on to the cell."""
     name, type_name = service["name"], service["type"]
 
     def handle(caller: Caller, request: bytes) -> None:
@@ -211,14 +184,7 @@ class Step:
 
 
 class StepService:
-    """Carries out steps, one after the other.
-
-    Args:
-        loop: calls back.
-        link: the way to the cell.
-        topics: the topics that the cell hears, by name.
-        sent: counts what callers have been sent.
-    """
+    """Carries out steps, one after the other; `topics` are those that the cell hears."""
 
     def __init__(self, loop: Loop, link: LinkClient, topics: dict[str, CommandTopic], sent: DeliveryCounter) -> None:
         self._loop = loop

@@ -42,12 +42,7 @@ def _prefixes() -> list[str]:
 
 
 class StatePublisher:
-    """The program, started again when it ends.
-
-    Args:
-        loop: passes on what it says.
-        program: its path.
-    """
+    """The program, started again when it ends."""
 
     def __init__(self, loop: Loop, program: str) -> None:
         self._loop = loop

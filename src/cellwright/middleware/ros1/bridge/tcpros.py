@@ -12,13 +12,12 @@ import struct
 import threading
 from typing import Any, Callable, Dict, Mapping, Optional
 
-import genpy
 import rosgraph.network
 import rospy
 import rospy.impl.tcpros_base
 from rosgraph.network import decode_ros_handshake_header, encode_ros_handshake_header
 
-from cellwright.middleware.ros1.bridge.connection import BufferedSender, receive_nowait
+from cellwright.middleware.ros1.bridge.connection import BufferedConnection, receive_nowait
 from cellwright.middleware.ros1.bridge.loop import Loop
 
 
@@ -34,30 +33,18 @@ ANY = "*"
 def raw_type(name: str, md5: str = ANY, definition: str = "") -> Any:
     """A message class of rospy's whose messages hold their bytes as `data` and are otherwise opaque."""
     namespace = {
-        "__slots__": ["data"],
+        "__slots__": (),
         "__init__": _hold,
-        "serialize": _serialize,
-        "deserialize": _deserialize,
+        "data": property(lambda message: message._buff),
         "_type": name,
         "_md5sum": md5,
         "_full_text": definition,
-        "_has_header": False,
-        "_slot_types": ["uint8[]"],
     }
-    return type("Raw", (genpy.Message,), namespace)
+    return type("Raw", (rospy.AnyMsg,), namespace)
 
 
 def _hold(self: Any, data: bytes = b"") -> None:
-    self.data = data
-
-
-def _serialize(self: Any, buffer: Any) -> None:
-    buffer.write(self.data)
-
-
-def _deserialize(self: Any, data: bytes) -> Any:
-    self.data = bytes(data)
-    return self
+    self._buff = data
 
 
 LONGEST_HANDSHAKE = 1 << 20
@@ -74,11 +61,7 @@ Taker = Callable[[socket.socket, Header], Optional[str]]
 
 
 class TcprosServer:
-    """Accepts connections and gives them to the topic or service that they name.
-
-    Args:
-        loop: what serves the connections.
-    """
+    """Accepts connections and gives them to the topic or service that they name."""
 
     def __init__(self, loop: Loop) -> None:
         self.topics: dict[str, Taker] = {}
@@ -140,13 +123,7 @@ class TcprosServer:
 
 
 class Handshake:
-    """A connection that has not said yet what it wants; given up after a while.
-
-    Args:
-        loop: what serves the connection.
-        connection: a socket that does not block.
-        on_header: takes what it said.
-    """
+    """A connection that has not said yet what it wants; given up after a while."""
 
     def __init__(self, loop: Loop, connection: socket.socket, on_header: Callable[[Header], None]) -> None:
         self._loop = loop
@@ -188,14 +165,9 @@ class Handshake:
 
 def refuse(loop: Loop, connection: socket.socket, reason: str) -> None:
     """Tell the other side why its connection is not taken, and close it."""
-
-    def read() -> None:
-        if receive_nowait(connection, _PIECE) == b"":
-            outlet.close()
-
-    outlet = BufferedSender(loop, connection, read)
-    outlet.send(handshake_bytes({"error": reason}))
-    outlet.close_when_empty()
+    refused = BufferedConnection(loop, connection)
+    refused.send(handshake_bytes({"error": reason}))
+    refused.close_when_empty()
 
 
 def _give_away(handler: Callable[..., str | None], connection: socket.socket, address: Any, header: Header) -> None:

@@ -22,11 +22,12 @@ from collections import deque
 from typing import Any, Callable
 
 import rospy
-from rospy.impl.registration import Registration, get_topic_manager
+from rospy.impl.registration import Registration
 
-from cellwright.middleware.ros1.bridge.connection import BufferedSender, LinkClient, receive_nowait
+from cellwright.middleware.ros1.bridge.connection import BufferedConnection, LinkClient
 from cellwright.middleware.ros1.bridge.loop import Loop, ThrottledLog
 from cellwright.middleware.ros1.bridge.message_bytes import DeliveryCounter, has_header
+from cellwright.middleware.ros1.bridge.node import ManagedTopic
 from cellwright.middleware.ros1.bridge.tcpros import ANY, Header, handshake_bytes, raw_type
 from cellwright.middleware.wire.frames import Frame, FrameError, Kind
 
@@ -39,19 +40,13 @@ LOCKSTEP_QUEUE = 1_000_000
 
 _PREFIX = struct.Struct("<I")
 _COUNTED = struct.Struct("<II")
-_PIECE = 1 << 12
 _identities = itertools.count(1)
 
 
-class Publication:
-    """One topic, as rospy's topic manager and the TCPROS server know it.
+class Publication(ManagedTopic):
+    """One topic, described by WELCOME, as rospy's topic manager and the TCPROS server know it.
 
-    Args:
-        loop: what serves its connections.
-        link: the way to the cell.
-        topic: what WELCOME said of it.
-        node: the publishing node in the cell whose messages are wanted; empty for all.
-        sent: counts what each caller has been sent; None where nobody asks, out of lockstep.
+    With a `node` only messages of that node in the cell are wanted. In lockstep `sent` counts what callers were sent.
     """
 
     def __init__(
@@ -63,6 +58,7 @@ class Publication:
         node: str = "",
         sent: DeliveryCounter | None = None,
     ) -> None:
+        super().__init__(Registration.PUB, topic["name"], topic["type"])
         self._loop = loop
         self._link = link
         self._node = node
@@ -77,18 +73,10 @@ class Publication:
         self._subscription: int | None = None
         self._is_answered = False  # whether the cell has answered the subscription
         self._tally = ThrottledLog(loop, "{count} messages for {subject} dropped: it does not read them")
-        self.resolved_name = self.name = topic["name"]
-        self.type = topic["type"]
         self.md5sum = topic["md5"]
         self.definition = topic["definition"]
-        self.ref_count = 1
         if self._always:
             self._listen()
-
-    def register(self) -> None:
-        """Announce the topic to the master."""
-        manager = get_topic_manager()
-        manager._add(self, manager.pubs, Registration.PUB)
 
     # ---------------------------------------------------------------- for the TCPROS server
 
@@ -115,7 +103,7 @@ class Publication:
     @property
     def is_behind(self) -> bool:
         """Whether messages wait for a subscriber that reads."""
-        return any(peer.outlet.is_behind for peer in self._peers)
+        return any(peer.connection.is_behind for peer in self._peers)
 
     def lost(self, peer: Peer) -> None:
         """Forget a subscriber that has gone."""
@@ -150,7 +138,7 @@ class Publication:
             self._peers.append(peer)
             if self._sent is not None:
                 self._sent.begin(peer.caller, self.name)
-            peer.outlet.send(handshake_bytes(self._header()))
+            peer.connection.send(handshake_bytes(self._header()))
             if self._newest is not None:
                 self._give(peer, self._newest)
 
@@ -176,7 +164,7 @@ class Publication:
             self._give(peer, data)
 
     def _give(self, peer: Peer, data: bytes) -> None:
-        peer.outlet.send(data)
+        peer.connection.send(data)
         peer.messages += 1
         peer.bytes += len(data)
         if self._sent is not None:
@@ -197,47 +185,26 @@ class Publication:
         total = sum(peer.bytes for peer in peers)
         return self.name, total, [(peer.identity, peer.bytes, peer.messages, True) for peer in peers]
 
-    def check(self) -> None:
-        """Called by rospy twice a second to find dead connections; the loop finds them by itself."""
-
-    def close(self) -> None:
-        """Called by rospy when the node ends; the connections end with the process."""
-
 
 class Peer:
-    """A subscriber's connection.
-
-    Args:
-        publication: what it subscribes to.
-        loop: what serves the connection.
-        connection: a socket that does not block.
-        caller: the name of the subscribing node.
-        queue: so many messages wait for it.
-    """
+    """A subscriber's connection, for which `queue` messages may wait."""
 
     def __init__(
         self, publication: Publication, loop: Loop, connection: socket.socket, caller: str, queue: int
     ) -> None:
-        self._publication = publication
-        self._connection = connection
         self.caller = caller
         self.identity = next(_identities)
         self.messages = 0
         self.bytes = 0
         self.description = _describe_connection(connection)
-        self.outlet = BufferedSender(
+        self.connection = BufferedConnection(  # a subscriber has nothing to say but that it leaves
             loop,
             connection,
-            self._read,
+            on_end=lambda: publication.lost(self),
             limit=queue,
             most=MAX_PUBLICATION_BYTES if queue == PUBLICATION_QUEUE else None,
             on_drop=lambda: publication.dropped(self),
         )
-
-    def _read(self) -> None:
-        if receive_nowait(self._connection, _PIECE) == b"":  # a subscriber has nothing to say but that it leaves
-            self.outlet.close()
-            self._publication.lost(self)
 
 
 def _describe_connection(connection: socket.socket) -> str:
@@ -256,14 +223,10 @@ MAX_COMMAND_BYTES = 64 << 20
 
 
 class CommandTopic:
-    """One topic, subscribed to in ROS. Messages come in rospy's threads, one for each publisher.
+    """One topic, described by WELCOME and subscribed to in ROS.
 
-    Args:
-        loop: counts what is dropped.
-        link: the way to the cell.
-        topic: what WELCOME said of it.
-        queue: so many messages may wait; None for no limit.
-        on_handed_over: called when a message has been given to the cell, and then messages are counted; in lockstep.
+    Messages come in rospy's threads, one for each publisher. At most `queue` of them wait for the cell. In lockstep
+    they are counted, and `on_handed_over` is called when one has been given to the cell.
     """
 
     def __init__(

@@ -86,27 +86,22 @@ def _sourced(root: Path, environment: Mapping[str, str]) -> Iterator[dict[str, s
     for setup in sorted(root.glob("*/setup.bash"), reverse=True):
         if not (setup.parent / "bin" / "rosmaster").exists():  # ROS 2 installs itself there too
             continue
-        script = '. "$0" >/dev/null 2>&1; exec env -0'
-        try:
-            ran = subprocess.run(  # noqa: S603
-                ["/bin/bash", "-c", script, str(setup)],
-                env=dict(environment),
-                stdin=subprocess.DEVNULL,
-                capture_output=True,
-                timeout=_PATIENCE,
-                check=False,
-                start_new_session=True,
-            )
-        except (OSError, subprocess.TimeoutExpired):
-            continue
-        pairs = (each.partition("=") for each in ran.stdout.decode(errors="replace").split("\0"))
-        yield {key: value for key, _, value in pairs if key}
+        ran = _run(["/bin/bash", "-c", '. "$0" >/dev/null 2>&1; exec env -0', str(setup)], environment)
+        if ran is not None:
+            pairs = (each.partition("=") for each in ran.stdout.decode(errors="replace").split("\0"))
+            yield {key: value for key, _, value in pairs if key}
 
 
 def _has_rospy(python: str, environment: Mapping[str, str]) -> bool:
+    ran = _run([python, "-c", _LOOK], environment)
+    return ran is not None and ran.returncode == 0
+
+
+def _run(command: list[str], environment: Mapping[str, str]) -> subprocess.CompletedProcess[bytes] | None:
+    """What a program did; None if it could not be started, or took too long."""
     try:
-        looked = subprocess.run(  # noqa: S603
-            [python, "-c", _LOOK],
+        return subprocess.run(  # noqa: S603
+            command,
             env=dict(environment),
             stdin=subprocess.DEVNULL,
             capture_output=True,
@@ -115,5 +110,4 @@ def _has_rospy(python: str, environment: Mapping[str, str]) -> bool:
             start_new_session=True,  # a Ctrl-C on the terminal would make it say no
         )
     except (OSError, subprocess.TimeoutExpired):
-        return False
-    return looked.returncode == 0
+        return None

@@ -27,12 +27,7 @@ STOPPING: tuple[tuple[signal.Signals, float], ...] = ((signal.SIGTERM, 3.0), (KI
 
 
 class Lines:
-    """The lines that come through a pipe, without ever waiting for one.
-
-    Args:
-        pipe: the end to read from.
-        take: what becomes of each line.
-    """
+    """The lines that come through a pipe, without ever waiting for one."""
 
     def __init__(self, pipe: int, take: Callable[[str], None]) -> None:
         os.set_blocking(pipe, False)

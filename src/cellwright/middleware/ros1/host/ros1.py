@@ -94,7 +94,7 @@ _BRIDGE_PROGRAM = Path(cellwright.__file__).parent / "middleware" / "ros1" / "br
 _READY_LINE = "ready"
 
 
-class Bridge:
+class Bridge(Child):
     """One run of the bridge.
 
     Args:
@@ -114,7 +114,7 @@ class Bridge:
         host, port = address
         if ip_address(host).is_unspecified:
             host = "127.0.0.1"
-        self._child = Child(
+        super().__init__(
             [
                 installation.python,
                 str(_BRIDGE_PROGRAM),
@@ -128,24 +128,6 @@ class Bridge:
             on_output=self._hear_output,
             on_error=self._hear,
         )
-
-    @property
-    def pid(self) -> int:
-        """Its process id."""
-        return self._child.pid
-
-    @property
-    def started(self) -> float:
-        """When it was started [s] of `time.monotonic`."""
-        return self._child.started
-
-    def poll(self) -> int | None:
-        """Hear what it says; its exit status, None while it runs."""
-        return self._child.poll()
-
-    def stop(self) -> None:
-        """End it, in a few seconds at most."""
-        self._child.stop()
 
     def _hear_output(self, line: str) -> None:
         if line == _READY_LINE:

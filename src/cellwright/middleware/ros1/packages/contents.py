@@ -36,6 +36,8 @@ ROBOTS = "io_teleop_robot_descriptions"
 VENDORS_NAMES = {"qinglong": "OpenLoong"}
 """Bundled robots that the io_teleop workspace has under a name of its own."""
 
+_QINGLONG, _ANY_ROBOT = "openloong_controller_node.py", "general_sim_robot_control_node.py"
+
 _PYTHON, _PLACE, _BIN = '"@CELLWRIGHT_PYTHON@"', '"@CELLWRIGHT_PLACE@"', "@CELLWRIGHT_BIN@"
 
 
@@ -75,6 +77,11 @@ def package_files(package: str, programs: Path) -> dict[str, PackageFile]:
         for path, content in _walk(files("cellwright.config.robot") / "catalogue", ""):
             robot, _, rest = path.partition("/")
             found[f"{ROBOTS}/{VENDORS_NAMES.get(robot, robot)}/{rest}"] = content
+        found[f"scripts/{_ANY_ROBOT}"] = (  # it finds the robot by its own name and its options
+            found[f"scripts/{_QINGLONG}"]
+            .replace(b"The QingLong's", b"Any robot's")
+            .replace(_QINGLONG.encode(), _ANY_ROBOT.encode() + b" --robot_name NAME")
+        )
     return {path: PackageFile(_placed(content, programs)) for path, content in sorted(found.items())}
 
 

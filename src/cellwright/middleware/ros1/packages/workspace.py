@@ -29,35 +29,20 @@ GROUP = "ariac"
 """The folder of our packages among the sources; that of a robot's node has another."""
 GROUP_OF_ROBOTS = "io_teleop"
 
-NEEDED = (
-    "actionlib_msgs",
-    "catkin",
-    "geometry_msgs",
-    "message_generation",
-    "message_runtime",
-    "roscpp",
-    "rospy",
-    "sensor_msgs",
-    "std_msgs",
-    "std_srvs",
-    "trajectory_msgs",
-)
-"""Packages of ROS that ours, and the lesson's, are built with."""
-
-DEBIAN_PACKAGES = (
-    "catkin",
-    "g++",
-    "libactionlib-msgs-dev",
-    "libgeometry-msgs-dev",
-    "libroscpp-dev",
-    "libsensor-msgs-dev",
-    "libstd-msgs-dev",
-    "libstd-srvs-dev",
-    "libtrajectory-msgs-dev",
-    "ros-message-generation",
-    "ros-message-runtime",
-)
-"""Packages of Debian that bring those, the compiler included."""
+NEEDED = {
+    "actionlib_msgs": "libactionlib-msgs-dev",
+    "catkin": "catkin",
+    "geometry_msgs": "libgeometry-msgs-dev",
+    "message_generation": "ros-message-generation",
+    "message_runtime": "ros-message-runtime",
+    "roscpp": "libroscpp-dev",
+    "rospy": "",  # it is there wherever ROS 1 was found
+    "sensor_msgs": "libsensor-msgs-dev",
+    "std_msgs": "libstd-msgs-dev",
+    "std_srvs": "libstd-srvs-dev",
+    "trajectory_msgs": "libtrajectory-msgs-dev",
+}
+"""Packages of ROS that ours, and the lesson's, are built with, and the package of Debian that brings each."""
 
 _TOP_LEVEL = """\
 # Catkin's top level. ROS's Python is named here, for the first python3 on the path may be one without ROS.
@@ -95,7 +80,8 @@ def lay_out(ros: RosSystem, folder: Path) -> None:
                 package, folder / "src" / (GROUP_OF_ROBOTS if package == IO_TELEOP else GROUP) / package, programs
             )
         write_programs(programs, ros.python)
-        _write(folder / "src" / "CMakeLists.txt", _top_level(ros))
+        toplevel = ros.share / "catkin" / "cmake" / "toplevel.cmake"
+        _write(folder / "src" / "CMakeLists.txt", _TOP_LEVEL.format(python=ros.python, toplevel=toplevel))
         for shell in ("bash", "sh", "zsh"):
             setup = folder / "install" / f"setup.{shell}"
             if not setup.exists():
@@ -119,7 +105,7 @@ def _configurations(ros: RosSystem, name: str) -> Iterator[Path]:
 
 def lack(names: Iterable[str]) -> str:
     """A sentence that says how to get what is missing."""
-    remedy = f"apt-get install {' '.join(DEBIAN_PACKAGES)}"
+    remedy = f"apt-get install {' '.join(sorted(filter(None, {'g++', *NEEDED.values()})))}"
     return f"catkin cannot build here, for want of {', '.join(names)}; on Debian: {remedy}"
 
 
@@ -146,11 +132,6 @@ def build(ros: RosSystem, folder: Path) -> None:
     )
     if ran.returncode != 0:
         raise UsageError("\n".join(["catkin_make failed:", *ran.stdout.splitlines()[-_LAST_LINES:]]))
-
-
-def _top_level(ros: RosSystem) -> str:
-    toplevel = ros.share / "catkin" / "cmake" / "toplevel.cmake"
-    return _TOP_LEVEL.format(python=ros.python, toplevel=toplevel)
 
 
 def _write(path: Path, text: str) -> None:

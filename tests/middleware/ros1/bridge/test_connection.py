@@ -1,4 +1,4 @@
-"""Sending without waiting: in order, whole pieces, the oldest dropped, closed when all is out."""
+"""A connection without waiting: pieces in order and whole, the oldest dropped, closed when all is out."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.middleware.ros1.bridge.connection import BufferedSender
+from cellwright.middleware.ros1.bridge.connection import BufferedConnection
 from cellwright.middleware.ros1.bridge.loop import Loop
 from tests.waiting import TIMEOUT
 
 
 class Line:
-    """An outlet and its other end, with buffers so small that it is soon full."""
+    """A connection and its other end, with buffers so small that it is soon full."""
 
     def __init__(self, limit: int | None = None, most: int | None = None) -> None:
         self.loop = Loop()
@@ -24,11 +24,19 @@ class Line:
             end.setsockopt(socket.SOL_SOCKET, option, 2048)
             end.setblocking(False)
         self.dropped = 0
-        self.outlet = BufferedSender(self.loop, self.here, lambda: None, limit=limit, most=most, on_drop=self._count)
+        self.heard: list[bytes] = []
+        self.has_ended = False
+        self.connection = BufferedConnection(
+            self.loop, self.here, self.heard.append, self._end, limit=limit, most=most, on_drop=self._count
+        )
         self.got = b""
 
     def _count(self) -> None:
         self.dropped += 1
+
+    def _end(self) -> None:
+        self.has_ended = True
+        self.loop.stop(0)
 
     def drain(self) -> bytes:
         """Let the loop send until nothing waits; all that has come out."""
@@ -38,7 +46,7 @@ class Line:
                 while data := self.there.recv(1 << 16):
                     self.got += data
             except BlockingIOError:
-                if not (self.outlet.is_empty or self.outlet.is_closed):
+                if not (self.connection.is_empty or self.connection.is_closed):
                     return
             self.loop.stop(0)
 
@@ -49,7 +57,7 @@ class Line:
         return self.got
 
     def close(self) -> None:
-        self.outlet.close()
+        self.connection.close()
         self.there.close()
         self.loop.close()
 
@@ -66,7 +74,7 @@ def test_everything_comes_out_in_order(sizes: list[int]) -> None:
     line = Line()
     pieces = [bytes([number]) * size for number, size in enumerate(sizes)]
     for piece in pieces:
-        line.outlet.send(piece)
+        line.connection.send(piece)
     assert line.drain() == b"".join(pieces)
     line.close()
 
@@ -75,16 +83,16 @@ def test_the_oldest_piece_makes_room_and_none_is_torn() -> None:
     line = Line(limit=3)
     pieces = [bytes([number]) * 50_000 for number in range(10)]
     for piece in pieces:
-        line.outlet.send(piece)
+        line.connection.send(piece)
     assert line.dropped == 6
     assert line.drain() == b"".join([pieces[0], *pieces[-3:]])  # the first was on its way
     line.close()
 
 
 def test_closed_once_all_is_out(line: Line) -> None:
-    line.outlet.send(b"x" * 100_000)
-    line.outlet.close_when_empty()
-    closed = [line.outlet.is_closed]
+    line.connection.send(b"x" * 100_000)
+    line.connection.close_when_empty()
+    closed = [line.connection.is_closed]
 
     def look() -> None:
         data = line.there.recv(1 << 16)
@@ -95,21 +103,30 @@ def test_closed_once_all_is_out(line: Line) -> None:
     line.loop.watch(line.there, look)
     line.loop.run()
     assert line.got == b"x" * 100_000
-    assert [*closed, line.outlet.is_closed] == [False, True]
-    line.outlet.send(b"into the void")
+    assert [*closed, line.connection.is_closed] == [False, True]
+    line.connection.send(b"into the void")
 
 
 def test_closed_at_once_when_nothing_waits(line: Line) -> None:
-    line.outlet.close_when_empty()
-    assert line.outlet.is_closed
-    line.outlet.close()
+    line.connection.close_when_empty()
+    assert line.connection.is_closed
+    line.connection.close()
 
 
 def test_the_other_end_may_be_gone(line: Line) -> None:
     line.there.close()
     for _ in range(3):
-        line.outlet.send(b"hello")
-    assert line.outlet.is_empty
+        line.connection.send(b"hello")
+    assert line.connection.is_empty
+
+
+def test_what_comes_is_handed_on_and_then_the_end(line: Line) -> None:
+    line.there.sendall(b"a word")
+    line.there.close()
+    line.loop.run()
+    assert b"".join(line.heard) == b"a word"
+    assert line.has_ended
+    assert line.connection.is_closed
 
 
 @given(st.lists(st.integers(1, 60_000), min_size=1, max_size=12))
@@ -117,8 +134,8 @@ def test_so_many_bytes_wait_and_the_newest_are_among_them(sizes: list[int]) -> N
     line = Line(most=100_000)
     pieces = [bytes([number]) * size for number, size in enumerate(sizes)]
     for piece in pieces:
-        line.outlet.send(piece)
-        assert sum(map(len, line.outlet._waiting)) <= 100_000
+        line.connection.send(piece)
+        assert sum(map(len, line.connection._waiting)) <= 100_000
     out = line.drain()
     assert out.endswith(pieces[-1])
     assert len(set(out)) + line.dropped == len(pieces)
@@ -129,7 +146,7 @@ def test_one_piece_may_wait_however_large_it_is() -> None:
     line = Line(most=1000)
     pieces = [bytes([number]) * 50_000 for number in range(4)]
     for piece in pieces:
-        line.outlet.send(piece)
+        line.connection.send(piece)
     assert line.drain() == pieces[0] + pieces[3]
     assert line.dropped == 2
     line.close()
