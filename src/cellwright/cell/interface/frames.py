@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from cellwright.cell.devices.logical_camera import Frame, body_poses
-from cellwright.cell.interface.devices import GearDevices
+from cellwright.cell.interface.devices import CellDevices
 from cellwright.cell.model.frames import AGV_HOMES, BELT_FRAME, BIN_CENTRES, load_point
 from cellwright.config.trial.trial import Camera, Trial
 from cellwright.engine.simulation import Simulation
@@ -102,7 +102,7 @@ def relative(simulation: Simulation, parent: str, child: str) -> Pose:
     return world_T_parent.inverse() @ world_T_child
 
 
-def all_static_frames(devices: GearDevices) -> list[Frame]:
+def all_static_frames(devices: CellDevices) -> list[Frame]:
     """Every frame of /tf_static."""
     arm = fixed_arm_frames(devices.simulation) if devices.arm is not None else []
     return [*static_frames(devices.trial), *arm]

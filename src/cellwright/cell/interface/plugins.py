@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cellwright.cell.devices.logical_camera import Scene
-from cellwright.cell.interface.devices import GearDevices
+from cellwright.cell.interface.devices import CellDevices
 from cellwright.config.trial.sensors import SENSOR_TYPES
 from cellwright.config.trial.trial import Camera, PluginDevice
 from cellwright.config.trial.trial import Sensor as SensorDescription
@@ -92,7 +92,7 @@ def make_plugin_sensor(description: SensorDescription, scene: Scene) -> Sensor[A
     return guard_plugin(sensor, "sensors", kind, _SENSOR_HOOKS)
 
 
-def bind_plugin_sensors(bus: Bus, devices: GearDevices) -> None:
+def bind_plugin_sensors(bus: Bus, devices: CellDevices) -> None:
     """Put the topics of all sensors of other packages on the bus.
 
     Raises:
