@@ -155,10 +155,8 @@ class Competition(Device):
         for tray in self._trays.values():
             self.referee.tray_changed(tray.link, ())
 
-    def handle(self, kind: str, arguments: tuple[Any, ...]) -> None:
+    def handle_step(self) -> None:
         """The referee's next step is due."""
-        if kind != "step":
-            super().handle(kind, arguments)
         self._carry_out(self.referee.update(self.simulation.now))
 
     def get_state(self) -> dict[str, Any]:

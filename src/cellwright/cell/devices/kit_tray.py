@@ -63,11 +63,9 @@ class KitTray(Device):
         self.contents = ()
         self._schedule(1)
 
-    def handle(self, kind: str, arguments: tuple[Any, ...]) -> None:
+    def handle_report(self, number: int) -> None:
         """Report."""
-        if kind != "report":
-            super().handle(kind, arguments)
-        self._schedule(arguments[0] + 1)
+        self._schedule(number + 1)
         self._tell()
 
     @property
@@ -173,11 +171,8 @@ class DemoTray(Device):
         """Begin with the next step."""
         self.simulation.schedule(self, "drop", 0, at=self.simulation.now + 1)
 
-    def handle(self, kind: str, arguments: tuple[Any, ...]) -> None:
+    def handle_drop(self, number: int) -> None:
         """Drop one part."""
-        if kind != "drop":
-            super().handle(kind, arguments)
-        number = arguments[0]
         if number < len(self._objects):
             ordered = self._objects[number].pose
             x, y, _ = ordered.position
