@@ -10,12 +10,10 @@ from fractions import Fraction
 from math import ceil
 from typing import Any, ClassVar, Literal, TypeAlias
 
-import mujoco
-
 from cellwright.cell.devices.parts import Parts
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.frames import SPAWN_FRAME
-from cellwright.cell.model.furniture import DELETION_WALL_GEOM
+from cellwright.cell.model.furniture import BELT_GEOM, DELETION_WALL_GEOM
 from cellwright.config.trial.trial import BeltPart
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.device import Device, PlainState, State
@@ -25,8 +23,6 @@ from cellwright.util.pose import Pose
 
 FULL_SPEED = 0.2
 """Belt speed [m/s] at 100 % power, towards world -y (ARIAC 2017, kMaxBeltLinVel)."""
-
-BELT_GEOM = "conveyor_belt"
 
 _SLOW = 2.0
 """Below this many times the engine's sleep tolerance [m/s] parts would fall asleep on the moving belt."""
@@ -131,15 +127,11 @@ class DeletionWall(Device):
         half = self.simulation.model.geom_size[self._geom] + _WALL_REACH
         for part in self.parts.inside(centre - half, centre + half):
             self.simulation.refresh()
-            if self._touches(part):
+            if self.parts.touches(part, self._geom, cutoff=1e-3):
                 self.parts.put_away(part, "deletion wall")
 
     def _schedule(self, look: int) -> None:
         self.simulation.schedule(self, "look", look, at=nanoseconds(look * WALL_PERIOD))
-
-    def _touches(self, part: WorldPart) -> bool:
-        model, data = self.simulation.model, self.simulation.data
-        return any(mujoco.mj_geomDistance(model, data, geom, self._geom, 1e-3, None) <= 0.0 for geom in part.geoms)
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,14 +28,7 @@ from cellwright.cell.devices.joint_trajectory import (
     rest_segment,
     stop_segment,
 )
-from cellwright.cell.devices.trajectory_goal import (
-    GoalRequest,
-    GoalResult,
-    Tolerance,
-    Tolerances,
-    TrajectoryGoal,
-    default_tolerances,
-)
+from cellwright.cell.devices.trajectory_goal import GoalRequest, GoalResult, Tolerance, Tolerances, TrajectoryGoal
 from cellwright.config.trial.trial import ArmSettings, JointTolerance
 from cellwright.engine.clock import nanoseconds, seconds
 from cellwright.util.errors import RejectedCommandError, UsageError, did_you_mean
@@ -223,11 +216,10 @@ class JointTrajectoryController:
         settings = settings or ArmSettings()
         own = [settings.tolerances.get(name, JointTolerance()) for name in joint_names]
         self.joint_names = tuple(joint_names)
-        self.tolerances = default_tolerances(
-            [tolerance.trajectory for tolerance in own],
-            [tolerance.goal for tolerance in own],
-            settings.stopped_velocity_tolerance,
-            settings.goal_time,
+        self.tolerances = Tolerances(
+            tuple(Tolerance(each.trajectory) for each in own),
+            tuple(Tolerance(each.goal, settings.stopped_velocity_tolerance) for each in own),
+            nanoseconds(settings.goal_time),
         )
         self.allow_partial = settings.allow_partial_joints_goal
         self.stop_duration = nanoseconds(settings.stop_trajectory_duration)

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from cellwright.cell.devices.parts import Parts, engage_weld
 from cellwright.cell.model.arm import CUP_FACE_GEOM, CUP_GEOM, GRIPPER
 from cellwright.cell.model.build import WorldPart
+from cellwright.cell.model.furniture import BELT_GEOM
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.device import Device, PlainState
 from cellwright.engine.events import NEVER
@@ -186,8 +187,6 @@ def _no_grip_reason(contacts: Sequence[CupContact], counted: Sequence[CupContact
         return f"tilted: {tilt:.1f} deg > {degrees(acos(ALIGNMENT_NEEDED)):.1f}"
     return "waiting for a second check"
 
-
-BELT_GEOM = "conveyor_belt"
 
 _NEAR = 1e-3
 """What is nearer to the cup than this [m] is in contact with it: the distance from which the engine tells of it."""

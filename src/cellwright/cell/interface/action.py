@@ -9,9 +9,10 @@ from __future__ import annotations
 from typing import Any
 
 from cellwright.cell.devices.arm import Arm
-from cellwright.cell.devices.trajectory_controller import Following, RejectedTrajectoryError
+from cellwright.cell.devices.trajectory_controller import RejectedTrajectoryError
 from cellwright.cell.devices.trajectory_goal import AskedTolerance, GoalRequest, GoalResult, TrajectoryGoal
 from cellwright.cell.interface.commands import trajectory_of
+from cellwright.cell.interface.publications import following_points
 from cellwright.cell.interface.rows import FOLLOW
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.device import Device, State
@@ -25,7 +26,7 @@ from cellwright.middleware.messages.control_msgs import (
     FollowJointTrajectoryResult,
     JointTolerance,
 )
-from cellwright.middleware.messages.conversions import header, nanoseconds, stamp, trajectory_point
+from cellwright.middleware.messages.conversions import header, nanoseconds, stamp
 from cellwright.middleware.messages.standard import GoalID, GoalStatus, GoalStatusArray
 
 ACTIVE, REJECTED = 1, 5
@@ -152,7 +153,8 @@ class TrajectoryAction(Device):
         if goal is None:
             return None
         now = self.simulation.now
-        content = feedback_of(self._arm.controller.joint_names, self._arm.following(), now)
+        names, points = self._arm.controller.joint_names, following_points(self._arm.following())
+        content = FollowJointTrajectoryFeedback(header("", now), list(names), *points)
         return FollowJointTrajectoryActionFeedback(header("", now), self._statuses[goal.goal_id][0], content)
 
     # ---------------------------------------------------------------- inside
@@ -203,15 +205,3 @@ def request_of(message: FollowJointTrajectoryActionGoal, goal_id: str) -> GoalRe
 
 def _tolerance(message: JointTolerance) -> AskedTolerance:
     return AskedTolerance(message.name, message.position, message.velocity)
-
-
-def feedback_of(names: tuple[str, ...], following: Following, now: int) -> FollowJointTrajectoryFeedback:
-    """How the joints follow, as feedback."""
-    desired = following.desired
-    return FollowJointTrajectoryFeedback(
-        header("", now),
-        list(names),
-        trajectory_point(desired.positions, desired.velocities, desired.accelerations),
-        trajectory_point(following.actual_positions, following.actual_velocities),
-        trajectory_point(following.error_positions, following.error_velocities),
-    )

@@ -44,7 +44,7 @@ from cellwright.middleware.messages.osrf_gear import (
     VacuumGripperState,
 )
 from cellwright.middleware.messages.osrf_gear import Order as OrderMessage
-from cellwright.middleware.messages.standard import Float32, LaserScan, Range, String, TFMessage
+from cellwright.middleware.messages.standard import Float32, JointTrajectoryPoint, LaserScan, Range, String, TFMessage
 from cellwright.rendering.cameras import interface as pictures
 from cellwright.rendering.cameras.picture_camera import Picture, PictureCamera
 
@@ -60,7 +60,7 @@ _CONE = single(FIELD_OF_VIEW), single(range_sensors.PROXIMITY_MIN_RANGE), single
 _FAN = (
     single(-range_sensors.FAN_HALF_ANGLE),
     single(range_sensors.FAN_HALF_ANGLE),
-    single(2 * range_sensors.FAN_HALF_ANGLE / (range_sensors.FAN_RAY_COUNT - 1)),
+    single(range_sensors.FAN_ANGLE_STEP),
     0.0,  # between two rays [s]
     0.0,  # between two scans [s]
     single(range_sensors.PROFILER_MIN_RANGE),
@@ -117,11 +117,13 @@ def frames_message(frames: Sequence[Frame], time: int) -> TFMessage:
 
 def controller_state_message(names: Sequence[str], following: Following, time: int) -> JointTrajectoryControllerState:
     """What the arm's controller wants and what the joints do."""
-    desired = following.desired
-    return JointTrajectoryControllerState(
-        header("", time),
-        list(names),
-        trajectory_point(desired.positions, desired.velocities, desired.accelerations),
+    return JointTrajectoryControllerState(header("", time), list(names), *following_points(following))
+
+
+def following_points(following: Following) -> tuple[JointTrajectoryPoint, ...]:
+    """What the joints are to do, what they do, and the difference."""
+    return (
+        trajectory_point(*following.desired),
         trajectory_point(following.actual_positions, following.actual_velocities),
         trajectory_point(following.error_positions, following.error_velocities),
     )

@@ -36,21 +36,6 @@ def part_type(model_name: str) -> str:
     return name[:clone] if clone >= _SHORTEST_TYPE else name
 
 
-class Faults:
-    """The faulty parts of a trial.
-
-    Args:
-        faulty_parts: names as a trial lists them, without origin (`piston_rod_part_3`, `gasket_part_clone_0`).
-    """
-
-    def __init__(self, faulty_parts: Iterable[str]) -> None:
-        self.names = frozenset(faulty_parts)
-
-    def is_faulty(self, model_name: str) -> bool:
-        """Whether the part of this full model name is faulty."""
-        return trimmed_name(model_name) in self.names
-
-
 class DropZones:
     """The drop regions of a trial, and which types have been lost already.
 
@@ -61,10 +46,6 @@ class DropZones:
     def __init__(self, regions: Iterable[DropRegion]) -> None:
         self.regions = tuple(regions)
         self._spent: set[str] = set()
-
-    def is_armed(self, part_type: str) -> bool:
-        """Whether a part of this type may still be lost somewhere; cheap, to be asked before poses are computed."""
-        return part_type not in self._spent and any(region.type == part_type for region in self.regions)
 
     def drop(self, part_type: str, world_position: Vector3) -> DropRegion | None:
         """The region that takes a part away, or None; the type is spent from then on.
