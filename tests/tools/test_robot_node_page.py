@@ -1,7 +1,7 @@
 from pathlib import Path
 
 from cellwright.robot.interface import IO_TELEOP
-from tools.robot_page import BEGIN, END, renewed, tables
+from tools.robot_node_page import BEGIN, END, renewed, tables
 
 PAGE = Path(__file__).parents[2] / "docs" / "robot-node.md"
 
@@ -10,7 +10,7 @@ def test_the_page_is_up_to_date() -> None:
     text = PAGE.read_text(encoding="utf-8")
     assert BEGIN in text
     assert END in text
-    assert text == renewed(text), "run: python -m tools.robot_page docs/robot-node.md"
+    assert text == renewed(text), "run: python -m tools.robot_node_page docs/robot-node.md"
 
 
 def test_every_row_is_there_once() -> None:
