@@ -6,6 +6,10 @@ import sys
 import pytest
 
 from cellwright.cell.cell import Cell
+from cellwright.cell.interface.action import TrajectoryAction
+from cellwright.cell.interface.commands import Commands as CellCommands
+from cellwright.cell.interface.publications import Publications as CellPublications
+from cellwright.cell.interface.rows import GEAR, PICTURES
 from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import Bus
 from cellwright.middleware.interface.binding import Output, bind
@@ -23,7 +27,12 @@ from cellwright.middleware.interface.table import (
 )
 from cellwright.middleware.messages.standard import Float64
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
-from cellwright.robot.interface import JOINT_SOURCES
+from cellwright.robot.commander import Homing
+from cellwright.robot.commands import Commands as RobotCommands
+from cellwright.robot.ee_poses import EePoseTopics
+from cellwright.robot.interface import IO_TELEOP, JOINT_SOURCES
+from cellwright.robot.publications import CameraTopics
+from cellwright.robot.publications import Publications as RobotPublications
 from cellwright.util.errors import UsageError
 from tests.cells import BARE
 
@@ -120,3 +129,24 @@ def test_sources_of_joint_targets_keep_their_numbers_which_saved_states_hold() -
 def test_tables_load_without_the_engine(module: str) -> None:
     code = f"import sys, {module}; sys.exit('mujoco' in sys.modules or 'cellwright.engine' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("table", "classes"),
+    [
+        ((*GEAR, *PICTURES), (CellCommands, CellPublications, TrajectoryAction)),
+        (IO_TELEOP, (RobotCommands, Homing, EePoseTopics, RobotPublications, CameraTopics)),
+    ],
+    ids=["cell", "robot"],
+)
+def test_handlers_and_rows_belong_together(table: tuple[Row, ...], classes: tuple[type, ...]) -> None:
+    named = {row.handler for row in table if row.kind is not Kind.ACTION}
+    takers = {
+        name
+        for each in classes
+        for name, method in vars(each).items()
+        if {"row", "_row", "output"} & set(getattr(getattr(method, "__code__", None), "co_varnames", ()))
+        if not name.startswith("_")
+    }
+    assert takers - {"refuse", "silence"} == named - {"clock"}
+    assert any(hasattr(each, "clock") for each in classes)

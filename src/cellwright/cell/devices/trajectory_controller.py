@@ -1,10 +1,8 @@
 """Joint trajectory controller: checks and splices trajectories, follows goals, samples the desired state.
 
 The rules are those of the joint trajectory controller of ros_controllers (ROS Kinetic), plus checks for what it left
-undefined: names that come twice, too few positions, numbers that are none.
-
-It holds the semantics of the original controller (ros_controllers, ROS Kinetic), and no servo: a device samples it
-and drives the joints. Limits of position and velocity are not enforced here, as they were not there.
+undefined: names that come twice, too few positions, numbers that are none. Limits of position and velocity are not
+enforced here, as they were not there. A device samples the controller and drives the joints.
 
 It is sampled with `positions(time)` and `velocities(time)`, lists in the order of the joints, about 1 us each for
 seven joints; once `settled_at(time)` is true they stay as they are until the next command.

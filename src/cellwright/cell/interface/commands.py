@@ -42,8 +42,8 @@ from cellwright.util.errors import RejectedCommandError, ServiceFailedError, Unk
 def part_types_json(trial: Trial) -> str:
     """The part types of a trial's own, by name, as a JSON object; lengths in m, mass in kg.
 
-    Each has its `mass`, and `tops` with the fields of `world.part_tops.PartTop`, the first as it was modelled. Where
-    parts are, this does not tell.
+    Each has its `mass`, and `tops` with the fields of `cell.model.part_tops.PartTop`, the first as it was modelled.
+    Where parts are, this does not tell.
     """
     found = {
         name: {"mass": own.form.mass, "tops": [asdict(top) for top in part_tops(own.form)]}
