@@ -59,7 +59,7 @@ def bench_cell() -> Cell:
     def state() -> Message:
         return joint_state(names, *arm.read(), time=arm.simulation.now)
 
-    Sampled(cell.bus, cell.simulation, row, row.period, state)
+    Sampled(cell.bus, cell.simulation, row, state)
     return cell
 
 

@@ -20,6 +20,7 @@ those of the 2017 competition. Made from the table in `src/cellwright/cell/inter
 
 - Rates are in simulation time, and "each step" means the simulation's own step (2 ms unless the file says otherwise).
 - A latched topic gives a late listener its newest message.
+- The quality of service (QoS) is in the terms of ROS 2, for a bridge to come. ROS 1 has none.
 - `{sensor}` stands for the name of a sensor in the file, `{n}` for the number of an AGV, 1 or 2.
 - In messages a quaternion is (x, y, z, w).
 - In competition mode some names act otherwise, as their last column says. Listening never changes what the cell does,
@@ -73,21 +74,27 @@ def contract_page() -> str:
 
 
 def _table(rows: Sequence[Row], *, rated: bool) -> str:
-    head = ["name", "type", *(["rate", "latched"] if rated else []), "there", "what it is", "in competition mode"]
+    columns = ["name", "type", "rate", "latched", "QoS in ROS 2", "there", "what it is", "in competition mode"]
+    missing = set() if rated else {"rate", "latched"}
+    if rows[0].kind is not Kind.TOPIC:
+        missing.add("QoS in ROS 2")
+    head = [column for column in columns if column not in missing]
     lines = [_line(head), "|" + "---|" * len(head)]
-    lines += [_line(_cells(row, rated=rated)) for row in rows]
+    lines += [_line([_cells(row)[column] for column in head]) for row in rows]
     return "\n".join(lines) + "\n"
 
 
-def _cells(row: Row, *, rated: bool) -> list[str]:
-    return [
-        f"`{row.name}`",
-        f"`{row.type}`",
-        *([row.rate_text, "yes" if row.latch else ""] if rated else []),
-        row.where.value,
-        row.about,
-        "" if row.competition is Competition.SAME else row.competition.value,
-    ]
+def _cells(row: Row) -> dict[str, str]:
+    return {
+        "name": f"`{row.name}`",
+        "type": f"`{row.type}`",
+        "rate": row.rate_text,
+        "latched": "yes" if row.latch else "",
+        "QoS in ROS 2": row.qos.text,
+        "there": row.where.value,
+        "what it is": row.about,
+        "in competition mode": "" if row.competition is Competition.SAME else row.competition.value,
+    }
 
 
 def _line(cells: Sequence[str]) -> str:

@@ -20,7 +20,7 @@ from cellwright.middleware.messages import (
 from cellwright.middleware.messages.conversions import joint_state, joint_trajectory, trajectory_point
 from cellwright.middleware.messages.osrf_gear import AGVControlRequest
 from cellwright.middleware.messages.standard import GoalID, Time
-from cellwright.robot.interface.rows import IO_TELEOP
+from cellwright.robot.interface import IO_TELEOP
 from cellwright.util.errors import MessageError
 from fuzz.verdict import FindingError
 

@@ -8,9 +8,10 @@ from benchmarks.busy_cell import busy_cell
 from benchmarks.figures import BenchmarkSkippedError
 from benchmarks.pybullet_twin import PyBulletTwin, arm_description
 from cellwright.cell.cell import Cell
-from cellwright.cell.model.arm import BODIES, JOINT_NAMES
+from cellwright.cell.model.arm import BODIES
 from cellwright.cell.model.frames import BIN_CENTRES, BIN_SURFACE
 from cellwright.cell.model.parts import PART_TYPES
+from cellwright.config.layout import ARM_JOINTS
 from cellwright.config.trial.trial import Part, Trial
 from cellwright.util.pose import Pose
 
@@ -31,7 +32,7 @@ def test_it_says_nothing_of_its_own(capfd: pytest.CaptureFixture[str]) -> None:
 
 def test_the_arm_is_read_without_what_only_has_a_name() -> None:
     text = arm_description(busy_cell(0, 240, 1))
-    for joint in JOINT_NAMES:
+    for joint in ARM_JOINTS:
         assert text.count(f'name="{joint}"') == 1
     assert "visual" not in text
     assert "tool0" not in text

@@ -207,11 +207,11 @@ def test_friction_belt_and_gripper_follow_the_circumstances() -> None:
     assert first_belt_part(varied) - first_belt_part(plain) == pytest.approx(0.5)
     assert varied.gripper is not None
     varied.gripper.set_enabled(True)
-    looks = [varied.gripper._check.next_look]
+    looks = [varied.gripper.next_look]
     while len(looks) < 4:
         varied.step()
-        if varied.gripper._check.next_look != looks[-1]:
-            looks.append(varied.gripper._check.next_look)
+        if varied.gripper.next_look != looks[-1]:
+            looks.append(varied.gripper.next_look)
     assert {look % 100_000_000 for look in looks} == {34_000_000}
 
 

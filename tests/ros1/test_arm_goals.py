@@ -11,12 +11,13 @@ from typing import Any
 
 import pytest
 
-from cellwright.cell.model.arm import INITIAL_POSITIONS, JOINT_NAMES
+from cellwright.cell.model.arm import INITIAL_POSITIONS
 from cellwright.cell.model.frames import BIN_CENTRES, BIN_SURFACE
 from cellwright.clients.agents.kitter.motion import folded, near_posture, station_posture
 from cellwright.clients.agents.kitter.part_figures import Catalogue
 from cellwright.clients.agents.kitter.pick_and_place import bin_rail, grip_pose
 from cellwright.clients.agents.lesson import BY_BELT, OFF_BELT, ON_BELT, WAYPOINTS
+from cellwright.config.layout import ARM_JOINTS
 from cellwright.motion import Joints, tool_down
 from cellwright.util.pose import Pose
 from tests.ros1.ground import Ground
@@ -41,7 +42,7 @@ BINS = {name: centre for name, centre in BIN_CENTRES.items() if centre[0] > -0.5
 
 ONE_GEAR = "xyz_start: [0.3, 0.3, 0], xyz_end: [0.3, 0.3, 0], rpy: [0, 0, 0], num_models_x: 1, num_models_y: 1"
 
-INITIAL = [INITIAL_POSITIONS[name] for name in JOINT_NAMES]
+INITIAL = [INITIAL_POSITIONS[name] for name in ARM_JOINTS]
 
 
 def in_the_lessons_order(number: int) -> list[float]:

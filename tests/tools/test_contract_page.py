@@ -32,9 +32,11 @@ def test_tables_are_even() -> None:
 
 def test_the_rows_of_one_cell() -> None:
     text = markdown(rows(Trial(""), competition=True))
-    assert "| `/ariac/agv1/state` | `std_msgs/String` | each step |  | for each AGV |" in text
-    assert "| `/ariac/orders` | `osrf_gear/Order` | on event | yes | always |" in text
+    assert "| `/ariac/agv1/state` | `std_msgs/String` | each step |  | reliable, depth 10 | for each AGV |" in text
+    assert (
+        "| `/ariac/orders` | `osrf_gear/Order` | on event | yes | reliable, transient local, depth 1 | always |" in text
+    )
     assert "## Actions" not in text
     assert "/ariac/arm/command" not in text
-    assert "| `/cellwright/intention` | `std_msgs/String` | always |" in text
+    assert "| `/cellwright/intention` | `std_msgs/String` | reliable, depth 10 | always |" in text
     assert "population" not in text

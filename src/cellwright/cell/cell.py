@@ -27,9 +27,9 @@ from cellwright.cell.devices.range_sensors import BreakBeam, LaserProfiler, Prox
 from cellwright.cell.devices.vacuum_gripper import VacuumGripper
 from cellwright.cell.interface.action import TrajectoryAction
 from cellwright.cell.interface.commands import Commands
-from cellwright.cell.interface.devices import GearDevices, Intention
+from cellwright.cell.interface.devices import CellDevices, Intention
 from cellwright.cell.interface.plugins import bind_plugin_sensors, make_plugin_device, make_plugin_sensor
-from cellwright.cell.interface.publications import Publications, bind_cameras
+from cellwright.cell.interface.publications import Publications
 from cellwright.cell.interface.rows import rows
 from cellwright.cell.kitting.effects import CompetitionState, Effect, StateChanged
 from cellwright.cell.model.build import World, build_world, demo_objects
@@ -42,33 +42,12 @@ from cellwright.engine.sensor import Sensor
 from cellwright.engine.simulation import Simulation
 from cellwright.engine.snapshot import Checkpoints
 from cellwright.middleware.bus import Bus
+from cellwright.middleware.interface.binding import bind
 from cellwright.rendering.cameras.picture_camera import PictureCamera
 from cellwright.rendering.cameras.studio import Studio, hire_painter
 
 
-def bind_interface(bus: Bus, devices: GearDevices, *, competition: bool) -> None:
-    """Put every topic, service and action of the contract on the bus.
-
-    Args:
-        bus: an empty bus.
-        devices: what the names are bound to. The simulation is to be reset afterwards, which begins the first run.
-        competition: competition mode, in which cheats are refused.
-
-    Raises:
-        UsageError: a sensor's name makes it publish where something else does, in another type.
-    """
-    table = rows(devices.trial, competition=competition)
-    Commands(devices, competition=competition).serve(bus)
-    bound: list[Device] = [Publications(bus, devices, table, competition=competition)]
-    if devices.arm is not None:
-        bound.append(TrajectoryAction(bus, table, devices.simulation, devices.arm))
-    for each in bound:
-        devices.simulation.add(each)
-    bind_cameras(bus, devices)
-    bind_plugin_sensors(bus, devices)
-
-
-class Cell:
+class Cell(CellDevices):
     """A kit-building cell, ready to run: `reset` begins a run, `step` lets a tick pass.
 
     Args:
@@ -151,7 +130,7 @@ class Cell:
         self.in_competition = competition
         """Whether what a competition refuses is refused."""
         self.bus = Bus(lambda: self.simulation.now, report)
-        bind_interface(self.bus, self._contract_devices(), competition=competition)
+        self._bind_interface()
         for brought in trial.devices:
             self.simulation.add(make_plugin_device(brought, self))
         self.reset()
@@ -212,21 +191,16 @@ class Cell:
             self.checkpoints,
         ]
 
-    def _contract_devices(self) -> GearDevices:
-        return GearDevices(
-            trial=self.trial,
-            simulation=self.simulation,
-            competition=self.competition,
-            conveyor=self.conveyor,
-            population=self.population,
-            arm=self.arm,
-            gripper=self.gripper,
-            trays=self.trays,
-            agvs=self.agvs,
-            sensors=self.sensors,
-            quality=self.quality,
-            intention=self.intention,
-        )
+    def _bind_interface(self) -> None:
+        """Put every topic, service and action on the bus."""
+        handlers: list[Device] = [Publications(self)]
+        if self.arm is not None:
+            handlers.append(TrajectoryAction(self.arm))
+        for each in handlers:
+            self.simulation.add(each)
+        table = rows(self.trial, competition=self.in_competition)
+        bind(self.bus, self.simulation, table, (Commands(self), *handlers))
+        bind_plugin_sensors(self.bus, self)
 
     def _make_sensor(self, description: SensorDescription, scene: Scene, report: Callable[[str], None]) -> Sensor[Any]:
         if isinstance(description, CameraDescription):

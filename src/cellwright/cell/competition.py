@@ -27,7 +27,7 @@ from cellwright.cell.kitting.effects import (
 )
 from cellwright.cell.kitting.evidence import Evidence, evidence
 from cellwright.cell.kitting.fates import Fate, HandlingRecord, PartNow, Removal
-from cellwright.cell.kitting.inventory import DropZones, Faults, TrayObject, part_type
+from cellwright.cell.kitting.inventory import DropZones, TrayObject, part_type, trimmed_name
 from cellwright.cell.kitting.kit_score import KitScore, Verdict
 from cellwright.cell.kitting.referee import Referee
 from cellwright.cell.kitting.scorer import GameScore
@@ -62,7 +62,7 @@ class Competition(Device):
         super().__init__("competition")
         self.trial = trial
         self.referee = Referee(trial)
-        self.faults = Faults(trial.faulty_parts)
+        self._faulty = frozenset(trial.faulty_parts)
         self.drops = DropZones(trial.drop_regions)
         self.announced: list[Order] = []
         self.on_effect: list[Callable[[Effect], None]] = []
@@ -114,8 +114,7 @@ class Competition(Device):
     def tray_objects(self, tray: KitTray) -> tuple[TrayObject, ...]:
         """What a tray last reported, with types and faults, as the referee sees it."""
         return tuple(
-            TrayObject(each.name, part_type(each.name), self.faults.is_faulty(each.name), each.pose)
-            for each in tray.contents
+            TrayObject(each.name, part_type(each.name), self._is_faulty(each.name), each.pose) for each in tray.contents
         )
 
     # ---------------------------------------------------------------- commands
@@ -155,10 +154,8 @@ class Competition(Device):
         for tray in self._trays.values():
             self.referee.tray_changed(tray.link, ())
 
-    def handle(self, kind: str, arguments: tuple[Any, ...]) -> None:
+    def handle_step(self) -> None:
         """The referee's next step is due."""
-        if kind != "step":
-            super().handle(kind, arguments)
         self._carry_out(self.referee.update(self.simulation.now))
 
     def get_state(self) -> dict[str, Any]:
@@ -250,9 +247,12 @@ class Competition(Device):
         trays = {each.name: tray.link for tray in self._trays.values() for each in tray.look()}
         for part in self._parts.all:
             if (kind := part_type(part.name)) in missing:
-                position, is_faulty = self._parts.pose(part).position, self.faults.is_faulty(part.name)
+                position, is_faulty = self._parts.pose(part).position, self._is_faulty(part.name)
                 above = next((tray.link for tray in self._trays.values() if tray.is_below(position)), "")
                 yield PartNow(part.name, kind, position, trays.get(part.name, ""), above, is_faulty)
+
+    def _is_faulty(self, model_name: str) -> bool:
+        return trimmed_name(model_name) in self._faulty
 
     def _drop_target(self, name: str, world_T_part: Pose) -> Pose | None:
         region = self.drops.drop(part_type(name), world_T_part.position)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 from cellwright.util.errors import UsageError
 
@@ -14,7 +14,23 @@ State: TypeAlias = Mapping[str, Any]
 """JSON values: numbers, strings, booleans, None, and lists and dicts of them."""
 
 
-class Device:
+class PlainState:
+    """State that is a number of attributes, each of which is a JSON value that is replaced and never changed."""
+
+    STATE: ClassVar[tuple[str, ...]] = ()
+    """Names of the attributes. A leading underscore is no part of the key."""
+
+    def get_state(self) -> State:
+        """All that is remembered, as JSON values."""
+        return {name.lstrip("_"): getattr(self, name) for name in self.STATE}
+
+    def set_state(self, state: State) -> None:
+        """Remember what `get_state` returned before."""
+        for name in self.STATE:
+            setattr(self, name, state[name.lstrip("_")])
+
+
+class Device(PlainState):
     """A thing on the floor.
 
     Its life: `attach` (once, by `Simulation.add`), `reset` (at the start of every run), then in each tick
@@ -23,7 +39,8 @@ class Device:
     for a while calls `set_stepping(False)`.
 
     What a device remembers is returned by `get_state` as plain JSON values: it is part of the state hash and of
-    snapshots. Listeners, caches and counters of messages do not belong there: watching changes nothing.
+    snapshots. `STATE` names what is a plain attribute; for anything else a subclass overrides `get_state` and
+    `set_state`. Listeners, caches and counters of messages do not belong there: watching changes nothing.
     """
 
     def __init__(self, name: str) -> None:
@@ -62,15 +79,15 @@ class Device:
         """Look at what the step did. Positions of bodies are up to date only after `simulation.refresh()`."""
 
     def handle(self, kind: str, arguments: tuple[Any, ...]) -> None:
-        """Carry out an event that this device scheduled with `simulation.schedule`."""
-        raise UsageError(f"device {self.name!r} does not know the event {kind!r}{arguments!r}")
+        """Carry out an event that this device scheduled with `simulation.schedule`, by its method `handle_<kind>`.
 
-    def get_state(self) -> State:
-        """All that this device remembers, as JSON values."""
-        return {}
-
-    def set_state(self, state: State) -> None:
-        """Remember what `get_state` returned before."""
+        Raises:
+            UsageError: it has no such method.
+        """
+        method = getattr(self, f"handle_{kind}", None)
+        if method is None:
+            raise UsageError(f"device {self.name!r} does not know the event {kind!r}{arguments!r}")
+        method(*arguments)
 
     def get_record(self) -> State:
         """What this device has observed besides its state, as JSON values; empty for nothing.

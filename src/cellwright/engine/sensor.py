@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import ClassVar, Generic, TypeVar
+from typing import ClassVar, Generic, TypedDict, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,16 @@ class Reading:
 
 
 R = TypeVar("R", bound=Reading)
+
+
+class SensorOptions(TypedDict, total=False):
+    """What every sensor takes by keyword; see `Sensor`."""
+
+    period: Fraction | None
+    latency: Fraction
+    noise: float
+    enabled: bool
+
 
 _FIRST_RANK = 10_000  # after the topics that need no sensor
 

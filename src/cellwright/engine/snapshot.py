@@ -203,11 +203,9 @@ class Checkpoints(Device):
         for time in self._times:
             self.simulation.schedule(self, "save", time, at=time, priority=_LAST)
 
-    def handle(self, kind: str, arguments: tuple[Any, ...]) -> None:
+    def handle_save(self, time: int) -> None:
         """Save."""
-        if kind != "save":
-            super().handle(kind, arguments)
-        path = self._paths.get(arguments[0])
+        path = self._paths.get(time)
         if path is None:
             renew_engine(self.simulation)
             return

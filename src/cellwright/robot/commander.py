@@ -17,21 +17,13 @@ from cellwright.config.robot.model import RobotModel
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.device import Device, State
 from cellwright.middleware.bus import Later
+from cellwright.middleware.interface.table import Row
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
 from cellwright.robot.drivers import Driver
+from cellwright.robot.interface import JOINT_SOURCES
 from cellwright.robot.safety import CommandCounts, CommandGate, Notices, SafetySettings
 from cellwright.robot.servos import Array, fastest
 from cellwright.robot.target_limiter import MimicJoints, Numbers, TargetLimiter, Watchdog
-
-_SOURCES = (
-    "/io_teleop/joint_cmd",
-    "/io_teleop/target_joint_from_vr",
-    "/io_teleop/target_gripper_status",
-    "/io_teleop/target_finger_joints",
-    "/io_teleop/joint_cmd_finger_left",
-    "/io_teleop/joint_cmd_finger_right",
-    "/io_teleop/target_ee_poses",
-)
 
 
 class Commander(Device):
@@ -85,7 +77,7 @@ class Commander(Device):
         self.mimics = MimicJoints(joints, self.numbers)
         self._safety = safety
         self._seconds = 0.0
-        self.watchdog = Watchdog(safety, _SOURCES, gate, self._approach, self._measured, notices)
+        self.watchdog = Watchdog(safety, JOINT_SOURCES, gate, self._approach, self._measured, notices)
         self.is_enabled = not safety.start_disabled
         self.is_stopped = self.is_homing = False
         self.why_held = ""
@@ -167,7 +159,7 @@ class Commander(Device):
             RejectedCommandError: the start guard refuses it; nothing was changed then.
         """
         chosen, targets = np.fromiter(joints, dtype=np.intp), np.fromiter(positions, dtype=np.float64)
-        beyond = self._approach.follow(_SOURCES.index(topic), chosen, targets, self._measured, guarded=guarded)
+        beyond = self._approach.follow(JOINT_SOURCES.index(topic), chosen, targets, self._measured, guarded=guarded)
         if len(beyond):
             self._tell_of_limits(topic, beyond, dict(zip(chosen.tolist(), targets.tolist(), strict=True)))
 
@@ -186,7 +178,7 @@ class Commander(Device):
 
     def leads(self, topic: str, joints: Iterable[int]) -> bool:
         """Whether a topic is what these joints follow: no other has commanded them since, and none was held."""
-        return bool((self._approach.source[list(joints)] == _SOURCES.index(topic)).all())
+        return bool((self._approach.source[list(joints)] == JOINT_SOURCES.index(topic)).all())
 
     def stand(self) -> None:
         """As long as nothing has been asked for, take where the robot stands for what it is to hold."""
@@ -341,7 +333,7 @@ class Homing(Device):
         self._answer("the node has begun anew")
         self.set_stepping(False)
 
-    def serve(self, _request: TriggerRequest, node: str) -> Any:
+    def go_home(self, _row: Row, _request: TriggerRequest, node: str) -> Any:
         """Answer a call: at once if the robot may not move, else when it is home. Two calls are one way home."""
         commander = self._commander
         if commander.is_stopped:

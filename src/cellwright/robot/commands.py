@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from cellwright.config.robot.config import RobotConfig
-from cellwright.middleware.bus import Bus
 from cellwright.middleware.interface.table import Row
 from cellwright.middleware.messages.conversions import nanoseconds
 from cellwright.middleware.messages.std_srvs import SetBoolRequest, SetBoolResponse, TriggerRequest, TriggerResponse
 from cellwright.robot.base import Base
-from cellwright.robot.commander import Commander, Homing
+from cellwright.robot.commander import Commander
 from cellwright.robot.grippers import LEFT, RIGHT, GripperRange, hand_joints
 from cellwright.util.errors import RejectedCommandError
 
@@ -66,58 +64,36 @@ def gripper_statuses(message: Any, count: int) -> list[float]:
     return values[:count]
 
 
-Handler = Callable[[Any, str], Any]
-
-
 class Commands:
-    """Hears the topics of commands, and answers the services.
+    """Handlers of the topics and services that clients send to.
 
     Args:
         config: the robot.
         commander: who follows them.
-        homing: brings the robot home.
         grippers: right, left.
         base: what carries the robot.
     """
 
-    def __init__(
-        self, config: RobotConfig, commander: Commander, homing: Homing, grippers: Sequence[GripperRange], base: Base
-    ) -> None:
-        self._config, self._commander, self._homing = config, commander, homing
+    def __init__(self, config: RobotConfig, commander: Commander, grippers: Sequence[GripperRange], base: Base) -> None:
+        self._config, self._commander = config, commander
         self._grippers, self._base = tuple(grippers), base
-
-    def serve(self, bus: Bus, table: tuple[Row, ...]) -> None:
-        """Take a place on the bus."""
-        prefix = "/io_teleop/"
-        topics: dict[str, Handler] = {
-            "joint_cmd": self._joints("joint_cmd"),
-            "target_joint_from_vr": self._joints("target_joint_from_vr"),
-            "target_finger_joints": self._joints("target_finger_joints"),
-            "joint_cmd_finger_right": self._joints("joint_cmd_finger_right", RIGHT),
-            "joint_cmd_finger_left": self._joints("joint_cmd_finger_left", LEFT),
-            "target_gripper_status": self._gripper_status,
-            "target_base_move": self._base_move,
-            "emergency_stop": self._emergency_stop,
-        }
-        services: dict[str, Handler] = {
-            "/io_teleop_reset_robot": self._homing.serve,
-            "/io_teleop/set_enabled": self._set_enabled,
-            "/io_teleop/clear_emergency_stop": self._clear_emergency_stop,
-        }
-        for row in table:
-            if row.name in services:
-                bus.serve(row.name, row.type, services[row.name], node=row.node)
-            elif (handler := topics.get(row.name.removeprefix(prefix))) is not None:
-                bus.listen(row.name, row.type, handler, node=row.node)
+        self._hands = {side: hand_joints(config, side) for side in (RIGHT, LEFT)}
 
     # ---------------------------------------------------------------- joints
 
-    def _joints(self, name: str, side: int | None = None) -> Handler:
-        """The handler of a topic of joint targets; with a side, of that hand's."""
-        allowed = None if side is None else hand_joints(self._config, side)
-        return partial(self._joint_targets, f"/io_teleop/{name}", allowed)
+    def target_joints(self, row: Row, message: Any, node: str) -> None:
+        """Follow targets of any joints."""
+        self._follow(row.name, None, message, node)
 
-    def _joint_targets(self, topic: str, allowed: frozenset[str] | None, message: Any, node: str) -> None:
+    def target_right_hand(self, row: Row, message: Any, node: str) -> None:
+        """Follow targets of joints of the right hand."""
+        self._follow(row.name, self._hands[RIGHT], message, node)
+
+    def target_left_hand(self, row: Row, message: Any, node: str) -> None:
+        """Follow targets of joints of the left hand."""
+        self._follow(row.name, self._hands[LEFT], message, node)
+
+    def _follow(self, topic: str, allowed: frozenset[str] | None, message: Any, node: str) -> None:
         asked = joint_targets(message)
         numbers, commander = self._commander.numbers, self._commander
 
@@ -156,8 +132,9 @@ class Commands:
 
     # ---------------------------------------------------------------- grippers and base
 
-    def _gripper_status(self, message: Any, node: str) -> None:
-        topic = "/io_teleop/target_gripper_status"
+    def target_grippers(self, row: Row, message: Any, node: str) -> None:
+        """Close each gripper so far."""
+        topic = row.name
         wanted = gripper_statuses(message, len(self._grippers))
         joints = np.concatenate([gripper.joints for gripper in self._grippers])
         positions = np.concatenate(
@@ -178,21 +155,24 @@ class Commands:
 
         self._commander.take(topic, node, nanoseconds(message.header.stamp), act)
 
-    def _base_move(self, message: Any, node: str) -> None:
+    def move_base(self, row: Row, message: Any, node: str) -> None:
+        """Turn and move the base."""
+
         def act() -> bool:
             self._base.command(message.data.tolist())
             return True
 
-        self._commander.take("/io_teleop/target_base_move", node, 0, act)
+        self._commander.take(row.name, node, 0, act)
 
     # ---------------------------------------------------------------- whether commands are taken
 
-    def _emergency_stop(self, message: Any, node: str) -> None:
+    def stop(self, _row: Row, message: Any, node: str) -> None:
         """True stops; false is what a button says that is not pressed, and clears nothing."""
         if message.data:
             self._commander.stop(f"emergency stop by {node or 'a client'}")
 
-    def _clear_emergency_stop(self, _request: TriggerRequest, node: str) -> TriggerResponse:
+    def clear_stop(self, _row: Row, _request: TriggerRequest, node: str) -> TriggerResponse:
+        """End an emergency stop."""
         commander = self._commander
         if not commander.is_stopped:
             return TriggerResponse(success=True, message="there was no emergency stop")
@@ -200,7 +180,8 @@ class Commands:
         commander.notices.tell(f"emergency stop cleared by {node or 'a client'}")
         return TriggerResponse(success=True, message="the robot stays where it is until the next command")
 
-    def _set_enabled(self, request: SetBoolRequest, node: str) -> SetBoolResponse:
+    def set_enabled(self, _row: Row, request: SetBoolRequest, node: str) -> SetBoolResponse:
+        """Take commands, or none."""
         commander = self._commander
         if request.data and commander.is_stopped:
             return SetBoolResponse(

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -18,19 +17,18 @@ import numpy as np
 from cellwright.config.robot.config import RobotConfig
 from cellwright.engine.device import Device, State
 from cellwright.engine.simulation import Simulation
-from cellwright.middleware.bus import Bus
-from cellwright.middleware.interface.sampling import Sampled
+from cellwright.middleware.interface.binding import Output
 from cellwright.middleware.interface.table import Row
 from cellwright.middleware.messages.conversions import header, nanoseconds, pose_message
 from cellwright.middleware.messages.standard import Pose as PoseMessage
 from cellwright.middleware.messages.standard import PoseArray
 from cellwright.robot.commander import Commander
+from cellwright.robot.interface import TARGET_EE_POSES
 from cellwright.robot.inverse_kinematics import ArmSolver, TipSpeedLimits
 from cellwright.robot.servos import Array, fastest
 from cellwright.util.errors import RejectedCommandError
 from cellwright.util.pose import Pose
 
-TARGET_POSES_TOPIC = "/io_teleop/target_ee_poses"
 VELOCITY_SHARE = 0.9
 """Share of the speeds of the servos that a way to a pose makes use of: what is left, they need to keep up."""
 
@@ -124,9 +122,9 @@ class EePoses(Device):
         for arm, pose in zip(self._arms, poses, strict=True):
             if pose is None:
                 continue
-            if arm.target is None or not self._commander.leads(TARGET_POSES_TOPIC, arm.numbers):
+            if arm.target is None or not self._commander.leads(TARGET_EE_POSES, arm.numbers):
                 arm.positions = np.clip(measured[arm.numbers], arm.solver.lower, arm.solver.upper)
-                self._commander.follow(TARGET_POSES_TOPIC, arm.numbers, arm.positions)
+                self._commander.follow(TARGET_EE_POSES, arm.numbers, arm.positions)
             arm.target = pose
 
     def poses(self) -> list[Pose]:
@@ -148,7 +146,7 @@ class EePoses(Device):
         commander = self._commander
         moving = []
         for arm in self._arms:
-            if arm.target is not None and commander.leads(TARGET_POSES_TOPIC, arm.numbers):
+            if arm.target is not None and commander.leads(TARGET_EE_POSES, arm.numbers):
                 moving.append((arm, arm.target))
             else:
                 arm.target = None
@@ -163,7 +161,7 @@ class EePoses(Device):
         for arm, target in moving:
             moved = arm.positions + arm.solver.step(data, target, self._timestep)
             arm.positions = np.clip(moved, arm.solver.lower, arm.solver.upper)
-            commander.follow(TARGET_POSES_TOPIC, arm.numbers, arm.positions)
+            commander.follow(TARGET_EE_POSES, arm.numbers, arm.positions)
 
     def get_state(self) -> State:
         """Where the arms are being brought, and how far they are."""
@@ -197,7 +195,7 @@ MIN_QUATERNION_LENGTH = 1e-6
 
 
 class EePoseTopics:
-    """What `/io_teleop/target_ee_poses` means, and what `/io_teleop/state_ee_poses` says.
+    """Handlers of the topics of end-effector poses, where the robot has arms.
 
     Args:
         config: the robot.
@@ -212,22 +210,15 @@ class EePoseTopics:
         references = set(ee_poses.references)
         self._frame = references.pop() if len(references) == 1 else ""
 
-    def serve(self, bus: Bus, simulation: Simulation, table: tuple[Row, ...]) -> None:
-        """Take a place on the bus, where the robot has arms."""
-        for rank, row in enumerate(table, 1):
-            if row.name == TARGET_POSES_TOPIC:
-                bus.listen(row.name, row.type, self._command, node=row.node)
-            elif row.name == "/io_teleop/state_ee_poses":
-                Sampled(bus, simulation, row, row.period, self.state, rank=rank)
-
-    def _command(self, message: Any, node: str) -> None:
+    def target_ee_poses(self, row: Row, message: PoseArray, node: str) -> None:
+        """Bring the tips to poses."""
         poses = self.targets(message)
 
         def act() -> bool:
             self._ee_poses.aim(poses)
             return True
 
-        self._commander.take(TARGET_POSES_TOPIC, node, nanoseconds(message.header.stamp), act)
+        self._commander.take(row.name, node, nanoseconds(message.header.stamp), act)
 
     def targets(self, message: PoseArray) -> list[Pose]:
         """The poses of a message, reference_T_tip for each arm.
@@ -248,9 +239,13 @@ class EePoseTopics:
             poses = [there @ pose for there, pose in zip(self._ee_poses.frames(frame), poses, strict=True)]
         return poses
 
-    def state(self) -> PoseArray:
+    def ee_poses(self, output: Output) -> None:
         """Where the tips are."""
-        return PoseArray(header(self._frame, self._told()), [pose_message(pose) for pose in self._ee_poses.poses()])
+        output.sample(
+            lambda: PoseArray(
+                header(self._frame, self._told()), [pose_message(pose) for pose in self._ee_poses.poses()]
+            )
+        )
 
 
 def _checked_pose(message: PoseMessage, where: str) -> Pose:

@@ -9,13 +9,14 @@ from fractions import Fraction
 from cellwright.config.robot.config import RobotConfig
 from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import Bus
+from cellwright.middleware.interface.binding import bind
+from cellwright.robot import interface as io_teleop
 from cellwright.robot.base import Base
 from cellwright.robot.commander import Commander, Homing
 from cellwright.robot.commands import Commands
 from cellwright.robot.drivers import Driver, LiveDriver, Mirror, close_driver
 from cellwright.robot.ee_poses import EePoses, EePoseTopics
 from cellwright.robot.grippers import gripper_ranges
-from cellwright.robot.interface import rows as io_teleop
 from cellwright.robot.inverse_kinematics import TipSpeedLimits
 from cellwright.robot.model import TIMESTEP, build_robot
 from cellwright.robot.publications import CameraTopics, Publications, add_cameras
@@ -96,12 +97,14 @@ class RobotNode:
             self.cameras = add_cameras(config, self.simulation, report)
             """The cameras of the configuration that take pictures, by name."""
             table = io_teleop.rows(config, cameras=self.cameras, node=node, sim_time=sim_time)
-            Commands(config, self.commander, self.homing, grippers, self.base).serve(self.bus, table)
-            EePoseTopics(config, self.commander, self.ee_poses, told).serve(self.bus, self.simulation, table)
-            Publications(config.robot, self.driver, self.commander, grippers, told).advertise(
-                self.bus, self.simulation, table
+            handlers = (
+                Commands(config, self.commander, grippers, self.base),
+                self.homing,
+                EePoseTopics(config, self.commander, self.ee_poses, told),
+                Publications(config.robot, self.driver, self.commander, grippers, told),
+                CameraTopics(self.cameras, told),
             )
-            CameraTopics(self.cameras, told).advertise(self.bus, table)
+            bind(self.bus, self.simulation, table, handlers)
             self.simulation.reset()
             on_failure.pop_all()
 

@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -16,12 +15,10 @@ from cellwright.config.robot.model import RobotModel
 from cellwright.engine.device import Device, State
 from cellwright.engine.simulation import Simulation
 from cellwright.middleware.bus import Bus
-from cellwright.middleware.interface.sampling import Sampled, Streamed, advertise
-from cellwright.middleware.interface.table import Row
+from cellwright.middleware.interface.binding import Output, publish_clock
 from cellwright.middleware.messages import Message
 from cellwright.middleware.messages.cellwright_msgs import TeleopStatus
-from cellwright.middleware.messages.conversions import joint_state, stamp
-from cellwright.middleware.messages.standard import Clock
+from cellwright.middleware.messages.conversions import joint_state
 from cellwright.rendering.cameras import interface as pictures
 from cellwright.rendering.cameras.picture_camera import Picture, PictureCamera
 from cellwright.rendering.cameras.studio import Studio, hire_painter
@@ -52,7 +49,7 @@ def add_cameras(
 
 
 class CameraTopics:
-    """Puts pictures on the bus, made only while somebody listens.
+    """Handlers of the topics of pictures, which are made only while somebody listens.
 
     Args:
         cameras: by name.
@@ -62,26 +59,33 @@ class CameraTopics:
     def __init__(self, cameras: dict[str, PictureCamera], told: Callable[[], int]) -> None:
         self._cameras, self._told = cameras, told
 
-    def advertise(self, bus: Bus, table: tuple[Row, ...]) -> None:
-        """Take a place on the bus."""
-        for row in table:
-            camera = self._cameras.get(row.subject or "")
-            if camera is not None:
-                self._stream(bus, row, camera)
+    def colour_picture(self, output: Output) -> None:
+        """Colours that a camera sees."""
+        self._stream(output, pictures.colour_message, colour=True)
 
-    def _stream(self, bus: Bus, row: Row, camera: PictureCamera) -> None:
-        kind = row.template.rpartition("/")[2]
-        make = {
-            "color": pictures.colour_message,
-            "depth": pictures.depth_message,
-            "camera_info": pictures.info_message,
-        }[kind]
+    def depth_picture(self, output: Output) -> None:
+        """Depths that a camera sees."""
+        self._stream(output, pictures.depth_message, depth=True)
+
+    def camera_info(self, output: Output) -> None:
+        """The matrix of a camera's pictures."""
+        self._stream(output, pictures.info_message)
+
+    def _stream(
+        self,
+        output: Output,
+        make: Callable[[Picture, PictureCamera], Message | None],
+        *,
+        colour: bool = False,
+        depth: bool = False,
+    ) -> None:
+        camera = self._cameras[output.row.subject or ""]
 
         def build(picture: Picture) -> Message | None:
             age = camera.simulation.now - picture.time_ns
             return make(replace(picture, time_ns=self._told() - age), camera)
 
-        Streamed(bus, row, partial(camera.look, colour=kind == "color", depth=kind == "depth"), build)
+        output.stream(partial(camera.look, colour=colour, depth=depth), build)
 
 
 STATUS_PERIOD = Fraction(1, 10)
@@ -94,15 +98,16 @@ class StatusTopic(Device):
     It counts what has come in since the process began, so it is no state: after a restore it is published anew.
 
     Args:
-        row: the topic in the contract's table.
-        rank: of topics that are due together, lower ones come first.
+        output: the topic.
+        commander: whose status it is.
     """
 
-    def __init__(self, bus: Bus, simulation: Simulation, row: Row, commander: Commander, *, rank: int) -> None:
-        super().__init__(row.name)
-        self._bus, self._commander = bus, commander
-        self._publisher = advertise(bus, row)
-        simulation.watch(row.name, STATUS_PERIOD, self._publish, rank)
+    def __init__(self, output: Output, commander: Commander) -> None:
+        name = output.row.name
+        super().__init__(name)
+        self._bus, self._commander = output.bus, commander
+        self._publisher = output.advertise()
+        output.simulation.watch(name, STATUS_PERIOD, self._publish, output.rank)
 
     def reset(self) -> None:
         """Begin a run: no message of the last one is left."""
@@ -151,11 +156,8 @@ def _status_message(commander: Commander) -> str:
     return f"follows {', '.join(commanders)}" if commanders else "waits for commands"
 
 
-_CLOCK_RANK = -10  # a message never comes before the clock that it is stamped with
-
-
 class Publications:
-    """The topics that leave the node.
+    """Handlers of the other topics that the node publishes.
 
     Args:
         robot: whose node it is.
@@ -179,31 +181,33 @@ class Publications:
         self._driven = list(driver.joints)
         self._gripper_names = [f"gripper_{number}" for number in range(len(self._grippers))]
 
-    def advertise(self, bus: Bus, simulation: Simulation, table: tuple[Row, ...]) -> None:
-        """Take a place on the bus."""
-        build: dict[str, Callable[[], Message | None]] = {
-            "/clock": lambda: Clock(stamp(simulation.now)),
-            "/io_teleop/joint_states": self._joint_states,
-            "/io_teleop/applied_joint_cmd": self._applied,
-            "/io_teleop/gripper_states": self._gripper_states,
-        }
-        for number, row in enumerate(table, 1):
-            if row.name in build:
-                rank = _CLOCK_RANK if row.name == "/clock" else number
-                Sampled(bus, simulation, row, row.period, build[row.name], rank=rank)
-            elif row.name == "/io_teleop/status":
-                simulation.add(StatusTopic(bus, simulation, row, self._commander, rank=number))
+    clock = staticmethod(publish_clock)
 
-    def _joint_states(self) -> Any:
-        columns = np.zeros((3, len(self._names)))  # joints of more than one degree of freedom say 0
-        columns[:, self._places] = self._driver.read()
-        columns += 0.0  # nobody wants to read -0.0
-        return joint_state(self._names, *columns, time=self._told())
+    def status(self, output: Output) -> None:
+        """Whether commands are taken, and whose."""
+        output.simulation.add(StatusTopic(output, self._commander))
 
-    def _applied(self) -> Any:
-        return joint_state(self._driven, self._commander.applied, time=self._told())
+    def joint_states(self, output: Output) -> None:
+        """State of all joints that are not fixed; joints of more than one degree of freedom say 0."""
 
-    def _gripper_states(self) -> Any:
-        positions = self._driver.read().positions
-        statuses = [gripper.status(positions) for gripper in self._grippers]
-        return joint_state(self._gripper_names, statuses, time=self._told())
+        def build() -> Message:
+            columns = np.zeros((3, len(self._names)))
+            columns[:, self._places] = self._driver.read()
+            columns += 0.0  # nobody wants to read -0.0
+            return joint_state(self._names, *columns, time=self._told())
+
+        output.sample(build)
+
+    def applied_targets(self, output: Output) -> None:
+        """The targets that the joints really follow."""
+        output.sample(lambda: joint_state(self._driven, self._commander.applied, time=self._told()))
+
+    def gripper_states(self, output: Output) -> None:
+        """How far each gripper is closed."""
+
+        def build() -> Message:
+            positions = self._driver.read().positions
+            statuses = [gripper.status(positions) for gripper in self._grippers]
+            return joint_state(self._gripper_names, statuses, time=self._told())
+
+        output.sample(build)

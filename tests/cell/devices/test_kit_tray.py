@@ -106,7 +106,7 @@ def test_parts_beside_below_and_hovering_are_not_reported(floor: Floor, tray: Ki
     floor.put_arm(floor.reach(down(TRAY_1[0] - 0.1, TRAY_1[1] - 0.1, TRAY_SURFACE + 0.02)))
     floor.lay(named("part2"), TRAY_1[0] - 0.1, TRAY_1[1] - 0.1, TRAY_SURFACE + 0.0095)
     floor.gripper.set_enabled(True)
-    floor.gripper._check.counter = 5
+    floor.gripper.counter = 5
     floor.cell.step()
     assert floor.gripper.attached
     floor.run(1.0)

@@ -35,7 +35,7 @@ def begin(floor: Floor, part: str, posture: Sequence[float], friction: float, ph
     floor.reset()
     for geom in floor.part(part).geoms:
         floor.model.geom_friction[geom, 0] = friction
-    floor.gripper._check.phase = phase
+    floor.gripper.phase = phase
     floor.put_arm(posture)
 
 

@@ -1,14 +1,12 @@
 import json
 from collections.abc import Iterable
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.cell.devices.conveyor import Appearance, PopulationSchedule
 from cellwright.config.trial.trial import BeltPart
 from cellwright.engine.events import NEVER
-from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 
 SECOND = 1_000_000_000
@@ -168,12 +166,6 @@ def test_a_hardly_moving_belt_never_gets_there() -> None:
     schedule.set_power(5e-324, 0)
     schedule.restart(0)
     assert schedule.next_due() == NEVER
-
-
-@pytest.mark.parametrize("power", [-0.1, 100.1, float("nan"), float("inf")])
-def test_other_powers_are_refused(power: float) -> None:
-    with pytest.raises(UsageError, match="power"):
-        PopulationSchedule([]).set_power(power, 0)
 
 
 @given(parts, commands, st.integers(0, 150))

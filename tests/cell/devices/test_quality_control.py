@@ -3,7 +3,6 @@ from __future__ import annotations
 import pytest
 
 from cellwright.cell.devices.logical_camera import QualityControlSensor
-from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose, Vector3
 from tests.cell.devices.scene import add_agv, add_part, empty_spec, make_simulation, scene_of
 
@@ -69,8 +68,3 @@ def test_parts_are_told_with_the_noise_of_a_logical_camera() -> None:
     true = sensor.world_T_sensor.inverse() @ Pose(ON_TRAY[1])
     errors = [sensor.measure(n).detections[0].camera_T_model.position[0] - true.position[0] for n in range(1, 200)]
     assert 0.0008 < (sum(e * e for e in errors) / len(errors)) ** 0.5 < 0.0012
-
-
-def test_there_are_two() -> None:
-    with pytest.raises(UnknownNameError, match="known: 1, 2"):
-        sensor_with(3, set(), ON_TRAY[1])

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from cellwright.cell.devices.range_sensors import SOLID_GROUPS, Rays, ray_fan
 from cellwright.engine.simulation import Simulation
-from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 from tests.cell.devices.scene import CYLINDER, DRAWN_ONLY, add_block, add_part, empty_spec, make_simulation
 
@@ -92,11 +91,6 @@ def test_a_fan_turns_towards_y_and_z() -> None:
     directions = np.array(ray_fan(np.linspace(-0.1, 0.1, 3), np.linspace(-0.2, 0.2, 2)))
     assert np.linalg.norm(directions, axis=1) == pytest.approx(1.0)
     assert (np.diff(directions[:3, 1]) > 0).all()  # horizontal angles run fastest
-
-
-def test_rays_that_end_before_they_begin_are_refused() -> None:
-    with pytest.raises(UsageError, match="must end behind"):
-        Rays(Pose(), AHEAD, nearest=1.0, farthest=0.5)
 
 
 def cast_plainly(

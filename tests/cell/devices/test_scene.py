@@ -9,20 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cellwright.cell.devices.logical_camera import Scene, SceneModel, collision_geoms
-from cellwright.util.errors import UnknownNameError, UsageError
+from cellwright.cell.devices.logical_camera import SceneModel, collision_geoms
 from cellwright.util.pose import Pose
-from tests.cell.devices.scene import (
-    BOX,
-    CYLINDER,
-    add_agv,
-    add_block,
-    add_part,
-    empty_spec,
-    make_simulation,
-    move,
-    scene_of,
-)
+from tests.cell.devices.scene import CYLINDER, add_agv, add_block, add_part, empty_spec, make_simulation, move, scene_of
 
 turns = st.tuples(*[st.floats(-math.pi, math.pi)] * 3)
 
@@ -130,20 +119,6 @@ def test_short_names_have_no_prefix() -> None:
     assert short("bin7|gear_part_3") == "gear_part_3"
     assert short("a|populate_conveyor|gear_part_clone_0") == "gear_part_clone_0"
     assert short("agv1") == "agv1"
-
-
-def test_scenes_that_make_no_sense_are_refused() -> None:
-    spec = empty_spec()
-    body = spec.worldbody.add_body(name="ghost")
-    body.add_geom(type=BOX, size=[1, 1, 1], contype=0, conaffinity=0)
-    add_part(spec, "part1_0", Pose())
-    simulation = make_simulation(spec)
-    with pytest.raises(UsageError, match="'ghost' has no collision geom"):
-        scene_of(simulation, ("ghost", "part1"))
-    with pytest.raises(UsageError, match="two models named"):
-        scene_of(simulation, ("part1_0", "part1"), ("part1_0", "part1"))
-    with pytest.raises(UnknownNameError, match="agv1"):
-        Scene(simulation.model, simulation.data, [SceneModel("kit_tray_1", "kit_tray", 1, (1,), nested_in="agv1")])
 
 
 def test_an_empty_scene_has_no_boxes() -> None:

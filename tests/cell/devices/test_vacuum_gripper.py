@@ -35,7 +35,7 @@ def floor(precise: Floor) -> Iterator[Floor]:
 
 
 def set_phase(floor: Floor, phase: int | None) -> None:
-    floor.gripper._check.phase = phase
+    floor.gripper.phase = phase
 
 
 def top_of(kind: str) -> float:
@@ -123,7 +123,7 @@ def test_tray_and_belt_are_no_parts_but_count_as_contact(
     floor.gripper.set_enabled(True)
     floor.run(0.25)
     assert (floor.gripper.attached, floor.gripper.reason) == (False, f"contact with {what}, which is no part")
-    assert floor.gripper._check.counter == 3
+    assert floor.gripper.counter == 3
 
 
 def test_reasons_before_the_first_and_the_second_look(floor: Floor) -> None:

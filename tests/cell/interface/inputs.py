@@ -10,7 +10,7 @@ from cellwright.cell.interface.rows import rows as gear_rows
 from cellwright.middleware.bus import Bus, Direction, Served
 from cellwright.middleware.interface.table import Kind, Row
 from cellwright.middleware.messages import message_type, service_type
-from cellwright.robot.interface.rows import rows as teleop_rows
+from cellwright.robot.interface import rows as teleop_rows
 from cellwright.robot.node import RobotNode
 from tests.cells import WHOLE
 from tests.robot.robots import two_arms

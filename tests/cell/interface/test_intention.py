@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.cell.cell import Cell
-from cellwright.cell.interface.devices import INTENTION_TOPIC, MAX_INTENTION_LENGTH, Intention
+from cellwright.cell.interface.devices import MAX_INTENTION_LENGTH, Intention
+from cellwright.cell.interface.rows import INTENTION
 from cellwright.clients.client import Client
 from cellwright.middleware.messages.standard import String
 from cellwright.util.errors import UnknownNameError
@@ -45,7 +46,7 @@ def test_a_client_says_it_and_the_cell_remembers_the_newest_until_it_begins_anew
 def test_it_is_no_part_of_the_state() -> None:
     silent, talking = Cell(KITTING), Cell(KITTING)
     for number in range(5):
-        publish(talking, INTENTION_TOPIC, String(f"step {number}"))
+        publish(talking, INTENTION, String(f"step {number}"))
         run(talking, 0.05)
         run(silent, 0.05)
     assert talking.state_hash() == silent.state_hash()

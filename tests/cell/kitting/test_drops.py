@@ -35,20 +35,13 @@ def test_a_region_is_a_closed_box_for_its_type(type_: str, position: Vector3, re
 
 def test_a_type_is_lost_once_in_all_its_regions() -> None:
     zones = DropZones(REGIONS)
-    assert zones.is_armed("gear_part")
     assert zones.drop("gear_part", (9.0, 9.0, 9.0)) is None
     assert zones.drop("gear_part", (0.2, 2.5, 1.0)) == GEAR_1
-    assert not zones.is_armed("gear_part")
     assert zones.drop("gear_part", (0.2, 2.5, 1.0)) is None
     assert zones.drop("gear_part", (0.2, -2.5, 1.0)) is None
-    assert zones.is_armed("disk_part")
     assert zones.drop("disk_part", (0.2, 0.5, 1.0)) == DISK
     zones.reset()
     assert zones.drop("gear_part", (0.2, -2.5, 1.0)) == GEAR_2
-
-
-def test_a_type_without_regions_is_not_armed() -> None:
-    assert not DropZones(REGIONS).is_armed("pulley_part")
 
 
 def test_state_goes_through_json() -> None:
@@ -57,8 +50,8 @@ def test_state_goes_through_json() -> None:
     other.drop("disk_part", (0.0, 0.0, 1.0))
     other.set_state(json.loads(json.dumps(zones.get_state())))
     assert other.get_state() == zones.get_state()
-    assert not other.is_armed("gear_part")
-    assert other.is_armed("disk_part")
+    assert other.drop("gear_part", (0.2, 2.5, 1.0)) is None
+    assert other.drop("disk_part", (0.2, 0.5, 1.0)) == DISK
 
 
 def test_a_state_of_another_trial_is_refused() -> None:

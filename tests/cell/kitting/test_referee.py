@@ -193,7 +193,7 @@ def test_without_a_limit_and_with_an_order_that_never_comes_a_trial_goes_on() ->
     assert judge.next_deadline() == NEVER
     assert judge.update(10**6 * SECOND) == ()
     assert judge.state is GO
-    assert judge.waiting_orders == ("order_0",)
+    assert [each.order_id for each in judge._announcements.waiting] == ["order_0"]
 
 
 # ------------------------------------------------------------------ orders
@@ -205,7 +205,7 @@ def test_an_order_is_announced_at_the_first_step_at_its_time() -> None:
     assert judge.update(3 * SECOND - 1) == ()
     assert short(judge.update(3 * SECOND)) == [("order_0", AnnouncementReason.TIME, None)]
     assert judge.active_orders == ("order_0",)
-    assert judge.waiting_orders == ()
+    assert not judge._announcements.waiting
 
 
 def test_one_order_is_announced_in_a_step() -> None:

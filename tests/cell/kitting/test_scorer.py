@@ -126,16 +126,6 @@ def test_a_part_travels_while_the_gripper_is_enabled_and_attached_during_the_gam
     assert scorer.game_score(999).part_travel_time == 10 + 20
 
 
-def test_what_cannot_be_announced(scorer: Scorer) -> None:
-    with pytest.raises(UnknownNameError, match="known: order_0, order_1, order_2"):
-        scorer.announce("order_9", 100)
-    scorer.announce("order_0", 100)
-    with pytest.raises(UsageError, match="already"):
-        scorer.announce("order_0", 100)
-    with pytest.raises(UsageError, match="no game"):
-        Scorer([ONE]).announce("order_0", 100)
-
-
 def test_names_must_be_unique() -> None:
     with pytest.raises(UsageError, match="two orders 'order_0'"):
         Scorer([ONE, ONE])

@@ -1,6 +1,6 @@
 """Postures of the arm that tests use, by joint; the waypoints of the lesson are among them."""
 
-from cellwright.cell.model.arm import JOINT_NAMES
+from cellwright.config.layout import ARM_JOINTS
 
 _ORDER = (
     "elbow_joint",
@@ -18,7 +18,7 @@ def posture(*values: float) -> dict[str, float]:
     return dict(zip(_ORDER, values, strict=True))
 
 
-ZERO = dict.fromkeys(JOINT_NAMES, 0.0)
+ZERO = dict.fromkeys(ARM_JOINTS, 0.0)
 READY = posture(2.5, 0.0, -1.2, 3.20, 3.5, -1.51, 0.0)
 PICK = posture(2.09, 0.25, -0.47, 3.2, 3.1, -1.51, 0.0)
 PLACE = posture(1.02, 2.0, -0.27, 1.5, 4.0, -1.51, 0.0)

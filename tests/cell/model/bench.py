@@ -26,12 +26,13 @@ class Bench:
             self.model.opt.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
         self.data: Any = mujoco.MjData(self.model)
         self.world.put_in_first_pose(self.data)
+        self.parts = {part.name: part for part in self.world.parts}
 
     def run(self, seconds: float) -> None:
         mujoco.mj_step(self.model, self.data, round(seconds / self.model.opt.timestep))
 
     def part(self, name: str) -> WorldPart:
-        return self.world.part(name)
+        return self.parts[name]
 
     def position(self, part: WorldPart) -> NDArray[np.float64]:
         return np.array(self.data.qpos[part.qpos : part.qpos + 3])

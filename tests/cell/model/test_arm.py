@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from cellwright.cell.model.arm import GRIPPER, INITIAL_POSITIONS, JOINT_NAMES, JOINTS, initial_positions
+from cellwright.cell.model.arm import GRIPPER, INITIAL_POSITIONS, JOINTS, initial_positions
 from cellwright.config.layout import ARM_JOINTS
 from cellwright.config.trial.trial import ArmSettings, CellSettings, JointGains, Trial
 from cellwright.util.errors import UnknownNameError
@@ -79,9 +79,9 @@ def test_link_masses(original: Bench) -> None:
 
 def test_joints_come_first_and_in_the_order_of_the_controller(original: Bench) -> None:
     model = original.model
-    assert JOINT_NAMES == ARM_JOINTS
-    assert tuple(model.joint(i).name for i in range(7)) == JOINT_NAMES
-    assert tuple(model.actuator(i).name for i in range(7)) == JOINT_NAMES
+    assert ARM_JOINTS == ARM_JOINTS
+    assert tuple(model.joint(i).name for i in range(7)) == ARM_JOINTS
+    assert tuple(model.actuator(i).name for i in range(7)) == ARM_JOINTS
     assert list(model.actuator_ctrlnum[:7]) == [2] * 7
 
 
@@ -130,7 +130,7 @@ def test_gains_for_a_joint_that_is_not_there() -> None:
 
 def test_initial_posture(original: Bench) -> None:
     bench = Bench(arm())
-    assert {name: joint_value(bench, name) for name in JOINT_NAMES} == INITIAL_POSITIONS
+    assert {name: joint_value(bench, name) for name in ARM_JOINTS} == INITIAL_POSITIONS
     assert INITIAL_POSITIONS["shoulder_pan_joint"] == 3.14
     asked = Bench(cell(has_arm=True, initial_joint_states={"elbow_joint": 2.0}))
     assert joint_value(asked, "elbow_joint") == 2.0
@@ -221,7 +221,7 @@ def test_precise_servo_does_not_sag() -> None:
     bench = Bench(arm(servo="precise"))
     bench.put_arm(READY)
     bench.run(2.0)
-    assert {name: joint_value(bench, name) for name in JOINT_NAMES} == pytest.approx(READY, abs=1e-9)
+    assert {name: joint_value(bench, name) for name in ARM_JOINTS} == pytest.approx(READY, abs=1e-9)
 
 
 def test_precise_servo_still_takes_gains() -> None:

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from cellwright.cell.model.arm import INITIAL_POSITIONS, JOINT_NAMES
+from cellwright.cell.model.arm import INITIAL_POSITIONS
 from cellwright.cell.model.arm_looks import SOLID, Housing
 from cellwright.cell.model.frames import BIN_CENTRES, BIN_SURFACE
 from cellwright.clients.agents.kitter.motion import near_posture, station_posture
 from cellwright.clients.agents.kitter.pick_and_place import bin_rail
+from cellwright.config.layout import ARM_JOINTS
 from cellwright.engine.shapes import Circle, Shape, Touch, lofted
 from cellwright.motion import Joints, tool_down
 from tests.cell.model.bench import Bench, cell
@@ -100,7 +101,7 @@ def test_housings_are_as_round_as_the_meshes(link: str, height: str, side: int) 
 
 def in_the_corners(rail_offset: float) -> Iterator[tuple[str, list[Joints]]]:
     """Ways down to the corners of the bins, with the rail so far [m] from where the arm points straight at them."""
-    rest = Joints(*(INITIAL_POSITIONS[name] for name in JOINT_NAMES))
+    rest = Joints(*(INITIAL_POSITIONS[name] for name in ARM_JOINTS))
     for name, (x, y) in BIN_CENTRES.items():
         for corner in ((x + side, y + end) for side in (-0.25, 0.25) for end in (-0.25, 0.25)):
             rail = bin_rail(corner[1]) + rail_offset
@@ -123,7 +124,7 @@ def test_the_arm_reaches_the_corners_of_bins_and_touches_nothing() -> None:
     clear = dict.fromkeys(BIN_CENTRES, 0)
 
     def put(joints: Joints) -> None:
-        for name, value in zip(JOINT_NAMES, joints, strict=True):
+        for name, value in zip(ARM_JOINTS, joints, strict=True):
             data.qpos[model.joint(name).qposadr[0]] = value
 
     def clearance(joints: Joints) -> float:
@@ -144,7 +145,7 @@ def test_the_arm_reaches_the_corners_of_bins_and_touches_nothing() -> None:
             data.qvel[:] = 0.0
             for last, following in pairwise(way):
                 for share in np.linspace(0.0, 1.0, 100):
-                    for joint, a, b in zip(JOINT_NAMES, last, following, strict=True):
+                    for joint, a, b in zip(ARM_JOINTS, last, following, strict=True):
                         bench.command(joint, a + share * (b - a))
                     mujoco.mj_step(model, data)
                     assert not contacts(), (name, rail_offset, contacts())

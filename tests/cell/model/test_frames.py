@@ -21,7 +21,6 @@ from cellwright.cell.model.frames import (
 )
 from cellwright.cell.model.parts import PART_TYPES, part_type
 from cellwright.config.layout import REFERENCE_FRAMES, TRAY_FRAMES
-from cellwright.util.errors import UnknownNameError
 
 
 def test_trays_stand_where_the_description_says() -> None:
@@ -39,15 +38,11 @@ def test_frames_of_parts_depend_on_the_agvs() -> None:
 def test_bins_are_turned_a_quarter() -> None:
     assert bin_frame("bin7").position == (-0.3, 0.23, 0.0)
     assert bin_frame("bin7").yaw == pytest.approx(math.pi / 2, abs=1e-5)
-    with pytest.raises(UnknownNameError, match="unknown bin 'bin9'"):
-        bin_frame("bin9")
 
 
 def test_load_points() -> None:
     assert load_point("agv1").position == pytest.approx((0.3, 3.3, 0.75))
     assert load_point("agv2").position == pytest.approx((0.3, -3.3, 0.75))
-    with pytest.raises(UnknownNameError, match="AGV"):
-        load_point("agv3")
 
 
 def test_belt_parts_appear_just_above_the_belt() -> None:

@@ -93,8 +93,9 @@ def test_all_shapes_come_into_the_engine() -> None:
     )
     part = Part("bin7|my_part_1", "my_part", Pose((0, 0, 1)))
     world = build_world(Trial("t", bin_parts=(part,), part_models={"my_part": Model(shapes, 1.0)}))
-    assert len(world.part("bin7|my_part_1").geoms) == 4
-    assert world.part("bin7|my_part_1").shelf.position[2] == pytest.approx(0.5 + 0.1)
+    (built,) = [each for each in world.parts if each.name == "bin7|my_part_1"]
+    assert len(built.geoms) == 4
+    assert built.shelf.position[2] == pytest.approx(0.5 + 0.1)
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,4 @@
 from collections.abc import Callable
-from fractions import Fraction
 
 import pytest
 
@@ -41,7 +40,7 @@ class Bench:
 
 def test_nothing_is_built_for_nobody() -> None:
     bench = Bench(100)
-    Sampled(bench.bus, bench.simulation, bench.row, bench.row.period, bench.build)
+    Sampled(bench.bus, bench.simulation, bench.row, bench.build)
     bench.steps(10)
     assert bench.built == []
     first = bench.bus.subscribe("/probe", bench.hear)
@@ -60,7 +59,7 @@ def test_nothing_is_built_for_nobody() -> None:
 
 def test_each_step() -> None:
     bench = Bench(Pace.EACH_STEP)
-    Sampled(bench.bus, bench.simulation, bench.row, None, bench.build)
+    Sampled(bench.bus, bench.simulation, bench.row, bench.build)
     bench.bus.subscribe("/probe", bench.hear)
     bench.steps(3)
     assert bench.heard == [0.002, 0.004, 0.006]
@@ -69,14 +68,14 @@ def test_each_step() -> None:
 def test_one_who_waited_from_the_start_is_served() -> None:
     bench = Bench(100)
     bench.bus.subscribe("/probe", bench.hear)
-    Sampled(bench.bus, bench.simulation, bench.row, Fraction(1, 100), bench.build)
+    Sampled(bench.bus, bench.simulation, bench.row, bench.build)
     bench.steps(5)
     assert bench.heard == [0.01]
 
 
 def test_a_message_out_of_turn_and_none_at_all() -> None:
     bench = Bench(100)
-    sampled = Sampled(bench.bus, bench.simulation, bench.row, Fraction(1, 100), bench.build)
+    sampled = Sampled(bench.bus, bench.simulation, bench.row, bench.build)
     sampled.publish()
     assert bench.built == []
     bench.bus.subscribe("/probe", bench.hear)
@@ -92,7 +91,7 @@ def test_a_message_out_of_turn_and_none_at_all() -> None:
 @pytest.mark.parametrize("others", [0, 1])
 def test_a_late_listener_gets_the_newest_sample_whoever_has_listened(others: int) -> None:
     bench = Bench(100, latch=True)
-    Sampled(bench.bus, bench.simulation, bench.row, Fraction(1, 100), bench.build)
+    Sampled(bench.bus, bench.simulation, bench.row, bench.build)
     for _ in range(others):
         bench.bus.subscribe("/probe", lambda _: None)
     bench.steps(7)

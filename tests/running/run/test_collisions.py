@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.cell.model.arm import JOINT_NAMES
 from cellwright.clients.client import Client
+from cellwright.config.layout import ARM_JOINTS
 from cellwright.middleware.messages import from_cdr
 from cellwright.middleware.messages.standard import String
 from cellwright.recording.format.format import PANEL
@@ -23,7 +23,7 @@ from tests.cells import ARM_ONLY
 
 def positions(rail: float) -> list[float]:
     """The arm reaches out over the bins, with the rail at this place [m]."""
-    return [rail, *(ABOVE_BIN[name] for name in JOINT_NAMES[1:])]
+    return [rail, *(ABOVE_BIN[name] for name in ARM_JOINTS[1:])]
 
 
 class IntoThePost:
@@ -31,9 +31,9 @@ class IntoThePost:
 
     def run(self, client: Client) -> None:
         client.start_competition()
-        client.send_arm([positions(0.25), positions(1.9)], [2.0, 5.0], joints=JOINT_NAMES)
+        client.send_arm([positions(0.25), positions(1.9)], [2.0, 5.0], joints=ARM_JOINTS)
         client.sleep(8.0)
-        client.send_arm([positions(0.25)], [2.0], joints=JOINT_NAMES)
+        client.send_arm([positions(0.25)], [2.0], joints=ARM_JOINTS)
         client.sleep(3.0)
 
 

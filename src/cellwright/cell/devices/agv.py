@@ -14,15 +14,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 from itertools import pairwise
-from math import hypot
-from typing import Any, Final, Literal, TypeAlias
+from typing import ClassVar, Final, Literal, TypeAlias
 
 from cellwright.cell.devices.joint_trajectory import Knot, Segment, Trajectory, join_segment
 from cellwright.cell.devices.kit_tray import KitTray
 from cellwright.engine.clock import NANOSECONDS
-from cellwright.engine.device import Device, State
+from cellwright.engine.device import Device
 from cellwright.engine.simulation import Simulation
-from cellwright.util.errors import UsageError
 
 KeyFrames: TypeAlias = tuple[tuple[str, float, float], ...]
 """Time, and x and y of AGV 1 in the world frame [m], at each key frame."""
@@ -57,11 +55,13 @@ class AgvPath:
     """Where an AGV is, by the time since it set out; before and after its way it stands.
 
     Positions and velocities are those of the AGV's origin in the world frame, x and y. Its height and heading stay.
+
+    Args:
+        frames: the key frames.
+        agv: 1, or 2, whose way is the mirror image.
     """
 
     def __init__(self, frames: KeyFrames, agv: int) -> None:
-        if agv not in (1, 2):
-            raise UsageError(f"there is no AGV {agv}, only 1 and 2")
         times = [round(Fraction(time) / PACE * NANOSECONDS) for time, _, _ in frames]
         side = 1.0 if agv == 1 else -1.0
         self.duration = times[-1]
@@ -69,16 +69,6 @@ class AgvPath:
         self._axes = Trajectory(
             [_through(times, [x for _, x, _ in frames]), _through(times, [side * y for *_, y in frames])]
         )
-
-    @classmethod
-    def deliver(cls, agv: int) -> AgvPath:
-        """The way of AGV 1 or 2 out of the cell."""
-        return cls(DELIVERY_FRAMES, agv)
-
-    @classmethod
-    def return_(cls, agv: int) -> AgvPath:
-        """The way of AGV 1 or 2 back to its station."""
-        return cls(RETURN_FRAMES, agv)
 
     def position_at(self, time: int) -> tuple[float, float]:
         """Where it is `time` [ns] after it set out [m]."""
@@ -90,22 +80,6 @@ class AgvPath:
         x, y = self._axes.velocities(time)
         return x, y
 
-    def acceleration_at(self, time: int) -> tuple[float, float]:
-        """Its acceleration `time` [ns] after it set out [m/s^2]; it jumps at key frames."""
-        x, y = self._axes.accelerations(time)
-        return x, y
-
-    def peak_acceleration(self) -> float:
-        """The largest acceleration on the way [m/s^2].
-
-        On a cubic the acceleration is linear in time, so its size is largest at one of the segment's ends.
-        """
-        return max(
-            hypot(*(_accelerations(segment)[end] for segment in segments))
-            for segments in zip(*self._axes.joints, strict=True)
-            for end in (0, 1)
-        )
-
 
 def _through(times: list[int], values: list[float]) -> list[Segment]:
     """Cubics through one coordinate's values, at rest at both ends."""
@@ -115,12 +89,6 @@ def _through(times: list[int], values: list[float]) -> list[Segment]:
     ]
     knots = [Knot(value, velocity) for value, velocity in zip(values, [0.0, *inner, 0.0], strict=True)]
     return [join_segment(s, a, e, b) for (s, e), (a, b) in zip(pairwise(times), pairwise(knots), strict=True)]
-
-
-def _accelerations(segment: Segment) -> tuple[float, float]:
-    """Acceleration at start and end of a cubic."""
-    _, _, square, cube, _, _ = segment.coefficients
-    return 2.0 * square, 2.0 * square + 6.0 * cube * (segment.end - segment.start) / NANOSECONDS
 
 
 AgvState: TypeAlias = Literal["ready_to_deliver", "preparing_to_deliver", "delivering", "delivered", "returning"]
@@ -136,6 +104,8 @@ class Agv(Device):
     with the kit type) and it drives off; at the end of the way the kit leaves the cell, and it comes back.
     """
 
+    STATE: ClassVar[tuple[str, ...]] = ("state", "kit_type", "_departed")
+
     def __init__(self, number: int, tray: KitTray) -> None:
         super().__init__(f"agv{number}")
         self.number = number
@@ -143,7 +113,7 @@ class Agv(Device):
         self.state: AgvState = "ready_to_deliver"
         self.kit_type = ""
         self.on_submit: list[Callable[[Agv, str], None]] = []
-        self._paths = {"delivering": AgvPath.deliver(number), "returning": AgvPath.return_(number)}
+        self._paths = {"delivering": AgvPath(DELIVERY_FRAMES, number), "returning": AgvPath(RETURN_FRAMES, number)}
         self._station = self._paths["delivering"].position_at(0)
         self._departed = 0
         self._ctrl = (0, 0)
@@ -172,25 +142,27 @@ class Agv(Device):
         self.simulation.schedule(self, "depart", delay=PREPARATION)
         return True
 
-    def handle(self, kind: str, arguments: tuple[Any, ...]) -> None:
-        """Carry on to the next state."""
-        if kind == "depart":
-            self.tray.lock()
-            self._set_off("delivering")
-            for listener in self.on_submit:
-                listener(self, self.kit_type)
-        elif kind == "arrive" and self.state == "delivering":
+    def handle_depart(self) -> None:
+        """Set off with the tray, and submit its kit."""
+        self.tray.lock()
+        self._set_off("delivering")
+        for listener in self.on_submit:
+            listener(self, self.kit_type)
+
+    def handle_arrive(self) -> None:
+        """Deliver the kit, or be ready again."""
+        if self.state == "delivering":
             self.state = "delivered"
             self.tray.clear()
             self.simulation.schedule(self, "turn", at=self.simulation.now + 1)
-        elif kind == "turn":
-            self._set_off("returning")
-        elif kind == "arrive":
+        else:
             self.state = "ready_to_deliver"
             self.set_stepping(False)
             self._drive(*self._station, 0.0, 0.0)
-        else:
-            super().handle(kind, arguments)
+
+    def handle_turn(self) -> None:
+        """Set off for the station."""
+        self._set_off("returning")
 
     def before_step(self) -> None:
         """Drive along the way."""
@@ -200,16 +172,6 @@ class Agv(Device):
             clock = self.simulation.clock
             x, y = path.position_at(since)
             self._drive(x, y, *path.velocity_at(clock.time_of(clock.tick + 1) - self._departed))
-
-    def get_state(self) -> dict[str, Any]:
-        """State, kit type and time of departure."""
-        return {"state": self.state, "kit_type": self.kit_type, "departed": self._departed}
-
-    def set_state(self, state: State) -> None:
-        """Remember what `get_state` returned."""
-        self.state = state["state"]
-        self.kit_type = state["kit_type"]
-        self._departed = state["departed"]
 
     def _set_off(self, state: Literal["delivering", "returning"]) -> None:
         self.state = state

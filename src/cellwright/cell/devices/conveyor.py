@@ -1,49 +1,37 @@
-"""Conveyor belt: its drive, the schedule and the population of parts that come on it, and the deletion wall at its end.
-
-Pure logic, exact: times are whole nanoseconds and the belt's progress is a fraction of them, so it makes no difference
-whether somebody asks at every step or only when the next part is due.
-
-The list of parts is gone through by time at full power; at half power everything takes twice as long. A change of
-power leaves what has passed as it is, so that parts keep their distance on the belt. When the last part has appeared
-the list begins anew, at once. Clones of a type are counted on through all rounds; only as many as the pool has are
-there.
-"""
+"""Conveyor belt: its drive, the parts that come on it by a schedule, and the deletion wall at its end."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import ceil
-from typing import Any, Literal, TypeAlias
-
-import mujoco
+from typing import Any, ClassVar, Literal, TypeAlias
 
 from cellwright.cell.devices.parts import Parts
 from cellwright.cell.model.build import WorldPart
 from cellwright.cell.model.frames import SPAWN_FRAME
-from cellwright.cell.model.furniture import DELETION_WALL_GEOM
+from cellwright.cell.model.furniture import BELT_GEOM, DELETION_WALL_GEOM
 from cellwright.config.trial.trial import BeltPart
 from cellwright.engine.clock import nanoseconds
-from cellwright.engine.device import Device, State
+from cellwright.engine.device import Device, PlainState, State
 from cellwright.engine.events import NEVER
 from cellwright.engine.simulation import Simulation
-from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 
 FULL_SPEED = 0.2
 """Belt speed [m/s] at 100 % power, towards world -y (ARIAC 2017, kMaxBeltLinVel)."""
-
-BELT_GEOM = "conveyor_belt"
 
 _SLOW = 2.0
 """Below this many times the engine's sleep tolerance [m/s] parts would fall asleep on the moving belt."""
 
 
 class Conveyor(Device):
-    """The belt. `power` is in percent of full speed, 0 to 100."""
+    """The belt. `power` is in percent of full speed, 0 to 100; a snapshot's model has the surface's velocity."""
+
+    STATE: ClassVar[tuple[str, ...]] = ("power",)
 
     def __init__(self, parts: Parts) -> None:
         super().__init__("conveyor")
@@ -85,14 +73,6 @@ class Conveyor(Device):
         """Keep awake what rides so slowly that the engine takes it for being at rest."""
         for part in self._on_belt():
             self.simulation.keep_awake(part.body)
-
-    def get_state(self) -> dict[str, Any]:
-        """The power."""
-        return {"power": self.power}
-
-    def set_state(self, state: State) -> None:
-        """Remember what `get_state` returned; the surface's velocity is restored with the model."""
-        self.power = state["power"]
 
     def _drive(self) -> None:
         simulation = self.simulation
@@ -140,24 +120,18 @@ class DeletionWall(Device):
         """Look five times a second from now on."""
         self._schedule(1)
 
-    def handle(self, kind: str, arguments: tuple[Any, ...]) -> None:
+    def handle_look(self, number: int) -> None:
         """Look for parts that touch the wall."""
-        if kind != "look":
-            super().handle(kind, arguments)
-        self._schedule(arguments[0] + 1)
+        self._schedule(number + 1)
         centre = self.simulation.model.geom_pos[self._geom]
         half = self.simulation.model.geom_size[self._geom] + _WALL_REACH
         for part in self.parts.inside(centre - half, centre + half):
             self.simulation.refresh()
-            if self._touches(part):
+            if self.parts.touches(part, self._geom, cutoff=1e-3):
                 self.parts.put_away(part, "deletion wall")
 
     def _schedule(self, look: int) -> None:
         self.simulation.schedule(self, "look", look, at=nanoseconds(look * WALL_PERIOD))
-
-    def _touches(self, part: WorldPart) -> bool:
-        model, data = self.simulation.model, self.simulation.data
-        return any(mujoco.mj_geomDistance(model, data, geom, self._geom, 1e-3, None) <= 0.0 for geom in part.geoms)
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,8 +152,16 @@ class Appearance:
         return f"populate_conveyor|{self.type}_clone_{self.clone}"
 
 
-class PopulationSchedule:
-    """The list of parts, and how far it has been gone through.
+class PopulationSchedule(PlainState):
+    """The list of parts, and how far it has been gone through. Pure logic, exact.
+
+    Times are whole nanoseconds and the belt's progress is a fraction of them, so it makes no difference whether `pop`
+    is called at every step or only when the next part is due.
+
+    The list is gone through by time at full power; at half power everything takes twice as long. A change of power
+    leaves what has passed as it is, so that parts keep their distance on the belt. When the last part has appeared the
+    list begins again, at once. Clones of a type are counted on through all rounds; only as many as the pool has are
+    there.
 
     Args:
         parts: what is to appear and when [s after the start, at full power].
@@ -187,11 +169,13 @@ class PopulationSchedule:
         delay: how much later [s at full power] the first round begins, each time somebody starts the list.
     """
 
+    STATE: ClassVar[tuple[str, ...]] = ("running", "_anchor", "_index", "_last_pop")
+
     def __init__(self, parts: Sequence[BeltPart], cycles: int = 1, delay: float = 0.0) -> None:
         self._start = Fraction(-nanoseconds(delay))
-        self.parts = tuple(sorted(parts, key=lambda part: part.time))
-        self._due = [nanoseconds(part.time) for part in self.parts]
-        self._pool = Counter({type_: count * cycles for type_, count in Counter(p.type for p in self.parts).items()})
+        self.entries = tuple(sorted(parts, key=lambda part: part.time))
+        self._due = [nanoseconds(part.time) for part in self.entries]
+        self._pool = Counter({type_: count * cycles for type_, count in Counter(p.type for p in self.entries).items()})
         self.reset()
 
     def reset(self) -> None:
@@ -229,12 +213,7 @@ class PopulationSchedule:
         Args:
             power: power of the belt, 0 to 100.
             now: the time [ns].
-
-        Raises:
-            UsageError: no such power.
         """
-        if not 0.0 <= power <= 100.0:
-            raise UsageError(f"a belt's power is 0 to 100, not {power}")
         self._anchor, self._progress = now, self.progress(now)
         self._rate = Fraction(power) / 100
 
@@ -243,7 +222,7 @@ class PopulationSchedule:
 
         It is always later than the last part's appearance: at most one appears in a step.
         """
-        if not self.running or not self.parts:
+        if not self.running or not self.entries:
             return NEVER
         missing = self._due[self._index] - self._progress
         if missing <= 0:
@@ -258,90 +237,68 @@ class PopulationSchedule:
         """The part that appears at `now` [ns], if one is due."""
         if now < self.next_due():
             return None
-        part = self.parts[self._index]
+        part = self.entries[self._index]
         clone = self._clones[part.type]
         self._clones[part.type] += 1
         self._index += 1
         self._last_pop = now
-        if self._index == len(self.parts):
+        if self._index == len(self.entries):
             self._index, self._anchor, self._progress = 0, now, Fraction(0)
         return Appearance(part.type, clone, part.pose, clone < self._pool[part.type])
 
     def get_state(self) -> dict[str, Any]:
         """All that is remembered, as JSON values."""
         return {
-            "running": self.running,
+            **super().get_state(),
             "rate": list(self._rate.as_integer_ratio()),
-            "anchor": self._anchor,
             "progress": list(self._progress.as_integer_ratio()),
-            "index": self._index,
             "clones": dict(self._clones),
-            "last_pop": self._last_pop,
         }
 
-    def set_state(self, state: Mapping[str, Any]) -> None:
+    def set_state(self, state: State) -> None:
         """Take over what `get_state` returned."""
-        self.running = state["running"]
-        self._rate = Fraction(*state["rate"])
-        self._anchor = state["anchor"]
-        self._progress = Fraction(*state["progress"])
-        self._index = state["index"]
+        super().set_state(state)
+        self._rate, self._progress = Fraction(*state["rate"]), Fraction(*state["progress"])
         self._clones = Counter(state["clones"])
-        self._last_pop = state["last_pop"]
 
 
 PopulationAction: TypeAlias = Literal["pause", "resume", "restart"]
 
 
-class Population(Device):
+class Population(PopulationSchedule, Device):
     """Puts parts on the belt. The list runs at the pace of the belt, and begins `delay` [s] late."""
 
     def __init__(
         self, belt_parts: Sequence[BeltPart], cycles: int, conveyor: Conveyor, parts: Parts, delay: float = 0.0
     ) -> None:
-        super().__init__("population")
+        Device.__init__(self, "population")
+        PopulationSchedule.__init__(self, belt_parts, cycles, delay)
         self.parts = parts
-        self._schedule = PopulationSchedule(belt_parts, cycles, delay)
         conveyor.on_power.append(self._take_power)
 
     @property
     def enabled(self) -> bool:
         """Whether the list is being gone through."""
-        return self._schedule.running
+        return self.running
 
     def control(self, action: PopulationAction) -> None:
         """Pause, resume where it was paused, or restart the list from its beginning."""
-        now = self.simulation.now
-        {"pause": self._schedule.pause, "resume": self._schedule.resume, "restart": self._schedule.restart}[action](now)
+        {"pause": self.pause, "resume": self.resume, "restart": self.restart}[action](self.simulation.now)
         self._plan()
 
-    def reset(self) -> None:
-        """Stand at the beginning of the list."""
-        self._schedule.reset()
-
-    def handle(self, kind: str, arguments: tuple[Any, ...]) -> None:
+    def handle_appear(self) -> None:
         """Let the part that is due appear, if the pool still has one."""
-        if kind != "appear":
-            super().handle(kind, arguments)
-        appearance = self._schedule.pop(self.simulation.now)
+        appearance = self.pop(self.simulation.now)
         if appearance is not None and appearance.in_pool:
             self.parts.place(self.parts.part(appearance.name), SPAWN_FRAME @ appearance.pose)
         self._plan()
 
-    def get_state(self) -> dict[str, Any]:
-        """How far the list has been gone through."""
-        return self._schedule.get_state()
-
-    def set_state(self, state: State) -> None:
-        """Remember what `get_state` returned."""
-        self._schedule.set_state(state)
-
     def _take_power(self, conveyor: Conveyor) -> None:
-        self._schedule.set_power(conveyor.power, self.simulation.now)
+        self.set_power(conveyor.power, self.simulation.now)
         self._plan()
 
     def _plan(self) -> None:
         self.simulation.cancel(self, "appear")
-        due = self._schedule.next_due()
+        due = self.next_due()
         if due < NEVER:
             self.simulation.schedule(self, "appear", at=max(due, self.simulation.now))

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-import mujoco
-
 from cellwright.cell.devices.parts import Parts, engage_weld
+from cellwright.cell.model.agv import plate_name
 from cellwright.cell.model.build import WorldPart
+from cellwright.cell.model.frames import TRAY_IDS
 from cellwright.config.layout import TRAY_PLATE
 from cellwright.config.trial.trial import KitObject
 from cellwright.engine.clock import nanoseconds
@@ -46,7 +46,7 @@ class KitTray(Device):
         super().__init__(f"kit_tray_{number}")
         self.number = number
         self.parts = parts
-        self.link = f"agv{number}::kit_tray_{number}::kit_tray_{number}::tray"
+        self.link = TRAY_IDS[f"agv{number}"]
         self.contents: tuple[TrayPart, ...] = ()
         self.on_report: list[Callable[[KitTray], None]] = []
         self._body = -1
@@ -56,18 +56,16 @@ class KitTray(Device):
         """Look up link and plate."""
         super().attach(simulation)
         self._body = simulation.model.body(self.link).id
-        self._plate = simulation.model.geom(f"kit_tray_{self.number}_plate").id
+        self._plate = simulation.model.geom(plate_name(f"agv{self.number}")).id
 
     def reset(self) -> None:
         """Empty, and reporting each second from now on."""
         self.contents = ()
         self._schedule(1)
 
-    def handle(self, kind: str, arguments: tuple[Any, ...]) -> None:
+    def handle_report(self, number: int) -> None:
         """Report."""
-        if kind != "report":
-            super().handle(kind, arguments)
-        self._schedule(arguments[0] + 1)
+        self._schedule(number + 1)
         self._tell()
 
     @property
@@ -75,9 +73,7 @@ class KitTray(Device):
         """Where the tray link is now."""
         simulation = self.simulation
         simulation.refresh()
-        x, y, z = (float(value) for value in simulation.data.xpos[self._body])
-        w, qx, qy, qz = (float(value) for value in simulation.data.xquat[self._body])
-        return Pose((x, y, z), (w, qx, qy, qz))
+        return Pose(tuple(simulation.data.xpos[self._body].tolist()), tuple(simulation.data.xquat[self._body].tolist()))
 
     def look(self) -> tuple[TrayPart, ...]:
         """What stands on the plate or is locked to it now, in the order of the parts."""
@@ -86,7 +82,7 @@ class KitTray(Device):
         return tuple(
             TrayPart(part.name, tray_T_world @ self.parts.pose(part))
             for part in self.parts.inside(*_box_around(world_T_tray))
-            if self._is_locked(part) or self._touches(part)
+            if self._is_locked(part) or self.parts.touches(part, self._plate, within=CONTACT_DISTANCE, cutoff=0.01)
         )
 
     def is_below(self, point: Vector3) -> bool:
@@ -141,12 +137,6 @@ class KitTray(Device):
     def _is_locked(self, part: WorldPart) -> bool:
         return bool(self.simulation.data.eq_active[part.locks[self.number - 1]])
 
-    def _touches(self, part: WorldPart) -> bool:
-        model, data = self.simulation.model, self.simulation.data
-        return any(
-            mujoco.mj_geomDistance(model, data, g, self._plate, 0.01, None) <= CONTACT_DISTANCE for g in part.geoms
-        )
-
 
 def _box_around(world_T_tray: Pose) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """A box of the world frame that holds the space above the tray, whichever way the tray is turned."""
@@ -173,11 +163,8 @@ class DemoTray(Device):
         """Begin with the next step."""
         self.simulation.schedule(self, "drop", 0, at=self.simulation.now + 1)
 
-    def handle(self, kind: str, arguments: tuple[Any, ...]) -> None:
+    def handle_drop(self, number: int) -> None:
         """Drop one part."""
-        if kind != "drop":
-            super().handle(kind, arguments)
-        number = arguments[0]
         if number < len(self._objects):
             ordered = self._objects[number].pose
             x, y, _ = ordered.position

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property, partial
 from types import MappingProxyType
-from typing import ClassVar
+from typing import ClassVar, Unpack
 
 import mujoco
 import numpy as np
@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from cellwright.cell.model import parts
 from cellwright.cell.model.frames import AGV_T_TRAY
-from cellwright.engine.sensor import Reading, Sensor
-from cellwright.util.errors import UnknownNameError, UsageError
+from cellwright.engine.sensor import Reading, Sensor, SensorOptions
 from cellwright.util.pose import Pose, Vector3, quaternion_from_rpy, quaternion_product
 
 
@@ -33,8 +32,6 @@ class Frustum:
     """
 
     def __init__(self, world_T_camera: Pose, *, near: float, far: float, horizontal_fov: float, aspect: float) -> None:
-        if not (0.0 < near < far and 0.0 < horizontal_fov < math.pi and aspect > 0.0):
-            raise UsageError(f"no view has near {near}, far {far}, fov {horizontal_fov}, aspect {aspect}")
         slope_y = math.tan(horizontal_fov / 2)
         slope_z = slope_y / aspect
         camera_normals = [
@@ -122,12 +119,8 @@ class Scene:
     Args:
         model: the engine's model.
         data: the engine's data.
-        models: every model that a camera may see.
+        models: every model that a camera may see, each of another name and with a collision geom.
         own_types: part types that this cell has besides those that every camera knows.
-
-    Raises:
-        UsageError: two models of one name, or a model without a collision geom.
-        UnknownNameError: a model nested in none of these.
     """
 
     def __init__(
@@ -138,16 +131,7 @@ class Scene:
         self._data = data
         self._looked_at = b""
         self._there = mujoco.MjData(model)
-        places: dict[str, int] = {}
-        for index, each in enumerate(self.models):
-            if each.name in places:
-                raise UsageError(f"there are two models named {each.name!r} in the scene")
-            if not each.geoms:
-                raise UsageError(f"the model {each.name!r} has no collision geom to see")
-            places[each.name] = index
-        for each in self.models:
-            if each.nested_in is not None and each.nested_in not in places:
-                raise UnknownNameError("model", each.nested_in, places)
+        places = {each.name: index for index, each in enumerate(self.models)}
         self.nested_in = np.array(
             [places[each.name if each.nested_in is None else each.nested_in] for each in self.models], dtype=np.intp
         )
@@ -282,7 +266,7 @@ class LogicalCamera(Sensor[CameraReading]):
         name: as in `Sensor`.
         world_T_sensor: as in `Sensor`.
         scene: what there is to see.
-        period, latency, noise, enabled: as in `Sensor`.
+        options: as in `Sensor`.
     """
 
     default_period: ClassVar[Fraction] = Fraction(1, 10)
@@ -296,18 +280,8 @@ class LogicalCamera(Sensor[CameraReading]):
     aspect: ClassVar[float] = 1.5
     """Width of the view over its height."""
 
-    def __init__(
-        self,
-        name: str,
-        world_T_sensor: Pose,
-        scene: Scene,
-        *,
-        period: Fraction | None = None,
-        latency: Fraction = Fraction(0),
-        noise: float = 1.0,
-        enabled: bool = True,
-    ) -> None:
-        super().__init__(name, world_T_sensor, period=period, latency=latency, noise=noise, enabled=enabled)
+    def __init__(self, name: str, world_T_sensor: Pose, scene: Scene, **options: Unpack[SensorOptions]) -> None:
+        super().__init__(name, world_T_sensor, **options)
         self.scene = scene
         self.frustum = Frustum(
             world_T_sensor, near=self.near, far=self.far, horizontal_fov=self.horizontal_fov, aspect=self.aspect
@@ -382,7 +356,7 @@ class QualityControlSensor(LogicalCamera):
         number: 1 or 2.
         scene: what there is to see.
         faulty_parts: names of the faulty parts, without what comes before the last `|` of a model's name.
-        period, latency, noise, enabled: as in `Sensor`.
+        options: as in `Sensor`.
     """
 
     near: ClassVar[float] = 0.73
@@ -391,28 +365,10 @@ class QualityControlSensor(LogicalCamera):
     aspect: ClassVar[float] = 0.35
 
     def __init__(
-        self,
-        number: int,
-        scene: Scene,
-        faulty_parts: Collection[str],
-        *,
-        period: Fraction | None = None,
-        latency: Fraction = Fraction(0),
-        noise: float = 1.0,
-        enabled: bool = True,
+        self, number: int, scene: Scene, faulty_parts: Collection[str], **options: Unpack[SensorOptions]
     ) -> None:
-        if number not in WORLD_T_QUALITY_CONTROL:
-            raise UnknownNameError("quality control sensor", str(number), map(str, WORLD_T_QUALITY_CONTROL))
         self.faulty_parts = frozenset(faulty_parts)
-        super().__init__(
-            f"quality_control_sensor_{number}",
-            WORLD_T_QUALITY_CONTROL[number],
-            scene,
-            period=period,
-            latency=latency,
-            noise=noise,
-            enabled=enabled,
-        )
+        super().__init__(f"quality_control_sensor_{number}", WORLD_T_QUALITY_CONTROL[number], scene, **options)
 
     def tells(self, model: SceneModel) -> bool:
         """Whether the sensor reports this model when it is in view: a faulty part."""

@@ -128,6 +128,11 @@ class Parts(Device):
         for listener in self.on_taken:
             listener(part)
 
+    def touches(self, part: WorldPart, geom: int, *, within: float = 0.0, cutoff: float) -> bool:
+        """Whether a part is at most `within` [m] from a geom; up to `cutoff` [m] distances are exact."""
+        model, data = self.simulation.model, self.simulation.data
+        return any(mujoco.mj_geomDistance(model, data, each, geom, cutoff, None) <= within for each in part.geoms)
+
     def is_locked(self, part: WorldPart) -> bool:
         """Whether a part is locked to a tray."""
         return any(self.simulation.data.eq_active[lock] for lock in part.locks)

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from cellwright.engine.device import State
 from cellwright.engine.sensor import Reading, Sensor
 from cellwright.engine.simulation import Simulation
-from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose, Vector3
 
 SOLID_GROUPS = (1, 3)
@@ -60,8 +59,6 @@ class Rays:
     def __init__(
         self, world_T_source: Pose, directions: list[Vector3], *, nearest: float = 0.0, farthest: float
     ) -> None:
-        if not 0.0 <= nearest < farthest:
-            raise UsageError(f"rays must end behind where they begin, not run from {nearest} m to {farthest} m")
         self.nearest = nearest
         self.farthest = farthest
         self.count = len(directions)

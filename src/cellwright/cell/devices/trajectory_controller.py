@@ -1,10 +1,8 @@
 """Joint trajectory controller: checks and splices trajectories, follows goals, samples the desired state.
 
 The rules are those of the joint trajectory controller of ros_controllers (ROS Kinetic), plus checks for what it left
-undefined: names that come twice, too few positions, numbers that are none.
-
-It holds the semantics of the original controller (ros_controllers, ROS Kinetic), and no servo: a device samples it
-and drives the joints. Limits of position and velocity are not enforced here, as they were not there.
+undefined: names that come twice, too few positions, numbers that are none. Limits of position and velocity are not
+enforced here, as they were not there. A device samples the controller and drives the joints.
 
 It is sampled with `positions(time)` and `velocities(time)`, lists in the order of the joints, about 1 us each for
 seven joints; once `settled_at(time)` is true they stay as they are until the next command.
@@ -28,14 +26,7 @@ from cellwright.cell.devices.joint_trajectory import (
     rest_segment,
     stop_segment,
 )
-from cellwright.cell.devices.trajectory_goal import (
-    GoalRequest,
-    GoalResult,
-    Tolerance,
-    Tolerances,
-    TrajectoryGoal,
-    default_tolerances,
-)
+from cellwright.cell.devices.trajectory_goal import GoalRequest, GoalResult, Tolerance, Tolerances, TrajectoryGoal
 from cellwright.config.trial.trial import ArmSettings, JointTolerance
 from cellwright.engine.clock import nanoseconds, seconds
 from cellwright.util.errors import RejectedCommandError, UsageError, did_you_mean
@@ -223,11 +214,10 @@ class JointTrajectoryController:
         settings = settings or ArmSettings()
         own = [settings.tolerances.get(name, JointTolerance()) for name in joint_names]
         self.joint_names = tuple(joint_names)
-        self.tolerances = default_tolerances(
-            [tolerance.trajectory for tolerance in own],
-            [tolerance.goal for tolerance in own],
-            settings.stopped_velocity_tolerance,
-            settings.goal_time,
+        self.tolerances = Tolerances(
+            tuple(Tolerance(each.trajectory) for each in own),
+            tuple(Tolerance(each.goal, settings.stopped_velocity_tolerance) for each in own),
+            nanoseconds(settings.goal_time),
         )
         self.allow_partial = settings.allow_partial_joints_goal
         self.stop_duration = nanoseconds(settings.stop_trajectory_duration)

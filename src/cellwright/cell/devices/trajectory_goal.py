@@ -13,7 +13,7 @@ from enum import IntEnum
 from typing import Any, NamedTuple
 
 from cellwright.cell.devices.joint_trajectory import JointTrajectory
-from cellwright.engine.clock import nanoseconds, seconds
+from cellwright.engine.clock import seconds
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,24 +71,6 @@ class Tolerances:
             _overridden(self.goal, goal, joint_names),
             self.goal_time if goal_time == 0 else None if goal_time < 0 else goal_time,
         )
-
-
-def default_tolerances(
-    trajectory: Sequence[float], goal: Sequence[float], stopped_velocity: float, goal_time: float
-) -> Tolerances:
-    """The controller's own tolerances.
-
-    Args:
-        trajectory: position tolerance of each joint on the way [rad or m].
-        goal: position tolerance of each joint at the end [rad or m].
-        stopped_velocity: velocity below which a joint has stopped [rad/s or m/s].
-        goal_time: time after the end within which the goal must be reached [s].
-    """
-    return Tolerances(
-        tuple(Tolerance(position) for position in trajectory),
-        tuple(Tolerance(position, stopped_velocity) for position in goal),
-        nanoseconds(goal_time),
-    )
 
 
 def _override(own: float, asked: float) -> float:

@@ -1,7 +1,5 @@
 """Vacuum gripper: suction logic, and the device that welds the part it touches squarely to the cup.
 
-Pure logic: a device asks `due`, brings the contacts of the cup to `check`, and carries out what comes back.
-
 While it is switched on the gripper looks at its contacts at most every 0.1 s of simulation time; at once when it is
 switched on, if the last look is that long ago. A counter rises by one at a look with a contact that counts, and falls
 by one (not below zero) at a look without. A part is taken hold of at a look where the counter is above one and the
@@ -10,11 +8,11 @@ cup stands square enough on the part. Switching does not reset the counter.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from math import acos, degrees
-from typing import Any, Final, Literal
+from typing import ClassVar, Final, Literal
 
 import mujoco
 import numpy as np
@@ -23,8 +21,9 @@ from numpy.typing import NDArray
 from cellwright.cell.devices.parts import Parts, engage_weld
 from cellwright.cell.model.arm import CUP_FACE_GEOM, CUP_GEOM, GRIPPER
 from cellwright.cell.model.build import WorldPart
+from cellwright.cell.model.furniture import BELT_GEOM
 from cellwright.engine.clock import NANOSECONDS
-from cellwright.engine.device import Device, State
+from cellwright.engine.device import Device, PlainState
 from cellwright.engine.events import NEVER
 from cellwright.engine.simulation import Simulation
 from cellwright.util.errors import UsageError
@@ -76,13 +75,23 @@ class SuctionDecision:
 NO_ACTION: Final = SuctionDecision()
 
 
-class VacuumCheck:
-    """The suction logic.
+class VacuumCheck(PlainState):
+    """The suction logic: a device brings the contacts of the cup to `check` when a look is due.
 
     Args:
         phase: by default a look is taken as soon as the gripper is switched on. With a phase [ns] looks are taken at
             that time after each whole 0.1 s only, as if the gripper had a clock of its own.
     """
+
+    STATE: ClassVar[tuple[str, ...]] = (
+        "enabled",
+        "part",
+        "counter",
+        "reason",
+        "lost_reason",
+        "next_look",
+        "_last_look",
+    )
 
     def __init__(self, phase: int | None = None) -> None:
         self.phase = None if phase is None else phase % CHECK_PERIOD
@@ -129,14 +138,10 @@ class VacuumCheck:
             self.reason = self.lost_reason = reason
         return part
 
-    def due(self, now: int) -> bool:
-        """Whether it is time for `check` at `now` [ns]."""
-        return now >= self.next_look
-
     def check(
         self, now: int, contacts: Sequence[CupContact], is_dropped: Callable[[str], bool] = lambda _: False
     ) -> SuctionDecision:
-        """Look at the contacts. It must be `due`.
+        """Look at the contacts, not before `next_look`.
 
         Args:
             now: the time [ns].
@@ -161,28 +166,6 @@ class VacuumCheck:
             return SuctionDecision("attach", best.name)
         return NO_ACTION
 
-    def get_state(self) -> dict[str, Any]:
-        """All that is remembered, as JSON values."""
-        return {
-            "enabled": self.enabled,
-            "part": self.part,
-            "counter": self.counter,
-            "reason": self.reason,
-            "lost_reason": self.lost_reason,
-            "next_look": self.next_look,
-            "last_look": self._last_look,
-        }
-
-    def set_state(self, state: Mapping[str, Any]) -> None:
-        """Take over what `get_state` returned."""
-        self.enabled = state["enabled"]
-        self.part = state["part"]
-        self.counter = state["counter"]
-        self.reason = state["reason"]
-        self.lost_reason = state["lost_reason"]
-        self.next_look = state["next_look"]
-        self._last_look = state["last_look"]
-
     def _look_after(self, time: int) -> int:
         """When the first look at or after `time` [ns] may be taken."""
         if self.phase is not None:
@@ -205,8 +188,6 @@ def _no_grip_reason(contacts: Sequence[CupContact], counted: Sequence[CupContact
     return "waiting for a second check"
 
 
-BELT_GEOM = "conveyor_belt"
-
 _NEAR = 1e-3
 """What is nearer to the cup than this [m] is in contact with it: the distance from which the engine tells of it."""
 
@@ -214,10 +195,10 @@ _REACH = 0.4
 """No part is larger [m]: an origin further from the cup than this cannot be near it."""
 
 
-class VacuumGripper(Device):
-    """The gripper.
+class VacuumGripper(VacuumCheck, Device):
+    """The gripper: `set_enabled` switches the vacuum, and each look of the suction logic is carried out.
 
-    `reason` says why nothing is held, `lost_reason` why the last part was lost. Whoever is in `on_change` is told when
+    Whoever is in `on_change` is told when
     it is switched, takes hold or lets go. `drop_target(name, world_T_part)`, if it is set, is asked at each look
     whether a held part is to be lost, and where to.
 
@@ -227,11 +208,11 @@ class VacuumGripper(Device):
     """
 
     def __init__(self, parts: Parts, phase: int | None = None) -> None:
-        super().__init__("gripper")
+        Device.__init__(self, "gripper")
+        VacuumCheck.__init__(self, phase)
         self.parts = parts
         self.on_change: list[Callable[[VacuumGripper], None]] = []
         self.drop_target: Callable[[str, Pose], Pose | None] = lambda _name, _pose: None
-        self._check = VacuumCheck(phase)
         parts.on_taken.append(self._notice_taken)
 
     def attach(self, simulation: Simulation) -> None:
@@ -243,37 +224,6 @@ class VacuumGripper(Device):
         self._face = model.geom(CUP_FACE_GEOM).id
         self._belt = model.geom(BELT_GEOM).id
 
-    def reset(self) -> None:
-        """Switched off, holding nothing."""
-        self._check.reset()
-
-    # ---------------------------------------------------------------- what one may ask
-
-    @property
-    def enabled(self) -> bool:
-        """Whether the vacuum is on."""
-        return self._check.enabled
-
-    @property
-    def attached(self) -> bool:
-        """Whether a part is held."""
-        return self._check.attached
-
-    @property
-    def part(self) -> str | None:
-        """Full model name of the part that is held."""
-        return self._check.part
-
-    @property
-    def reason(self) -> str:
-        """Why nothing is held, as of the last look; empty while a part is held."""
-        return self._check.reason
-
-    @property
-    def lost_reason(self) -> str:
-        """Why the last part was lost; empty if none was yet."""
-        return self._check.lost_reason
-
     # ---------------------------------------------------------------- commands
 
     def set_enabled(self, enabled: bool) -> None:  # noqa: FBT001
@@ -281,18 +231,16 @@ class VacuumGripper(Device):
         if enabled == self.enabled:
             return
         if enabled:
-            self._check.enable(self.simulation.now)
+            self.enable(self.simulation.now)
         else:
-            self._release(self._check.disable())
+            self._release(self.disable())
         self._plan()
         self._tell()
 
     # ---------------------------------------------------------------- life
 
-    def handle(self, kind: str, arguments: tuple[Any, ...]) -> None:
+    def handle_look(self) -> None:
         """Look at the contacts."""
-        if kind != "look":
-            super().handle(kind, arguments)
         targets: dict[str, Pose] = {}
 
         def is_dropped(name: str) -> bool:
@@ -301,7 +249,7 @@ class VacuumGripper(Device):
                 targets[name] = target
             return target is not None
 
-        verdict = self._check.check(self.simulation.now, self.contacts(), is_dropped)
+        verdict = self.check(self.simulation.now, self.contacts(), is_dropped)
         if verdict.action == "attach" and verdict.part is not None:
             self._hold(self.parts.part(verdict.part))
         elif verdict.action == "drop" and verdict.part is not None:
@@ -310,14 +258,6 @@ class VacuumGripper(Device):
         self._plan()
         if verdict.action != "none":
             self._tell()
-
-    def get_state(self) -> dict[str, Any]:
-        """What the suction logic remembers."""
-        return self._check.get_state()
-
-    def set_state(self, state: State) -> None:
-        """Remember what `get_state` returned."""
-        self._check.set_state(state)
 
     # ---------------------------------------------------------------- inside
 
@@ -389,14 +329,14 @@ class VacuumGripper(Device):
 
     def _notice_taken(self, part: WorldPart) -> None:
         """Note that a part is in the cup no longer, if it was."""
-        if part.name == self._check.part:
-            self._check.lose("taken away")
+        if part.name == self.part:
+            self.lose("taken away")
             self._tell()
 
     def _plan(self) -> None:
         self.simulation.cancel(self, "look")
-        if self._check.next_look < NEVER:
-            self.simulation.schedule(self, "look", at=self._check.next_look)
+        if self.next_look < NEVER:
+            self.simulation.schedule(self, "look", at=self.next_look)
 
     def _tell(self) -> None:
         for listener in self.on_change:

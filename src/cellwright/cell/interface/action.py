@@ -6,18 +6,17 @@ times a second, and ends succeeded, aborted (outside its tolerances) or preempte
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 from cellwright.cell.devices.arm import Arm
-from cellwright.cell.devices.trajectory_controller import Following, RejectedTrajectoryError
+from cellwright.cell.devices.trajectory_controller import RejectedTrajectoryError
 from cellwright.cell.devices.trajectory_goal import AskedTolerance, GoalRequest, GoalResult, TrajectoryGoal
-from cellwright.cell.interface.commands import SIMULATOR, trajectory_of
+from cellwright.cell.interface.commands import trajectory_of
+from cellwright.cell.interface.publications import following_points
+from cellwright.cell.interface.rows import FOLLOW
 from cellwright.engine.clock import NANOSECONDS
 from cellwright.engine.device import Device, State
-from cellwright.engine.simulation import Simulation
-from cellwright.middleware.bus import Bus
-from cellwright.middleware.interface.sampling import Sampled, advertise
+from cellwright.middleware.interface.binding import Output
 from cellwright.middleware.interface.table import Row
 from cellwright.middleware.messages.control_msgs import (
     FollowJointTrajectoryActionFeedback,
@@ -27,10 +26,9 @@ from cellwright.middleware.messages.control_msgs import (
     FollowJointTrajectoryResult,
     JointTolerance,
 )
-from cellwright.middleware.messages.conversions import header, nanoseconds, stamp, trajectory_point
+from cellwright.middleware.messages.conversions import header, nanoseconds, stamp
 from cellwright.middleware.messages.standard import GoalID, GoalStatus, GoalStatusArray
 
-NAME = "/ariac/arm/follow_joint_trajectory"
 ACTIVE, REJECTED = 1, 5
 """Of actionlib_msgs/GoalStatus."""
 
@@ -53,25 +51,13 @@ class TrajectoryAction(Device):
     is meant for depends on it.
 
     Args:
-        bus: where the five topics go.
-        rows: the contract as it holds in this cell.
-        simulation: the time.
         arm: what follows the goals.
     """
 
-    def __init__(self, bus: Bus, rows: Sequence[Row], simulation: Simulation, arm: Arm) -> None:
-        super().__init__(NAME)
+    def __init__(self, arm: Arm) -> None:
+        super().__init__(FOLLOW)
         self._arm = arm
         self._statuses: dict[str, tuple[GoalStatus, int | None]] = {}
-        row = {each.name.removeprefix(f"{NAME}/"): each for each in rows}
-        bus.listen(f"{NAME}/goal", row["goal"].type, self._take_goal, node=SIMULATOR)
-        bus.listen(f"{NAME}/cancel", row["cancel"].type, self._take_cancel, node=SIMULATOR)
-        self._result = advertise(bus, row["result"])
-        sampled = {
-            each: Sampled(bus, simulation, row[each], row[each].period, build, rank=1 + rows.index(row[each]))
-            for each, build in (("status", self._told), ("feedback", self._progress))
-        }
-        self._status = sampled["status"]
         arm.on_goal_ended.append(self._tell_ended)
 
     # ---------------------------------------------------------------- life
@@ -98,7 +84,8 @@ class TrajectoryAction(Device):
 
     # ---------------------------------------------------------------- what comes in
 
-    def _take_goal(self, message: FollowJointTrajectoryActionGoal, node: str) -> None:
+    def take_goal(self, _row: Row, message: FollowJointTrajectoryActionGoal, node: str) -> None:
+        """Follow a goal, or reject it with a result."""
         now = self.simulation.now
         if len(message.goal_id.id) > LONGEST_ID:
             raise RejectedTrajectoryError(
@@ -119,7 +106,7 @@ class TrajectoryAction(Device):
             raise  # counted and reported with the other refusals
         self._note(GoalStatus(goal_id, ACTIVE, ""), ended=False)
 
-    def _take_cancel(self, message: GoalID, _node: str) -> None:
+    def take_cancel(self, _row: Row, message: GoalID, _node: str) -> None:
         """Cancel by identifier, by time (all goals up to it), or everything when both are empty."""
         goal = self._current()
         if goal is None:
@@ -131,6 +118,18 @@ class TrajectoryAction(Device):
             self._arm.cancel()
 
     # ---------------------------------------------------------------- what goes out
+
+    def goal_status(self, output: Output) -> None:
+        """What became of the goals."""
+        self._status = output.sample(self._told)
+
+    def goal_feedback(self, output: Output) -> None:
+        """How the goal is followed, while there is one."""
+        output.sample(self._progress)
+
+    def goal_result(self, output: Output) -> None:
+        """How each goal ended."""
+        self._result = output.advertise()
 
     def _tell_ended(self, goal: TrajectoryGoal) -> None:
         if goal.goal_id not in self._statuses:
@@ -154,7 +153,8 @@ class TrajectoryAction(Device):
         if goal is None:
             return None
         now = self.simulation.now
-        content = feedback_of(self._arm.controller.joint_names, self._arm.following(), now)
+        names, points = self._arm.controller.joint_names, following_points(self._arm.following())
+        content = FollowJointTrajectoryFeedback(header("", now), list(names), *points)
         return FollowJointTrajectoryActionFeedback(header("", now), self._statuses[goal.goal_id][0], content)
 
     # ---------------------------------------------------------------- inside
@@ -205,15 +205,3 @@ def request_of(message: FollowJointTrajectoryActionGoal, goal_id: str) -> GoalRe
 
 def _tolerance(message: JointTolerance) -> AskedTolerance:
     return AskedTolerance(message.name, message.position, message.velocity)
-
-
-def feedback_of(names: tuple[str, ...], following: Following, now: int) -> FollowJointTrajectoryFeedback:
-    """How the joints follow, as feedback."""
-    desired = following.desired
-    return FollowJointTrajectoryFeedback(
-        header("", now),
-        list(names),
-        trajectory_point(desired.positions, desired.velocities, desired.accelerations),
-        trajectory_point(following.actual_positions, following.actual_velocities),
-        trajectory_point(following.error_positions, following.error_velocities),
-    )

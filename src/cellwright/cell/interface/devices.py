@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 from cellwright.cell.competition import Competition
 from cellwright.cell.devices.agv import Agv
@@ -16,9 +15,8 @@ from cellwright.cell.devices.vacuum_gripper import VacuumGripper
 from cellwright.config.trial.trial import Trial
 from cellwright.engine.sensor import Sensor
 from cellwright.engine.simulation import Simulation
-from cellwright.util.errors import showable
-
-INTENTION_TOPIC = "/cellwright/intention"
+from cellwright.middleware.bus import Bus
+from cellwright.util.errors import UsageError, showable
 
 MAX_INTENTION_LENGTH = 200
 """Characters that are kept of it."""
@@ -46,12 +44,15 @@ class Intention:
         self.text, self.node, self.time = "", "", 0
 
 
-@dataclass(frozen=True)
-class GearDevices:
-    """The devices of one cell. Arm and gripper are None in a cell without an arm, the population without belt parts."""
+class CellDevices:
+    """What a cell consists of, as its interface sees it.
+
+    Arm and gripper are None in a cell without an arm, the population without belt parts.
+    """
 
     trial: Trial
     simulation: Simulation
+    bus: Bus
     competition: Competition
     conveyor: Conveyor
     population: Population | None
@@ -62,3 +63,17 @@ class GearDevices:
     sensors: Mapping[str, Sensor[Any]]
     quality: Mapping[int, QualityControlSensor]
     intention: Intention
+
+
+D = TypeVar("D")
+
+
+def present(device: D | None) -> D:
+    """A device that a cell may lack, where a row of the table is only there with it.
+
+    Raises:
+        UsageError: the cell lacks it.
+    """
+    if device is None:
+        raise UsageError("this cell has no such device")
+    return device

@@ -8,33 +8,22 @@ from itertools import pairwise
 import numpy as np
 
 from cellwright.cell.devices.logical_camera import Frame, body_poses
-from cellwright.cell.interface.devices import GearDevices
-from cellwright.cell.model.frames import AGV_HOMES, BELT_FRAME, BIN_CENTRES, load_point
+from cellwright.cell.interface.devices import CellDevices
+from cellwright.cell.model.arm import GRIPPER, JOINTS, WRIST_3_T_TOOL
+from cellwright.cell.model.frames import AGV_HOMES, BELT_FRAME, BIN_CENTRES, BIN_YAW, load_point
 from cellwright.config.trial.trial import Camera, Trial
 from cellwright.engine.simulation import Simulation
 from cellwright.rendering.camera import OPTICAL
 from cellwright.util.pose import Pose
 
-MOVING_LINKS = (
-    ("linear_arm_actuator", "base_link"),
-    ("base_link", "shoulder_link"),
-    ("shoulder_link", "upper_arm_link"),
-    ("upper_arm_link", "forearm_link"),
-    ("forearm_link", "wrist_1_link"),
-    ("wrist_1_link", "wrist_2_link"),
-    ("wrist_2_link", "wrist_3_link"),
-)
-"""Parent and child link of each joint that moves."""
+ARM_CHAIN = ("linear_arm_actuator", *(joint.link for joint in JOINTS))
+"""The rail and the links that the joints move, each in the frame of the one before."""
 
 BIN_FRAME_HEIGHT = 0.72
-BIN_FRAME_YAW = 1.5708
-
-_FLANGE = Pose((0.0, 0.0922, 0.0))  # UR10, d6
 
 LINK_FRAMES = (
     Frame("base_link", "base", Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, -math.pi))),
-    Frame("wrist_3_link", "ee_link", _FLANGE @ Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, math.pi / 2))),
-    Frame("wrist_3_link", "tool0", _FLANGE @ Pose.from_rpy((0.0, 0.0, 0.0), (-math.pi / 2, 0.0, 0.0))),
+    *(Frame("wrist_3_link", name, pose) for name, pose in WRIST_3_T_TOOL.items()),
 )
 """Frames without a body that are fixed to a link of the arm."""
 
@@ -42,7 +31,7 @@ LINK_FRAMES = (
 def static_frames(trial: Trial) -> list[Frame]:
     """Frames that never move: bins, load points, belt, sensors, and what is fixed to a link of the arm."""
     frames = [
-        Frame("world", f"{name}_frame", Pose.from_rpy((x, y, BIN_FRAME_HEIGHT), (0.0, 0.0, BIN_FRAME_YAW)))
+        Frame("world", f"{name}_frame", Pose.from_rpy((x, y, BIN_FRAME_HEIGHT), (0.0, 0.0, BIN_YAW)))
         for name, (x, y) in BIN_CENTRES.items()
     ]
     frames += [Frame("world", f"{agv}_load_point_frame", load_point(agv)) for agv in AGV_HOMES]
@@ -62,11 +51,11 @@ def static_frames(trial: Trial) -> list[Frame]:
 
 
 def fixed_arm_frames(simulation: Simulation) -> list[Frame]:
-    """Frames that are fixed to a link of the arm or to the world."""
+    """Frames that are fixed to a link of the arm or to the world, with the digits of the engine."""
     return [
         Frame("world", "linear_arm_actuator", relative(simulation, "world", "linear_arm_actuator")),
         *LINK_FRAMES,
-        Frame("wrist_3_link", "vacuum_gripper_link", relative(simulation, "wrist_3_link", "vacuum_gripper_link")),
+        Frame("wrist_3_link", GRIPPER, relative(simulation, "wrist_3_link", GRIPPER)),
     ]
 
 
@@ -79,10 +68,7 @@ class ArmFrames:
 
     def __init__(self, simulation: Simulation) -> None:
         self._simulation = simulation
-        first = MOVING_LINKS[0][0]  # they form a chain
-        self._bodies = np.array(
-            [simulation.model.body(name).id for name in (first, *(link for _, link in MOVING_LINKS))]
-        )
+        self._bodies = np.array([simulation.model.body(name).id for name in ARM_CHAIN])
 
     def read(self) -> list[Frame]:
         """Each link in the frame of the one before it, as of this tick."""
@@ -90,7 +76,9 @@ class ArmFrames:
         poses = body_poses(self._simulation.data, self._bodies)
         return [
             Frame(parent, child, world_T_parent.inverse() @ world_T_child)
-            for (parent, child), (world_T_parent, world_T_child) in zip(MOVING_LINKS, pairwise(poses), strict=True)
+            for (parent, child), (world_T_parent, world_T_child) in zip(
+                pairwise(ARM_CHAIN), pairwise(poses), strict=True
+            )
         ]
 
 
@@ -102,7 +90,7 @@ def relative(simulation: Simulation, parent: str, child: str) -> Pose:
     return world_T_parent.inverse() @ world_T_child
 
 
-def all_static_frames(devices: GearDevices) -> list[Frame]:
+def all_static_frames(cell: CellDevices) -> list[Frame]:
     """Every frame of /tf_static."""
-    arm = fixed_arm_frames(devices.simulation) if devices.arm is not None else []
-    return [*static_frames(devices.trial), *arm]
+    arm = fixed_arm_frames(cell.simulation) if cell.arm is not None else []
+    return [*static_frames(cell.trial), *arm]

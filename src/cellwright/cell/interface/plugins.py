@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cellwright.cell.devices.logical_camera import Scene
-from cellwright.cell.interface.devices import GearDevices
+from cellwright.cell.interface.devices import CellDevices
 from cellwright.config.trial.sensors import SENSOR_TYPES
 from cellwright.config.trial.trial import Camera, PluginDevice
 from cellwright.config.trial.trial import Sensor as SensorDescription
@@ -22,11 +22,11 @@ from cellwright.middleware.bus import Bus
 from cellwright.middleware.interface.sampling import Streamed
 from cellwright.middleware.interface.table import Row
 from cellwright.middleware.messages import Message
-from cellwright.util import plugins as plugins
+from cellwright.util import plugins
 from cellwright.util.errors import in_a_line
 from cellwright.util.plugins import call_plugin, guard_plugin
 
-_DEVICE_HOOKS = ("attach", "reset", "before_step", "drive", "after_step", "handle", "get_state", "set_state", "close")
+_HOOKS = ("attach", "reset", "before_step", "drive", "after_step", "handle", "get_state", "set_state", "close")
 
 
 def make_plugin_device(description: PluginDevice, cell: object) -> Device:
@@ -42,19 +42,8 @@ def make_plugin_device(description: PluginDevice, cell: object) -> Device:
         raise plugins.plugin_error(
             "devices", kind, f"must be a function that makes a Device, and is of the type {type(make).__name__}"
         )
-    try:
-        device = make(description.name, description.settings, cell)
-    except Exception as error:
-        raise plugins.plugin_error("devices", kind, f"cannot be made: {in_a_line(error)}") from error
-    if not isinstance(device, Device):
-        raise plugins.plugin_error(
-            "devices", kind, f"must make a Device, and made something of the type {type(device).__name__}"
-        )
-    at_work = [hook for hook in _DEVICE_HOOKS if getattr(type(device), hook) is not getattr(Device, hook)]
-    return guard_plugin(device, "devices", kind, at_work)
-
-
-_SENSOR_HOOKS = ("measure", "attach", "reset", "get_state", "set_state", "close")
+    device: Device = _make("devices", kind, make, Device, description.name, description.settings, cell)
+    return guard_plugin(device, "devices", kind, _HOOKS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,18 +70,23 @@ def make_plugin_sensor(description: SensorDescription, scene: Scene) -> Sensor[A
     """
     kind = description.type
     plugin = plugins.load_as("sensors", kind, SensorPlugin)
+    sensor: Sensor[Any] = _make("sensors", kind, plugin.make, Sensor, description, scene)
+    return guard_plugin(sensor, "sensors", kind, ("measure", *_HOOKS))
+
+
+def _make(group: plugins.Kind, kind: str, make: Callable[..., Any], base: type[Any], *arguments: object) -> Any:
+    """What a package makes for a type of its own: an instance of a class."""
     try:
-        sensor = plugin.make(description, scene)
+        made = make(*arguments)
     except Exception as error:
-        raise plugins.plugin_error("sensors", kind, f"cannot be made: {in_a_line(error)}") from error
-    if not isinstance(sensor, Sensor):
-        raise plugins.plugin_error(
-            "sensors", kind, f"must make a Sensor, and made something of the type {type(sensor).__name__}"
-        )
-    return guard_plugin(sensor, "sensors", kind, _SENSOR_HOOKS)
+        raise plugins.plugin_error(group, kind, f"cannot be made: {in_a_line(error)}") from error
+    if not isinstance(made, base):
+        what = f"must make a {base.__name__}, and made something of the type {type(made).__name__}"
+        raise plugins.plugin_error(group, kind, what)
+    return made
 
 
-def bind_plugin_sensors(bus: Bus, devices: GearDevices) -> None:
+def bind_plugin_sensors(bus: Bus, devices: CellDevices) -> None:
     """Put the topics of all sensors of other packages on the bus.
 
     Raises:

@@ -4,40 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, TypeVar, cast
+from typing import Any
 
 import numpy as np
 
 from cellwright.cell.devices import range_sensors
-from cellwright.cell.devices.agv import Agv
-from cellwright.cell.devices.arm import Arm
-from cellwright.cell.devices.conveyor import Population
 from cellwright.cell.devices.kit_tray import KitTray
 from cellwright.cell.devices.logical_camera import CameraReading, Frame, LogicalCamera
-from cellwright.cell.devices.range_sensors import (
-    BEAM_LENGTH,
-    BEAM_START,
-    BeamReading,
-    BreakBeam,
-    LaserProfiler,
-    ProfileReading,
-    ProximityReading,
-    ProximitySensor,
-)
+from cellwright.cell.devices.range_sensors import BEAM_LENGTH, BEAM_START, BeamReading, ProfileReading, ProximityReading
 from cellwright.cell.devices.trajectory_controller import Following
-from cellwright.cell.devices.vacuum_gripper import VacuumGripper
-from cellwright.cell.interface.devices import GearDevices
+from cellwright.cell.interface.devices import CellDevices, present
 from cellwright.cell.interface.frames import ArmFrames, all_static_frames
-from cellwright.cell.interface.rows import camera_rows
 from cellwright.cell.kitting.effects import Effect, OrderAnnounced
 from cellwright.cell.kitting.inventory import TrayObject
 from cellwright.config.layout import ARM_JOINTS
 from cellwright.config.trial.trial import Order
 from cellwright.engine.device import Device, State
-from cellwright.engine.sensor import Sensor
-from cellwright.middleware.bus import Bus, Publisher
-from cellwright.middleware.interface.sampling import Sampled, Streamed, advertise
-from cellwright.middleware.interface.table import Competition, Kind, Row, Where
+from cellwright.middleware.interface.binding import Output, publish_clock
 from cellwright.middleware.messages import Message
 from cellwright.middleware.messages.control_msgs import JointTrajectoryControllerState
 from cellwright.middleware.messages.conversions import (
@@ -46,7 +29,6 @@ from cellwright.middleware.messages.conversions import (
     pose_message,
     single,
     singles,
-    stamp,
     trajectory_point,
     transform_stamped,
 )
@@ -62,10 +44,9 @@ from cellwright.middleware.messages.osrf_gear import (
     VacuumGripperState,
 )
 from cellwright.middleware.messages.osrf_gear import Order as OrderMessage
-from cellwright.middleware.messages.standard import Clock, Float32, LaserScan, Range, String, TFMessage
+from cellwright.middleware.messages.standard import Float32, JointTrajectoryPoint, LaserScan, Range, String, TFMessage
 from cellwright.rendering.cameras import interface as pictures
 from cellwright.rendering.cameras.picture_camera import Picture, PictureCamera
-from cellwright.util.errors import UsageError
 
 ULTRASOUND = 0
 """sensor_msgs/Range.radiation_type of the proximity sensor."""
@@ -79,7 +60,7 @@ _CONE = single(FIELD_OF_VIEW), single(range_sensors.PROXIMITY_MIN_RANGE), single
 _FAN = (
     single(-range_sensors.FAN_HALF_ANGLE),
     single(range_sensors.FAN_HALF_ANGLE),
-    single(2 * range_sensors.FAN_HALF_ANGLE / (range_sensors.FAN_RAY_COUNT - 1)),
+    single(range_sensors.FAN_ANGLE_STEP),
     0.0,  # between two rays [s]
     0.0,  # between two scans [s]
     single(range_sensors.PROFILER_MIN_RANGE),
@@ -136,40 +117,16 @@ def frames_message(frames: Sequence[Frame], time: int) -> TFMessage:
 
 def controller_state_message(names: Sequence[str], following: Following, time: int) -> JointTrajectoryControllerState:
     """What the arm's controller wants and what the joints do."""
-    desired = following.desired
-    return JointTrajectoryControllerState(
-        header("", time),
-        list(names),
-        trajectory_point(desired.positions, desired.velocities, desired.accelerations),
+    return JointTrajectoryControllerState(header("", time), list(names), *following_points(following))
+
+
+def following_points(following: Following) -> tuple[JointTrajectoryPoint, ...]:
+    """What the joints are to do, what they do, and the difference."""
+    return (
+        trajectory_point(*following.desired),
         trajectory_point(following.actual_positions, following.actual_velocities),
         trajectory_point(following.error_positions, following.error_velocities),
     )
-
-
-_MakePicture = Callable[[Picture, PictureCamera], Message | None]
-
-
-def bind_cameras(bus: Bus, devices: GearDevices) -> None:
-    """Put the topics of all cameras on the bus."""
-    for camera in devices.sensors.values():
-        if isinstance(camera, PictureCamera):
-            for row in camera_rows(camera.description):
-                _stream_camera(bus, row, camera)
-
-
-def _stream_camera(bus: Bus, row: Row, camera: PictureCamera) -> None:
-    topic = row.template.removeprefix("/ariac/{sensor}")
-    is_both = camera.description.has_colour and camera.description.has_depth
-    make, colour, depth = {
-        "/image_raw": (pictures.colour_message, True, False),
-        "/camera_info": (pictures.info_message, False, False),
-        "/depth/image_raw": (pictures.depth_message, False, True),
-        "/depth/camera_info": (pictures.info_message, False, False),
-        "/depth/points": (pictures.points_message, is_both, True),
-        "": (pictures.cloud_message, False, True),
-    }[topic]
-
-    Streamed(bus, row, partial(camera.look, colour=colour, depth=depth), lambda picture: make(picture, camera))
 
 
 GRIPPER_JOINT = "vacuum_gripper_joint"
@@ -178,103 +135,58 @@ GRIPPER_JOINT = "vacuum_gripper_joint"
 STATED_JOINTS = (*sorted(ARM_JOINTS), GRIPPER_JOINT)
 """The names of the joint states, in their order."""
 
-_CLOCK_RANK = -10  # a message never comes before the clock that it is stamped with
-
-S = TypeVar("S", bound=Sensor[Any])
+_PictureMessage = Callable[[Picture, PictureCamera], Message | None]
 
 
 class Publications(Device):
-    """Puts the topics of one cell on its bus.
+    """Handlers of the topics that the cell publishes, and their latched messages, which belong to a run.
 
-    What is latched belongs to a run: a new one begins with nothing but the fixed frames, and one that goes on from a
-    saved moment with the order that was the newest then.
+    A new run begins with nothing but the fixed frames, and one that goes on from a saved moment with the order that was
+    the newest then.
 
     Args:
-        bus: where to.
-        devices: what is told about.
-        rows: the contract as it holds in this cell.
+        cell: what is told about.
     """
 
-    def __init__(self, bus: Bus, devices: GearDevices, rows: tuple[Row, ...], *, competition: bool) -> None:
+    def __init__(self, cell: CellDevices) -> None:
         super().__init__("/ariac")
-        self._bus = bus
-        self._devices = devices
-        self._static: Publisher | None = None
-        self._is_competition = competition
-        self._rows = rows
-        for row in rows:
-            if row.kind is Kind.TOPIC and row.rate is not None:
-                self._bind(row)
+        self._cell = cell
 
     # ---------------------------------------------------------------- life
 
     def reset(self) -> None:
         """A new run: no message of the last one is left."""
-        self._bus.forget_latched()
-        if self._static is not None:
-            self._static.publish(frames_message(all_static_frames(self._devices), 0))
+        self._cell.bus.forget_latched()
+        self._static.publish(frames_message(all_static_frames(self._cell), 0))
 
     def get_state(self) -> State:
         """The newest message of each latched topic."""
-        return {"latched": self._bus.latched()}
+        return {"latched": self._cell.bus.latched()}
 
     def set_state(self, state: State) -> None:
         """Go on from a saved moment."""
         self.reset()
-        self._bus.set_latched(state["latched"])
-
-    # ---------------------------------------------------------------- binding
-
-    def _bind(self, row: Row) -> None:
-        by_place: dict[Where, Callable[[Row], None]] = {
-            Where.BREAK_BEAM: self._break_beam,
-            Where.PROXIMITY_SENSOR: self._proximity,
-            Where.LASER_PROFILER: self._laser,
-            Where.LOGICAL_CAMERA: self._camera,
-            Where.CAMERAS: self._camera_frames,
-        }
-        by_name: dict[str, Callable[[Row], None]] = {
-            "/clock": self._clock,
-            "/tf": self._arm_frames,
-            "/tf_static": self._static_frames,
-            "/ariac/competition_state": self._competition_state,
-            "/ariac/current_score": self._score,
-            "/ariac/orders": self._orders,
-            "/ariac/joint_states": self._joint_states,
-            "/ariac/arm/state": self._arm_state,
-            "/ariac/gripper/state": self._gripper,
-            "/ariac/agv{n}/state": self._agv,
-            "/ariac/quality_control_sensor_{n}": self._quality,
-            "/ariac/trays": self._trays,
-            "/ariac/population/state": self._population,
-        }
-        bind = by_place.get(row.where) or by_name.get(row.template)
-        if bind is not None:  # the action's topics are bound by the action
-            bind(row)
-
-    def _sample(self, row: Row, build: Callable[[], Message], *, rank: int | None = None) -> None:
-        rank = 1 + self._rows.index(row) if rank is None else rank
-        Sampled(self._bus, self._devices.simulation, row, row.period, build, rank=rank)
+        self._cell.bus.set_latched(state["latched"])
 
     # ---------------------------------------------------------------- time and frames
 
-    def _clock(self, row: Row) -> None:
-        simulation = self._devices.simulation
-        self._sample(row, lambda: Clock(stamp(simulation.now)), rank=_CLOCK_RANK)
+    clock = staticmethod(publish_clock)
 
-    def _arm_frames(self, row: Row) -> None:
-        simulation = self._devices.simulation
-        frames = ArmFrames(simulation)
-        self._sample(row, lambda: frames_message(frames.read(), simulation.now))
+    def arm_frames(self, output: Output) -> None:
+        """Frames of the arm's moving links."""
+        frames, simulation = ArmFrames(self._cell.simulation), self._cell.simulation
+        output.sample(lambda: frames_message(frames.read(), simulation.now))
 
-    def _static_frames(self, row: Row) -> None:
-        self._static = advertise(self._bus, row)
+    def static_frames(self, output: Output) -> None:
+        """Frames that never move, once in a run."""
+        self._static = output.advertise()
 
-    def _camera_frames(self, row: Row) -> None:
-        cameras = [each for each in self._devices.sensors.values() if isinstance(each, LogicalCamera)]
+    def camera_frames(self, output: Output) -> None:
+        """Frames of the logical cameras, and of what they see."""
+        cameras = [each for each in self._cell.sensors.values() if isinstance(each, LogicalCamera)]
 
         def listen(take: Callable[[CameraReading], None]) -> Callable[[], None]:
-            leave = [camera.listen(take) for camera in (*cameras, *self._devices.quality.values())]
+            leave = [camera.listen(take) for camera in (*cameras, *self._cell.quality.values())]
 
             def leave_all() -> None:
                 for each in leave:
@@ -282,99 +194,141 @@ class Publications(Device):
 
             return leave_all
 
-        Streamed(self._bus, row, listen, lambda reading: frames_message(reading.frames, reading.time_ns))
+        output.stream(listen, lambda reading: frames_message(reading.frames, reading.time_ns))
 
     # ---------------------------------------------------------------- the trial
 
-    def _competition_state(self, row: Row) -> None:
-        self._sample(row, lambda: String(str(self._devices.competition.state)))
+    def competition_state(self, output: Output) -> None:
+        """State of the competition."""
+        output.sample(lambda: String(str(self._cell.competition.state)))
 
-    def _score(self, row: Row) -> None:
-        self._sample(row, lambda: Float32(single(self._devices.competition.score().total)))
+    def current_score(self, output: Output) -> None:
+        """The score so far."""
+        output.sample(lambda: Float32(single(self._cell.competition.score().total)))
 
-    def _orders(self, row: Row) -> None:
-        publisher = advertise(self._bus, row)
+    def orders(self, output: Output) -> None:
+        """Each order when it is announced."""
+        publisher = output.advertise()
 
         def tell(effect: Effect) -> None:
             if isinstance(effect, OrderAnnounced):
                 publisher.publish(order_message(effect.order))
 
-        self._devices.competition.on_effect.append(tell)
+        self._cell.competition.on_effect.append(tell)
 
-    def _trays(self, row: Row) -> None:
-        publisher = advertise(self._bus, row)
-        if self._is_competition and row.competition is Competition.SILENCED:
-            return
+    def tray_contents(self, output: Output) -> None:
+        """What lies on each tray, when it reports."""
+        publisher = output.advertise()
 
         def tell(tray: KitTray) -> None:
             if publisher.listeners:
-                objects = self._devices.competition.tray_objects(tray)
-                publisher.publish(tray_message(tray.link, objects))
+                publisher.publish(tray_message(tray.link, self._cell.competition.tray_objects(tray)))
 
-        for tray in self._devices.trays.values():
+        for tray in self._cell.trays.values():
             tray.on_report.append(tell)
+
+    def silence(self, output: Output) -> None:
+        """Publish nothing, in a competition."""
+        output.advertise()
 
     # ---------------------------------------------------------------- arm, gripper, AGVs, belt
 
-    def _joint_states(self, row: Row) -> None:
-        arm = cast("Arm", self._devices.arm)
+    def joint_states(self, output: Output) -> None:
+        """Positions, velocities and efforts of the joints."""
+        arm = present(self._cell.arm)
         order = [ARM_JOINTS.index(name) for name in STATED_JOINTS[:-1]]
 
         def build() -> Message:
             columns = [[*(column[index] for index in order), 0.0] for column in arm.read()]
             return joint_state(STATED_JOINTS, *columns, time=arm.simulation.now)
 
-        self._sample(row, build)
+        output.sample(build)
 
-    def _arm_state(self, row: Row) -> None:
-        arm = cast("Arm", self._devices.arm)
-        self._sample(row, lambda: controller_state_message(ARM_JOINTS, arm.following(), arm.simulation.now))
+    def arm_state(self, output: Output) -> None:
+        """Desired and actual state of the joints."""
+        arm = present(self._cell.arm)
+        output.sample(lambda: controller_state_message(ARM_JOINTS, arm.following(), arm.simulation.now))
 
-    def _gripper(self, row: Row) -> None:
-        gripper = cast("VacuumGripper", self._devices.gripper)
+    def gripper_state(self, output: Output) -> None:
+        """Whether the suction is on, and holds something."""
+        gripper = present(self._cell.gripper)
         states = {
             (enabled, attached): VacuumGripperState(enabled=enabled, attached=attached)
             for enabled in (False, True)
             for attached in (False, True)
         }
-        self._sample(row, lambda: states[gripper.enabled, gripper.attached])
+        output.sample(lambda: states[gripper.enabled, gripper.attached])
 
-    def _agv(self, row: Row) -> None:
-        agv: Agv = self._devices.agvs[int(row.subject or 0)]
+    def agv_state(self, output: Output) -> None:
+        """State of an AGV."""
+        agv = self._cell.agvs[int(output.row.subject or 0)]
         made: dict[str, String] = {}
-        self._sample(row, lambda: made.get(agv.state) or made.setdefault(agv.state, String(agv.state)))
+        output.sample(lambda: made.get(agv.state) or made.setdefault(agv.state, String(agv.state)))
 
-    def _population(self, row: Row) -> None:
-        population = cast("Population", self._devices.population)
+    def population_state(self, output: Output) -> None:
+        """Whether parts come onto the belt."""
+        population = present(self._cell.population)
         states = {enabled: PopulationState(enabled=enabled) for enabled in (False, True)}
-        self._sample(row, lambda: states[population.enabled])
+        output.sample(lambda: states[population.enabled])
 
     # ---------------------------------------------------------------- sensors
 
-    def _sensor(self, row: Row, kind: type[S]) -> S:
-        sensor = self._devices.sensors[row.subject or ""]
-        if not isinstance(sensor, kind):
-            raise UsageError(f"sensor {row.subject!r} is a {type(sensor).__name__}, not a {kind.__name__}")
-        return sensor
+    def break_beam(self, output: Output) -> None:
+        """Readings of a break beam."""
+        self._stream(output, beam_message)
 
-    def _break_beam(self, row: Row) -> None:
-        sensor = self._sensor(row, BreakBeam)
-        listen = sensor.listen if row.period is not None else sensor.listen_changes
-        Streamed(self._bus, row, listen, lambda reading: beam_message(reading, sensor.frame))
+    def break_beam_change(self, output: Output) -> None:
+        """Readings of a break beam that differ from the one before."""
+        beam = self._sensor(output)
+        output.stream(beam.listen_changes, lambda reading: beam_message(reading, beam.frame))
 
-    def _proximity(self, row: Row) -> None:
-        sensor = self._sensor(row, ProximitySensor)
-        Streamed(self._bus, row, sensor.listen, lambda reading: range_message(reading, sensor.frame))
+    def proximity_sensor(self, output: Output) -> None:
+        """Readings of a proximity sensor."""
+        self._stream(output, range_message)
 
-    def _laser(self, row: Row) -> None:
-        sensor = self._sensor(row, LaserProfiler)
-        Streamed(self._bus, row, sensor.listen, lambda reading: scan_message(reading, sensor.frame))
+    def laser_profiler(self, output: Output) -> None:
+        """Readings of a laser profiler."""
+        self._stream(output, scan_message)
 
-    def _camera(self, row: Row) -> None:
-        self._stream_images(row, self._sensor(row, LogicalCamera))
+    def logical_camera(self, output: Output) -> None:
+        """Pictures of a logical camera."""
+        output.stream(self._sensor(output).listen, image_message, is_deferred=True)
 
-    def _quality(self, row: Row) -> None:
-        self._stream_images(row, self._devices.quality[int(row.subject or 0)])
+    def quality_control_image(self, output: Output) -> None:
+        """Pictures of a quality control sensor."""
+        camera = self._cell.quality[int(output.row.subject or 0)]
+        output.stream(camera.listen, image_message, is_deferred=True)
 
-    def _stream_images(self, row: Row, camera: LogicalCamera) -> None:
-        Streamed(self._bus, row, camera.listen, image_message, is_deferred=True)
+    def colour_picture(self, output: Output) -> None:
+        """Colours that a camera sees."""
+        self._stream_picture(output, pictures.colour_message, colour=True)
+
+    def depth_picture(self, output: Output) -> None:
+        """Depths that a camera sees."""
+        self._stream_picture(output, pictures.depth_message, depth=True)
+
+    def camera_info(self, output: Output) -> None:
+        """The matrix of a camera's pictures."""
+        self._stream_picture(output, pictures.info_message)
+
+    def depth_points(self, output: Output) -> None:
+        """A point for each pixel of a depth camera, with its colour if the camera has one."""
+        has_colour = self._sensor(output).description.has_colour
+        self._stream_picture(output, pictures.points_message, colour=has_colour, depth=True)
+
+    def point_cloud(self, output: Output) -> None:
+        """The points that a depth camera measured."""
+        self._stream_picture(output, pictures.cloud_message, depth=True)
+
+    def _sensor(self, output: Output) -> Any:
+        return self._cell.sensors[output.row.subject or ""]
+
+    def _stream(self, output: Output, message: Callable[[Any, str], Message]) -> None:
+        sensor = self._sensor(output)
+        output.stream(sensor.listen, lambda reading: message(reading, sensor.frame))
+
+    def _stream_picture(
+        self, output: Output, message: _PictureMessage, *, colour: bool = False, depth: bool = False
+    ) -> None:
+        camera = self._sensor(output)
+        output.stream(partial(camera.look, colour=colour, depth=depth), lambda picture: message(picture, camera))

@@ -1,7 +1,8 @@
-"""The contract of the kit-building cell: every name that a client of the 2017 competition ("GEAR") knows.
+"""Interface of the kit-building cell: every name that a client of the 2017 competition ("GEAR") knows.
 
-The names, types, rates and latches are the original's; "each step" means the simulation's own step. Two things count as
-cheating in the competition and are marked so: seeing what lies on the trays, and steering belt, parts and scoring.
+Handlers are methods of `Commands`, `Publications` and `TrajectoryAction`. The names, types, rates and latches are the
+original's; "each step" means the simulation's own step. Two things count as cheating in the competition and are marked
+so: seeing what lies on the trays, and steering belt, parts and scoring.
 """
 
 from __future__ import annotations
@@ -10,14 +11,13 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
-from cellwright.cell.interface.devices import INTENTION_TOPIC as INTENTION
 from cellwright.config.trial.trial import Camera, CameraType, SensorType, Trial
 from cellwright.middleware.interface.table import Competition, Kind, Pace, Row, Where, says, takes
 from cellwright.util.errors import UsageError
 
 AGVS = ("1", "2")
 FOLLOW = "/ariac/arm/follow_joint_trajectory"
-PART_TYPES = "/cellwright/part_types"
+INTENTION = "/cellwright/intention"
 
 TOPIC, SERVICE, ACTION = Kind.TOPIC, Kind.SERVICE, Kind.ACTION
 EACH_STEP, ON_EVENT = Pace.EACH_STEP, Pace.ON_EVENT
@@ -40,120 +40,129 @@ FRAMES = "robot_state_publisher"
 # fmt: off
 TIME_AND_FRAMES = (
     says("/clock", "rosgraph_msgs/Clock", EACH_STEP, ALWAYS,
-         "Simulation time.", source="gazebo_ros"),
+         "Simulation time.", handler="clock", source="gazebo_ros"),
     says("/tf", "tf2_msgs/TFMessage", 50, WITH_ARM,
-         "Where the links of the arm are.", node="/robot_state_publisher", source=FRAMES),
+         "Where the links of the arm are.", node="/robot_state_publisher", handler="arm_frames", source=FRAMES),
     says("/tf", "tf2_msgs/TFMessage", 10, Where.CAMERAS,
-         "Where the logical cameras are, and what they see.", source=CAMERA),
+         "Where the logical cameras are, and what they see.", handler="camera_frames", source=CAMERA),
     says("/tf_static", "tf2_msgs/TFMessage", ON_EVENT, ALWAYS,
          "Frames of bins, belt, load points and sensors, and those fixed to links of the arm.",
-         latch=True, node="/robot_state_publisher", source=FRAMES),
+         latch=True, node="/robot_state_publisher", handler="static_frames", source=FRAMES),
 )
 
 TRIAL = (
     says("/ariac/competition_state", "std_msgs/String", 10, ALWAYS,
-         "`init`, `ready`, `go`, `end_game` or `done`.", source=MANAGER),
+         "`init`, `ready`, `go`, `end_game` or `done`.", handler="competition_state", source=MANAGER),
     says("/ariac/current_score", "std_msgs/Float32", 10, ALWAYS,
-         "The score so far.", source=MANAGER),
+         "The score so far.", handler="current_score", source=MANAGER),
     says("/ariac/orders", "osrf_gear/Order", ON_EVENT, ALWAYS,
-         "An order, when it is announced. A late listener is given the newest one only.", latch=True, source=MANAGER),
+         "An order, when it is announced. A late listener is given the newest one only.",
+         latch=True, handler="orders", source=MANAGER),
     takes(SERVICE, "/ariac/start_competition", "std_srvs/Trigger", ALWAYS,
-          "Starts the trial; once only.", source=MANAGER),
+          "Starts the trial; once only.", handler="start_competition", source=MANAGER),
     takes(SERVICE, "/ariac/end_competition", "std_srvs/Trigger", ALWAYS,
-          "Ends the trial, from any state.", source=MANAGER),
+          "Ends the trial, from any state.", handler="end_competition", source=MANAGER),
     takes(SERVICE, "/ariac/material_locations", "osrf_gear/GetMaterialLocations", ALWAYS,
-          "Where parts of a type, or trays, are found; an empty list for an unknown type.", source=MANAGER),
+          "Where parts of a type, or trays, are found; an empty list for an unknown type.",
+          handler="material_locations", source=MANAGER),
     takes(SERVICE, "/ariac/submit_tray", "osrf_gear/SubmitTray", ALWAYS,
           "Has a tray scored where it stands. There is no answer unless the state is `go`.",
-          competition=REFUSES, source=MANAGER),
+          competition=REFUSES, handler="submit_tray", source=MANAGER),
     takes(TOPIC, INTENTION, "std_msgs/String", ALWAYS,
-          "What the agent is about, in a line for people who look on; it changes nothing."),
-    takes(SERVICE, PART_TYPES, "std_srvs/Trigger", ALWAYS,
-          "The part types of the file's own, as a JSON object in `message`: mass, box and flat spots of the top."),
+          "What the agent is about, in a line for people who look on; it changes nothing.", handler="note_intention"),
+    takes(SERVICE, "/cellwright/part_types", "std_srvs/Trigger", ALWAYS,
+          "The part types of the file's own, as a JSON object in `message`: mass, box and flat spots of the top.",
+          handler="part_types"),
 )
 
 ARM = (
     says("/ariac/joint_states", "sensor_msgs/JointState", 50, WITH_ARM,
          "The seven joints in alphabetical order, then the gripper's, which is always 0.",
-         source="joint_state_controller"),
+         handler="joint_states", source="joint_state_controller"),
     takes(TOPIC, "/ariac/arm/command", "trajectory_msgs/JointTrajectory", WITH_ARM,
-          "A trajectory to follow, in place of the one under way.", source=CONTROLLER),
+          "A trajectory to follow, in place of the one under way.", handler="command_arm", source=CONTROLLER),
     says("/ariac/arm/state", "control_msgs/JointTrajectoryControllerState", 25, WITH_ARM,
-         "Where the controller wants the joints to be, where they are, and the difference.", source=CONTROLLER),
+         "Where the controller wants the joints to be, where they are, and the difference.",
+         handler="arm_state", source=CONTROLLER),
     takes(SERVICE, "/ariac/arm/query_state", "control_msgs/QueryTrajectoryState", WITH_ARM,
-          "Where the controller wants the joints to be at a moment.", source=CONTROLLER),
+          "Where the controller wants the joints to be at a moment.", handler="query_arm_state", source=CONTROLLER),
     takes(ACTION, FOLLOW, "control_msgs/FollowJointTrajectory", WITH_ARM,
           "A trajectory to follow within tolerances, with a result. In ROS 1 it is the five topics under this name.",
           source=CONTROLLER),
     takes(TOPIC, f"{FOLLOW}/goal", "control_msgs/FollowJointTrajectoryActionGoal", WITH_ARM,
-          "The trajectory and its tolerances.", source=ACTIONS),
+          "The trajectory and its tolerances.", handler="take_goal", source=ACTIONS),
     takes(TOPIC, f"{FOLLOW}/cancel", "actionlib_msgs/GoalID", WITH_ARM,
-          "Calls a goal off; the arm stops.", source=ACTIONS),
+          "Calls a goal off; the arm stops.", handler="take_cancel", source=ACTIONS),
     says(f"{FOLLOW}/status", "actionlib_msgs/GoalStatusArray", 5, WITH_ARM,
-         "What became of the goals; also at once when something changes.", latch=True, source=ACTIONS),
+         "What became of the goals; also at once when something changes.",
+         latch=True, handler="goal_status", source=ACTIONS),
     says(f"{FOLLOW}/feedback", "control_msgs/FollowJointTrajectoryActionFeedback", 10, WITH_ARM,
-         "How it goes, while a goal is being followed.", source=CONTROLLER),
+         "How it goes, while a goal is being followed.", handler="goal_feedback", source=CONTROLLER),
     says(f"{FOLLOW}/result", "control_msgs/FollowJointTrajectoryActionResult", ON_EVENT, WITH_ARM,
-         "How it ended.", source=ACTIONS),
+         "How it ended.", handler="goal_result", source=ACTIONS),
     says("/ariac/gripper/state", "osrf_gear/VacuumGripperState", EACH_STEP, WITH_ARM,
-         "Whether the suction is on, and whether something hangs on the cup.", source=GRIPPER),
+         "Whether the suction is on, and whether something hangs on the cup.", handler="gripper_state", source=GRIPPER),
     takes(SERVICE, "/ariac/gripper/control", "osrf_gear/VacuumGripperControl", WITH_ARM,
-          "Switches the suction on or off; always a success.", source=GRIPPER),
+          "Switches the suction on or off; always a success.", handler="control_gripper", source=GRIPPER),
 )
 
 TRAYS = (
     takes(SERVICE, "/ariac/agv{n}", "osrf_gear/AGVControl", EACH_AGV,
-          "Sends the AGV off with its tray as a kit; a success if it was ready, whatever the kit.", source=AGV),
+          "Sends the AGV off with its tray as a kit; a success if it was ready, whatever the kit.",
+          handler="send_agv", source=AGV),
     says("/ariac/agv{n}/state", "std_msgs/String", EACH_STEP, EACH_AGV,
-         "`ready_to_deliver`, `preparing_to_deliver`, `delivering`, `delivered` or `returning`.", source=AGV),
+         "`ready_to_deliver`, `preparing_to_deliver`, `delivering`, `delivered` or `returning`.",
+         handler="agv_state", source=AGV),
     says("/ariac/quality_control_sensor_{n}", "osrf_gear/LogicalCameraImage", 10, EACH_AGV,
-         "The faulty parts on the tray of the AGV.", latch=True, source=CAMERA),
+         "The faulty parts on the tray of the AGV.", latch=True, handler="quality_control_image", source=CAMERA),
     says("/ariac/trays", "osrf_gear/TrayContents", 1, WITH_AGVS,
-         "What lies on each tray, one message per tray.", competition=SILENCED, source=KIT_TRAY),
+         "What lies on each tray, one message per tray.",
+         competition=SILENCED, handler="tray_contents", source=KIT_TRAY),
     takes(SERVICE, "/ariac/kit_tray_{n}/clear_tray", "std_srvs/Trigger", EACH_AGV,
-          "Takes away all that lies on the tray.", competition=REFUSES, source=KIT_TRAY),
+          "Takes away all that lies on the tray.", competition=REFUSES, handler="clear_tray", source=KIT_TRAY),
 )
 
 BELT = (
     takes(SERVICE, "/ariac/conveyor/control", "osrf_gear/ConveyorBeltControl", ALWAYS,
           "Sets the power of the belt; one beyond 0 to 100 changes nothing, and is a success as well.",
-          competition=REFUSES, source=CONVEYOR),
+          competition=REFUSES, handler="control_conveyor", source=CONVEYOR),
     says("/ariac/population/state", "osrf_gear/PopulationState", EACH_STEP, Where.BELT_PARTS,
-         "Whether parts are being put onto the belt.", source=POPULATION),
+         "Whether parts are being put onto the belt.", handler="population_state", source=POPULATION),
     takes(SERVICE, "/ariac/population/control", "osrf_gear/PopulationControl", Where.BELT_PARTS,
           "`pause`, `resume` or `restart` the flow of parts. There is no answer to another word.",
-          competition=ABSENT, source=POPULATION),
+          competition=ABSENT, handler="control_population", source=POPULATION),
 )
 
 SENSORS = (
     says("/ariac/{sensor}", "osrf_gear/Proximity", 20, Where.BREAK_BEAM,
-         "Whether something stands in the beam.", latch=True, source=BEAM),
+         "Whether something stands in the beam.", latch=True, handler="break_beam", source=BEAM),
     says("/ariac/{sensor}_change", "osrf_gear/Proximity", ON_EVENT, Where.BREAK_BEAM,
-         "The same, only when it changes.", latch=True, source=BEAM),
+         "The same, only when it changes.", latch=True, handler="break_beam_change", source=BEAM),
     says("/ariac/{sensor}", "sensor_msgs/Range", 20, Where.PROXIMITY_SENSOR,
-         "Distance to the nearest thing in the cone, its far end when there is none.", source="gazebo_ros_range"),
+         "Distance to the nearest thing in the cone, its far end when there is none.",
+         handler="proximity_sensor", source="gazebo_ros_range"),
     says("/ariac/{sensor}", "sensor_msgs/LaserScan", 100, Where.LASER_PROFILER,
-         "A profile of 400 distances.", source="gazebo_ros_laser"),
+         "A profile of 400 distances.", handler="laser_profiler", source="gazebo_ros_laser"),
     says("/ariac/{sensor}", "osrf_gear/LogicalCameraImage", 10, Where.LOGICAL_CAMERA,
-         "Types and poses of the things in view, hidden or not.", latch=True, source=CAMERA),
+         "Types and poses of the things in view, hidden or not.", latch=True, handler="logical_camera", source=CAMERA),
 )
 # fmt: on
 
 # fmt: off
 PICTURES = (
     says("/ariac/{sensor}/image_raw", "sensor_msgs/Image", 10, Where.COLOUR_CAMERA,
-         "A colour picture, `rgb8`."),
+         "A colour picture, `rgb8`.", handler="colour_picture"),
     says("/ariac/{sensor}/camera_info", "sensor_msgs/CameraInfo", 10, Where.COLOUR_CAMERA,
-         "The matrix of the colour pictures, which have no distortion."),
+         "The matrix of the colour pictures, which have no distortion.", handler="camera_info"),
     says("/ariac/{sensor}/depth/image_raw", "sensor_msgs/Image", 10, Where.DEPTH_CAMERA,
-         "Depth along the line of sight in m, `32FC1`; NaN where nothing was measured."),
+         "Depth along the line of sight in m, `32FC1`; NaN where nothing was measured.", handler="depth_picture"),
     says("/ariac/{sensor}/depth/camera_info", "sensor_msgs/CameraInfo", 10, Where.DEPTH_CAMERA,
-         "The matrix of the depth pictures, which is that of the colour pictures too."),
+         "The matrix of the depth pictures, which is that of the colour pictures too.", handler="camera_info"),
     says("/ariac/{sensor}/depth/points", "sensor_msgs/PointCloud2", 10, Where.DEPTH_CAMERA,
          "A point for each pixel in the optical frame, with its colour if the camera has one; NaN where nothing was "
-         "measured."),
+         "measured.", handler="depth_points"),
     says("/ariac/{sensor}", "sensor_msgs/PointCloud", 10, Where.CLOUD_CAMERA,
-         "The points that were measured, in the camera's frame."),
+         "The points that were measured, in the camera's frame.", handler="point_cloud"),
 )
 # fmt: on
 """Topics of cameras, which were not there in 2017; the rate is that of the camera."""
@@ -168,6 +177,8 @@ SENSOR_PLACES: dict[Where, SensorType] = {
     Where.LOGICAL_CAMERA: "logical_camera",
 }
 
+_IN_COMPETITION = {REFUSES: "refuse", SILENCED: "silence"}
+"""Handlers of competition mode."""
 
 CAMERA_PLACES: dict[Where, tuple[CameraType, ...]] = {
     Where.COLOUR_CAMERA: ("rgb_camera", "rgbd_camera"),
@@ -190,6 +201,8 @@ def rows(trial: Trial, *, competition: bool) -> tuple[Row, ...]:
     for row in GEAR:
         if competition and row.competition is ABSENT:
             continue
+        if competition:
+            row = replace(row, handler=_IN_COMPETITION.get(row.competition, row.handler))
         found += [row.of(subject) for subject in _subjects(row.where, trial)]
     for camera in trial.sensors:
         if isinstance(camera, Camera):

@@ -287,17 +287,11 @@ def trial_score_to_json(score: TrialScore) -> dict[str, Any]:
         "total": score.total,
         "cost_factor": score.cost_factor,
         "cost_points": score.cost_points,
-        "orders": [
-            {
-                "order_id": order.order_id,
-                "completion": order.completion,
-                "time_taken": order.time_taken,
-                "efficiency": order.efficiency,
-                "efficiency_points": order.efficiency_points,
-            }
-            for order in score.orders
-        ],
+        "orders": [{name: getattr(order, name) for name in _ORDER_TERMS} for order in score.orders],
     }
+
+
+_ORDER_TERMS = ("order_id", "completion", "time_taken", "efficiency", "efficiency_points")
 
 
 def _order_to_json(found: OrderEvidence) -> dict[str, Any]:

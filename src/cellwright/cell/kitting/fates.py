@@ -50,6 +50,20 @@ class FateKind(StrEnum):
     CLEARED = "cleared"
 
 
+_WORDS = {
+    FateKind.HELD: "was in the gripper, for {held}",
+    FateKind.FORCED_DROP: "was lost to a forced drop at {place} after {held} in the gripper{now}",
+    FateKind.DROPPED: "was dropped at {place} after {held} in the gripper{now}",
+    FateKind.PUT_DOWN: "was put down at {place}{now}",
+    FateKind.UNREPORTED: "was put down at {spot}, after the tray's last report",
+    FateKind.STACKED: "lay above {tray}'s tray without touching its plate, at {lies}",
+    FateKind.OTHER_TRAY: "was on {tray}'s tray",
+    FateKind.FELL_OFF: "fell off {tray}'s tray{now}",
+    FateKind.DELETION_WALL: "was taken by the deletion wall of the belt",
+    FateKind.CLEARED: "was cleared from {tray}'s tray",
+}
+
+
 @dataclass(frozen=True, slots=True)
 class Fate:
     """What became of a wanted part that is not on the judged tray.
@@ -87,31 +101,15 @@ class Fate:
             belt = f"; the deletion wall of the belt took {self.past} of its type" if self.past else ""
             return f"never taken hold of{belt}"
         name = f"{self.part} (faulty)" if self.is_faulty else self.part
-        return f"{name} {self._words()}"
-
-    def _words(self) -> str:
-        held = f"after {seconds(self.held):.1f} s in the gripper"
-        match self.kind:
-            case FateKind.HELD:
-                return f"was in the gripper, for {seconds(self.held):.1f} s"
-            case FateKind.FORCED_DROP:
-                return f"was lost to a forced drop at {_place(self.position)} {held}{self._now()}"
-            case FateKind.DROPPED:
-                return f"was dropped at {_place(self.position)} {held}{self._now()}"
-            case FateKind.UNREPORTED:
-                return f"was put down at {_place(self.position or self.lies)}, after the tray's last report"
-            case FateKind.STACKED:
-                return f"lay above {self.tray}'s tray without touching its plate, at {_place(self.lies)}"
-            case FateKind.OTHER_TRAY:
-                return f"was on {self.tray}'s tray"
-            case FateKind.FELL_OFF:
-                return f"fell off {self.tray}'s tray{self._now()}"
-            case FateKind.DELETION_WALL:
-                return "was taken by the deletion wall of the belt"
-            case FateKind.CLEARED:
-                return f"was cleared from {self.tray}'s tray"
-            case _:
-                return f"was put down at {_place(self.position)}{self._now()}"
+        words = _WORDS[self.kind].format(
+            tray=self.tray,
+            held=f"{seconds(self.held):.1f} s",
+            place=_place(self.position),
+            spot=_place(self.position or self.lies),
+            lies=_place(self.lies),
+            now=self._now(),
+        )
+        return f"{name} {words}"
 
     def _now(self) -> str:
         """Where it lies, if that is not where it was let go."""

@@ -36,36 +36,6 @@ def part_type(model_name: str) -> str:
     return name[:clone] if clone >= _SHORTEST_TYPE else name
 
 
-class Faults:
-    """The faulty parts of a trial.
-
-    Args:
-        faulty_parts: names as a trial lists them, without origin (`piston_rod_part_3`, `gasket_part_clone_0`).
-    """
-
-    def __init__(self, faulty_parts: Iterable[str]) -> None:
-        self.names = frozenset(faulty_parts)
-
-    def is_faulty(self, model_name: str) -> bool:
-        """Whether the part of this full model name is faulty."""
-        return trimmed_name(model_name) in self.names
-
-
-class MaterialLocations:
-    """Storage units by type of material.
-
-    Args:
-        by_type: for each type the bins, the belt or the load points where it is, as in `Trial.material_locations`.
-    """
-
-    def __init__(self, by_type: Mapping[str, tuple[str, ...]]) -> None:
-        self._by_type = {type_: tuple(sorted(units)) for type_, units in by_type.items()}
-
-    def locations(self, material_type: str) -> tuple[str, ...]:
-        """The storage units of a type, by name; none for a type that nobody knows."""
-        return self._by_type.get(material_type, ())
-
-
 class DropZones:
     """The drop regions of a trial, and which types have been lost already.
 
@@ -76,10 +46,6 @@ class DropZones:
     def __init__(self, regions: Iterable[DropRegion]) -> None:
         self.regions = tuple(regions)
         self._spent: set[str] = set()
-
-    def is_armed(self, part_type: str) -> bool:
-        """Whether a part of this type may still be lost somewhere; cheap, to be asked before poses are computed."""
-        return part_type not in self._spent and any(region.type == part_type for region in self.regions)
 
     def drop(self, part_type: str, world_position: Vector3) -> DropRegion | None:
         """The region that takes a part away, or None; the type is spent from then on.

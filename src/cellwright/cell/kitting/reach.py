@@ -16,7 +16,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from cellwright.cell.kitting.inventory import Faults
+from cellwright.cell.kitting.inventory import trimmed_name
 from cellwright.cell.kitting.kit_score import BONUS_POINTS, MAX_DISTANCE, POSE_POINTS, PRESENCE_POINTS
 from cellwright.cell.kitting.referee import Announcements
 from cellwright.config.layout import PART_RADII, TRAY_PLATE
@@ -199,14 +199,16 @@ def reach(trial: Trial) -> TrialReach:
 
 def good_parts(trial: Trial) -> Counter[str]:
     """How many parts of each type there are, or will come on the belt or with a full tray, that are not faulty."""
-    faults = Faults(trial.faulty_parts)
-    supply = Counter(part.type for part in (*trial.bin_parts, *trial.extra_parts) if not faults.is_faulty(part.name))
+    faulty = frozenset(trial.faulty_parts)
+    supply = Counter(
+        part.type for part in (*trial.bin_parts, *trial.extra_parts) if trimmed_name(part.name) not in faulty
+    )
     for kind, count in Counter(part.type for part in trial.belt_parts).items():
         clones = range(trial.options.belt_population_cycles * count)
-        supply[kind] += sum(not faults.is_faulty(f"{kind}_clone_{clone}") for clone in clones)
+        supply[kind] += sum(f"{kind}_clone_{clone}" not in faulty for clone in clones)
     if trial.options.fill_demo_tray and trial.orders and trial.orders[0].kits:
         for kind, count in Counter(each.type for each in trial.orders[0].kits[0].objects).items():
-            supply[kind] += sum(not faults.is_faulty(f"{kind}_clone_{clone}") for clone in range(count))
+            supply[kind] += sum(f"{kind}_clone_{clone}" not in faulty for clone in range(count))
     return supply
 
 

@@ -35,7 +35,7 @@ from cellwright.cell.kitting.scorer import GameScore, Scorer
 from cellwright.config.trial.trial import Order, Trial
 from cellwright.engine.clock import nanoseconds
 from cellwright.engine.events import NEVER
-from cellwright.util.errors import RejectedCommandError, UsageError
+from cellwright.util.errors import RejectedCommandError
 
 NOW = -NEVER
 """A time [ns] before any other: due at once."""
@@ -92,13 +92,7 @@ class Announcements:
         return None
 
     def announce(self) -> Order:
-        """Take the next order as announced.
-
-        Raises:
-            UsageError: all orders have been announced.
-        """
-        if self.announced == len(self.orders):
-            raise UsageError("all orders have been announced")
+        """Take the next order, of which there must be one, as announced."""
         self.announced += 1
         return self.orders[self.announced - 1]
 
@@ -152,11 +146,6 @@ class Referee:
     def active_orders(self) -> tuple[str, ...]:
         """Ids of the orders in progress: the last is active, the others wait, interrupted."""
         return tuple(self._active)
-
-    @property
-    def waiting_orders(self) -> tuple[str, ...]:
-        """Ids of the orders that have not been announced."""
-        return tuple(order.order_id for order in self._announcements.waiting)
 
     @property
     def end_reason(self) -> EndReason | None:

@@ -166,18 +166,7 @@ class Scorer:
             each.clock.halt(now)
 
     def announce(self, order_id: str, now: int) -> None:
-        """An order is announced: its clock runs, and its kits are scored from here.
-
-        Raises:
-            UnknownNameError: there is no such order.
-            UsageError: it was announced before, or the game is not running.
-        """
-        if order_id not in self._orders:
-            raise UnknownNameError("order", order_id, self._orders)
-        if order_id in self._announced:
-            raise UsageError(f"order {order_id!r} was announced already")
-        if not self._is_running:
-            raise UsageError(f"order {order_id!r} was announced while no game is running")
+        """An order is announced: its clock runs, and its kits are scored from here."""
         announced = self._announced[order_id] = _Announced(self._orders[order_id])
         if not announced.is_complete:
             announced.clock.run(now)

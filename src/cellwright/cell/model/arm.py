@@ -16,6 +16,7 @@ import mujoco
 
 from cellwright.cell.model import arm_looks
 from cellwright.cell.model.frames import RAIL
+from cellwright.config.layout import ARM_JOINTS
 from cellwright.config.trial.trial import ArmSettings, JointGains, ServoProfile
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose, Vector3
@@ -126,10 +127,14 @@ JOINTS: tuple[ArmJoint, ...] = (
 )  # fmt: skip
 """The joints in the order of the chain, which is the controller's order."""
 
-JOINT_NAMES = tuple(joint.name for joint in JOINTS)
-
-INITIAL_POSITIONS: Mapping[str, float] = dict(zip(JOINT_NAMES, (0.0, 3.14, -1.13, 1.51, 3.77, -1.51, 0.0), strict=True))
+INITIAL_POSITIONS: Mapping[str, float] = dict(zip(ARM_JOINTS, (0.0, 3.14, -1.13, 1.51, 3.77, -1.51, 0.0), strict=True))
 """Where the joints [rad], [m] are when nothing else is asked for."""
+
+WRIST_3_T_TOOL = {
+    "ee_link": Pose.from_rpy((0.0, 0.0922, 0.0), (0.0, 0.0, math.pi / 2)),
+    "tool0": Pose.from_rpy((0.0, 0.0922, 0.0), (-math.pi / 2, 0.0, 0.0)),
+}
+"""Frames of the flange in that of the last link."""
 
 WRIST_3_T_GRIPPER = Pose.from_rpy((0.0, 0.1, 0.0), (90 * 0.0174533, 0.0, 0.0))
 """The cup on the last link, turned with the original's rounding."""
@@ -153,9 +158,7 @@ def gains_of(settings: ArmSettings) -> dict[str, JointGains]:
     Raises:
         UnknownNameError: the settings name a joint that the arm does not have.
     """
-    for name in (*settings.gains, *settings.dry_friction):
-        if name not in JOINT_NAMES:
-            raise UnknownNameError("arm joint", name, JOINT_NAMES)
+    _check_joints(*settings.gains, *settings.dry_friction)
     return {joint.name: settings.gains.get(joint.name, joint.gains) for joint in JOINTS}
 
 
@@ -165,10 +168,14 @@ def initial_positions(asked: Mapping[str, float]) -> dict[str, float]:
     Raises:
         UnknownNameError: a position is given for a joint that the arm does not have.
     """
-    for name in asked:
-        if name not in JOINT_NAMES:
-            raise UnknownNameError("arm joint", name, JOINT_NAMES)
+    _check_joints(*asked)
     return {**INITIAL_POSITIONS, **asked}
+
+
+def _check_joints(*names: str) -> None:
+    for name in names:
+        if name not in ARM_JOINTS:
+            raise UnknownNameError("arm joint", name, ARM_JOINTS)
 
 
 def add_arm(spec: Any, settings: ArmSettings, contact_time: float) -> None:
@@ -190,10 +197,7 @@ def add_arm(spec: Any, settings: ArmSettings, contact_time: float) -> None:
         arm_looks.dress_link(spec, link, joint.link)
         if joint.link == "base_link":
             link.add_site(name="base", quat=(0.0, 0.0, 0.0, 1.0))
-    for name, pose in (
-        ("ee_link", Pose.from_rpy((0.0, 0.0922, 0.0), (0.0, 0.0, math.pi / 2))),
-        ("tool0", Pose.from_rpy((0.0, 0.0922, 0.0), (-math.pi / 2, 0.0, 0.0))),
-    ):
+    for name, pose in WRIST_3_T_TOOL.items():
         link.add_site(name=name, pos=pose.position, quat=pose.quaternion)
     gripper = link.add_body(name=GRIPPER, pos=WRIST_3_T_GRIPPER.position, quat=WRIST_3_T_GRIPPER.quaternion)
     _give_mass(gripper, BODIES[GRIPPER], settings.servo)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import mujoco
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from cellwright.cell.model import furniture
 from cellwright.cell.model.agv import add_agv
-from cellwright.cell.model.arm import GRIPPER, JOINT_NAMES, add_arm, initial_positions
+from cellwright.cell.model.arm import GRIPPER, add_arm, initial_positions
 from cellwright.cell.model.frames import AGV_HOMES, TRAY_IDS, part_frames, shelf_slot
 from cellwright.cell.model.furniture import add_housing
 from cellwright.cell.model.own_models import add_furniture, own_part_types
@@ -108,30 +108,16 @@ class World:
     `put_in_first_pose` is to follow it.
 
     Attributes:
-        spec: the specification that the model was compiled from.
         model: the model.
         parts: every part, in the order of the model: those in play first, then those that wait.
         initial_qpos: positions when a run begins, shape (nq,).
         initial_ctrl: setpoints that hold the arm and the AGVs there, shape (nu,).
     """
 
-    spec: Any
     model: Any
     parts: tuple[WorldPart, ...]
     initial_qpos: NDArray[np.float64]
     initial_ctrl: NDArray[np.float64]
-    _by_name: dict[str, WorldPart] = field(repr=False)
-
-    def part(self, name: str) -> WorldPart:
-        """A part by its full model name.
-
-        Raises:
-            UnknownNameError: the cell has no such part.
-        """
-        try:
-            return self._by_name[name]
-        except KeyError:
-            raise UnknownNameError("part", name, self._by_name) from None
 
     def put_in_first_pose(self, data: Any) -> None:
         """Write the positions and setpoints that a run begins with into an `MjData`."""
@@ -205,7 +191,7 @@ def build_world(trial: Trial) -> World:
     model.flg_surfacevel = True  # the belt stands still in the model; without this the engine would never look again
     parts = tuple(_locate(model, part, slot) for part, slot in zip(planned, slots, strict=True))
     qpos, ctrl = _first_pose(model, trial)
-    return World(spec, model, parts, qpos, ctrl, {part.name: part for part in parts})
+    return World(model, parts, qpos, ctrl)
 
 
 def _parts_in_play(trial: Trial, kinds: Mapping[str, PartType]) -> Iterator[_Planned]:
@@ -256,20 +242,7 @@ def _add_holds(spec: Any, part: str, has_arm: bool, agvs: tuple[str, ...], time:
         weld.active = False
         weld.solref = (time, 1.0)
         weld.solimp = _HOLD
-        weld.data = (
-            0,
-            0,
-            0,
-            0,
-            0,
-            0,
-            1,
-            0,
-            0,
-            0,
-            1,
-            0,
-        )  # anchor, relative pose (written when it takes hold), torque scale
+        weld.data = (0,) * 6 + (1, 0, 0, 0, 1, 0)  # anchor, pose (written when it takes hold), torque scale
 
 
 def _locate(model: Any, part: _Planned, slot: Pose) -> WorldPart:
@@ -304,7 +277,7 @@ def _first_pose(model: Any, trial: Trial) -> tuple[NDArray[np.float64], NDArray[
     ctrl = np.zeros(model.nu)
     if trial.has_arm:
         positions = initial_positions(trial.initial_joint_states)
-        for name in JOINT_NAMES:
+        for name in positions:
             qpos[model.joint(name).qposadr[0]] = positions[name]
             ctrl[model.actuator_ctrladr[model.actuator(name).id]] = positions[name]
     return qpos, ctrl

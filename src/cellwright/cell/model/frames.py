@@ -9,7 +9,6 @@ import math
 
 from cellwright.config.layout import BIN_CENTRES as BIN_CENTRES  # of one family with those below
 from cellwright.config.layout import REFERENCE_FRAMES, TRAY_FRAMES
-from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose
 
 BIN_YAW = 1.5708
@@ -67,29 +66,14 @@ SHELF_PITCH = 0.45
 
 
 def bin_frame(name: str) -> Pose:
-    """The frame of a bin's model, at its centre on the floor.
-
-    Raises:
-        UnknownNameError: there is no such bin.
-    """
-    try:
-        x, y = BIN_CENTRES[name]
-    except KeyError:
-        raise UnknownNameError("bin", name, BIN_CENTRES) from None
+    """The frame of a bin's model, at its centre on the floor."""
+    x, y = BIN_CENTRES[name]
     return Pose.from_rpy((x, y, 0.0), (0.0, 0.0, BIN_YAW))
 
 
 def load_point(agv: str) -> Pose:
-    """The frame of an AGV's load point, at the height of its tray.
-
-    Raises:
-        UnknownNameError: there is no such AGV.
-    """
-    try:
-        home = AGV_HOMES[agv]
-    except KeyError:
-        raise UnknownNameError("AGV", agv, AGV_HOMES) from None
-    return home @ Pose((0.0, 0.0, AGV_T_TRAY.position[2]))
+    """The frame of an AGV's load point, at the height of its tray."""
+    return AGV_HOMES[agv] @ Pose((0.0, 0.0, AGV_T_TRAY.position[2]))
 
 
 def part_frames(*, agvs: bool = True) -> dict[str, Pose]:

@@ -55,18 +55,6 @@ class PartType:
         return bounds(self.solid)
 
     @property
-    def box_centre(self) -> Vector3:
-        """Centre [m] of the bounding box in the part's frame."""
-        lower, upper = self.box
-        return ((lower[0] + upper[0]) / 2, (lower[1] + upper[1]) / 2, (lower[2] + upper[2]) / 2)
-
-    @property
-    def half_extents(self) -> Vector3:
-        """Half edge lengths [m] of the bounding box."""
-        lower, upper = self.box
-        return ((upper[0] - lower[0]) / 2, (upper[1] - lower[1]) / 2, (upper[2] - lower[2]) / 2)
-
-    @property
     def bottom(self) -> float:
         """Lowest point [m] below (negative) or above the origin, upright."""
         return self.box[0][2]

@@ -29,7 +29,7 @@ from cellwright.cli.teleop.options import DisplayOptions, TeleopOptions
 from cellwright.config.robot.robots import load_robot
 from cellwright.middleware.server.server import LOOPBACK
 from cellwright.robot.drivers import find_driver
-from cellwright.robot.interface.rows import NODE
+from cellwright.robot.interface import NODE
 from cellwright.robot.safety import RESUME_SPEED, Guard, SafetySettings
 from cellwright.robot.servos import Motion
 

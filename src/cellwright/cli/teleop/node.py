@@ -32,7 +32,7 @@ from cellwright.middleware.ros1.host.ros1 import Identity, robot_identity
 from cellwright.middleware.server import Server
 from cellwright.middleware.server.timekeeper import Timekeeper
 from cellwright.rendering.video_options import VideoOptions
-from cellwright.robot.interface.rows import ros_parameters
+from cellwright.robot.interface import ros_parameters
 from cellwright.robot.node import RobotNode
 from cellwright.robot.pictures import robot_camera, robot_lamp
 from cellwright.running.run import versions

@@ -17,8 +17,8 @@ from cellwright.config.robot.config import RobotConfig
 from cellwright.middleware.server import Server
 from cellwright.middleware.server.server import LOOPBACK
 from cellwright.rendering.video_options import VideoOptions
+from cellwright.robot import interface as io_teleop
 from cellwright.robot.drivers import Driver
-from cellwright.robot.interface import rows as io_teleop
 from cellwright.robot.model import TIMESTEP
 from cellwright.robot.node import RobotNode
 from cellwright.robot.pictures import save_robot_picture

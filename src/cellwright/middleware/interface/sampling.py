@@ -7,7 +7,6 @@ newest message is the same whoever has listened before. Where building it costs 
 from __future__ import annotations
 
 from collections.abc import Callable
-from fractions import Fraction
 from functools import partial
 from typing import Generic, TypeVar
 
@@ -25,36 +24,27 @@ class Sampled:
     """A topic that has a message at its rate: always if it is latched, else while it has a listener.
 
     Args:
-        row: the topic in the contract's table.
-        period: time between two messages [s]; None: one in each step.
+        row: the topic in the contract's table. It has a message in each step if it has no period.
         build: makes the message, from the state of this tick; None when there is nothing to say.
         rank: of topics that are due together, lower ones come first; each has a rank of its own, so that their order
             does not depend on who came when.
     """
 
     def __init__(
-        self,
-        bus: Bus,
-        simulation: Simulation,
-        row: Row,
-        period: Fraction | None,
-        build: Callable[[], Message | None],
-        *,
-        rank: int = 0,
+        self, bus: Bus, simulation: Simulation, row: Row, build: Callable[[], Message | None], *, rank: int = 0
     ) -> None:
         self._simulation = simulation
         self._row = row
-        self._period = period
         self._build = build
         self._rank = rank
         self._watch: Watch | None = None
         if row.latch:
-            self._watch = simulation.watch(row.name, period, self._publish, rank)
+            self._watch = simulation.watch(row.name, row.period, self._publish, rank)
         self._publisher = advertise(bus, row, None if row.latch else self._take_listeners)
 
     def _take_listeners(self, count: int) -> None:
         if count and self._watch is None:
-            self._watch = self._simulation.watch(self._row.name, self._period, self._publish, self._rank)
+            self._watch = self._simulation.watch(self._row.name, self._row.period, self._publish, self._rank)
         elif not count and self._watch is not None:
             self._watch.cancel()
             self._watch = None

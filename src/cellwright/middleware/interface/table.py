@@ -1,6 +1,6 @@
-"""The rows that a contract is written in: one for each topic, service and action.
+"""Rows of an interface: one for each topic, service and action.
 
-A contract is a table and nothing else. What a row is bound to stands elsewhere; here is what a client can rely on.
+A row names its handler, and `binding.bind` puts all rows of a table on a bus. The table itself loads without handlers.
 """
 
 from __future__ import annotations
@@ -31,6 +31,37 @@ class Pace(Enum):
 
 Rate: TypeAlias = Fraction | Pace
 """Messages per second of simulation time [Hz], or the occasion."""
+
+
+@dataclass(frozen=True, slots=True)
+class Qos:
+    """Quality of service of a topic, in the terms of ROS 2.
+
+    Attributes:
+        is_reliable: whether lost messages are sent again. A publisher offers it; a subscription asks for it, and gets
+            nothing from a publisher that does not offer it.
+        is_transient_local: whether a late subscriber gets the newest messages.
+        depth: how many messages are kept.
+    """
+
+    is_reliable: bool = True
+    is_transient_local: bool = False
+    depth: int = 10
+
+    @property
+    def text(self) -> str:
+        """The quality of service in words: "reliable", "best effort, depth 1"."""
+        words = ["reliable" if self.is_reliable else "best effort"]
+        words += ["transient local"] * self.is_transient_local
+        return ", ".join([*words, f"depth {self.depth}"])
+
+
+RELIABLE = Qos()
+LATCHED = Qos(is_transient_local=True, depth=1)
+BEST_EFFORT = Qos(is_reliable=False, depth=1)
+
+_LARGE_TYPES = frozenset({"sensor_msgs/Image", "sensor_msgs/PointCloud", "sensor_msgs/PointCloud2"})
+"""Types whose messages are too large to be sent again."""
 
 
 class Where(Enum):
@@ -82,6 +113,8 @@ class Row:
         competition: what becomes of it in competition mode.
         node: the node that publishes, hears or serves it, as the original's graph names it.
         source: the part of the original that this is taken from.
+        handler: name of the method that serves it; see `binding.bind`.
+        qos: quality of service of a topic.
         subject: the sensor or the number that the template is filled with; None where it has no gap, or is not filled.
     """
 
@@ -96,6 +129,8 @@ class Row:
     competition: Competition = Competition.SAME
     node: str = "/gazebo"
     source: str = ""
+    handler: str = ""
+    qos: Qos = RELIABLE
     subject: str | None = None
 
     @property
@@ -126,28 +161,35 @@ class Row:
         return replace(self, subject=subject)
 
 
-class Says(TypedDict, total=False):
-    """What a row of a topic from the cell may say besides."""
+class RowOptions(TypedDict, total=False):
+    """What a row may say besides."""
 
-    latch: bool
     competition: Competition
     node: str
     source: str
+    handler: str
+    qos: Qos
 
 
-class Takes(TypedDict, total=False):
-    """What a row of a topic to the cell, a service or an action may say besides."""
+def says(
+    template: str,
+    type_name: str,
+    rate: int | Pace,
+    where: Where,
+    about: str,
+    *,
+    latch: bool = False,
+    **more: Unpack[RowOptions],
+) -> Row:
+    """The row of a topic that the cell publishes; `rate` in Hz or on which occasion.
 
-    competition: Competition
-    source: str
-
-
-def says(template: str, type_name: str, rate: int | Pace, where: Where, about: str, **more: Unpack[Says]) -> Row:
-    """The row of a topic that the cell publishes; `rate` in Hz or on which occasion."""
+    Latched topics are transient local, pictures and point clouds best effort, and all others reliable.
+    """
+    more.setdefault("qos", LATCHED if latch else BEST_EFFORT if type_name in _LARGE_TYPES else RELIABLE)
     pace = Fraction(rate) if isinstance(rate, int) else rate
-    return Row(template=template, type=type_name, rate=pace, where=where, about=about, **more)
+    return Row(template=template, type=type_name, rate=pace, where=where, about=about, latch=latch, **more)
 
 
-def takes(kind: Kind, template: str, type_name: str, where: Where, about: str, **more: Unpack[Takes]) -> Row:
-    """The row of a topic that the cell hears, of a service or of an action."""
+def takes(kind: Kind, template: str, type_name: str, where: Where, about: str, **more: Unpack[RowOptions]) -> Row:
+    """The row of a topic that the cell hears, of a service or of an action. A topic is reliable."""
     return Row(template=template, type=type_name, kind=kind, direction=Direction.IN, where=where, about=about, **more)

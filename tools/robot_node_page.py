@@ -1,4 +1,4 @@
-"""The topics of a robot's node as a table for people: `python -m cellwright.robot.interface.page PAGE`.
+"""The topics of a robot's node as a table for people: `python -m tools.robot_node_page PAGE`.
 
 The table stands in the page between two marks, and is written there anew.
 """
@@ -10,11 +10,11 @@ from pathlib import Path
 
 from cellwright.middleware.bus import Direction
 from cellwright.middleware.interface.table import Kind, Row
-from cellwright.robot.interface.rows import IO_TELEOP
+from cellwright.robot.interface import IO_TELEOP
 
 BEGIN, END = "<!-- topics -->\n", "<!-- end of topics -->\n"
 
-_HEAD = ("name", "type", "rate", "there", "what it is", "known from")
+_HEAD = ("name", "type", "rate", "QoS in ROS 2", "there", "what it is", "known from")
 
 
 def tables() -> str:
@@ -26,7 +26,8 @@ def tables() -> str:
         ("Services", Kind.SERVICE, Direction.IN),
     ):
         rows = [row for row in IO_TELEOP if (row.kind, row.direction) == (kind, direction)]
-        columns = [column for column in range(len(_HEAD)) if column != 2 or direction is Direction.OUT]
+        missing = set() if direction is Direction.OUT else {"rate"} if kind is Kind.TOPIC else {"rate", "QoS in ROS 2"}
+        columns = [column for column, name in enumerate(_HEAD) if name not in missing]
         lines = [[_HEAD[column] for column in columns], ["---" for _ in columns]]
         lines += [[_cells(row)[column] for column in columns] for row in rows]
         table = "\n".join("| " + " | ".join(line) + " |" for line in lines)
@@ -43,7 +44,7 @@ def renewed(page: str) -> str:
 
 def _cells(row: Row) -> tuple[str, ...]:
     rate = f"{row.rate_text}, latched" if row.latch else row.rate_text
-    return (f"`{row.name}`", f"`{row.type}`", rate, row.where.value, row.about, row.source)
+    return (f"`{row.name}`", f"`{row.type}`", rate, row.qos.text, row.where.value, row.about, row.source)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.robot.interface.rows import ros_parameters
+from cellwright.robot.interface import ros_parameters
 
 URDF = '<?xml version="1.0"?><robot name="two arms"><link name="base"/></robot>'
 

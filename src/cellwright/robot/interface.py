@@ -2,6 +2,8 @@
 
 Names, types and rates are those of the io_teleop stack, as its public ROS 1 workspace and those who speak to it have
 them. What it has no name for (what was really applied, enabling, emergency stop) is marked as Cellwright's own.
+Handlers are methods of the objects that `RobotNode` hands to `bind`. Targets are heard with best effort: in ROS 2 a
+subscription that asks for more hears nothing from the adopters that publish so.
 """
 
 from __future__ import annotations
@@ -12,14 +14,16 @@ from dataclasses import replace
 from typing import Any
 
 from cellwright.config.robot.config import RobotConfig
-from cellwright.middleware.interface.table import Kind, Pace, Row, Where, says, takes
+from cellwright.middleware.bus import Direction
+from cellwright.middleware.interface.table import BEST_EFFORT, Kind, Pace, Row, Where, says, takes
 
 NODE = "/sim_robot_controller_node"
 """The node's name in ROS when nothing else is said: that of the vendor's general node."""
 
 TOPIC, SERVICE = Kind.TOPIC, Kind.SERVICE
 ALWAYS, ARMS, GRIPPERS = Where.ALWAYS, Where.ARMS, Where.GRIPPERS
-JOINTS = "sensor_msgs/JointState"
+JOINTS, POSES = "sensor_msgs/JointState", "geometry_msgs/PoseArray"
+TARGET_EE_POSES = "/io_teleop/target_ee_poses"
 
 NODE_OF_TIME = "the node of the io_teleop workspace"
 CONTROLLER = "the universal controller's side"
@@ -29,51 +33,61 @@ OWN = "Cellwright"
 # fmt: off
 IO_TELEOP = (
     says("/clock", "rosgraph_msgs/Clock", Pace.EACH_STEP, Where.SIMULATED_TIME,
-         "Simulation time.", source=OWN),
+         "Simulation time.", handler="clock", source=OWN),
     says("/io_teleop/joint_states", JOINTS, 100, ALWAYS,
-         "All joints that are not fixed, by URDF name in the order of their indices.", source=NODE_OF_TIME),
+         "All joints that are not fixed, by URDF name in the order of their indices.",
+         handler="joint_states", source=NODE_OF_TIME),
     says("/io_teleop/applied_joint_cmd", JOINTS, 100, ALWAYS,
-         "The targets that the joints really follow, after limits and safety.", source=OWN),
+         "The targets that the joints really follow, after limits and safety.", handler="applied_targets", source=OWN),
     says("/io_teleop/gripper_states", JOINTS, 100, GRIPPERS,
-         "How far each gripper is closed, 0 to 1: right, left.", source=ADOPTERS),
-    says("/io_teleop/state_ee_poses", "geometry_msgs/PoseArray", 100, ARMS,
-         "Where the tips of the arms are: right, left; in the frame of `controller_indices.base`.", source=CONTROLLER),
+         "How far each gripper is closed, 0 to 1: right, left.", handler="gripper_states", source=ADOPTERS),
+    says("/io_teleop/state_ee_poses", POSES, 100, ARMS,
+         "Where the tips of the arms are: right, left; in the frame of `controller_indices.base`.",
+         handler="ee_poses", source=CONTROLLER),
     says("/io_teleop/camera_{sensor}/color", "sensor_msgs/Image", 30, Where.EACH_CAMERA,
-         "What a camera of the configuration sees, `rgb8`.", source=OWN),
+         "What a camera of the configuration sees, `rgb8`.", handler="colour_picture", source=OWN),
     says("/io_teleop/camera_{sensor}/depth", "sensor_msgs/Image", 30, Where.EACH_CAMERA,
-         "How far away that is, along the line of sight in m, `32FC1`.", source=OWN),
+         "How far away that is, along the line of sight in m, `32FC1`.", handler="depth_picture", source=OWN),
     says("/io_teleop/camera_{sensor}/camera_info", "sensor_msgs/CameraInfo", 30, Where.EACH_CAMERA,
-         "The matrix of these pictures.", source=OWN),
+         "The matrix of these pictures.", handler="camera_info", source=OWN),
     says("/io_teleop/status", "cellwright_msgs/TeleopStatus", Pace.ON_EVENT, ALWAYS,
-         "Whether commands are taken, from whom, and what was refused.", latch=True, source=OWN),
+         "Whether commands are taken, from whom, and what was refused.", latch=True, handler="status", source=OWN),
     takes(TOPIC, "/io_teleop/joint_cmd", JOINTS, ALWAYS,
-          "Target positions by name, of any joints.", source=NODE_OF_TIME),
+          "Target positions by name, of any joints.", handler="target_joints", qos=BEST_EFFORT, source=NODE_OF_TIME),
     takes(TOPIC, "/io_teleop/target_joint_from_vr", JOINTS, ALWAYS,
-          "Target positions by name, from the headset (the head, say).", source=NODE_OF_TIME),
+          "Target positions by name, from the headset (the head, say).",
+          handler="target_joints", qos=BEST_EFFORT, source=NODE_OF_TIME),
     takes(TOPIC, "/io_teleop/target_gripper_status", JOINTS, GRIPPERS,
           "How far each gripper is to be closed, 0 to 1, in the order right, left; names count for nothing.",
-          source=NODE_OF_TIME),
+          handler="target_grippers", qos=BEST_EFFORT, source=NODE_OF_TIME),
     takes(TOPIC, "/io_teleop/target_finger_joints", JOINTS, ALWAYS,
-          "Target positions of finger joints by name.", source=NODE_OF_TIME),
+          "Target positions of finger joints by name.", handler="target_joints", qos=BEST_EFFORT, source=NODE_OF_TIME),
     takes(TOPIC, "/io_teleop/joint_cmd_finger_left", JOINTS, ALWAYS,
-          "Target positions of finger joints of the left hand by name.", source=ADOPTERS),
+          "Target positions of finger joints of the left hand by name.",
+          handler="target_left_hand", qos=BEST_EFFORT, source=ADOPTERS),
     takes(TOPIC, "/io_teleop/joint_cmd_finger_right", JOINTS, ALWAYS,
-          "Target positions of finger joints of the right hand by name.", source=ADOPTERS),
-    takes(TOPIC, "/io_teleop/target_ee_poses", "geometry_msgs/PoseArray", ARMS,
+          "Target positions of finger joints of the right hand by name.",
+          handler="target_right_hand", qos=BEST_EFFORT, source=ADOPTERS),
+    takes(TOPIC, TARGET_EE_POSES, POSES, ARMS,
           "Where the tips of the arms are to go: right, left; in the frame of `controller_indices.base`.",
-          source=NODE_OF_TIME),
+          handler="target_ee_poses", qos=BEST_EFFORT, source=NODE_OF_TIME),
     takes(TOPIC, "/io_teleop/target_base_move", "std_msgs/Float64MultiArray", Where.FREE_BASE,
-          "By how much the base is to turn [rad] and to move along its own y axis [m].", source=NODE_OF_TIME),
+          "By how much the base is to turn [rad] and to move along its own y axis [m].",
+          handler="move_base", qos=BEST_EFFORT, source=NODE_OF_TIME),
     takes(TOPIC, "/io_teleop/emergency_stop", "std_msgs/Bool", ALWAYS,
-          "True: hold at once, and take no command until the stop is cleared.", source=OWN),
+          "True: hold at once, and take no command until the stop is cleared.", handler="stop", source=OWN),
     takes(SERVICE, "/io_teleop_reset_robot", "std_srvs/Trigger", ALWAYS,
-          "Goes home; answers when the robot is there.", source=NODE_OF_TIME),
+          "Goes home; answers when the robot is there.", handler="go_home", source=NODE_OF_TIME),
     takes(SERVICE, "/io_teleop/set_enabled", "std_srvs/SetBool", ALWAYS,
-          "Takes commands, or none.", source=OWN),
+          "Takes commands, or none.", handler="set_enabled", source=OWN),
     takes(SERVICE, "/io_teleop/clear_emergency_stop", "std_srvs/Trigger", ALWAYS,
-          "Ends an emergency stop: the robot stays where it is until the next command.", source=OWN),
+          "Ends an emergency stop: the robot stays where it is until the next command.",
+          handler="clear_stop", source=OWN),
 )
 # fmt: on
+
+JOINT_SOURCES = tuple(row.name for row in IO_TELEOP if row.direction is Direction.IN and row.type in (JOINTS, POSES))
+"""Topics whose messages are targets of joints. Their numbers, by this order, are part of the saved state."""
 
 
 def rows(

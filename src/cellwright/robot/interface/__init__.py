@@ -1,1 +1,0 @@
-"""The contract of a robot's controller node: its table, its page and its parameters."""

@@ -1,0 +1,152 @@
+"""Tables of rows on a bus, each with the handler that it names."""
+
+import subprocess
+import sys
+
+import pytest
+
+from cellwright.cell.cell import Cell
+from cellwright.cell.interface.action import TrajectoryAction
+from cellwright.cell.interface.commands import Commands as CellCommands
+from cellwright.cell.interface.publications import Publications as CellPublications
+from cellwright.cell.interface.rows import GEAR, PICTURES
+from cellwright.engine.simulation import Simulation
+from cellwright.middleware.bus import Bus
+from cellwright.middleware.interface.binding import Output, bind
+from cellwright.middleware.interface.table import (
+    BEST_EFFORT,
+    LATCHED,
+    RELIABLE,
+    Kind,
+    Pace,
+    Qos,
+    Row,
+    Where,
+    says,
+    takes,
+)
+from cellwright.middleware.messages.standard import Float64
+from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
+from cellwright.robot.commander import Homing
+from cellwright.robot.commands import Commands as RobotCommands
+from cellwright.robot.ee_poses import EePoseTopics
+from cellwright.robot.interface import IO_TELEOP, JOINT_SOURCES
+from cellwright.robot.publications import CameraTopics
+from cellwright.robot.publications import Publications as RobotPublications
+from cellwright.util.errors import UsageError
+from tests.cells import BARE
+
+STATE = says("/state", "std_msgs/Float64", 100, Where.ALWAYS, "Time.", handler="state")
+COMMAND = takes(Kind.TOPIC, "/command_{n}", "std_msgs/Float64", Where.ALWAYS, "A number.", handler="command").of("7")
+ASK = takes(Kind.SERVICE, "/ask", "std_srvs/Trigger", Where.ALWAYS, "An answer.", handler="ask")
+ACTION = takes(Kind.ACTION, "/act", "control_msgs/FollowJointTrajectory", Where.ALWAYS, "Five topics.")
+
+
+class Handlers:
+    """What was asked of it."""
+
+    def __init__(self) -> None:
+        self.heard: list[tuple[str, float, str]] = []
+        self.ranks: list[int] = []
+
+    def state(self, output: Output) -> None:
+        self.ranks.append(output.rank)
+        output.sample(lambda: Float64(output.simulation.time))
+
+    def command(self, row: Row, message: Float64, node: str) -> None:
+        self.heard.append((row.name, message.data, node))
+
+
+class Services:
+    """Another object with handlers."""
+
+    def ask(self, row: Row, _request: TriggerRequest, node: str) -> TriggerResponse:
+        return TriggerResponse(success=True, message=f"{row.name} from {node}")
+
+
+@pytest.fixture
+def simulation() -> Simulation:
+    return Cell(BARE).simulation
+
+
+def test_each_row_is_bound_to_the_handler_that_it_names(simulation: Simulation) -> None:
+    bus, handlers = Bus(lambda: simulation.now), Handlers()
+    bind(bus, simulation, (ACTION, COMMAND, ASK, STATE), (handlers, Services()))
+    said: list[Float64] = []
+    bus.subscribe("/state", said.append)
+    bus.publish("/command_7", Float64(3.0), node="/me")
+    for _ in range(10):
+        simulation.step()
+    assert handlers.heard == [("/command_7", 3.0, "/me")]
+    assert handlers.ranks == [4]  # its place in the table
+    assert bus.call("/ask", TriggerRequest(), node="/me").message == "/ask from /me"
+    assert said == [Float64(0.01), Float64(0.02)]
+    assert bus.topic("/state").publishers == bus.topic("/command_7").subscribers == ("/gazebo",)
+
+
+@pytest.mark.parametrize("row", [STATE, COMMAND, ASK])
+def test_a_row_without_its_handler_is_an_error(simulation: Simulation, row: Row) -> None:
+    with pytest.raises(UsageError, match=f"{row.name}: no handler is named '{row.handler}'"):
+        bind(Bus(lambda: simulation.now), simulation, [row], ())
+
+
+@pytest.mark.parametrize(
+    ("type_name", "latch", "expected"),
+    [
+        ("std_msgs/Float64", False, RELIABLE),
+        ("osrf_gear/Order", True, LATCHED),
+        ("sensor_msgs/Image", False, BEST_EFFORT),
+        ("sensor_msgs/CameraInfo", False, RELIABLE),
+        ("sensor_msgs/PointCloud2", False, BEST_EFFORT),
+    ],
+)
+def test_quality_of_service_by_default(type_name: str, latch: bool, expected: Qos) -> None:
+    assert says("/x", type_name, Pace.ON_EVENT, Where.ALWAYS, "", latch=latch).qos == expected
+    assert says("/x", type_name, 1, Where.ALWAYS, "", latch=latch, qos=Qos(depth=3)).qos == Qos(depth=3)
+
+
+def test_quality_of_service_in_words() -> None:
+    assert [each.text for each in (RELIABLE, LATCHED, BEST_EFFORT)] == [
+        "reliable, depth 10",
+        "reliable, transient local, depth 1",
+        "best effort, depth 1",
+    ]
+
+
+def test_sources_of_joint_targets_keep_their_numbers_which_saved_states_hold() -> None:
+    assert tuple(name.removeprefix("/io_teleop/") for name in JOINT_SOURCES) == (
+        "joint_cmd",
+        "target_joint_from_vr",
+        "target_gripper_status",
+        "target_finger_joints",
+        "joint_cmd_finger_left",
+        "joint_cmd_finger_right",
+        "target_ee_poses",
+    )
+
+
+@pytest.mark.parametrize("module", ["cellwright.cell.interface.rows", "cellwright.robot.interface"])
+def test_tables_load_without_the_engine(module: str) -> None:
+    code = f"import sys, {module}; sys.exit('mujoco' in sys.modules or 'cellwright.engine' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("table", "classes"),
+    [
+        ((*GEAR, *PICTURES), (CellCommands, CellPublications, TrajectoryAction)),
+        (IO_TELEOP, (RobotCommands, Homing, EePoseTopics, RobotPublications, CameraTopics)),
+    ],
+    ids=["cell", "robot"],
+)
+def test_handlers_and_rows_belong_together(table: tuple[Row, ...], classes: tuple[type, ...]) -> None:
+    named = {row.handler for row in table if row.kind is not Kind.ACTION}
+    takers = {
+        name
+        for each in classes
+        for name, method in vars(each).items()
+        if {"row", "_row", "output"} & set(getattr(getattr(method, "__code__", None), "co_varnames", ()))
+        if not name.startswith("_")
+    }
+    assert takers - {"refuse", "silence"} == named - {"clock"}
+    assert any(hasattr(each, "clock") for each in classes)
