@@ -1,16 +1,16 @@
 from pathlib import Path
 
-from cellwright.robot.interface.page import BEGIN, END, renewed, tables
+from tools.robot_node_page import BEGIN, END, renewed, tables
 from cellwright.robot.interface.rows import IO_TELEOP
 
-PAGE = Path(__file__).parents[3] / "docs" / "robot-node.md"
+PAGE = Path(__file__).parents[2] / "docs" / "robot-node.md"
 
 
 def test_the_page_is_up_to_date() -> None:
     text = PAGE.read_text(encoding="utf-8")
     assert BEGIN in text
     assert END in text
-    assert text == renewed(text), "run: python -m cellwright.robot.interface.page docs/robot-node.md"
+    assert text == renewed(text), "run: python -m tools.robot_node_page docs/robot-node.md"
 
 
 def test_every_row_is_there_once() -> None:

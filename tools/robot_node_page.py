@@ -1,4 +1,4 @@
-"""The topics of a robot's node as a table for people: `python -m cellwright.robot.interface.page PAGE`.
+"""The topics of a robot's node as a table for people: `python -m tools.robot_node_page PAGE`.
 
 The table stands in the page between two marks, and is written there anew.
 """
