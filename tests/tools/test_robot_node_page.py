@@ -1,7 +1,7 @@
 from pathlib import Path
 
-from tools.robot_node_page import BEGIN, END, renewed, tables
 from cellwright.robot.interface.rows import IO_TELEOP
+from tools.robot_node_page import BEGIN, END, renewed, tables
 
 PAGE = Path(__file__).parents[2] / "docs" / "robot-node.md"
 

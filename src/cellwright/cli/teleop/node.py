@@ -164,7 +164,7 @@ class NodeProgress:
             return
         node, factor = self._node, self._factor()
         pace = "" if factor is None else f"  {factor:.2f} x real time"
-        commands = f"  {node.counts.taken} commands taken, {node.refused} refused, {node.counts.ignored} ignored"
+        commands = f"  {node.commander.taken} commands taken, {node.refused} refused, {node.commander.ignored} ignored"
         time = node.simulation.time
         self._bar(time if self._until else None, f"{time:.1f} s{pace}{commands}")
 
@@ -190,10 +190,9 @@ class NodeResult:
 
 def show_node_result(console: Console, node: RobotNode, wanted: TeleopOptions, ran: NodeResult) -> None:
     """Tell people what came of it."""
-    counts = node.counts
     console.print()
     note = partial(output.note, console)
-    note("commands", f"{counts.taken} taken, {node.refused} refused, {counts.ignored} ignored")
+    note("commands", f"{node.commander.taken} taken, {node.refused} refused, {node.commander.ignored} ignored")
     for source, count in sorted(node.bus.refusals.counts.items()):
         note(f"refused {count}", source)
     note("simulated" if wanted.driver is None else "ran", f"{node.simulation.time:.1f} s in {ran.wall:.1f} s")
@@ -217,7 +216,7 @@ def node_document(node: RobotNode, wanted: TeleopOptions, ran: NodeResult, statu
         "wall": ran.wall,
         "steps": node.simulation.clock.tick,
         "state_hash": node.simulation.state_hash(),
-        "commands": {"taken": node.counts.taken, "refused": node.refused, "ignored": node.counts.ignored},
+        "commands": {"taken": node.commander.taken, "refused": node.refused, "ignored": node.commander.ignored},
         "refused": dict(node.bus.refusals.counts),
         "unknown_names": list(node.commander.notices.unknown),
         "pace": None if ran.pace is None else asdict(ran.pace),
