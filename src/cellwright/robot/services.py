@@ -86,8 +86,10 @@ class RobotServices:
     def state(self, asked: dict[str, Any]) -> dict[str, Any]:
         """All movable joints, what carries the robot, where the driven joints are to go, and the links asked for.
 
+        Poses of links are in the world, or in the frame of the link with the index `frame`.
+
         Raises:
-            RejectedCommandError: `links` is no list of indices, or too long.
+            RejectedCommandError: `links` is no list of indices, or too long, or there is no such link.
         """
         links = asked.get("links", [])
         if not isinstance(links, list) or len(links) > MAX_ENTRIES:
@@ -103,7 +105,8 @@ class RobotServices:
             for place, value in zip(self._places, values.tolist(), strict=True):
                 row[place] = value
             found[name] = row
-        return {**found, "links": [self._link_pose(index) for index in links]}
+        frame = asked.get("frame")
+        return {**found, "links": [self._link_pose(index, frame) for index in links]}
 
     def move(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Have joints go somewhere."""
@@ -185,14 +188,14 @@ class RobotServices:
     def _posture(self, posture: Posture) -> dict[str, Any]:
         return {"joints": self._indices(posture.joints), "home": list(posture.home)}
 
-    def _link_pose(self, index: Any) -> list[list[float]]:
-        if not isinstance(index, int) or not -1 <= index < len(self._robot.joints):
-            raise RejectedCommandError(f"there is no link with the index {index!r}")
-        pose = self._pose(index)
+    def _link_pose(self, index: Any, frame: Any = None) -> list[list[float]]:
+        pose = self._pose(index) if frame is None else self._pose(frame).inverse() @ self._pose(index)
         w, x, y, z = pose.quaternion
         return [list(pose.position), [x, y, z, w]]
 
-    def _pose(self, index: int) -> Pose:
+    def _pose(self, index: Any) -> Pose:
+        if not isinstance(index, int) or not -1 <= index < len(self._robot.joints):
+            raise RejectedCommandError(f"there is no link with the index {index!r}")
         simulation = self._node.simulation
         simulation.refresh()
         body = simulation.data.body(body_of(self._robot.link_at(index)))
