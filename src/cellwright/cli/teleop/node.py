@@ -34,7 +34,7 @@ from cellwright.middleware.server.timekeeper import Timekeeper
 from cellwright.rendering.video_options import VideoOptions
 from cellwright.robot.interface.rows import ros_parameters
 from cellwright.robot.node import RobotNode
-from cellwright.robot.pictures import robot_camera, robot_lamp
+from cellwright.robot.pictures import TILT, TURN, camera_on, robot_heading, robot_lamp
 from cellwright.running.run import versions
 from cellwright.running.run.record_robot import RobotRecording, RobotSettings
 from cellwright.running.serving import Pace
@@ -123,7 +123,9 @@ def film_robot(node: RobotNode, wanted: VideoOptions, *, waits: bool, warn: Call
     Raises:
         RenderingError: it cannot be written.
     """
-    camera = wanted.camera or robot_camera(node.world, node.simulation.data, wanted.width, wanted.height)
+    model, data = node.simulation.model, node.simulation.data
+    heading = robot_heading(node.world, data) + TURN
+    camera = wanted.camera or camera_on(model, data, heading, TILT, wanted.width, wanted.height)
     return Filming(
         node,
         wanted,

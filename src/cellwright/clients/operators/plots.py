@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from io import StringIO
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _BLANK = 0x2800
-_DOTS = ((0x01, 0x02, 0x04, 0x40), (0x08, 0x10, 0x20, 0x80))  # by column, from the top
+_DOTS = np.array([(0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80)])  # bits of a character's dots, by row
 
 
 @dataclass(frozen=True)
@@ -49,14 +50,17 @@ def terminal_plot(curves: Sequence[Curve], *, width: int = 72, height: int = 12,
     labels = [f"{value if abs(value) > 1e-6 * (high - low) else 0.0:.3g}" for value in (high, low)]
     margin = max(map(len, labels))
     columns = max(8, width - margin - 1)
-    cells = np.zeros((height, columns), dtype=int)
+    dots = np.zeros((4 * height, 2 * columns), dtype=int)
     colours = np.full((height, columns), -1)
     for number, curve in enumerate(curves):
         x = _dot_numbers(curve.time, begin, end, 2 * columns)
         y = 4 * height - 1 - _dot_numbers(curve.values, low, high, 4 * height)
-        for column, row in _line_dots(x, y):
-            cells[row // 4, column // 2] |= _DOTS[column % 2][row % 4]
-            colours[row // 4, column // 2] = number
+        points = np.column_stack((x, y))
+        lines = [np.linspace(one, other, max(1, np.abs(other - one).max()) + 1) for one, other in pairwise(points)]
+        x, y = np.rint(np.concatenate((points[:1], *lines))).astype(int).T
+        dots[y, x] = 1
+        colours[y // 4, x // 2] = number
+    cells = np.einsum("irjc,rc->ij", dots.reshape(height, 4, columns, 2), _DOTS)
     text = Text(no_wrap=True)
     for row in range(height):
         label = labels[0] if row == 0 else labels[1] if row == height - 1 else ""
@@ -77,18 +81,6 @@ def _dot_numbers(values: Array, low: float, high: float, count: int) -> np.ndarr
     if high - low < 1e-12:
         return np.full(len(values), count // 2)
     return np.clip(np.rint((values - low) / (high - low) * (count - 1)), 0, count - 1).astype(int)
-
-
-def _line_dots(
-    x: np.ndarray[tuple[int, ...], np.dtype[np.int_]], y: np.ndarray[tuple[int, ...], np.dtype[np.int_]]
-) -> set[tuple[int, int]]:
-    """The dots of a line through points."""
-    dots = {(int(x[0]), int(y[0]))}
-    for x0, y0, x1, y1 in zip(x[:-1], y[:-1], x[1:], y[1:], strict=True):
-        steps = max(abs(int(x1) - int(x0)), abs(int(y1) - int(y0)), 1)
-        for column, row in zip(np.linspace(x0, x1, steps + 1), np.linspace(y0, y1, steps + 1), strict=True):
-            dots.add((round(column), round(row)))
-    return dots
 
 
 _TARGET_COLOUR, _MEASURED_COLOUR, _ERROR_COLOUR = "#d9822b", "#1f5fa8", "#a82a2a"
