@@ -6,6 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import Any, Protocol
 
+import numpy as np
+
 from cellwright.clients.assembled import process
 from cellwright.config.robot.config import Posture
 from cellwright.config.robot.model import Joint
@@ -95,18 +97,15 @@ class RobotServices:
         if not isinstance(links, list) or len(links) > MAX_ENTRIES:
             raise RejectedCommandError(f"links are given as a list of indices, of no more than {MAX_ENTRIES}")
         readings = self._node.driver.read()
-        found: dict[str, Any] = {
+        columns = np.zeros((3, len(self._robot.movable)))  # joints of more than one degree of freedom say 0
+        columns[:, self._places] = readings
+        return {
             "driven": readings.positions.tolist(),
             "targets": self._node.commander.applied.tolist(),
             "carrier": [*self._node.base.pose.position, *self._node.base.pose.quaternion],
+            **dict(zip(("positions", "velocities", "efforts"), columns.tolist(), strict=True)),
+            "links": [self._link_pose(index, asked.get("frame")) for index in links],
         }
-        for name, values in zip(("positions", "velocities", "efforts"), readings, strict=True):
-            row = [0.0] * len(self._robot.movable)
-            for place, value in zip(self._places, values.tolist(), strict=True):
-                row[place] = value
-            found[name] = row
-        frame = asked.get("frame")
-        return {**found, "links": [self._link_pose(index, frame) for index in links]}
 
     def move(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Have joints go somewhere."""
