@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from xml.sax.saxutils import escape
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from benchmarks.soak.memory import STEADY
 from benchmarks.soak.soak import TRACED, Soaked
-from cellwright.clients.operators.plots import LEFT, frame, page
+from cellwright.clients.operators.plots import svg_text
 
-_TOP, _HIGH, _BELOW = 34, 200, 44  # [px] of each frame
 _COLOUR = "#1f5fa8"
 _LEAST_SPAN = 10.0  # [MiB]: less memory than that makes no mountains
 
@@ -50,20 +49,20 @@ def lines(soaked: Soaked) -> Iterator[str]:
 
 def picture(runs: Sequence[Soaked]) -> str:
     """The text of an SVG file: memory over time, one frame for each run."""
-    each = _TOP + _HIGH + _BELOW
-    return page([_frame(run, number * each) for number, run in enumerate(runs)], len(runs) * each)
-
-
-def _frame(run: Soaked, top: int) -> str:
-    times = np.array([0.0, *(each.hours for each in run.samples)])
-    values = np.array([each.memory for each in run.samples])
-    values = np.nan_to_num(np.concatenate([values[:1], values]))
-    middle = (values.min() + values.max()) / 2
-    span = np.array([middle - _LEAST_SPAN / 2, middle + _LEAST_SPAN / 2])
-    curves = [(np.zeros(2), span, "none"), (times, values, _COLOUR)]  # the first only widens the frame
-    title = f"{run.face}: memory in use over {run.hours:g} simulated hours, slope {run.growth.slope:+.1f} KiB/h"
-    head = f'<text x="{LEFT}" y="{top + 18}" font-weight="bold">{escape(title)}</text>'
-    return head + frame(curves, run.hours, top + _TOP, _HIGH, label="MiB", below="simulated time [h]")
+    figure = Figure(figsize=(9.0, 2.8 * len(runs)), layout="constrained")
+    for run, frame in zip(runs, figure.subplots(len(runs), 1, squeeze=False)[:, 0], strict=True):
+        values = np.array([each.memory for each in run.samples])
+        values = np.nan_to_num(np.concatenate([values[:1], values]))
+        middle, half = (values.min() + values.max()) / 2, max(_LEAST_SPAN, 1.1 * np.ptp(values)) / 2
+        frame.plot([0.0, *(each.hours for each in run.samples)], values, _COLOUR)
+        frame.set_xlim(0.0, run.hours)
+        frame.set_ylim(middle - half, middle + half)
+        title = f"{run.face}: memory in use over {run.hours:g} simulated hours, slope {run.growth.slope:+.1f} KiB/h"
+        frame.set_title(title, loc="left", size="medium", weight="bold")
+        frame.set_ylabel("MiB")
+        frame.set_xlabel("simulated time [h]")
+        frame.grid(color="#ddd")
+    return svg_text(figure)
 
 
 def _line(what: str, text: str) -> str:

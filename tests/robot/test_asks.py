@@ -20,7 +20,7 @@ def test_an_arm_does_not_tremble_before_it_is_enabled() -> None:
         talk.joints({"shoulder_right": -math.sin(number)}, node="/b")
         talk.steps(2)
     assert talk.at("shoulder_right") == pytest.approx(0.5, abs=1e-3)
-    assert talk.node.counts.ignored == 200
+    assert talk.node.commander.ignored == 200
     talk.enable()
     assert talk.top_speed("shoulder_right", 2.0, lambda: talk.joints({"shoulder_right": 0.9})) < 0.55
     assert talk.at("shoulder_right") == pytest.approx(0.9, abs=1e-3)

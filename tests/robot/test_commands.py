@@ -32,7 +32,7 @@ def test_joints_go_where_they_are_told_and_the_others_stay(topic: str, talk: Tal
     assert talk.at("wrist_left") == pytest.approx(0.4, abs=1e-4)
     assert talk.at("shoulder_right") == pytest.approx(-0.3, abs=1e-4)
     assert talk.at("elbow_right") == pytest.approx(-1.0, abs=1e-3)
-    assert (talk.node.counts.taken, talk.node.refused, talk.node.counts.ignored) == (1, 0, 0)
+    assert (talk.node.commander.taken, talk.node.refused, talk.node.commander.ignored) == (1, 0, 0)
 
 
 def test_a_later_message_leaves_joints_that_it_does_not_name_on_their_way(talk: Talk) -> None:
@@ -59,7 +59,7 @@ def test_names_that_the_robot_lacks_are_passed_over_and_told_once(talk: Talk) ->
 def test_a_message_of_nothing_but_unknown_names_is_no_command(talk: Talk) -> None:
     talk.joints({"nobody": 1.0})
     talk.joints({})
-    assert (talk.node.counts.taken, talk.node.counts.ignored) == (0, 2)
+    assert (talk.node.commander.taken, talk.node.commander.ignored) == (0, 2)
     assert talk.node.commander.gate.commanders == ()
 
 
@@ -83,7 +83,7 @@ def test_what_makes_no_sense_is_refused_whole(
     assert len(str(refusal.value)) < 200
     talk.seconds(0.2)
     assert talk.at("waist") == pytest.approx(0.0, abs=1e-6)
-    assert (talk.node.counts.taken, talk.node.refused) == (0, 1)
+    assert (talk.node.commander.taken, talk.node.refused) == (0, 1)
 
 
 def test_the_work_for_a_message_that_is_refused_grows_with_its_length_alone() -> None:
@@ -170,8 +170,8 @@ def test_whatever_is_asked_for_what_is_applied_is_within_limits(targets: dict[st
         SHARED.joints(targets)
     SHARED.steps(2)
     commander = SHARED.node.commander
-    assert (commander.lower <= commander.applied).all()
-    assert (commander.applied <= commander.upper).all()
+    assert (commander.limiter.lower <= commander.applied).all()
+    assert (commander.applied <= commander.limiter.upper).all()
 
 
 SHARED = Talk()
@@ -243,7 +243,7 @@ def test_switched_off_it_holds_and_counts_what_it_ignores(talk: Talk) -> None:
     talk.base(0.0, 1.0)
     talk.seconds(0.5)
     assert abs(talk.at("waist") - held) < 0.02
-    assert talk.node.counts.ignored == 3
+    assert talk.node.commander.ignored == 3
     assert talk.reset().message.startswith("commands are switched off")
     assert talk.enable().success
     talk.joints({"waist": -0.5})

@@ -10,6 +10,7 @@ import pytest
 from cellwright.config.robot.config import End, Gripper
 from cellwright.robot.checks.motion import check_motion
 from cellwright.robot.grippers import GripperRange
+from cellwright.robot.node import RobotNode
 from cellwright.robot.servos import Array
 from tests.robot.robots import two_arms
 
@@ -45,6 +46,6 @@ def test_a_status_of_0_is_open_at_the_limits_that_the_configuration_names(
 def test_a_robot_goes_home_with_its_grippers_open() -> None:
     config = replace(two_arms(), grippers=(Gripper(FINGERS[:1], (End.UPPER,)), Gripper(FINGERS[1:])))
     assert (config.home["finger_right"], config.home["finger_left"]) == (0.04, 0.0)
-    findings = {finding.what: finding for finding in check_motion(config).findings}
+    findings = {finding.what: finding for finding in check_motion(RobotNode(config)).findings}
     assert findings["right gripper closes"].passed
     assert findings["goes home on a reset"].passed

@@ -39,13 +39,13 @@ def test_it_is_answered_when_arms_waist_head_lift_and_grippers_are_at_home(motio
 def test_commands_meanwhile_are_ignored_and_counted_and_nothing_jumps_back() -> None:
     talk = far_off()
     later = talk.reset()
-    taken = talk.node.counts.taken
+    taken = talk.node.commander.taken
     while later.response is None:
         talk.joints(FAR)
         talk.steps()
     assert later.response.success
-    assert talk.node.counts.taken == taken
-    assert talk.node.counts.ignored > 50
+    assert talk.node.commander.taken == taken
+    assert talk.node.commander.ignored > 50
     talk.seconds(1.0)
     assert talk.at("shoulder_right") == pytest.approx(0.5, abs=1e-3), "old targets are forgotten"
     talk.joints({"shoulder_right": 1.0})

@@ -83,8 +83,8 @@ def test_random_messages(talk: Talk, said: list[tuple[tuple[str, Any], str]]) ->
                 node.bus.publish(name, message, node=who)
         talk.steps()
     commander = node.commander
-    assert (commander.lower <= commander.applied).all()
-    assert (commander.applied <= commander.upper).all()
+    assert (commander.limiter.lower <= commander.applied).all()
+    assert (commander.applied <= commander.limiter.upper).all()
     assert np.isfinite(node.simulation.data.qpos).all()
     assert all("\n" not in line and len(line) < 500 for line in talk.lines), talk.lines
     talk.lines.clear()

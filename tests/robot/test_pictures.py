@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from cellwright.config.models.model import ModelShape
 from cellwright.robot.model import build_robot, seen_corners
-from cellwright.robot.pictures import camera_on, robot_camera, save_robot_picture
+from cellwright.robot.pictures import camera_on, robot_heading, save_robot_picture
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 from tests.cell.model.robots import one_link
@@ -51,7 +51,8 @@ def test_the_camera_stands_before_the_robot_wherever_it_faces(yaw: float) -> Non
     ball = ModelShape("sphere", (0.45, 0.0, 0.0))
     world = build_robot(one_link(ball, base_pose=Pose.from_rpy((1.0, 2.0, 3.0), (0.0, 0.0, yaw))))
     for turn in (0.0, math.pi / 2):
-        camera = robot_camera(world, mujoco.MjData(world.model), turn=turn, tilt=0.0)
+        data = mujoco.MjData(world.model)
+        camera = camera_on(world.model, data, robot_heading(world, data) + turn, 0.0, 900, 1000)
         assert camera.target == pytest.approx((1.0, 2.0, 3.0), abs=1e-6)
         x, y, z = np.subtract(camera.eye, camera.target)
         assert (math.cos(yaw + turn), math.sin(yaw + turn)) == pytest.approx((x, y) / np.hypot(x, y))

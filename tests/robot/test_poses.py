@@ -175,7 +175,7 @@ def test_a_later_command_for_a_joint_takes_its_arm_and_no_other(small: RobotNode
     right, left = small.ee_poses.targets
     assert right is not None
     assert left is None
-    assert small.commander.desired[small.commander.numbers["elbow_left"]] == -0.7
+    assert small.commander.limiter.desired[small.commander.numbers["elbow_left"]] == -0.7
 
 
 def test_a_command_that_says_what_is_aimed_at_already_takes_the_arm_too(small: RobotNode) -> None:
@@ -183,7 +183,7 @@ def test_a_command_that_says_what_is_aimed_at_already_takes_the_arm_too(small: R
     small.ee_poses.aim(moved(small.ee_poses.poses(), x=0.05))
     run(small, 0.1)
     chosen = joints_of(small, RIGHT)
-    small.commander.aim(chosen, small.commander.desired[chosen])
+    small.commander.aim(chosen, small.commander.limiter.desired[chosen])
     run(small, 0.1)
     assert small.ee_poses.targets[RIGHT] is None
 
@@ -219,7 +219,7 @@ def test_new_poses_take_over_again_from_where_the_arm_is(small: RobotNode) -> No
     run(small, 0.1)
     there = small.servos.read().positions[chosen]
     small.ee_poses.aim(begin)
-    assert small.commander.desired[chosen] == pytest.approx(there)
+    assert small.commander.limiter.desired[chosen] == pytest.approx(there)
     run(small, 2.0)
     assert np.max(errors(small, begin)) < 1e-3
 

@@ -7,6 +7,7 @@ from cellwright.config.models.model import ModelShape
 from cellwright.config.robot.config import RobotConfig
 from cellwright.config.robot.model import Inertial, Joint, JointType, Limits, Link
 from cellwright.robot.checks.rig import Rig
+from cellwright.robot.node import RobotNode
 from cellwright.util.pose import Pose
 from tests.cell.model.robots import of_joints
 
@@ -29,12 +30,12 @@ def gate() -> RobotConfig:
 
 @pytest.mark.parametrize("self_collision", [False, True])
 def test_bars_that_are_told_to_cross(self_collision: bool) -> None:
-    rig = Rig(gate(), self_collision=self_collision)
+    rig = Rig(RobotNode(gate(), self_collision=self_collision))
     rig.begin()
     rig.send({"left": 1.2, "right": -1.2})
     _, positions = rig.run(3.0)
     last = positions[-1]
-    rig.close()
+    rig.node.close()
     assert np.isfinite(positions).all()
     if not self_collision:
         assert last == pytest.approx([1.2, -1.2], abs=1e-3)

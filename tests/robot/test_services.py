@@ -8,6 +8,7 @@ import pytest
 from cellwright.robot.node import RobotNode
 from cellwright.robot.services import RobotServices
 from cellwright.util.errors import CellwrightError, RejectedCommandError
+from cellwright.util.pose import Pose
 from tests.robot.robots import two_arms
 
 
@@ -38,6 +39,18 @@ def test_looking_changes_nothing(node: RobotNode, services: RobotServices) -> No
     services.state({"links": [-1, 0, 1]})
     services.describe({})
     assert node.simulation.state_hash() == before
+
+
+def test_links_in_the_frame_of_another_one(node: RobotNode, services: RobotServices) -> None:
+    tip = node.config.robot.link_indices["tip_right"]
+    ((at, turn),) = services.state({"links": [tip], "frame": -1})["links"]
+    poses = [Pose(at, (w, x, y, z)) for at, (x, y, z, w) in services.state({"links": [-1, tip]})["links"]]
+    root_T_tip = poses[0].inverse() @ poses[1]
+    w, x, y, z = root_T_tip.quaternion
+    assert at == pytest.approx(root_T_tip.position)
+    assert turn == pytest.approx([x, y, z, w])
+    with pytest.raises(CellwrightError, match="there is no link with the index 'root'"):
+        services.state({"links": [tip], "frame": "root"})
 
 
 def test_moving_and_placing(node: RobotNode, services: RobotServices) -> None:

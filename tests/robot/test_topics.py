@@ -159,11 +159,11 @@ def test_a_frame_that_is_a_link_counts_and_any_other_does_not(node: RobotNode) -
 
 
 def test_poses_are_ignored_while_no_command_is_taken(node: RobotNode) -> None:
-    ignored = node.counts.ignored
+    ignored = node.commander.ignored
     node.commander.set_enabled(False)
     node.bus.publish(COMMAND, said(node.ee_poses.poses()))
     assert node.ee_poses.targets == (None, None)
-    assert node.counts.ignored == ignored + 1
+    assert node.commander.ignored == ignored + 1
 
 
 def test_arms_are_held_when_no_more_poses_come_and_go_on_with_the_next() -> None:

@@ -21,9 +21,9 @@ from cellwright.middleware.interface.table import Row
 from cellwright.middleware.messages.std_srvs import TriggerRequest, TriggerResponse
 from cellwright.robot.drivers import Driver
 from cellwright.robot.interface import JOINT_SOURCES
-from cellwright.robot.safety import CommandCounts, CommandGate, Notices, SafetySettings
+from cellwright.robot.safety import CommandGate, Notices, SafetySettings
 from cellwright.robot.servos import Array, fastest
-from cellwright.robot.target_limiter import MimicJoints, Numbers, TargetLimiter, Watchdog
+from cellwright.robot.target_limiter import NO_SOURCE, MimicJoints, Numbers, TargetLimiter
 
 
 class Commander(Device):
@@ -40,7 +40,9 @@ class Commander(Device):
     Attributes:
         numbers: number of each joint with one degree of freedom, by name.
         mimics: the joints that follow another one.
-        counts: how many commands were taken.
+        limiter: brings what is applied to what is desired.
+        taken: how many commands were followed since the node was made.
+        ignored: how many came while none is taken, or named no joint of the robot; the bus counts what is refused.
         is_enabled: whether commands are taken, by the wish of whoever watches over the robot.
         is_stopped: whether the emergency stop is on.
         is_homing: whether the robot is on its way home.
@@ -59,14 +61,14 @@ class Commander(Device):
         super().__init__("commander")
         self.driver, self.gate, self.notices = driver, gate, notices
         self.numbers = {name: number for number, name in enumerate(driver.joints)}
-        self.counts = CommandCounts()
+        self.taken = self.ignored = 0
         self.on_hold: list[Callable[[], None]] = []
         """Called whenever all joints are held, and before they go home: what moves by itself is to end then."""
         self.on_clear: list[Callable[[], None]] = []
         """Called when an emergency stop is cleared."""
         joints = [robot.joint(name) for name in driver.joints]
         limits = [joint.limits for joint in joints]
-        self._approach = TargetLimiter(
+        self.limiter = TargetLimiter(
             driver.joints,
             np.array([each.lower for each in limits]),
             np.array([each.upper for each in limits]),
@@ -77,7 +79,7 @@ class Commander(Device):
         self.mimics = MimicJoints(joints, self.numbers)
         self._safety = safety
         self._seconds = 0.0
-        self.watchdog = Watchdog(safety, JOINT_SOURCES, gate, self._approach, self._measured, notices)
+        self.watchdog = Watchdog(self, safety.silence)
         self.is_enabled = not safety.start_disabled
         self.is_stopped = self.is_homing = False
         self.why_held = ""
@@ -86,35 +88,20 @@ class Commander(Device):
     def reset(self) -> None:
         """Hold what the robot stands in."""
         self._seconds = float(self.simulation.clock.timestep)
-        self._approach.begin(self.driver.read().positions)
+        self.limiter.begin(self.driver.read().positions)
         self.gate.forget()
         self.watchdog.forget()
         self.is_enabled, self.is_stopped, self.is_homing = not self._safety.start_disabled, False, False
         self.why_held = ""
         if self._safety.start_disabled:
-            self._approach.hold(self.applied)  # once it is enabled it is approached slowly, as after any hold
+            self.limiter.hold(self.applied)  # once it is enabled it is approached slowly, as after any hold
 
     # ---------------------------------------------------------------- what is asked for
 
     @property
-    def desired(self) -> Array:
-        """Where commands want the joints [rad; m], within their limits."""
-        return self._approach.desired
-
-    @property
     def applied(self) -> Array:
         """What the joints are given [rad; m]."""
-        return self._approach.applied
-
-    @property
-    def lower(self) -> Array:
-        """Least positions of the joints [rad; m]; finite."""
-        return self._approach.lower
-
-    @property
-    def upper(self) -> Array:
-        """Greatest positions of the joints [rad; m]; finite."""
-        return self._approach.upper
+        return self.limiter.applied
 
     @property
     def takes_commands(self) -> bool:
@@ -139,10 +126,10 @@ class Commander(Device):
         self._ignored_for = ""
         self.gate.check(topic, node, stamp)
         if not act():
-            self.counts.ignored += 1
+            self.ignored += 1
             return
         self.gate.confirm(topic, node, stamp)
-        self.counts.taken += 1
+        self.taken += 1
         self.why_held = ""
         self.watchdog.hear(topic, node)
 
@@ -159,7 +146,7 @@ class Commander(Device):
             RejectedCommandError: the start guard refuses it; nothing was changed then.
         """
         chosen, targets = np.fromiter(joints, dtype=np.intp), np.fromiter(positions, dtype=np.float64)
-        beyond = self._approach.follow(JOINT_SOURCES.index(topic), chosen, targets, self._measured, guarded=guarded)
+        beyond = self.limiter.follow(JOINT_SOURCES.index(topic), chosen, targets, self.measured, guarded=guarded)
         if len(beyond):
             self._tell_of_limits(topic, beyond, dict(zip(chosen.tolist(), targets.tolist(), strict=True)))
 
@@ -170,25 +157,25 @@ class Commander(Device):
             False where commands are not taken now: nothing was changed then.
         """
         if not self.takes_commands:
-            self.counts.ignored += 1
+            self.ignored += 1
             return False
-        self._approach.lead(np.fromiter(joints, dtype=np.intp), np.fromiter(positions, dtype=np.float64))
-        self.counts.taken += 1
+        self.limiter.lead(np.fromiter(joints, dtype=np.intp), np.fromiter(positions, dtype=np.float64))
+        self.taken += 1
         return True
 
     def leads(self, topic: str, joints: Iterable[int]) -> bool:
         """Whether a topic is what these joints follow: no other has commanded them since, and none was held."""
-        return bool((self._approach.source[list(joints)] == JOINT_SOURCES.index(topic)).all())
+        return bool((self.limiter.source[list(joints)] == JOINT_SOURCES.index(topic)).all())
 
     def stand(self) -> None:
         """As long as nothing has been asked for, take where the robot stands for what it is to hold."""
-        self._approach.stand(self._measured())
+        self.limiter.stand(self.measured())
 
     # ---------------------------------------------------------------- what ends it
 
     def hold(self, why: str) -> None:
         """Hold all joints where they stand; what was asked for is forgotten, so that nothing jumps afterwards."""
-        self._approach.hold(self._measured())
+        self.limiter.hold(self.measured())
         self.watchdog.forget()
         self.is_homing = False
         self.why_held = why
@@ -221,14 +208,14 @@ class Commander(Device):
         """Bring joints to positions [rad; m], and take no command meanwhile."""
         for end in self.on_hold:
             end()
-        self._approach.release()
-        self._approach.lead(joints, positions)
+        self.limiter.release()
+        self.limiter.lead(joints, positions)
         self.watchdog.forget()
         self.is_homing, self.why_held = True, ""
 
     def end_homing(self) -> None:
         """Take commands again: the robot has come home."""
-        self._approach.release()
+        self.limiter.release()
         self.is_homing = False
 
     # ---------------------------------------------------------------- time
@@ -236,17 +223,16 @@ class Commander(Device):
     def before_step(self) -> None:
         """Give the driver what is to be applied in this step."""
         self.watchdog.look()
-        approach = self._approach
-        if approach.advance(self._seconds):
-            self.mimics.carry(approach)
-            self.driver.command(approach.applied)
+        if self.limiter.advance(self._seconds):
+            self.mimics.carry(self.limiter)
+            self.driver.command(self.limiter.applied)
 
     # ---------------------------------------------------------------- state
 
     def get_state(self) -> State:
         """Targets, flags, and whose commands are taken."""
         return {
-            **self._approach.get_state(),
+            **self.limiter.get_state(),
             "gate": self.gate.get_state(),
             "silent": self.watchdog.get_state(),
             "enabled": self.is_enabled,
@@ -257,7 +243,7 @@ class Commander(Device):
 
     def set_state(self, state: State) -> None:
         """Take over what `get_state` returned."""
-        self._approach.set_state(state)
+        self.limiter.set_state(state)
         self.gate.set_state(state["gate"])
         self.watchdog.set_state(state["silent"])
         self.is_enabled, self.is_stopped, self.is_homing = state["enabled"], state["stopped"], state["homing"]
@@ -265,13 +251,13 @@ class Commander(Device):
 
     # ---------------------------------------------------------------- inside
 
-    def _measured(self) -> Array:
+    def measured(self) -> Array:
         """Where the joints stand [rad; m]."""
         return self.driver.read().positions
 
     def _ignore(self, topic: str, node: str) -> None:
         """Count a command that is not taken now; tell once why none is."""
-        self.counts.ignored += 1
+        self.ignored += 1
         if self.is_stopped:
             why = "the emergency stop is on (/io_teleop/clear_emergency_stop ends it)"
         elif not self.is_enabled:
@@ -283,10 +269,70 @@ class Commander(Device):
             self.notices.tell(f"ignored {topic}{f' from {node}' if node else ''}, and what follows: {why}")
 
     def _tell_of_limits(self, topic: str, joints: Numbers, asked: dict[int, float]) -> None:
-        lower, upper = self._approach.lower, self._approach.upper
+        lower, upper = self.limiter.lower, self.limiter.upper
         self.notices.tell_of_limits(
             topic, [(self.driver.joints[each], asked[each], lower[each], upper[each]) for each in joints.tolist()]
         )
+
+
+UNWATCHED_TOPICS = ("/io_teleop/target_gripper_status", "/io_teleop/target_base_move")
+"""Topics on which a command may come once and hold for long: silence means nothing there."""
+
+
+class Watchdog:
+    """Holds joints that a topic moves when nothing has come on it for too long.
+
+    Args:
+        commander: moves the joints.
+        silence: how long that is [s]; None for never.
+    """
+
+    def __init__(self, commander: Commander, silence: float | None) -> None:
+        self._commander, self._silence = commander, silence
+        self._silent: dict[str, list[int]] = {}  # topics, with the joints that were held for their silence
+
+    @property
+    def topics(self) -> tuple[str, ...]:
+        """The topics that have fallen silent, and for which joints are still held: nobody else moves them."""
+        source = self._commander.limiter.source
+        return tuple(sorted(topic for topic, joints in self._silent.items() if (source[joints] == NO_SOURCE).any()))
+
+    @property
+    def is_all_silent(self) -> bool:
+        """Whether the robot holds because nothing has come for too long, from anybody."""
+        return bool(self.topics) and not (self._commander.limiter.source >= 0).any()
+
+    def look(self) -> None:
+        """Hold the joints of topics that have fallen silent by now."""
+        if self._silence is None:
+            return
+        commander, limiter = self._commander, self._commander.limiter
+        for number, topic in enumerate(JOINT_SOURCES):
+            if topic in UNWATCHED_TOPICS or topic in self._silent or not commander.gate.is_silent(topic):
+                continue
+            joints: Numbers = np.flatnonzero(limiter.source == number)
+            if len(joints):
+                limiter.hold(commander.measured(), joints)
+                self._silent[topic] = joints.tolist()
+                commander.notices.tell(f"nothing has come on {topic} for {self._silence:g} s: its joints are held")
+
+    def hear(self, topic: str, node: str) -> None:
+        """Take note of a command that was taken."""
+        if topic in self._silent:
+            del self._silent[topic]
+            self._commander.notices.tell(f"{topic} is heard again, from {node or 'a client'}")
+
+    def forget(self) -> None:
+        """Begin anew: all joints are held for another reason, or go home."""
+        self._silent.clear()
+
+    def get_state(self) -> dict[str, list[int]]:
+        """The silent topics and what was held for them, as JSON values."""
+        return {topic: list(joints) for topic, joints in self._silent.items()}
+
+    def set_state(self, state: Mapping[str, list[int]]) -> None:
+        """Take over what `get_state` returned."""
+        self._silent = {topic: list(joints) for topic, joints in state.items()}
 
 
 HOMING_TIMEOUT = 5.0
@@ -322,7 +368,7 @@ class Homing(Device):
         }
         self._joints = np.array([commander.numbers[name] for name in home], dtype=np.intp)
         self._positions = np.clip(
-            np.array(list(home.values())), commander.lower[self._joints], commander.upper[self._joints]
+            np.array(list(home.values())), commander.limiter.lower[self._joints], commander.limiter.upper[self._joints]
         )
         self._until: int | None = None
         self._waiting: list[Later] = []

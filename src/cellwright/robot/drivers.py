@@ -277,14 +277,4 @@ def find_driver(name: str) -> Callable[[RobotConfig], Driver]:
     found = plugins.find_class(name, method="command", error=DriverError)
     if not callable(found) or not hasattr(found, "command"):
         raise DriverError(f"{name}: a driver is a class with joints, command(targets), read() and close()")
-
-    def make(config: RobotConfig) -> Driver:
-        try:
-            driver: Driver = found(config)
-        except KeyboardInterrupt:
-            raise
-        except BaseException as error:
-            raise DriverError(f"{name}: cannot be made: {in_a_line(error)}") from error
-        return driver
-
-    return make
+    return plugins.maker(name, found, DriverError)

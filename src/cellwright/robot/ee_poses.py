@@ -53,22 +53,13 @@ class EePoses(Device):
         config: the robot.
         commander: whom joint targets go to.
         caps: how fast a tip may be brought to its target.
-        velocity_share: share of the speeds that joints are driven with at most that may be used, above 0.
     """
 
-    def __init__(
-        self,
-        config: RobotConfig,
-        commander: Commander,
-        *,
-        caps: TipSpeedLimits | None = None,
-        velocity_share: float = VELOCITY_SHARE,
-    ) -> None:
+    def __init__(self, config: RobotConfig, commander: Commander, *, caps: TipSpeedLimits | None = None) -> None:
         super().__init__("ee poses")
         self._config = config
         self._commander = commander
         self._caps = caps or TipSpeedLimits()
-        self._velocity_share = velocity_share
         self._arms: list[_Arm] = []
 
     def attach(self, simulation: Simulation) -> None:
@@ -93,7 +84,7 @@ class EePoses(Device):
                 home=np.array(arm.home),
                 lower=np.array([each.lower for each in limits]),
                 upper=np.array([each.upper for each in limits]),
-                velocity=self._velocity_share * np.array([fastest(each) for each in driven]),
+                velocity=VELOCITY_SHARE * np.array([fastest(each) for each in driven]),
                 caps=self._caps,
             )
             numbers = np.array([joints.index(name) for name in arm.joints], dtype=int)

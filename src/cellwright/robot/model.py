@@ -109,14 +109,20 @@ def put_floor_under(model: mujoco.MjModel, data: mujoco.MjData) -> None:
         model.geom_sameframe[floor] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE  # else the engine takes the world's height
 
 
+def kinematics_of(model: mujoco.MjModel, data: mujoco.MjData) -> mujoco.MjData:
+    """Where bodies and shapes are in the posture of `data`, which is only read, and of which only `qpos` matters."""
+    still = mujoco.MjData(model)
+    still.qpos[:], still.mocap_pos[:], still.mocap_quat[:] = data.qpos, data.mocap_pos, data.mocap_quat
+    mujoco.mj_kinematics(model, still)
+    return still
+
+
 def seen_corners(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray[Any, np.dtype[np.float64]]:
     """Corners (n, 3) [m] of the boxes around all shapes that are seen, in the world; the floor has none.
 
     A box lies along the axes of its shape. `data` is only read; what was computed from `qpos` before does not matter.
     """
-    still = mujoco.MjData(model)
-    still.qpos[:], still.mocap_pos[:], still.mocap_quat[:] = data.qpos, data.mocap_pos, data.mocap_quat
-    mujoco.mj_kinematics(model, still)
+    still = kinematics_of(model, data)
     seen = np.flatnonzero((model.geom_group <= _VISUAL_GROUP) & (model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE))
     middles, halves = model.geom_aabb[seen, :3], model.geom_aabb[seen, 3:]
     local = middles[:, None, :] + halves[:, None, :] * _BOX_CORNERS

@@ -20,7 +20,7 @@ from cellwright.robot.grippers import gripper_ranges
 from cellwright.robot.inverse_kinematics import TipSpeedLimits
 from cellwright.robot.model import TIMESTEP, build_robot
 from cellwright.robot.publications import CameraTopics, Publications, add_cameras
-from cellwright.robot.safety import CommandCounts, CommandGate, Notices, SafetySettings
+from cellwright.robot.safety import CommandGate, Notices, SafetySettings
 from cellwright.robot.servos import JointServos, Motion
 
 
@@ -118,11 +118,6 @@ class RobotNode:
             self.simulation.add(Mirror(self.driver, self.servos, self.commander.stop, self.commander.stand))
         for device in (self.base, self.ee_poses, self.commander, self.homing):
             self.simulation.add(device)
-
-    @property
-    def counts(self) -> CommandCounts:
-        """How many commands were taken, and how many ignored."""
-        return self.commander.counts
 
     @property
     def refused(self) -> int:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cellwright.rendering.camera import Camera
 from cellwright.rendering.picture import Progress, render, save_png
-from cellwright.robot.model import RobotWorld, body_of, seen_corners
+from cellwright.robot.model import RobotWorld, body_of, kinematics_of, seen_corners
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Vector3
 
@@ -24,31 +24,6 @@ _FOV = math.radians(30)
 _MARGIN = 0.94  # share of the picture that the robot fills
 _NEAREST = 0.01  # [m], from a robot that has nothing to be seen
 _LAMP_TURN, _LAMP_TILT, _LAMP_DISTANCE = math.radians(28), math.radians(48), 8.0  # [m]
-
-
-def robot_camera(
-    world: RobotWorld,
-    data: mujoco.MjData,
-    width: int = WIDTH,
-    height: int = HEIGHT,
-    *,
-    turn: float = TURN,
-    tilt: float = TILT,
-) -> Camera:
-    """A camera that has the whole robot in its picture.
-
-    Args:
-        world: the robot.
-        data: its state; only read.
-        width: of the picture, in pixels.
-        height: of the picture, in pixels.
-        turn: from where it is seen [rad]: 0 from its front (the x axis of its root link), positive from its left.
-        tilt: from how far above [rad], less than a right angle.
-
-    Raises:
-        UsageError: if an argument is out of range.
-    """
-    return camera_on(world.model, data, _heading(world, data) + turn, tilt, width, height)
 
 
 def save_robot_picture(
@@ -65,12 +40,21 @@ def save_robot_picture(
 ) -> None:
     """Writes a picture of the whole robot as it stands to the file `path`, as PNG.
 
-    The arguments are those of `robot_camera`, and for `samples` and `progress` those of `picture.render`.
+    Args:
+        path: of the file.
+        world: the robot.
+        data: its state; only read.
+        width: of the picture, in pixels.
+        height: of the picture, in pixels.
+        turn: from where it is seen [rad]: 0 from its front (the x axis of its root link), positive from its left.
+        tilt: from how far above [rad], less than a right angle.
+        samples: rays along each side of a pixel in which surfaces meet.
+        progress: told how much of the picture is drawn.
 
     Raises:
         UsageError: if an argument is out of range or the file cannot be written.
     """
-    camera = robot_camera(world, data, width, height, turn=turn, tilt=tilt)
+    camera = camera_on(world.model, data, robot_heading(world, data) + turn, tilt, width, height)
     lamp = robot_lamp(camera)
     save_png(path, render(world.model, data, camera, width, height, lamp=lamp, samples=samples, progress=progress))
 
@@ -124,12 +108,9 @@ def _camera(eye: NDArray[np.float64], target: NDArray[np.float64]) -> Camera:
     return Camera(_vector(eye), _vector(target), fov=_FOV)
 
 
-def _heading(world: RobotWorld, data: mujoco.MjData) -> float:
+def robot_heading(world: RobotWorld, data: mujoco.MjData) -> float:
     """Which way the robot faces [rad], about the world's z from x."""
-    still = mujoco.MjData(world.model)
-    still.qpos[:], still.mocap_pos[:], still.mocap_quat[:] = data.qpos, data.mocap_pos, data.mocap_quat
-    mujoco.mj_kinematics(world.model, still)
-    x, y = still.body(body_of(world.config.robot.root)).xmat[[0, 3]]
+    x, y = kinematics_of(world.model, data).body(body_of(world.config.robot.root)).xmat[[0, 3]]
     return math.atan2(y, x)
 
 

@@ -132,9 +132,9 @@ def status_of(commander: Commander, bus: Bus) -> TeleopStatus:
         resetting=commander.is_homing,
         silent=commander.watchdog.is_all_silent,
         commander=", ".join(commander.gate.commanders),
-        taken=commander.counts.taken,
+        taken=commander.taken,
         refused=bus.refusals.total,
-        ignored=commander.counts.ignored,
+        ignored=commander.ignored,
         unknown_names=list(commander.notices.unknown),
         message=_status_message(commander),
     )

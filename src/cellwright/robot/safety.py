@@ -1,4 +1,4 @@
-"""Safety of commands: the settings, the gate that admits or refuses, counters, and rate-limited notices.
+"""Safety of commands: the settings, the gate that admits or refuses, and rate-limited notices.
 
 Always: names that the robot does not have are passed over, messages that make no sense are refused whole, targets are
 kept within the limits of the joints. All else changes how a robot behaves, and is off until it is asked for.
@@ -104,19 +104,6 @@ class SafetySettings:
             found[fits] = speed
         limited: Array = np.where(np.isfinite(found), np.minimum(found, own), math.inf)
         return limited
-
-
-@dataclass
-class CommandCounts:
-    """Commands since the node was made; what is refused is counted by the bus.
-
-    Attributes:
-        taken: those that were followed.
-        ignored: those that came while the node takes none, or that named no joint of the robot.
-    """
-
-    taken: int = 0
-    ignored: int = 0
 
 
 MAX_NAMES = 256

@@ -6,6 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import Any, Protocol
 
+import numpy as np
+
 from cellwright.clients.assembled import process
 from cellwright.config.robot.config import Posture
 from cellwright.config.robot.model import Joint
@@ -86,24 +88,24 @@ class RobotServices:
     def state(self, asked: dict[str, Any]) -> dict[str, Any]:
         """All movable joints, what carries the robot, where the driven joints are to go, and the links asked for.
 
+        Poses of links are in the world, or in the frame of the link with the index `frame`.
+
         Raises:
-            RejectedCommandError: `links` is no list of indices, or too long.
+            RejectedCommandError: `links` is no list of indices, or too long, or there is no such link.
         """
         links = asked.get("links", [])
         if not isinstance(links, list) or len(links) > MAX_ENTRIES:
             raise RejectedCommandError(f"links are given as a list of indices, of no more than {MAX_ENTRIES}")
         readings = self._node.driver.read()
-        found: dict[str, Any] = {
+        columns = np.zeros((3, len(self._robot.movable)))  # joints of more than one degree of freedom say 0
+        columns[:, self._places] = readings
+        return {
             "driven": readings.positions.tolist(),
             "targets": self._node.commander.applied.tolist(),
             "carrier": [*self._node.base.pose.position, *self._node.base.pose.quaternion],
+            **dict(zip(("positions", "velocities", "efforts"), columns.tolist(), strict=True)),
+            "links": [self._link_pose(index, asked.get("frame")) for index in links],
         }
-        for name, values in zip(("positions", "velocities", "efforts"), readings, strict=True):
-            row = [0.0] * len(self._robot.movable)
-            for place, value in zip(self._places, values.tolist(), strict=True):
-                row[place] = value
-            found[name] = row
-        return {**found, "links": [self._link_pose(index) for index in links]}
 
     def move(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Have joints go somewhere."""
@@ -185,14 +187,14 @@ class RobotServices:
     def _posture(self, posture: Posture) -> dict[str, Any]:
         return {"joints": self._indices(posture.joints), "home": list(posture.home)}
 
-    def _link_pose(self, index: Any) -> list[list[float]]:
-        if not isinstance(index, int) or not -1 <= index < len(self._robot.joints):
-            raise RejectedCommandError(f"there is no link with the index {index!r}")
-        pose = self._pose(index)
+    def _link_pose(self, index: Any, frame: Any = None) -> list[list[float]]:
+        pose = self._pose(index) if frame is None else self._pose(frame).inverse() @ self._pose(index)
         w, x, y, z = pose.quaternion
         return [list(pose.position), [x, y, z, w]]
 
-    def _pose(self, index: int) -> Pose:
+    def _pose(self, index: Any) -> Pose:
+        if not isinstance(index, int) or not -1 <= index < len(self._robot.joints):
+            raise RejectedCommandError(f"there is no link with the index {index!r}")
         simulation = self._node.simulation
         simulation.refresh()
         body = simulation.data.body(body_of(self._robot.link_at(index)))

@@ -169,6 +169,26 @@ def find_class(name: str, *, method: str, error: type[CellwrightError]) -> Any:
         raise error(f"{place}: {UnknownNameError('class', class_name, classes).sentence()}") from None
 
 
+def maker(name: str, found: Callable[..., T], error: type[CellwrightError]) -> Callable[..., T]:
+    """What makes an object of somebody else's class; whatever that raises comes out as `error`, with the class's name.
+
+    Args:
+        name: of the class, as its author knows it.
+        found: the class.
+        error: the class of error to raise.
+    """
+
+    def make(*arguments: Any) -> T:
+        try:
+            return found(*arguments)
+        except KeyboardInterrupt:
+            raise
+        except BaseException as cause:
+            raise error(f"{name}: cannot be made: {in_a_line(cause)}") from cause
+
+    return make
+
+
 def _import_module(name: str, error: type[CellwrightError]) -> object:
     folder = str(Path.cwd())
     if folder not in sys.path:

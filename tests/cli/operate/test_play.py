@@ -50,7 +50,7 @@ def test_a_loop_ends_with_a_signal(motion: str, cellwright: CommandLine) -> None
     before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have had it ignored
 
     def interrupt() -> None:
-        wait_until(lambda: node.counts.taken > 60, "third round", seen=lambda: node.counts)
+        wait_until(lambda: node.commander.taken > 60, "third round", seen=lambda: node.commander.taken)
         signal.raise_signal(signal.SIGINT)
 
     with served(node, lockstep=True) as (host, port):

@@ -108,7 +108,7 @@ def test_a_node_that_ends_meanwhile_is_told_of(cellwright: CommandLine) -> None:
         host, port = stack.enter_context(served(node))
 
         def end_it() -> None:
-            wait_until(lambda: node.counts.taken > 5, "signal under way", seen=lambda: node.counts)
+            wait_until(lambda: node.commander.taken > 5, "signal under way", seen=lambda: node.commander.taken)
             stack.close()
 
         end = threading.Thread(target=end_it)

@@ -10,7 +10,7 @@ import pytest
 from cellwright.clients.client.in_process import InProcess
 from cellwright.clients.client.session import Session
 from cellwright.clients.operators.exercise import Shape, Wave, check_signal, exercise
-from cellwright.clients.operators.robot import JointLimits, OperatedRobot
+from cellwright.clients.operators.robot import JointLimits, MoveJoints, OperatedRobot
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import RunEndedError, UnknownNameError, UsageError
 from tests.clients.operators.nodes import robot
@@ -68,12 +68,12 @@ def test_a_robot_that_is_gone_in_the_middle_leaves_no_listener_behind(
     """The way back cannot be said any more, and the other half of the end is done all the same."""
     said: list[float] = []
 
-    def send(_robot: OperatedRobot, targets: dict[str, float]) -> None:
-        said.append(targets["right_1"])
+    def send(_robot: OperatedRobot, order: MoveJoints) -> None:
+        said.append(order.targets["right_1"])
         if len(said) > 20:
             raise RunEndedError("the server is gone")
 
-    monkeypatch.setattr(OperatedRobot, "send_joints", send)
+    monkeypatch.setattr(OperatedRobot, "send", send)
     bus = there.session.transport.cell.bus  # type: ignore[attr-defined]
     before = bus.topic("/io_teleop/joint_states").subscribers
     with pytest.raises(RunEndedError):

@@ -94,7 +94,7 @@ def test_what_the_node_refuses_is_told_and_the_next_step_begins_anew(
         raise RejectedCommandError("another commands here")
 
     with monkeypatch.context() as patch:
-        patch.setattr(operator.robot, "send_joints", refuse)
+        patch.setattr(operator.robot, "send", refuse)
         typed(operator, RIGHT)
         assert operator.message == "another commands here"
     typed(operator, RIGHT, pause=0.4)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +13,14 @@ import pytest
 from cellwright.clients.client.in_process import InProcess
 from cellwright.clients.client.session import Session
 from cellwright.clients.operators.playback import Moment, Recorder, Targets, approach, check, play, read_targets
-from cellwright.clients.operators.robot import GRIPPER_COMMAND, JOINT_COMMAND, JointLimits, OperatedRobot
+from cellwright.clients.operators.robot import (
+    GRIPPER_COMMAND,
+    JOINT_COMMAND,
+    JointLimits,
+    MoveGrippers,
+    MoveJoints,
+    OperatedRobot,
+)
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import RunEndedError, UnknownNameError, UsageError
 from tests.clients.operators.nodes import robot
@@ -95,10 +103,10 @@ def test_of_what_is_due_at_once_only_the_newest_is_said(there: OperatedRobot) ->
 
 
 def test_grippers_are_told_on_their_own_topic(there: OperatedRobot, monkeypatch: pytest.MonkeyPatch) -> None:
-    told: list[list[float]] = []
-    monkeypatch.setattr(there, "send_grippers", lambda values: told.append(list(values)))
+    told: list[Any] = []
+    monkeypatch.setattr(there, "send", told.append)
     play(there, targets((0.0, {"gripper_right": 0.0, "gripper_left": 1.0}), topic=GRIPPER_COMMAND))
-    assert told == [[0.0, 1.0]]
+    assert told == [MoveGrippers((0.0, 1.0))]
 
 
 @pytest.mark.parametrize(
@@ -126,7 +134,7 @@ def test_more_grippers_than_there_are_are_refused(there: OperatedRobot, monkeypa
 @pytest.mark.parametrize("name", ["motion.csv", "motion.jsonl"])
 def test_what_is_recorded_can_be_played_again(name: str, there: OperatedRobot, tmp_path: Path) -> None:
     recorder = Recorder(there, tmp_path / name)
-    there.send_joints({"right_1": 0.3, "left_4": -0.2})
+    there.send(MoveJoints({"right_1": 0.3, "left_4": -0.2}))
     there.session.sleep(0.5)
     recorder.close()
     there.session.sleep(0.1)
@@ -136,7 +144,7 @@ def test_what_is_recorded_can_be_played_again(name: str, there: OperatedRobot, t
     assert set(found.first) == set(there.joints)
     check(there, found, LIMITS)
     assert found.moments[-1].values == pytest.approx(there.positions, abs=1e-4)
-    there.send_joints({"right_1": 0.0, "left_4": 0.0})
+    there.send(MoveJoints({"right_1": 0.0, "left_4": 0.0}))
     there.session.sleep(0.5)
     approach(there, found.first, 0.2)
     play(there, found)

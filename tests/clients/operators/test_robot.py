@@ -11,7 +11,15 @@ from cellwright.clients.client.in_process import InProcess
 from cellwright.clients.client.session import Session
 from cellwright.clients.operators import exercise
 from cellwright.clients.operators.exercise import Shape, Wave
-from cellwright.clients.operators.robot import JOINT_COMMAND, JointLimits, OperatedRobot
+from cellwright.clients.operators.robot import (
+    JOINT_COMMAND,
+    JointLimits,
+    MoveGrippers,
+    MoveJoints,
+    MoveTips,
+    Now,
+    OperatedRobot,
+)
 from cellwright.middleware.messages.cellwright_msgs import TeleopStatus
 from cellwright.middleware.messages.conversions import joint_state, nanoseconds
 from cellwright.robot.node import RobotNode
@@ -85,19 +93,19 @@ def test_joints_grippers_and_tips_go_where_they_are_sent(there: OperatedRobot) -
     there.session.sleep(0.05)
     right = there.tips[0]
     x, y, z = right.position
-    there.send_joints({"left_1": 0.2})
-    there.send_grippers([1.0, 0.5])
+    there.send(MoveJoints({"left_1": 0.2}))
+    there.send(MoveGrippers((1.0, 0.5)))
     there.session.sleep(0.8)
     assert there.positions["left_1"] == pytest.approx(0.2, abs=0.01)
     assert there.grippers == pytest.approx((1.0, 0.5), abs=0.05)
-    there.send_tips([Pose((x, y, z + 0.03), right.quaternion), there.tips[1]])
+    there.send(MoveTips((Pose((x, y, z + 0.03), right.quaternion), there.tips[1])))
     there.session.sleep(1.0)
     assert there.tips[0].position == pytest.approx((x, y, z + 0.03), abs=0.005)
     assert there.sent == 3
 
 
 def test_after_an_emergency_stop_it_says_why_nothing_moves(there: OperatedRobot) -> None:
-    there.stop()
+    there.send(Now.STOP)
     there.session.sleep(0.3)
     assert there.why_not() == "its emergency stop is on"
 
@@ -147,11 +155,11 @@ def test_where_nothing_is_said_it_says_so() -> None:
 def test_commands_carry_the_time_of_the_nodes_clock() -> None:
     stranger = Stranger([joint_state(["head"], [0.1], time=7_000_000_000_000)])
     there = OperatedRobot(Session(stranger))
-    there.send_joints({"head": 0.2})
+    there.send(MoveJoints({"head": 0.2}))
     stranger.time += 3_000_000
-    there.send_joints({"head": 0.2})
+    there.send(MoveJoints({"head": 0.2}))
     stranger.callbacks["/io_teleop/joint_states"](joint_state(["head"], [0.1], time=6_999_000_000_000))
-    there.send_joints({"head": 0.2})
+    there.send(MoveJoints({"head": 0.2}))
     stamps = [nanoseconds(message.header.stamp) for topic, message in stranger.said if topic == JOINT_COMMAND]
     assert stamps[:2] == [7_000_000_000_000, 7_000_003_000_000]
     assert stamps == sorted(stamps)

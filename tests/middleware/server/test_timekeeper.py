@@ -104,7 +104,7 @@ def test_an_answer_that_takes_its_time_holds_nobody_up() -> None:
         keeper.run(lambda: begun + 2 * SECOND)
         found = answered(waiting, 7)
         assert from_cdr(found.payload, TriggerResponse).success
-    assert talk.node.counts.ignored == 1
+    assert talk.node.commander.ignored == 1
     assert talk.at("waist") == pytest.approx(0.0, abs=1e-3)
 
 

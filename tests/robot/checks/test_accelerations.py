@@ -19,6 +19,7 @@ from cellwright.robot.checks.motion import (
     propose_accelerations,
 )
 from cellwright.robot.checks.rig import MotionReport, Rig
+from cellwright.robot.node import RobotNode
 from cellwright.util.pose import Pose
 from tests.config.robot import torso_robot
 
@@ -37,11 +38,11 @@ def pendulum(*efforts: float, mass: float = 2.0, length: float = 0.5) -> RobotCo
 
 
 def bearable(config: RobotConfig) -> dict[str, float]:
-    rig = Rig(config)
+    rig = Rig(RobotNode(config))
     try:
-        return bearable_accelerations(rig, config)
+        return bearable_accelerations(rig)
     finally:
-        rig.close()
+        rig.node.close()
 
 
 def test_a_joint_alone_is_borne_by_its_effort_over_its_inertia() -> None:
@@ -62,9 +63,9 @@ def test_a_weak_joint_behind_holds_the_one_before_it_back() -> None:
 
 def test_the_head_has_a_place_for_each_axis() -> None:
     config = replace(pendulum(4.0, 4.0), head=Posture(("j0", "j1"), (0.0, 0.0)), head_axes=(1, 2))
-    rig = Rig(config)
-    said = propose_accelerations(rig, config, ("j0",))
-    rig.close()
+    rig = Rig(RobotNode(config))
+    said = propose_accelerations(rig, ("j0",))
+    rig.node.close()
     assert said.startswith(
         "drives reach their limits of effort; write in the configuration: head.max_acceleration: [1, "
     )
@@ -89,7 +90,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def checked(folder: Path, bound: str = "") -> MotionReport:
     path = folder / "vr_configs.yml"
     path.write_text(FILE.replace("BOUND", bound))
-    return check_motion(read_robot_config(path, pytest.fail))
+    return check_motion(RobotNode(read_robot_config(path, pytest.fail)))
 
 
 @pytest.mark.slow
@@ -115,5 +116,5 @@ def test_what_is_proposed_ends_overshoot_and_stray(folder: Path) -> None:
 def test_joints_of_no_group_are_named_one_by_one(folder: Path) -> None:
     robot = read_urdf(folder / "robot.urdf", warn=pytest.fail)
     config = RobotConfig(robot, "plain", folder / "robot.urdf", folder / "robot.urdf")
-    (remedy,) = [finding.remedy for finding in check_motion(config).findings if finding.remedy]
+    (remedy,) = [finding.remedy for finding in check_motion(RobotNode(config)).findings if finding.remedy]
     assert "max_acceleration of a group with torso_joint1 " in remedy

@@ -20,6 +20,7 @@ from cellwright.robot.checks import reference as check_reference
 from cellwright.robot.checks.motion import check_motion
 from cellwright.robot.checks.reference import REFERENCE_FILE
 from cellwright.robot.checks.rig import Finding, MotionReport
+from cellwright.robot.node import RobotNode
 from cellwright.robot.servos import Motion
 from cellwright.util.errors import UsageError
 from tests.robot.robots import two_arms
@@ -34,7 +35,11 @@ def qinglong() -> RobotConfig:
 
 @pytest.fixture(scope="module")
 def report(qinglong: RobotConfig) -> MotionReport:
-    return check_motion(qinglong)
+    return checked(qinglong)
+
+
+def checked(config: RobotConfig, motion: Motion = Motion.SERVO) -> MotionReport:
+    return check_motion(RobotNode(config, motion=motion))
 
 
 # ---------------------------------------------------------------- against what was recorded
@@ -70,7 +75,7 @@ def test_what_passes_by_time_alone_is_told(report: MotionReport) -> None:
 @pytest.mark.slow
 def test_motion_by_another_law_fails(qinglong: RobotConfig) -> None:
     """Teleported joints end where they should, and fail every response on the way."""
-    findings = check_motion(qinglong, Motion.TELEPORT).findings
+    findings = checked(qinglong, motion=Motion.TELEPORT).findings
     assert {finding.unit == "%" for finding in findings if not finding.passed} == {True}
     assert all(not finding.passed for finding in findings if finding.unit == "%")
 
@@ -84,7 +89,7 @@ def test_a_slower_joint_fails_its_steps_and_no_other(qinglong: RobotConfig) -> N
         else joint
         for joint in robot.joints
     )
-    findings = check_motion(replace(qinglong, robot=replace(robot, joints=slow))).findings
+    findings = checked(replace(qinglong, robot=replace(robot, joints=slow))).findings
     assert {finding.what.split(",")[0] for finding in findings if not finding.passed} == {"J_arm_r_04"}
 
 
@@ -118,7 +123,7 @@ def test_one_figure_that_differs_is_found(
     (tmp_path / REFERENCE_FILE).write_text(json.dumps(read), "utf-8")
     bad = [
         finding
-        for finding in check_motion(replace(qinglong, path=tmp_path / "vr_configs.yml")).findings
+        for finding in checked(replace(qinglong, path=tmp_path / "vr_configs.yml")).findings
         if not finding.passed
     ]
     assert len(bad) == 1
@@ -163,12 +168,12 @@ def test_a_file_that_is_no_recording_is_told(tmp_path: Path, text: str) -> None:
     path = tmp_path / REFERENCE_FILE
     path.write_text(text, "utf-8")
     with pytest.raises(UsageError, match=r"reference_motion\.json: this is no recorded motion"):
-        check_motion(replace(two_arms(), path=tmp_path / "vr_configs.yml"))
+        checked(replace(two_arms(), path=tmp_path / "vr_configs.yml"))
 
 
 def test_a_recording_may_be_as_good_as_empty(tmp_path: Path) -> None:
     (tmp_path / REFERENCE_FILE).write_text(EMPTY, "utf-8")
-    report = check_motion(replace(two_arms(), path=tmp_path / "vr_configs.yml"))
+    report = checked(replace(two_arms(), path=tmp_path / "vr_configs.yml"))
     assert [finding.what for finding in report.findings] == ["order of 0 joint states"]
 
 
@@ -177,7 +182,7 @@ def test_a_joint_that_did_not_move_is_to_stand_still(tmp_path: Path) -> None:
     verdicts = []
     for target in ("0", "0.5"):
         (tmp_path / REFERENCE_FILE).write_text(EMPTY.replace('"steps": []', f'"steps": [{step % target}]'), "utf-8")
-        verdicts.append(check_motion(replace(two_arms(), path=tmp_path / "vr_configs.yml")).findings[-1].passed)
+        verdicts.append(checked(replace(two_arms(), path=tmp_path / "vr_configs.yml")).findings[-1].passed)
     assert verdicts == [True, False]
 
 
@@ -194,7 +199,7 @@ def with_limits(joint: str, **values: float) -> RobotConfig:
 
 
 def test_a_robot_without_a_recording_is_moved_joint_by_joint() -> None:
-    report = check_motion(two_arms())
+    report = checked(two_arms())
     assert (report.passed, report.reference) == (True, "")
     driven = [joint for joint in two_arms().robot.driven if joint.mimic is None]
     assert f"{len(driven)} joints step and settle" in [finding.what for finding in report.findings]
@@ -213,27 +218,27 @@ def test_a_robot_without_a_recording_is_moved_joint_by_joint() -> None:
     ],
 )
 def test_a_joint_that_cannot_move_is_named_with_the_reason(limits: dict[str, float], why: str) -> None:
-    found = [f for f in check_motion(with_limits("elbow_left", **limits)).findings if f.what == "elbow_left"]
+    found = [f for f in checked(with_limits("elbow_left", **limits)).findings if f.what == "elbow_left"]
     assert [(finding.passed, finding.where) for finding in found] == [(False, why)]
 
 
 def test_a_robot_that_cannot_move_at_all_is_checked_too() -> None:
     config = two_arms()
     still = replace(config.robot, joints=(), links={"base": config.robot.links["base"]})
-    report = check_motion(RobotConfig(still, "stone", Path("stone.urdf"), Path("stone.urdf")))
+    report = checked(RobotConfig(still, "stone", Path("stone.urdf"), Path("stone.urdf")))
     assert [finding.what for finding in report.findings] == ["order of 0 joint states"]
     assert report.passed
 
 
 def test_findings_are_told_as_they_are_made() -> None:
     told: list[Finding] = []
-    report = check_motion(with_limits("wheel", upper=math.inf), tell=told.append)
+    report = check_motion(RobotNode(with_limits("wheel", upper=math.inf)), told.append)
     assert tuple(told) == report.findings
     assert Limits() == two_arms().robot.joint("wheel").limits  # a joint without limits is moved as well
 
 
 def test_a_joint_too_weak_to_brake_in_time_is_found() -> None:
-    findings = check_motion(with_limits("shoulder_left", effort=9.0)).findings
+    findings = checked(with_limits("shoulder_left", effort=9.0)).findings
     assert [(f.what, f.where) for f in findings if not f.passed and f.unit == "% of way"] == [
         ("the farthest goes beyond", "shoulder_left")
     ]
@@ -241,7 +246,7 @@ def test_a_joint_too_weak_to_brake_in_time_is_found() -> None:
 
 def test_a_joint_that_does_not_settle_counts_among_the_farthest() -> None:
     """With an effort of 2 N m the shoulder swings about its target for seconds."""
-    findings = {finding.what: finding for finding in check_motion(with_limits("shoulder_left", effort=2.0)).findings}
+    findings = {finding.what: finding for finding in checked(with_limits("shoulder_left", effort=2.0)).findings}
     assert findings["shoulder_left"].where == "it does not come within 2 % of its target"
     farthest = findings["the farthest goes beyond"]
     assert (farthest.where, farthest.passed) == ("shoulder_left", False)
@@ -250,7 +255,7 @@ def test_a_joint_that_does_not_settle_counts_among_the_farthest() -> None:
 
 
 def test_a_joint_that_is_pushed_away_is_found_with_the_one_that_pushes() -> None:
-    findings = {finding.what: finding for finding in check_motion(with_limits("elbow_left", effort=3.0)).findings}
+    findings = {finding.what: finding for finding in checked(with_limits("elbow_left", effort=3.0)).findings}
     strays = findings["the farthest strays"]
     assert (strays.where, strays.passed) == ("elbow_left, while shoulder_left moves", False)
     assert strays.worst > 1e3 * check_joints.STRAY
@@ -261,7 +266,7 @@ def test_a_joint_that_is_pushed_away_is_found_with_the_one_that_pushes() -> None
 
 def test_a_joint_with_a_bound_has_the_time_that_it_needs() -> None:
     config = replace(two_arms(), max_accelerations={"waist": 0.3})  # 0.2 rad take 1.6 s
-    findings = {finding.what: finding for finding in check_motion(config).findings}
+    findings = {finding.what: finding for finding in checked(config).findings}
     settles = next(finding for what, finding in findings.items() if what.endswith("step and settle"))
     assert settles.passed
     assert "waist" not in findings
@@ -270,7 +275,7 @@ def test_a_joint_with_a_bound_has_the_time_that_it_needs() -> None:
 def test_a_home_beyond_the_limits_is_not_held() -> None:
     config = two_arms()
     right = replace(config.arms[0], home=(2.4, -1.0, 0.2))
-    holds = check_motion(replace(config, arms=(right, config.arms[1]))).findings[1]
+    holds = checked(replace(config, arms=(right, config.arms[1]))).findings[1]
     assert (holds.what, holds.where, holds.passed) == ("holds where it is put up", "shoulder_right", False)
 
 
@@ -281,5 +286,5 @@ def test_fingers_that_follow_may_close_towards_their_lower_limits() -> None:
     joints = tuple(other_way if joint == thumb else joint for joint in config.robot.joints)
     grippers = (config.grippers[0], Gripper(("finger_left", "thumb_left")))
     changed = replace(config, robot=replace(config.robot, joints=joints), grippers=grippers)
-    closes = [finding for finding in check_motion(changed).findings if finding.what == "left gripper closes"]
+    closes = [finding for finding in checked(changed).findings if finding.what == "left gripper closes"]
     assert [(each.where, each.passed) for each in closes] == [("finger_left", True)]

@@ -232,7 +232,7 @@ def test_a_node_drives_it_and_shows_it(config: RobotConfig) -> None:
     for _ in range(3):
         node.simulation.step()
     assert lines == lines[:1]
-    assert node.commander.desired[number] == 0.35, "it would jump when the driver is back"
+    assert node.commander.limiter.desired[number] == 0.35, "it would jump when the driver is back"
     assert all(told == [-1.0, 0.35] for told in hardware.told)
     node.close()
     until(lambda: hardware.closed)

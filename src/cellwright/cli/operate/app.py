@@ -33,7 +33,7 @@ from cellwright.cli.signals import Stop, stopped_by_signals
 from cellwright.clients.operators import playback
 from cellwright.clients.operators.keyboard import Jog, Keyboard
 from cellwright.clients.operators.playback import Recorder, Targets, read_targets
-from cellwright.clients.operators.robot import JOINT_STATES, Ask, OperatedRobot, ServiceCaller, service_request
+from cellwright.clients.operators.robot import JOINT_STATES, Ask, Now, OperatedRobot, ServiceCaller, service_request
 from cellwright.clients.operators.terminal import TerminatedError, panel
 from cellwright.clients.operators.terminal import keyboard as terminal_keyboard
 from cellwright.util.errors import CellwrightError, RunEndedError
@@ -79,7 +79,7 @@ def call(
     with link.robot() as robot:
         try:
             if word is Word.STOP:
-                robot.stop()
+                robot.send(Now.STOP)
                 robot.session.wait_until(lambda: robot.status is not None and robot.status.emergency_stop, _HEARD)
                 done = robot.status is None or bool(robot.status.emergency_stop)
                 said = "stopped" if done else "sent, and the node does not say that it has stopped"

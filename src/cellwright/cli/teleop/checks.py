@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -25,6 +26,7 @@ from cellwright.robot.checks.motion import check_motion
 from cellwright.robot.checks.reference import MAX_RANGE_ERROR, MAX_TIME_ERROR
 from cellwright.robot.checks.rig import Finding, MotionReport
 from cellwright.robot.drivers import find_driver
+from cellwright.robot.node import RobotNode
 from cellwright.robot.safety import SafetySettings
 from cellwright.util.errors import UsageError
 
@@ -74,7 +76,9 @@ def run_motion_check(load: Load, wanted: TeleopOptions) -> int:
     """
     _refuse_what_runs(wanted)
     config = load(output.warn)
-    report = check_motion(config, wanted.motion, timestep=wanted.timestep, self_collision=wanted.self_collision)
+    node = RobotNode(config, motion=wanted.motion, timestep=wanted.timestep, self_collision=wanted.self_collision)
+    with closing(node):
+        report = check_motion(node)
     if wanted.as_json:
         typer.echo(json.dumps(motion_document(report), indent=2))
     else:

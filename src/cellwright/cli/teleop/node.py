@@ -34,7 +34,7 @@ from cellwright.middleware.server.timekeeper import Timekeeper
 from cellwright.rendering.video_options import VideoOptions
 from cellwright.robot.interface import ros_parameters
 from cellwright.robot.node import RobotNode
-from cellwright.robot.pictures import robot_camera, robot_lamp
+from cellwright.robot.pictures import TILT, TURN, camera_on, robot_heading, robot_lamp
 from cellwright.running.run import versions
 from cellwright.running.run.record_robot import RobotRecording, RobotSettings
 from cellwright.running.serving import Pace
@@ -123,7 +123,9 @@ def film_robot(node: RobotNode, wanted: VideoOptions, *, waits: bool, warn: Call
     Raises:
         RenderingError: it cannot be written.
     """
-    camera = wanted.camera or robot_camera(node.world, node.simulation.data, wanted.width, wanted.height)
+    model, data = node.simulation.model, node.simulation.data
+    heading = robot_heading(node.world, data) + TURN
+    camera = wanted.camera or camera_on(model, data, heading, TILT, wanted.width, wanted.height)
     return Filming(
         node,
         wanted,
@@ -164,7 +166,7 @@ class NodeProgress:
             return
         node, factor = self._node, self._factor()
         pace = "" if factor is None else f"  {factor:.2f} x real time"
-        commands = f"  {node.counts.taken} commands taken, {node.refused} refused, {node.counts.ignored} ignored"
+        commands = f"  {node.commander.taken} commands taken, {node.refused} refused, {node.commander.ignored} ignored"
         time = node.simulation.time
         self._bar(time if self._until else None, f"{time:.1f} s{pace}{commands}")
 
@@ -190,10 +192,9 @@ class NodeResult:
 
 def show_node_result(console: Console, node: RobotNode, wanted: TeleopOptions, ran: NodeResult) -> None:
     """Tell people what came of it."""
-    counts = node.counts
     console.print()
     note = partial(output.note, console)
-    note("commands", f"{counts.taken} taken, {node.refused} refused, {counts.ignored} ignored")
+    note("commands", f"{node.commander.taken} taken, {node.refused} refused, {node.commander.ignored} ignored")
     for source, count in sorted(node.bus.refusals.counts.items()):
         note(f"refused {count}", source)
     note("simulated" if wanted.driver is None else "ran", f"{node.simulation.time:.1f} s in {ran.wall:.1f} s")
@@ -217,7 +218,7 @@ def node_document(node: RobotNode, wanted: TeleopOptions, ran: NodeResult, statu
         "wall": ran.wall,
         "steps": node.simulation.clock.tick,
         "state_hash": node.simulation.state_hash(),
-        "commands": {"taken": node.counts.taken, "refused": node.refused, "ignored": node.counts.ignored},
+        "commands": {"taken": node.commander.taken, "refused": node.refused, "ignored": node.commander.ignored},
         "refused": dict(node.bus.refusals.counts),
         "unknown_names": list(node.commander.notices.unknown),
         "pace": None if ran.pace is None else asdict(ran.pace),

@@ -7,9 +7,8 @@ from collections.abc import Callable
 from typing import Protocol, runtime_checkable
 
 from cellwright.clients.client.client import Client
-from cellwright.util import plugins as own_classes
-from cellwright.util import plugins as plugins
-from cellwright.util.errors import CellwrightError, UnknownNameError, in_a_line
+from cellwright.util import plugins
+from cellwright.util.errors import CellwrightError, UnknownNameError
 
 
 @runtime_checkable
@@ -45,10 +44,10 @@ def find_agent(name: str) -> Callable[[], Agent]:
     if name not in BUNDLED and ":" not in name and name in plugins.names("agents"):
         return maker_of(f"agent {name}", plugins.load("agents", name))
     target = BUNDLED.get(name, name)
-    if not own_classes.is_class_path(target):
+    if not plugins.is_class_path(target):
         reason = UnknownNameError("agent", name, [*BUNDLED, *plugins.names("agents")]).sentence()
         raise AgentError(f"{reason}; your own is given as path.py:Class or module:Class")
-    return maker_of(target, own_classes.find_class(target, method="run", error=AgentError))
+    return maker_of(target, plugins.find_class(target, method="run", error=AgentError))
 
 
 def maker_of(target: str, found: object) -> Callable[[], Agent]:
@@ -67,14 +66,4 @@ def maker_of(target: str, found: object) -> Callable[[], Agent]:
     if inspect.iscoroutinefunction(run) or inspect.isgeneratorfunction(run) or inspect.isasyncgenfunction(run):
         # called, it would do nothing and say nothing
         raise AgentError(f"{target}: its run(client) must be a plain method, without async or yield")
-
-    def make() -> Agent:
-        try:
-            agent: Agent = found()
-        except KeyboardInterrupt:
-            raise
-        except BaseException as error:
-            raise AgentError(f"{target}: cannot be made: {in_a_line(error)}") from error
-        return agent
-
-    return make
+    return plugins.maker(target, found, AgentError)

@@ -103,9 +103,9 @@ class Joints:
         state = self._process.ask(services.STATE_SERVICE)["positions"]
         return [state[self._places[index]] for index in indices]
 
-    def link_poses(self, indices: Sequence[int]) -> list[Pose]:
-        """Poses of link frames in the world now; -1 is the root link."""
-        poses: list[Pose] = self._process.ask(services.STATE_SERVICE, links=list(indices))["links"]
+    def link_poses(self, indices: Sequence[int], frame: int | None = None) -> list[Pose]:
+        """Poses of link frames now, in the world or in the frame of a link; -1 is the root link."""
+        poses: list[Pose] = self._process.ask(services.STATE_SERVICE, links=list(indices), frame=frame)["links"]
         return poses
 
     def range_of(self, index: int) -> tuple[float, float]:

@@ -30,36 +30,6 @@ def pose_lists(pose: PoseLike) -> list[list[float]]:
     return [position, orientation]
 
 
-def multiply_poses(a_T_b: PoseLike, b_T_c: PoseLike) -> list[list[float]]:
-    """a_T_c."""
-    (position, turn), (way, further) = a_T_b, b_T_c
-    return [[p + w for p, w in zip(position, _rotate(turn, way))], _multiply_quaternions(turn, further)]
-
-
-def invert_pose(a_T_b: PoseLike) -> list[list[float]]:
-    """b_T_a, for a unit quaternion."""
-    position, (x, y, z, w) = a_T_b
-    back = [-x, -y, -z, w]
-    return [[-value for value in _rotate(back, position)], back]
-
-
-def _rotate(turn: Sequence[float], vector: Sequence[float]) -> list[float]:
-    x, y, z, w = turn
-    way = _multiply_quaternions(_multiply_quaternions(turn, [*vector, 0.0]), [-x, -y, -z, w])
-    return way[:3]
-
-
-def _multiply_quaternions(first: Sequence[float], second: Sequence[float]) -> list[float]:
-    ax, ay, az, aw = first
-    bx, by, bz, bw = second
-    return [
-        aw * bx + ax * bw + ay * bz - az * by,
-        aw * by - ax * bz + ay * bw + az * bx,
-        aw * bz + ax * by - ay * bx + az * bw,
-        aw * bw - ax * bx - ay * by - az * bz,
-    ]
-
-
 ROOT = -1
 """Index of the root link."""
 
@@ -118,8 +88,7 @@ class RobotArm:
     @property
     def rel_ee_pose(self) -> Pose:
         """Where its tip is in the frame of the root link."""
-        tip, root = self._joints.link_poses([self.ee_index, ROOT])
-        return multiply_poses(invert_pose(root), tip)
+        return self._joints.link_poses([self.ee_index], frame=ROOT)[0]
 
     def move_ee(self, pose: Pose) -> None:
         """Bring the link that `controller_indices.cmd_ee` names, the tip as a rule, to a pose in the world.

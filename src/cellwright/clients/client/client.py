@@ -11,6 +11,7 @@ from typing import Any
 
 from cellwright.clients.client.in_process import Transport
 from cellwright.clients.client.session import Latest, Session
+from cellwright.config import layout
 from cellwright.middleware.messages.conversions import NANOSECONDS, joint_trajectory, trajectory_point
 from cellwright.middleware.messages.osrf_gear import (
     AGVControlRequest,
@@ -22,15 +23,7 @@ from cellwright.middleware.messages.standard import JointTrajectory, String
 from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.util.errors import CellwrightError, UnknownNameError, UsageError
 
-ARM_JOINTS = (
-    "elbow_joint",
-    "linear_arm_actuator_joint",
-    "shoulder_lift_joint",
-    "shoulder_pan_joint",
-    "wrist_1_joint",
-    "wrist_2_joint",
-    "wrist_3_joint",
-)
+ARM_JOINTS = tuple(sorted(layout.ARM_JOINTS))
 """The arm's joints in the order in which joint states name them (alphabetical)."""
 
 ARRIVED = 0.01

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cellwright.clients.operators.robot import JOINT_STATES, JointLimits, OperatedRobot, by_name
+from cellwright.clients.operators.robot import JOINT_STATES, JointLimits, MoveJoints, OperatedRobot, by_name
 from cellwright.middleware.messages.conversions import nanoseconds
 from cellwright.util.errors import CellwrightError, RunEndedError, UsageError
 
@@ -375,14 +375,14 @@ def exercise(
         beat = session.rate(rate)
         while (time := session.time - begun) < wave.duration + TAIL:
             target = start + wave.offset(time)
-            robot.send_joints({joint: target})
+            robot.send(MoveJoints({joint: target}))
             told.append((time, target))
             on_beat(min(1.0, time / wave.duration))
             beat.sleep()
             if joint in (now := robot.applied):
                 applied.append(now[joint])
     finally:
-        for part in (partial(robot.send_joints, {joint: start}), leave):
+        for part in (partial(robot.send, MoveJoints({joint: start})), leave):
             with suppress(CellwrightError, RunEndedError):  # there may be nobody left to tell
                 part()
     if len(seen) < _FEWEST:

@@ -412,27 +412,12 @@ class Keyboard:
 
     def _carry_out(self, order: Order) -> None:
         try:
-            self._tell(order)
+            if isinstance(order, Ask):
+                begun = self.services.begin(order)
+                self.message = f"{order.value} …" if begun else f"still waiting for: {self.services.under_way}"
+            else:
+                self.robot.send(order)
+                self.message = "EMERGENCY STOP sent; u ends it" if order is Now.STOP else self.jog.note
         except CellwrightError as error:  # refused; RunEndedError is none of these
             self.jog.forget()
             self.message = str(error)
-
-    def _tell(self, order: Order) -> None:
-        match order:
-            case MoveJoints():
-                self.robot.send_joints(order.targets)
-                self.message = self.jog.note
-            case MoveTips():
-                self.robot.send_tips(order.tips)
-                self.message = self.jog.note
-            case MoveGrippers():
-                self.robot.send_grippers(order.closed)
-                self.message = self.jog.note
-            case Now.STOP:
-                self.robot.stop()
-                self.message = "EMERGENCY STOP sent; u ends it"
-            case Ask():
-                begun = self.services.begin(order)
-                self.message = f"{order.value} …" if begun else f"still waiting for: {self.services.under_way}"
-            case Now.QUIT:
-                pass

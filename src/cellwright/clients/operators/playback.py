@@ -18,7 +18,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cellwright.clients.operators.robot import GRIPPER_COMMAND, JOINT_COMMAND, JOINT_STATES, JointLimits, OperatedRobot
+from cellwright.clients.operators.robot import (
+    GRIPPER_COMMAND,
+    JOINT_COMMAND,
+    JOINT_STATES,
+    JointLimits,
+    MoveGrippers,
+    MoveJoints,
+    OperatedRobot,
+)
 from cellwright.config.parsing.tree import Place, Problem
 from cellwright.middleware.messages.conversions import nanoseconds
 from cellwright.util.errors import CellwrightError, DescriptionError, RunEndedError, UsageError
@@ -268,15 +276,14 @@ def approach(
     start = {name: robot.position(name) for name in first}
     farthest = max((abs(first[name] - start[name]) for name in first), default=0.0)
     if duration is None:
-        duration = max(
-            _MIN_APPROACH_TIME, farthest * math.pi / 2 / APPROACH_SPEED
-        )  # at its middle a cosine is pi/2 as fast
+        # at its middle a cosine is pi/2 as fast
+        duration = max(_MIN_APPROACH_TIME, farthest * math.pi / 2 / APPROACH_SPEED)
     begun, beat = session.time, session.rate(APPROACH_RATE)
     part = 0.0
     while part < 1.0 and first:
         part = 1.0 if duration <= 0.0 else min(1.0, (session.time - begun) / duration)
         blend = 0.5 - 0.5 * math.cos(math.pi * part)
-        robot.send_joints({name: start[name] + blend * (first[name] - start[name]) for name in first})
+        robot.send(MoveJoints({name: start[name] + blend * (first[name] - start[name]) for name in first}))
         on_beat(session.time - begun)
         beat.sleep()
 
@@ -318,15 +325,9 @@ def play(
             due[key] = moments[number]
             number += 1
         for moment in due.values():
-            _send(robot, moment)
+            values, is_gripper = moment.values, moment.topic == GRIPPER_COMMAND
+            robot.send(MoveGrippers(tuple(values.values())) if is_gripper else MoveJoints(values, moment.topic))
         on_beat(moments[number - 1].time - origin)
-
-
-def _send(robot: OperatedRobot, moment: Moment) -> None:
-    if moment.topic == GRIPPER_COMMAND:
-        robot.send_grippers(moment.values.values())
-    else:
-        robot.send_joints(moment.values, moment.topic)
 
 
 class Recorder:

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Sequence
+import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
-from xml.sax.saxutils import escape
+from io import StringIO
+from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.text import Text
 
 from cellwright.clients.operators.exercise import Array, Exercise
+from cellwright.util.errors import showable
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _BLANK = 0x2800
-_DOTS = ((0x01, 0x02, 0x04, 0x40), (0x08, 0x10, 0x20, 0x80))  # by column, from the top
+_DOTS = np.array([(0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80)])  # bits of a character's dots, by row
 
 
 @dataclass(frozen=True)
@@ -44,14 +50,17 @@ def terminal_plot(curves: Sequence[Curve], *, width: int = 72, height: int = 12,
     labels = [f"{value if abs(value) > 1e-6 * (high - low) else 0.0:.3g}" for value in (high, low)]
     margin = max(map(len, labels))
     columns = max(8, width - margin - 1)
-    cells = np.zeros((height, columns), dtype=int)
+    dots = np.zeros((4 * height, 2 * columns), dtype=int)
     colours = np.full((height, columns), -1)
     for number, curve in enumerate(curves):
         x = _dot_numbers(curve.time, begin, end, 2 * columns)
         y = 4 * height - 1 - _dot_numbers(curve.values, low, high, 4 * height)
-        for column, row in _line_dots(x, y):
-            cells[row // 4, column // 2] |= _DOTS[column % 2][row % 4]
-            colours[row // 4, column // 2] = number
+        points = np.column_stack((x, y))
+        lines = [np.linspace(one, other, max(1, np.abs(other - one).max()) + 1) for one, other in pairwise(points)]
+        x, y = np.rint(np.concatenate((points[:1], *lines))).astype(int).T
+        dots[y, x] = 1
+        colours[y // 4, x // 2] = number
+    cells = np.einsum("irjc,rc->ij", dots.reshape(height, 4, columns, 2), _DOTS)
     text = Text(no_wrap=True)
     for row in range(height):
         label = labels[0] if row == 0 else labels[1] if row == height - 1 else ""
@@ -74,145 +83,43 @@ def _dot_numbers(values: Array, low: float, high: float, count: int) -> np.ndarr
     return np.clip(np.rint((values - low) / (high - low) * (count - 1)), 0, count - 1).astype(int)
 
 
-def _line_dots(
-    x: np.ndarray[tuple[int, ...], np.dtype[np.int_]], y: np.ndarray[tuple[int, ...], np.dtype[np.int_]]
-) -> set[tuple[int, int]]:
-    """The dots of a line through points."""
-    dots = {(int(x[0]), int(y[0]))}
-    for x0, y0, x1, y1 in zip(x[:-1], y[:-1], x[1:], y[1:], strict=True):
-        steps = max(abs(int(x1) - int(x0)), abs(int(y1) - int(y0)), 1)
-        for column, row in zip(np.linspace(x0, x1, steps + 1), np.linspace(y0, y1, steps + 1), strict=True):
-            dots.add((round(column), round(row)))
-    return dots
-
-
-FloatArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
-
-WIDTH = 900
-"""Of the picture [px]."""
-LEFT, RIGHT = 70, 20
-"""Margins of a frame [px]."""
-
-_MOST_POINTS = 4000
-
-
-def page(parts: Sequence[str], height: int) -> str:
-    """The text of a file `height` [px] high, with pieces in it."""
-    size = f'width="{WIDTH}" height="{height}" viewBox="0 0 {WIDTH} {height}"'
-    head = f'<svg xmlns="http://www.w3.org/2000/svg" {size} font-family="sans-serif" font-size="12">'
-    return "\n".join([head, '<rect width="100%" height="100%" fill="white"/>', *parts, "</svg>", ""])
-
-
-def frame(
-    curves: Iterable[tuple[FloatArray, FloatArray, str]],
-    end: float,
-    top: int,
-    height: int,
-    *,
-    label: str = "",
-    colour_of_label: str = "#000",
-    below: str = "",
-) -> str:
-    """A frame with curves in it.
-
-    Args:
-        curves: times from 0 on, values, and colour of each.
-        end: the time at the right edge.
-        top: upper edge [px].
-        height: of the frame [px].
-        label: what the values are, above the frame.
-        colour_of_label: its colour.
-        below: what the times are, below the frame.
-    """
-    chosen = [(time[_thin(time)], values[_thin(time)], colour) for time, values, colour in curves]
-    low = min(float(values.min()) for _, values, _ in chosen)
-    high = max(float(values.max()) for _, values, _ in chosen)
-    space = max(0.05 * (high - low), 1e-6)
-    low, high = low - space, high + space
-    width = WIDTH - LEFT - RIGHT
-    parts = []
-    for value in _ticks(low, high, max(6, height // 45)):
-        y = top + height * (high - value) / (high - low)
-        parts += [
-            f'<path d="M{LEFT} {y:.1f}h{width}" stroke="#ddd"/>',
-            f'<text x="{LEFT - 6}" y="{y + 4:.1f}" text-anchor="end">{_tick_label(value)}</text>',
-        ]
-    for value in _ticks(0.0, end, 8):
-        x = LEFT + width * value / end
-        parts += [
-            f'<path d="M{x:.1f} {top}v{height}" stroke="#ddd"/>',
-            f'<text x="{x:.1f}" y="{top + height + 16}" text-anchor="middle">{_tick_label(value)}</text>',
-        ]
-    parts.append(f'<rect x="{LEFT}" y="{top}" width="{width}" height="{height}" fill="none" stroke="#888"/>')
-    for time, values, colour in chosen:
-        points = zip(LEFT + width * time / end, top + height * (high - values) / (high - low), strict=True)
-        line = " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
-        parts.append(f'<polyline points="{line}" fill="none" stroke="{colour}" stroke-width="1.5"/>')
-    if label:
-        parts.append(f'<text x="{LEFT}" y="{top - 5}" fill="{colour_of_label}">{label}</text>')
-    if below:
-        parts.append(f'<text x="{WIDTH - RIGHT}" y="{top + height + 32}" text-anchor="end">{below}</text>')
-    return "\n".join(parts)
-
-
-def _thin(time: FloatArray) -> slice:
-    return slice(None, None, max(1, len(time) // _MOST_POINTS))
-
-
-def _ticks(low: float, high: float, most: int) -> list[float]:
-    """Round numbers in a range, `most` of them or fewer."""
-    rough = (high - low) / most
-    power = 10.0 ** math.floor(math.log10(rough))
-    step = next(factor * power for factor in (1, 2, 5, 10) if factor * power >= rough)
-    return [number * step for number in range(math.ceil(low / step), math.floor(high / step) + 1)]
-
-
-def _tick_label(value: float) -> str:
-    return f"{value:.6g}"
-
-
-_TOP = 34
-_HIGH, _LOW, _GAP = 200, 80, 44  # heights of the two frames, and what is below each
-_TOLD, _SEEN, _ERROR = "#d9822b", "#1f5fa8", "#a82a2a"
+_TARGET_COLOUR, _MEASURED_COLOUR, _ERROR_COLOUR = "#d9822b", "#1f5fa8", "#a82a2a"
+_MAX_POINTS = 4000  # of a curve
 
 
 def tracking_svg(exercises: Sequence[Exercise]) -> str:
-    """The text of the file; one pair of frames below another."""
-    pair = _TOP + _HIGH + _GAP + _LOW + _GAP
-    parts = [_joint_frames(each, top=number * pair) for number, each in enumerate(exercises)]
-    return page(parts, len(parts) * pair)
+    """The text of an SVG file: target and position of each joint, and the error below them."""
+    from matplotlib.figure import Figure
+
+    count = len(exercises)
+    figure = Figure(figsize=(9.0, 3.8 * count), layout="constrained")
+    frames = figure.subplots(2 * count, 1, height_ratios=[5, 2] * count)
+    for each, motion, error in zip(exercises, frames[::2], frames[1::2], strict=True):
+        trace, figures = each.trace, each.tracking
+        told, seen = (slice(None, None, max(1, len(time) // _MAX_POINTS)) for time in (trace.told_at, trace.seen_at))
+        motion.step(trace.told_at[told], trace.told[told], _TARGET_COLOUR, where="post", label="target")
+        motion.plot(trace.seen_at[seen], trace.seen[seen], _MEASURED_COLOUR, label="measured")
+        error.plot(trace.seen_at[seen], (trace.target - trace.seen)[seen], _ERROR_COLOUR)
+        delay = "did not follow" if figures.delay is None else f"delay {figures.delay * 1e3:.0f} ms"
+        errors = f"RMS error {figures.rms:.4f}, greatest {figures.worst:.4f}"
+        title = f"{showable(trace.joint)}: {each.wave.shape}, {errors}, {delay}"
+        motion.set_title(title, loc="left", size="medium", weight="bold", parse_math=False)
+        motion.set_ylabel("[rad; m]")
+        motion.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0, ncols=2, frameon=False)
+        error.set_ylabel("error", color=_ERROR_COLOUR)
+        error.set_xlabel("time [s]")
+        for frame in (motion, error):
+            frame.set_xlim(0.0, max(trace.told_at[-1], trace.seen_at[-1]))
+            frame.grid(color="#ddd")
+    return svg_text(figure)
 
 
-def _joint_frames(exercise: Exercise, top: int) -> str:
-    trace, figures = exercise.trace, exercise.tracking
-    end = float(max(trace.told_at[-1], trace.seen_at[-1]))
-    delay = "did not follow" if figures.delay is None else f"delay {figures.delay * 1e3:.0f} ms"
-    title = f"{trace.joint}: {exercise.wave.shape}, RMS error {figures.rms:.4f}, greatest {figures.worst:.4f}, {delay}"
-    told_at, told = _stairs(trace.told_at, trace.told)
-    curves = [(told_at, told, _TOLD), (trace.seen_at, trace.seen, _SEEN)]
-    legend = "".join(
-        f'<text x="{WIDTH - RIGHT - right}" y="{top + 22}" text-anchor="end" fill="{colour}">{text}</text>'
-        for right, text, colour in ((130, "target", _TOLD), (62, "measured", _SEEN), (0, "[rad; m]", "#000"))
-    )
-    error = [(trace.seen_at, trace.target - trace.seen, _ERROR)]
-    return "\n".join(
-        [
-            f'<text x="{LEFT}" y="{top + 22}" font-weight="bold">{escape(title)}</text>',
-            legend,
-            frame(curves, end, top + _TOP, _HIGH),
-            frame(
-                error,
-                end,
-                top + _TOP + _HIGH + _GAP,
-                _LOW,
-                label="error [rad; m]",
-                colour_of_label=_ERROR,
-                below="time [s]",
-            ),
-        ]
-    )
+def svg_text(figure: Figure) -> str:
+    """A figure as the text of an SVG file, the same for the same figure."""
+    import matplotlib as mpl
 
-
-def _stairs(time: Array, values: Array) -> tuple[Array, Array]:
-    """A value is in force until the next: points of the stairs."""
-    return np.repeat(time, 2)[1:], np.repeat(values, 2)[:-1]
+    text = StringIO()
+    with mpl.rc_context({"svg.hashsalt": "cellwright", "svg.fonttype": "none"}), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph ")  # a joint's name may have signs that the font has not
+        figure.savefig(text, format="svg", metadata={"Date": None})
+    return text.getvalue()

@@ -11,11 +11,26 @@ from typing import Any, TypeAlias
 
 from cellwright.clients.client.session import Session
 from cellwright.config.robot.model import Limits, RobotModel
-from cellwright.middleware.messages.conversions import header, joint_state, nanoseconds, pose_from_message, pose_message
+from cellwright.middleware.messages import message_type
+from cellwright.middleware.messages.conversions import (
+    floats,
+    header,
+    joint_state,
+    nanoseconds,
+    pose_from_message,
+    pose_message,
+)
 from cellwright.middleware.messages.standard import Bool, PoseArray
 from cellwright.middleware.messages.std_srvs import SetBoolRequest, TriggerRequest
 from cellwright.util.errors import CellwrightError, RunEndedError, UnknownNameError, UsageError
 from cellwright.util.pose import Pose
+
+JOINT_STATES = "/io_teleop/joint_states"
+JOINT_COMMAND = "/io_teleop/joint_cmd"
+GRIPPER_COMMAND = "/io_teleop/target_gripper_status"
+TIP_COMMAND = "/io_teleop/target_ee_poses"
+BASE_COMMAND = "/io_teleop/target_base_move"
+EMERGENCY_STOP = "/io_teleop/emergency_stop"
 
 _LIMIT_SLACK = 2e-3  # [rad; m] that a joint that was measured at its limit may lie outside; the node cuts it off
 
@@ -75,9 +90,10 @@ class JointLimits:
 
 @dataclass(frozen=True, slots=True)
 class MoveJoints:
-    """Joints are to go to positions [rad; m]."""
+    """Joints are to go to positions [rad; m]; `topic` takes commands of joints."""
 
     targets: Mapping[str, float]
+    topic: str = JOINT_COMMAND
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,11 +136,22 @@ class Now(Enum):
 Order: TypeAlias = MoveJoints | MoveTips | MoveGrippers | Ask | Now
 
 
-JOINT_STATES = "/io_teleop/joint_states"
-JOINT_COMMAND = "/io_teleop/joint_cmd"
-GRIPPER_COMMAND = "/io_teleop/target_gripper_status"
-TIP_COMMAND = "/io_teleop/target_ee_poses"
-EMERGENCY_STOP = "/io_teleop/emergency_stop"
+def command_message(order: MoveJoints | MoveTips | MoveGrippers | MoveBase | Now, time: int) -> tuple[str, Any]:
+    """The topic that an order goes to, and its message, stamped with `time` [ns] of the node's clock."""
+    match order:
+        case MoveJoints():
+            return order.topic, joint_state(list(order.targets), list(order.targets.values()), time=time)
+        case MoveTips():
+            return TIP_COMMAND, PoseArray(header(time=time), [pose_message(tip) for tip in order.tips])
+        case MoveGrippers():
+            names = [f"gripper_{number}" for number in range(len(order.closed))]
+            return GRIPPER_COMMAND, joint_state(names, list(order.closed), time=time)
+        case MoveBase():
+            array, layout = (message_type(f"std_msgs/{name}") for name in ("Float64MultiArray", "MultiArrayLayout"))
+            return BASE_COMMAND, array(layout=layout(dim=[], data_offset=0), data=floats(order.numbers))  # type: ignore[call-arg]
+        case Now():
+            return EMERGENCY_STOP, Bool(True)
+
 
 FIRST_STATES_TIMEOUT = 5.0
 """So long [s] the first joint states are waited for."""
@@ -244,27 +271,9 @@ class OperatedRobot:
 
     # ---------------------------------------------------------------- what it is told
 
-    def send_joints(self, targets: Mapping[str, float], topic: str = JOINT_COMMAND) -> None:
-        """Have some joints go to positions [rad; m]."""
-        self._publish(topic, joint_state(list(targets), list(targets.values()), time=self._now()))
-
-    def send_grippers(self, closed: Iterable[float]) -> None:
-        """Say how far each gripper is to be closed, 0 to 1: right, left."""
-        values = list(closed)
-        names = [f"gripper_{number}" for number in range(len(values))]
-        self._publish(GRIPPER_COMMAND, joint_state(names, values, time=self._now()))
-
-    def send_tips(self, tips: Iterable[Pose]) -> None:
-        """Say where the tip of each arm is to go, base_T_tip: right, left."""
-        message = PoseArray(header(time=self._now()), [pose_message(tip) for tip in tips])
-        self._publish(TIP_COMMAND, message)
-
-    def stop(self) -> None:
-        """Have the node hold the robot at once, and take no command until that is cleared."""
-        self._publish(EMERGENCY_STOP, Bool(True))
-
-    def _publish(self, topic: str, message: Any) -> None:
-        self.session.publish(topic, message)
+    def send(self, order: MoveJoints | MoveTips | MoveGrippers | MoveBase | Now) -> None:
+        """Send a command; after an emergency stop the node takes no others until that is cleared."""
+        self.session.publish(*command_message(order, self._now()))
         self.sent += 1
 
     def _now(self) -> int:

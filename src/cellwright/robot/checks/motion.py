@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from fractions import Fraction
 from typing import NamedTuple
 
 import mujoco
@@ -21,8 +20,8 @@ from cellwright.config.robot.model import Joint
 from cellwright.robot.checks.reference import compare, find_reference, read_reference
 from cellwright.robot.checks.rig import Finding, MotionReport, Rig
 from cellwright.robot.commander import HOMING_TIMEOUT
-from cellwright.robot.model import TIMESTEP
-from cellwright.robot.servos import Array, Motion, fastest
+from cellwright.robot.node import RobotNode
+from cellwright.robot.servos import Array, fastest
 
 INERTIA_SHARE = 0.7
 """Share of the efforts that inertia may take; the rest is for the forces that come with speed."""
@@ -36,30 +35,30 @@ _MIN_ACCELERATION = 1e-3  # [rad/s^2; m/s^2]; what is proposed for a joint that 
 _DIGITS = 2  # of a figure that is proposed
 
 
-def bearable_accelerations(rig: Rig, config: RobotConfig) -> dict[str, float]:
+def bearable_accelerations(rig: Rig) -> dict[str, float]:
     """Accelerations of the driven joints at which no drive reaches its limit of effort [rad/s^2; m/s^2], by joint.
 
     What one joint may do alone is effort over inertia: of its own drive, and of all that have to hold against it; the
     least of some postures. All are then lowered until each drive bears all joints at once, whose efforts add up as
     independent ones do, by their squares: they seldom all pull the same way.
     """
-    inertias = np.abs(_inertias(rig, config))
-    limits = [joint.limits.effort for joint in config.robot.driven]
+    inertias = np.abs(_inertias(rig))
+    limits = [joint.limits.effort for joint in rig.config.robot.driven]
     efforts = INERTIA_SHARE * np.array([limit if limit > 0.0 else math.inf for limit in limits])
     with np.errstate(divide="ignore"):
         alone = (efforts[:, None] / inertias).min(axis=(0, 1))
-    alone = np.minimum(alone, np.array([fastest(joint) for joint in config.robot.driven]) / RAMP)
+    alone = np.minimum(alone, np.array([fastest(joint) for joint in rig.config.robot.driven]) / RAMP)
     loads = (np.sqrt(((inertias * alone) ** 2).sum(axis=2)) / efforts).max(axis=0)
     shared = np.where(inertias.max(axis=0) > 0.0, np.maximum(loads, 1.0)[:, None], 1.0).max(axis=0)
     found: Array = alone / shared
-    return {joint.name: value for joint, value in zip(config.robot.driven, found.tolist(), strict=True)}
+    return {joint.name: value for joint, value in zip(rig.config.robot.driven, found.tolist(), strict=True)}
 
 
-def _inertias(rig: Rig, config: RobotConfig) -> Array:
+def _inertias(rig: Rig) -> Array:
     """The inertia that each drive feels of each joint's acceleration, in some postures (postures, drives, joints)."""
     rig.begin()
     model, first = rig.node.simulation.model, rig.node.simulation.data.qpos.copy()
-    joints = config.robot.driven
+    joints = rig.config.robot.driven
     places = np.array([model.joint(joint.name).qposadr[0] for joint in joints])
     dofs = np.array([model.joint(joint.name).dofadr[0] for joint in joints])
     lower = np.array([max(joint.limits.lower, -_WIDEST) for joint in joints])
@@ -77,15 +76,15 @@ def _inertias(rig: Rig, config: RobotConfig) -> Array:
     return found
 
 
-def propose_accelerations(rig: Rig, config: RobotConfig, joints: Sequence[str]) -> str:
+def propose_accelerations(rig: Rig, joints: Sequence[str]) -> str:
     """Entries to write for the groups of some joints, or a figure for each joint that is in no group."""
-    known = bearable_accelerations(rig, config)
+    known = bearable_accelerations(rig)
     entries = [
-        f"{key}.max_acceleration: {_listed(config, key, members, known)}"
-        for key, members, _ in groups(config)
+        f"{key}.max_acceleration: {_listed(rig.config, key, members, known)}"
+        for key, members, _ in groups(rig.config)
         if set(members) & set(joints)
     ]
-    grouped = {name for _, members, _ in groups(config) for name in members}
+    grouped = {name for _, members, _ in groups(rig.config) for name in members}
     alone = [f"{name} {_figure(known[name])}" for name in joints if name not in grouped]
     if alone:
         entries.append(f"max_acceleration of a group with {', '.join(alone)}")
@@ -168,12 +167,12 @@ class Response(NamedTuple):
     who: str
 
 
-def check_joints(rig: Rig, config: RobotConfig) -> Iterator[Finding]:
+def check_joints(rig: Rig) -> Iterator[Finding]:
     """Hold still, then move every driven joint there, one after another; a finding for each joint that does not."""
     rig.begin()
     begin = rig.positions
     _, positions = rig.run(0.5)
-    wanted = tuple(joint.name for joint in config.robot.movable)
+    wanted = tuple(joint.name for joint in rig.config.robot.movable)
     yield Finding(f"order of {len(wanted)} joint states", 0, 0, "differ", "", rig.joint_states == wanted)
     if not rig.numbers:
         return
@@ -188,22 +187,22 @@ def check_joints(rig: Rig, config: RobotConfig) -> Iterator[Finding]:
         names[worst],
         bool(drift[worst] <= DRIFT),
     )
-    yield from _steps(rig, config)
-    for number in range(len(config.grippers)):
-        yield _check_gripper(rig, config, number)
-    if config.home:
-        yield _check_homing(rig, config)
+    yield from _steps(rig)
+    for number in range(len(rig.config.grippers)):
+        yield _check_gripper(rig, number)
+    if rig.config.home:
+        yield _check_homing(rig)
 
 
-def _steps(rig: Rig, config: RobotConfig) -> Iterator[Finding]:
+def _steps(rig: Rig) -> Iterator[Finding]:
     """Move each joint by itself; a finding for each that does not come, and the farthest of all, these included."""
     late, beyond, stray = Worst(SETTLING_TIMEOUT), Worst(OVERSHOOT), Worst(STRAY)
-    for joint in config.robot.driven:
+    for joint in rig.config.robot.driven:
         if joint.mimic is not None:
             continue
         why = _cannot(joint)
         if not why:
-            response = _step_joint(rig, joint, config)
+            response = _step_joint(rig, joint)
             beyond.look(joint.name, response.beyond)
             stray.look(joint.name, response.stray, response.who)
             if math.isfinite(response.late):
@@ -216,7 +215,7 @@ def _steps(rig: Rig, config: RobotConfig) -> Iterator[Finding]:
     if not beyond.count:
         return
     to_blame = tuple(dict.fromkeys((*beyond.beyond, *stray.beyond)))
-    remedy = propose_accelerations(rig, config, to_blame) if to_blame else ""
+    remedy = propose_accelerations(rig, to_blame) if to_blame else ""
     yield Finding(
         "the farthest goes beyond",
         100 * beyond.value,
@@ -248,15 +247,15 @@ def _cannot(joint: Joint) -> str:
     return ""
 
 
-def _step_joint(rig: Rig, joint: Joint, config: RobotConfig) -> Response:
+def _step_joint(rig: Rig, joint: Joint) -> Response:
     """Step a joint, and look at it and at all others."""
     rig.begin()
     number, limits = rig.numbers[joint.name], joint.limits
     begin = rig.positions
-    others = np.array([each != joint.name and config.robot.joint(each).mimic is None for each in rig.numbers])
+    others = np.array([each != joint.name and rig.config.robot.joint(each).mimic is None for each in rig.numbers])
     start = float(begin[number])
     target = _aside(joint, start)
-    least = _least_time(abs(target - start), limits.velocity, config.max_accelerations.get(joint.name, math.inf))
+    least = _least_time(abs(target - start), limits.velocity, rig.config.max_accelerations.get(joint.name, math.inf))
     rig.send({joint.name: target})
     settled, beyond, since = math.inf, 0.0, 0.0
     away = np.zeros(len(begin))
@@ -285,14 +284,14 @@ def _least_time(way: float, speed: float, acceleration: float) -> float:
     return 2 * ramp + (way - acceleration * ramp * ramp) / min(speed, acceleration * ramp)
 
 
-def _check_gripper(rig: Rig, config: RobotConfig, number: int) -> Finding:
+def _check_gripper(rig: Rig, number: int) -> Finding:
     """Close a gripper, and see how far it comes."""
-    gripper = config.grippers[number]
-    named = [config.robot.joint(name) for name in gripper.joints]
+    gripper = rig.config.grippers[number]
+    named = [rig.config.robot.joint(name) for name in gripper.joints]
     joints = [joint for joint in named if joint.mimic is None]  # others may go to the other ends of their ways
     ways = [joint.limits.upper - joint.limits.lower for joint in joints]
     rig.begin()
-    rig.send_grippers([float(each == number) for each in range(len(config.grippers))])
+    rig.send_grippers([float(each == number) for each in range(len(rig.config.grippers))])
     longest = max((way / joint.limits.velocity for way, joint in zip(ways, joints, strict=True)), default=0.0)
     _, positions = rig.run(min(longest, _MAX_GRIPPER_TIME) + SETTLING_TIMEOUT)
     short = [
@@ -305,10 +304,10 @@ def _check_gripper(rig: Rig, config: RobotConfig, number: int) -> Finding:
     return Finding(what, figure, 100 * SETTLED, "% short", joints[worst].name, short[worst] <= SETTLED)
 
 
-def _check_homing(rig: Rig, config: RobotConfig) -> Finding:
+def _check_homing(rig: Rig) -> Finding:
     """Go home from elsewhere."""
     rig.begin()
-    rig.send({name: _aside(config.robot.joint(name), value) for name, value in config.home.items()})
+    rig.send({name: _aside(rig.config.robot.joint(name), value) for name, value in rig.config.home.items()})
     rig.run(1.0)
     took, why_not = rig.reset()
     return Finding("goes home on a reset", took, HOMING_TIMEOUT, "s", why_not, not why_not)
@@ -322,38 +321,22 @@ def _aside(joint: Joint, position: float) -> float:
     return position + way if position + way <= limits.upper else position - way
 
 
-def check_motion(
-    config: RobotConfig,
-    motion: Motion = Motion.SERVO,
-    *,
-    timestep: Fraction = TIMESTEP,
-    self_collision: bool = False,
-    tell: Callable[[Finding], None] = lambda _finding: None,
-) -> MotionReport:
+def check_motion(node: RobotNode, on_finding: Callable[[Finding], None] = lambda _finding: None) -> MotionReport:
     """Move a robot in its node as a client would, and look at what it does.
 
     A robot with a recorded motion beside its configuration is compared with that. Of any other one each joint is moved
     by itself, from where the robot is put up.
 
     Args:
-        config: the robot.
-        motion: how targets are reached.
-        timestep: length of a step [s]; what was recorded was so with the default one.
-        self_collision: whether links may touch each other.
-        tell: told each finding as it is made.
+        node: the robot's; what was recorded was so with the default timestep.
+        on_finding: called with each finding as it is made.
 
     Raises:
         UsageError: the recorded motion cannot be read.
     """
-    path = find_reference(config)
-    reference = None if path is None else read_reference(path)
-    rig = Rig(config, motion, timestep=timestep, self_collision=self_collision)
+    rig, path = Rig(node), find_reference(node.config)
     found: list[Finding] = []
-    try:
-        looks: Iterator[Finding] = check_joints(rig, config) if reference is None else compare(rig, config, reference)
-        for finding in looks:
-            found.append(finding)
-            tell(finding)
-    finally:
-        rig.close()
-    return MotionReport(config.name, "" if path is None else str(path), tuple(found))
+    for finding in check_joints(rig) if path is None else compare(rig, read_reference(path)):
+        found.append(finding)
+        on_finding(finding)
+    return MotionReport(node.config.name, "" if path is None else str(path), tuple(found))

@@ -187,16 +187,16 @@ _TICK = 1e-3  # [s], how finely times are told
 _CLOSED = 2.0  # [s] within which a gripper of any speed of the recording has closed
 
 
-def compare(rig: Rig, config: RobotConfig, reference: ReferenceMotion) -> Iterator[Finding]:
+def compare(rig: Rig, reference: ReferenceMotion) -> Iterator[Finding]:
     """All comparisons, one after another; the robot moves for it."""
     rig.begin()
     rig.run(0.1)
     yield _order(rig, reference)
     for hand in reference.hands:
         yield from _hand(rig, hand)
-    yield from _mappings(rig, config, reference)
+    yield from _mappings(rig, reference)
     for closing in reference.closings:
-        yield _closing(rig, config, closing)
+        yield _closing(rig, closing)
     for step in reference.steps:
         yield _step(rig, step)
     for sine in reference.sines:
@@ -215,7 +215,7 @@ def _order(rig: Rig, reference: ReferenceMotion) -> Finding:
 
 
 def _hand(rig: Rig, hand: Hand) -> Iterator[Finding]:
-    if hand.link not in rig.node.config.robot.links:
+    if hand.link not in rig.config.robot.links:
         yield Finding(
             f"{hand.link} at home", math.inf, 1e3 * HAND_POSITION, "mm", "there is no such link", passed=False
         )
@@ -226,38 +226,38 @@ def _hand(rig: Rig, hand: Hand) -> Iterator[Finding]:
     yield Finding(f"{hand.link} at home", 1e3 * turned, 1e3 * HAND_ANGLE, "mrad", "", turned <= HAND_ANGLE)
 
 
-def _mappings(rig: Rig, config: RobotConfig, reference: ReferenceMotion) -> Iterator[Finding]:
+def _mappings(rig: Rig, reference: ReferenceMotion) -> Iterator[Finding]:
     """Each gripper goes to each status; its joints are looked at when they stand."""
     for gripper, names in enumerate(reference.gripper_joints):
         known = [mapping for mapping in reference.mappings if mapping.gripper == gripper]
         if not known:
             continue
         what = f"{_side(gripper)}, joints for {len(known)} statuses"
-        if gripper >= len(config.grippers) or config.grippers[gripper].joints != names:
+        if gripper >= len(rig.config.grippers) or rig.config.grippers[gripper].joints != names:
             yield Finding(what, math.inf, 1e3 * GRIPPER_JOINT, "mrad", "it has other joints", passed=False)
             continue
-        worst, where = max((_mapping(rig, config, mapping, names) for mapping in known), key=lambda found: found[0])
+        worst, where = max((_mapping(rig, mapping, names) for mapping in known), key=lambda found: found[0])
         yield Finding(what, 1e3 * worst, 1e3 * GRIPPER_JOINT, "mrad", where, worst <= GRIPPER_JOINT)
 
 
-def _mapping(rig: Rig, config: RobotConfig, mapping: GripperMapping, names: tuple[str, ...]) -> tuple[float, str]:
+def _mapping(rig: Rig, mapping: GripperMapping, names: tuple[str, ...]) -> tuple[float, str]:
     rig.begin()
-    _command_gripper(rig, config, mapping.gripper, mapping.status)
+    _command_gripper(rig, mapping.gripper, mapping.status)
     _, positions = rig.run(_CLOSED)
     off = np.abs(positions[-1][[rig.numbers[name] for name in names]] - mapping.positions)
     return float(off.max()), f"{names[int(off.argmax())]} at {mapping.status:g}"
 
 
-def _closing(rig: Rig, config: RobotConfig, closing: Closing) -> Finding:
+def _closing(rig: Rig, closing: Closing) -> Finding:
     rig.begin()
     what = f"{_side(closing.gripper)}, to {closing.status:g}"
-    if closing.gripper >= len(config.grippers):
+    if closing.gripper >= len(rig.config.grippers):
         return Finding(what, math.inf, 100 * GRIPPER, "%", "there is no such gripper", passed=False)
-    gripper = config.grippers[closing.gripper]
+    gripper = rig.config.grippers[closing.gripper]
     chosen = [rig.numbers[name] for name in gripper.joints]
-    ways = np.array([gripper.way(config.robot.joint(name)) for name in gripper.joints])
+    ways = np.array([gripper.way(rig.config.robot.joint(name)) for name in gripper.joints])
     begin, way = ways[:, 0], ways[:, 1] - ways[:, 0]
-    _command_gripper(rig, config, closing.gripper, closing.status)
+    _command_gripper(rig, closing.gripper, closing.status)
     times, positions = rig.run(float(closing.times[-1]))
     statuses = ((positions[:, chosen] - begin) * np.sign(way)).sum(axis=1) / np.abs(way).sum()
     off = np.abs(np.interp(closing.times, times, statuses) - closing.statuses)
@@ -325,8 +325,8 @@ def _shift(times: Array, found: Array, time: float, value: float) -> float:
     return math.inf
 
 
-def _command_gripper(rig: Rig, config: RobotConfig, gripper: int, status: float) -> None:
-    rig.send_grippers([status if number == gripper else 0.0 for number in range(len(config.grippers))])
+def _command_gripper(rig: Rig, gripper: int, status: float) -> None:
+    rig.send_grippers([status if number == gripper else 0.0 for number in range(len(rig.config.grippers))])
 
 
 def _angle(one: Pose, other: Pose) -> float:

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
-from cellwright.config.robot.config import RobotConfig
 from cellwright.middleware.bus import Later
 from cellwright.middleware.messages.conversions import joint_state
 from cellwright.middleware.messages.std_srvs import TriggerRequest
-from cellwright.robot.model import TIMESTEP, body_of
+from cellwright.robot.model import body_of
 from cellwright.robot.node import RobotNode
-from cellwright.robot.servos import Array, Motion
+from cellwright.robot.servos import Array
 from cellwright.util.pose import Pose
 
 
@@ -70,25 +68,18 @@ NODE = "/motion_check"
 class Rig:
     """A node that is driven step by step.
 
-    Args:
-        config: the robot.
-        motion: how targets are reached.
+    Attributes:
+        node: the node.
+        config: its robot.
+        numbers: number of each joint, by name.
+        joint_states: names of the joint states, as last heard.
         timestep: length of a step [s].
-        self_collision: whether links may touch each other.
     """
 
-    def __init__(
-        self,
-        config: RobotConfig,
-        motion: Motion = Motion.SERVO,
-        *,
-        timestep: Fraction = TIMESTEP,
-        self_collision: bool = False,
-    ) -> None:
-        self.node = RobotNode(config, motion=motion, timestep=timestep, self_collision=self_collision)
+    def __init__(self, node: RobotNode) -> None:
+        self.node, self.config = node, node.config
         self.numbers = {name: number for number, name in enumerate(self.node.driver.joints)}
         self.joint_states: tuple[str, ...] = ()
-        """Names of the joint states, as last heard."""
         self.node.bus.subscribe("/io_teleop/joint_states", self._hear, node=NODE)
         self.timestep = float(self.node.simulation.clock.timestep)
 
@@ -141,10 +132,6 @@ class Rig:
         body = self.node.simulation.data.body(body_of(name))
         (x, y, z), (w, i, j, k) = body.xpos.tolist(), body.xquat.tolist()
         return Pose((x, y, z), (w, i, j, k))
-
-    def close(self) -> None:
-        """Let go of the node."""
-        self.node.close()
 
     def _publish(self, topic: str, names: Sequence[str], positions: Sequence[float]) -> None:
         self.node.bus.publish(topic, joint_state(names, positions, time=self.node.simulation.now), node=NODE)

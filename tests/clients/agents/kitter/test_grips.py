@@ -7,14 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cellwright.clients.agents.kitter.part_figures import Catalogue
-from cellwright.clients.agents.kitter.pick_and_place import (
-    STATIONS,
-    TRAY_PLATE_HEIGHT,
-    Held,
-    grip_pose,
-    pose_on_tray,
-    release_pose,
-)
+from cellwright.clients.agents.kitter.perception import TRAY_SURFACE
+from cellwright.clients.agents.kitter.pick_and_place import STATIONS, Held, grip_pose, pose_on_tray, release_pose
 from cellwright.motion import face
 from cellwright.util.pose import Pose
 
@@ -58,5 +52,5 @@ def test_a_part_that_hangs_askew_is_put_down_with_the_cup_level() -> None:
 def test_places_on_the_trays(number: int, x: float, y: float, yaw: float) -> None:
     pose = pose_on_tray(STATIONS[number], KINDS.figures("gear_part"), flat(0.1, -0.2, 0.0, 0.3))
     assert pose.position[:2] == pytest.approx((x, y), abs=1e-3)
-    assert pose.position[2] == pytest.approx(TRAY_PLATE_HEIGHT, abs=0.006)
+    assert pose.position[2] == pytest.approx(TRAY_SURFACE, abs=0.006)
     assert math.remainder(pose.yaw - yaw, 2 * math.pi) == pytest.approx(0.0, abs=1e-3)

@@ -7,7 +7,8 @@ import pytest
 
 from cellwright.cell.model.parts import PART_TYPES as BUILT
 from cellwright.cell.model.parts import part_type
-from cellwright.clients.agents.kitter.part_figures import PART_TYPES, Catalogue, Disc, box_outline
+from cellwright.clients.agents.kitter.part_figures import Catalogue, Disc, box_outline
+from cellwright.config.layout import PART_TYPES
 from cellwright.engine.shapes import bounds
 from cellwright.util.errors import UnknownNameError
 from cellwright.util.pose import Pose

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from cellwright.clients.operators.robot import MoveBase
+from cellwright.clients.operators.robot import MoveBase, command_message
 from cellwright.middleware.messages.conversions import floats
 from cellwright.robot.base import MODE, Mode
 from cellwright.robot.node import RobotNode
@@ -17,7 +17,6 @@ from cellwright.viewer.web.operator.moves import (
     base_command,
     base_directions,
 )
-from cellwright.viewer.web.operator.worker import command_message
 from tests.robot.robots import two_arms
 
 

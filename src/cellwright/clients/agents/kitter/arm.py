@@ -30,47 +30,7 @@ from cellwright.motion import Joints, forward
 from cellwright.util.errors import UsageError
 from cellwright.util.pose import Pose
 
-JOINT_STATES_TIMEOUT = 1.0
-
-
-class JointWatch:
-    """Reads joint states when they are asked for; most come and go unread.
-
-    Args:
-        client: whose arm.
-
-    Raises:
-        UsageError: the arm says nothing for a second.
-    """
-
-    def __init__(self, client: Client) -> None:
-        self._states = client.joint_states
-        if self._states.wait_for_next(JOINT_STATES_TIMEOUT) is None:
-            raise UsageError("the arm does not tell where its joints are: nothing on /ariac/joint_states")
-        self._read = 0
-        self._positions = Joints(*(0.0,) * 7)
-
-    @property
-    def positions(self) -> Joints:
-        """Positions [m for the rail; rad]."""
-        if self._read != self._states.count:
-            self._read = self._states.count
-            message = self._states.message
-            positions = dict(zip(message.name, message.position.tolist(), strict=True))
-            self._positions = Joints(*(positions[name] for name in ARM_JOINTS))
-        return self._positions
-
-    @property
-    def time(self) -> float:
-        """When they were there [s]."""
-        stamp = self._states.message.header.stamp
-        return float((stamp.sec * NANOSECONDS + stamp.nanosec) / NANOSECONDS)
-
-    @property
-    def tool(self) -> Pose:
-        """world_T_gripper then."""
-        return forward(self.positions)
-
+JOINT_STATES_TIMEOUT = 1.0  # [s]
 
 log = logging.getLogger(__name__)
 
@@ -105,31 +65,41 @@ class Arm:
         client: whose arm.
 
     Raises:
-        UsageError: there is none.
+        UsageError: there is none: nothing says for a second where its joints are.
     """
 
     def __init__(self, client: Client) -> None:
         self._client = client
-        self._joints = JointWatch(client)
-        self._commanded = list(self._joints.positions)
+        self._states = client.joint_states
+        if self._states.wait_for_next(JOINT_STATES_TIMEOUT) is None:
+            raise UsageError("the arm does not tell where its joints are: nothing on /ariac/joint_states")
+        self._commanded = list(self.joints)
         self._extra = 0.0
 
     # ---------------------------------------------------------------- where it is
 
     @property
+    def joints(self) -> Joints:
+        """Positions by the last joint states [m for the rail; rad]."""
+        message = self._states.message
+        positions = dict(zip(message.name, message.position.tolist(), strict=True))
+        return Joints(*(positions[name] for name in ARM_JOINTS))
+
+    @property
     def tool(self) -> Pose:
         """world_T_gripper, by the last joint states."""
-        return self._joints.tool
+        return forward(self.joints)
 
     @property
     def tool_time(self) -> float:
         """When that was [s]."""
-        return self._joints.time
+        stamp = self._states.message.header.stamp
+        return float((stamp.sec * NANOSECONDS + stamp.nanosec) / NANOSECONDS)
 
     @property
     def rail(self) -> float:
         """Where the rail stands [m]."""
-        return self._joints.positions.rail
+        return self.joints.rail
 
     @property
     def safe(self) -> float:
@@ -175,7 +145,7 @@ class Arm:
             joints = near_posture(goal, self._commanded[RAIL], self._commanded)
             if joints is None:
                 return False
-            off = [want - have for want, have in zip(joints, self._joints.positions, strict=True)]
+            off = [want - have for want, have in zip(joints, self.joints, strict=True)]
             if math.dist(self.tool.position, goal.position) < 0.001 and max(map(abs, off[1:])) < 0.005:
                 return True
             sags = (max(-MOST_SAG, min(MOST_SAG, each)) for each in self._sags())
@@ -205,7 +175,7 @@ class Arm:
 
         What the joints are off now is taken to be what they will be off on the way.
         """
-        sags, near, rail = self._sags(), self._joints.positions, self._commanded[RAIL]
+        sags, near, rail = self._sags(), self.joints, self._commanded[RAIL]
         points, times = [], []
         for time, pose in way:
             joints = near_posture(pose, rail, near)
@@ -238,7 +208,7 @@ class Arm:
 
     def _sags(self) -> list[float]:
         """By how much each joint stands short of what it was sent to [m; rad]; the rail does not."""
-        return [0.0, *(sent - have for sent, have in zip(self._commanded[1:], self._joints.positions[1:], strict=True))]
+        return [0.0, *(sent - have for sent, have in zip(self._commanded[1:], self.joints[1:], strict=True))]
 
     def _move(self, joints: Sequence[float]) -> None:
         """Go to joint positions on the straight way in joint space, and wait until there."""

@@ -12,6 +12,8 @@ from cellwright.clients.agents.kitter.perception import (
     BELT,
     BIN_SURFACE,
     IMAGES,
+    TRAY_HALF_X,
+    TRAY_HALF_Y,
     TRAY_SURFACE,
     Area,
     BeltWatch,
@@ -144,7 +146,7 @@ class CellView:
         for name, world_T_camera in sensors.cameras.items():
             camera = Camera(client, name, world_T_camera, catalogue)
             if belt_types and camera.may_see(BELT):
-                camera = Camera(client, name, world_T_camera, catalogue, self.belt.take_image)
+                camera.on_image = self.belt.take_image
                 camera.listen()
                 self._watching.add(name)
             self._cameras.append(camera)
@@ -175,7 +177,7 @@ class CellView:
     def parts_on_tray(self, world_T_tray: Pose) -> list[Sighting]:
         """The parts that lay on a tray at the last look, as far as cameras saw them."""
         x0, y0, _ = world_T_tray.position
-        return self._lying(TRAY_SURFACE, lambda x, y: abs(x - x0) < 0.25 and abs(y - y0) < 0.35)
+        return self._lying(TRAY_SURFACE, lambda x, y: abs(x - x0) < TRAY_HALF_X and abs(y - y0) < TRAY_HALF_Y)
 
     def sees(self, pose: Pose) -> bool:
         """Whether a place is well inside the view of a camera."""

@@ -10,15 +10,12 @@ from enum import Enum, auto
 
 from cellwright.clients.agents.kitter.cell_view import CellView
 from cellwright.clients.agents.kitter.part_figures import Catalogue, Disc, PartFigures
-from cellwright.clients.agents.kitter.perception import Sighting
+from cellwright.clients.agents.kitter.perception import TRAY_HALF_X, TRAY_HALF_Y, Sighting
 from cellwright.clients.agents.kitter.pick_and_place import STATIONS, Station, pose_on_tray
 from cellwright.clients.client import Client
 from cellwright.middleware.messages.conversions import pose_from_message
 from cellwright.middleware.messages.osrf_gear import KitObject
 from cellwright.util.pose import Pose
-
-TRAY_HALF_X, TRAY_HALF_Y = 0.25, 0.35
-"""The tray's rims stand at these distances from its middle [m]."""
 
 RIM_GAP = 0.012
 """How far from a rim a part is put down that could not go where it was ordered [m]."""

@@ -91,9 +91,6 @@ _PARTS = {
     "part4": PartFigures((0.0, 0.0), 0.005, box_outline(0.09, 0.06), 0.0052),
 }
 
-PART_TYPES = frozenset(_PARTS)
-"""The part types of 2017."""
-
 TALLEST = 0.2
 """How far [m] a part may hang below the cup. The tallest that was tried, 0.21 m, cleared rail and rims."""
 
@@ -171,25 +168,27 @@ class Catalogue:
         return frame_T_part if turn is None else frame_T_part @ turn
 
     def _choose_top(self, name: str, number: int) -> None:
-        mass, top = self._own[name]["mass"], self._own[name]["tops"][number]
-        values = {"mass": mass, **top}
+        top = self._own[name]["tops"][number]
         self._turns[name] = _turn(top)
         self._known.pop(name, None)
         self._refused.pop(name, None)
-        if reason := why_not(values):
-            self._refused[name] = reason
+        found = figures_of({"mass": self._own[name]["mass"], **top})
+        if isinstance(found, str):
+            self._refused[name] = found
         else:
-            self._known[name] = figures_of(values)
+            self._known[name] = found
 
 
-def why_not(values: Mapping[str, Any]) -> str:
-    """Why the agent can't handle a type of the trial's own with one of its sides up; empty if it can.
+def figures_of(values: Mapping[str, Any]) -> PartFigures | str:
+    """The figures of a type of the trial's own with one of its sides up, or why the agent can't handle it.
 
     Args:
         values: what `Client.part_types` tells of that top, and the mass.
     """
     mass, spots = values["mass"], values["spots"]
     wide = [spot for spot in spots if spot["radius"] >= LEAST_SPOT]
+    aside = [math.dist(spot["position"][:2], values["centre_of_mass"][:2]) for spot in wide]  # [m]
+    usable = [spot for spot, away in zip(wide, aside, strict=True) if away * mass <= LARGEST_MOMENT]
     if not spots:
         return "it has no flat top that the cup could stand on"
     if not wide:
@@ -197,19 +196,12 @@ def why_not(values: Mapping[str, Any]) -> str:
         return f"its flat top is too small: a disc of {widest * 1e3:.0f} mm radius, {LEAST_SPOT * 1e3:g} mm are needed"
     if mass > HEAVIEST:
         return f"it is too heavy: {mass:g} kg, the arm carries {HEAVIEST:g} kg"
-    if not (usable := _usable(values)):
-        aside = min(_aside(spot, values) for spot in wide)
-        return f"it would turn the wrist: its flat top is {aside * 1e3:.0f} mm beside its centre of mass"
-    height = usable[0]["position"][2] - values["lower"][2]
-    if height > TALLEST:
-        return f"it is too tall: {height * 1e3:.0f} mm below the cup, {TALLEST * 1e3:g} mm can be carried"
-    return ""
-
-
-def figures_of(values: Mapping[str, Any]) -> PartFigures:
-    """The figures of a type of the trial's own that can be handled; see `why_not`."""
-    x, y, top = _usable(values)[0]["position"]
+    if not usable:
+        return f"it would turn the wrist: its flat top is {min(aside) * 1e3:.0f} mm beside its centre of mass"
+    x, y, top = usable[0]["position"]
     (x0, y0, bottom), (x1, y1, _) = values["lower"], values["upper"]
+    if top - bottom > TALLEST:
+        return f"it is too tall: {(top - bottom) * 1e3:.0f} mm below the cup, {TALLEST * 1e3:g} mm can be carried"
     middle_x, middle_y = (x0 + x1) / 2, (y0 + y1) / 2
     disc = (Disc(middle_x, middle_y, values["radius"]),)
     row = box_outline(x1 - x0, y1 - y0, middle_x, middle_y)
@@ -221,14 +213,3 @@ def _turn(top: Mapping[str, Any]) -> Pose:
     """part_T_top."""
     w, x, y, z = top["turn"]
     return Pose((0.0, 0.0, 0.0), (w, x, y, z))
-
-
-def _usable(values: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """The spots that are large enough, and near enough to the centre of mass; the best first."""
-    wide = [spot for spot in values["spots"] if spot["radius"] >= LEAST_SPOT]
-    return [spot for spot in wide if _aside(spot, values) * values["mass"] <= LARGEST_MOMENT]
-
-
-def _aside(spot: Mapping[str, Any], values: Mapping[str, Any]) -> float:
-    """How far [m] a spot is beside the centre of mass."""
-    return math.dist(spot["position"][:2], values["centre_of_mass"][:2])

@@ -20,6 +20,9 @@ BIN_SURFACE = 0.725
 TRAY_SURFACE = 0.755
 """Height [m] of the surface of a tray's plate."""
 
+TRAY_HALF_X, TRAY_HALF_Y = 0.25, 0.35
+"""The tray's rims stand at these distances from its middle [m]."""
+
 BELT_SURFACE = 0.90691
 """Height [m] of the surface that parts ride on."""
 
@@ -189,17 +192,15 @@ class Images:
         client: whose sensor.
         name: the sensor's name.
         catalogue: the part types that are looked for.
-        on_image: called with each image besides.
     """
 
-    def __init__(
-        self, client: Client, name: str, catalogue: Catalogue, on_image: Callable[[Image], None] | None = None
-    ) -> None:
+    def __init__(self, client: Client, name: str, catalogue: Catalogue) -> None:
         self.name = name
+        self.on_image: Callable[[Image], None] = lambda _image: None
+        """Called with each image."""
         self.newest: deque[Image] = deque(maxlen=IMAGES)
         self._client = client
         self._catalogue = catalogue
-        self._on_image = on_image
         self._since = 0.0
         self._leave: Callable[[], None] | None = None
 
@@ -228,8 +229,7 @@ class Images:
         )
         image = Image(time, parts)
         self.newest.append(image)
-        if self._on_image is not None:
-            self._on_image(image)
+        self.on_image(image)
 
 
 class Camera(Images):
@@ -240,18 +240,10 @@ class Camera(Images):
         name: the sensor's name.
         world_T_camera: where it is.
         catalogue: the part types that are looked for.
-        on_image: called with each image besides.
     """
 
-    def __init__(
-        self,
-        client: Client,
-        name: str,
-        world_T_camera: Pose,
-        catalogue: Catalogue,
-        on_image: Callable[[Image], None] | None = None,
-    ) -> None:
-        super().__init__(client, name, catalogue, on_image)
+    def __init__(self, client: Client, name: str, world_T_camera: Pose, catalogue: Catalogue) -> None:
+        super().__init__(client, name, catalogue)
         self._world_T_camera = world_T_camera
         self._view = view_of(world_T_camera, catalogue.reach)
 

@@ -9,7 +9,14 @@ from dataclasses import dataclass
 from cellwright.clients.agents.kitter.arm import CUP_FACE, Arm
 from cellwright.clients.agents.kitter.motion import FOLLOW_LEAD, FOLLOW_TIME, RAIL_END, SHOULDER_OFFSET, at_height
 from cellwright.clients.agents.kitter.part_figures import Catalogue, PartFigures
-from cellwright.clients.agents.kitter.perception import BELT_SPEED, Area, BeltPart
+from cellwright.clients.agents.kitter.perception import (
+    BELT_SPEED,
+    TRAY_HALF_X,
+    TRAY_HALF_Y,
+    TRAY_SURFACE,
+    Area,
+    BeltPart,
+)
 from cellwright.clients.client import Client
 from cellwright.util.pose import Pose
 
@@ -168,9 +175,6 @@ def grip_pose(kind: PartFigures, world_T_part: Pose, attempt: int, yaw: float) -
     return Pose.from_rpy((x, y, world_T_part.position[2] + kind.top + CUP_FACE), (0.0, 0.0, yaw))
 
 
-TRAY_PLATE_HEIGHT = 0.755
-"""Height [m] of the tray's plate."""
-
 DROP_HEIGHT = 0.004
 """A part is let go this high above the plate [m]."""
 
@@ -196,7 +200,8 @@ class Station:
     def area(self) -> Area:
         """Where parts on the tray are."""
         x, y, _ = self.world_T_tray.position
-        return Area((x - 0.25, y - 0.35, TRAY_PLATE_HEIGHT - 0.02), (x + 0.25, y + 0.35, TRAY_PLATE_HEIGHT + 0.02))
+        low = (x - TRAY_HALF_X, y - TRAY_HALF_Y, TRAY_SURFACE - 0.02)
+        return Area(low, (x + TRAY_HALF_X, y + TRAY_HALF_Y, TRAY_SURFACE + 0.02))
 
 
 STATIONS = {
@@ -270,7 +275,7 @@ def release_pose(held: Held, world_T_part: Pose) -> Pose:
 def pose_on_tray(station: Station, kind: PartFigures, tray_T_part: Pose, drop: float = DROP_HEIGHT) -> Pose:
     """world_T_part of a part that is let go just above the plate, or `drop` [m] above it."""
     x, y, _ = station.world_T_tray.transform(tray_T_part.position)
-    height = TRAY_PLATE_HEIGHT + kind.below + drop
+    height = TRAY_SURFACE + kind.below + drop
     return Pose.from_rpy((x, y, height), (0.0, 0.0, station.world_T_tray.yaw + tray_T_part.yaw))
 
 

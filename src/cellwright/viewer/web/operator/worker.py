@@ -12,22 +12,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from cellwright.clients.operators.robot import (
-    EMERGENCY_STOP,
-    GRIPPER_COMMAND,
-    JOINT_COMMAND,
-    TIP_COMMAND,
-    Ask,
-    MoveBase,
-    MoveGrippers,
-    MoveJoints,
-    MoveTips,
-    Now,
-    service_request,
-)
-from cellwright.middleware.messages import message_type
-from cellwright.middleware.messages.conversions import floats, header, joint_state, pose_message
-from cellwright.middleware.messages.standard import Bool, PoseArray
+from cellwright.clients.operators.robot import Ask, Now, command_message, service_request
 from cellwright.util.errors import CellwrightError
 from cellwright.viewer.services.names import PANEL
 from cellwright.viewer.web.connection import AwayError, Link
@@ -59,26 +44,6 @@ class NodeClock:
         if gone == float("inf"):
             return 0
         return self._stamp + round(min(max(gone, 0.0), _MAX_EXTRAPOLATION) * self._rate * 1e9)
-
-
-BASE_COMMAND = "/io_teleop/target_base_move"
-
-
-def command_message(wish: MoveJoints | MoveTips | MoveGrippers | MoveBase | Now, time: int) -> tuple[str, Any]:
-    """The topic that a wish goes to, and its message, stamped with `time` [ns] of the node's clock."""
-    match wish:
-        case MoveJoints():
-            return JOINT_COMMAND, joint_state(list(wish.targets), list(wish.targets.values()), time=time)
-        case MoveTips():
-            return TIP_COMMAND, PoseArray(header(time=time), [pose_message(tip) for tip in wish.tips])
-        case MoveGrippers():
-            names = [f"gripper_{number}" for number in range(len(wish.closed))]
-            return GRIPPER_COMMAND, joint_state(names, list(wish.closed), time=time)
-        case MoveBase():
-            array, layout = (message_type(f"std_msgs/{name}") for name in ("Float64MultiArray", "MultiArrayLayout"))
-            return BASE_COMMAND, array(layout=layout(dim=[], data_offset=0), data=floats(wish.numbers))  # type: ignore[call-arg]
-        case Now():
-            return EMERGENCY_STOP, Bool(True)
 
 
 NODE = "/browser_operator"

@@ -3,7 +3,7 @@
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.clients.agents.kitter.arm import JointWatch
+from cellwright.clients.agents.kitter.arm import Arm
 from cellwright.clients.client.client import Client
 from cellwright.clients.client.in_process import InProcess
 from cellwright.motion import Joints, forward
@@ -14,18 +14,18 @@ from tests.cells import ARM_ONLY, BARE
 def test_the_newest_joint_states_are_read() -> None:
     cell = Cell(ARM_ONLY)
     client = Client(InProcess(cell))
-    watch = JointWatch(client)
-    first = watch.positions
-    assert watch.time == client.time == 0.02
+    arm = Arm(client)
+    first = arm.joints
+    assert arm.tool_time == client.time == 0.02
     assert first == pytest.approx(Joints.of(client.joint_positions))
-    assert watch.tool == forward(first)
+    assert arm.tool == forward(first)
     goal = [*list(first)[:-1], first.wrist_3 + 0.5]
     client.send_arm([goal], [0.5], joints=[*first.by_name()])
     client.sleep(1.0)
-    assert watch.positions.wrist_3 == pytest.approx(first.wrist_3 + 0.5, abs=0.02)
-    assert watch.time == pytest.approx(client.time, abs=0.02)
+    assert arm.joints.wrist_3 == pytest.approx(first.wrist_3 + 0.5, abs=0.02)
+    assert arm.tool_time == pytest.approx(client.time, abs=0.02)
 
 
 def test_without_an_arm_there_is_nothing_to_work_with() -> None:
     with pytest.raises(UsageError, match="the arm does not tell where its joints are"):
-        JointWatch(Client(InProcess(Cell(BARE))))
+        Arm(Client(InProcess(Cell(BARE))))
