@@ -188,7 +188,7 @@ class GroupReader:
 
     def arm(self, node: Node) -> Arm | None:
         """An arm."""
-        table = self._table(node, config_keys.ARM)
+        table = self._table(node, config_keys.ARMS.names)
         if table is None:
             return None
         joints = self._joints(table)
@@ -202,7 +202,7 @@ class GroupReader:
 
     def gripper(self, node: Node) -> Gripper | None:
         """A gripper: its joints need limits, between which it opens and closes."""
-        table = self._table(node, (*config_keys.GRIPPER, *config_keys.GRIPPER_UNUSED))
+        table = self._table(node, (*config_keys.GRIPPERS.names, *config_keys.GRIPPER_UNUSED))
         joints = self._joints(table, may_follow=True) if table else None
         if table is None or joints is None:
             return None

@@ -29,11 +29,10 @@ from cellwright.config.parsing.raw_trial import (
     number_text,
     order_id,
 )
-from cellwright.config.parsing.reader import Reader
+from cellwright.config.parsing.reader import Key, Keys, Reader
 from cellwright.config.parsing.sources import JoinedText, Text, read_texts
 from cellwright.config.parsing.tree import Leaf, Node, Place, Problem, Problems, Table, described
 from cellwright.config.parsing.yaml_source import parse
-from cellwright.config.trial import keys
 from cellwright.config.trial.orders import read_orders
 from cellwright.config.trial.other_years import OtherYear
 from cellwright.config.trial.parts import (
@@ -224,13 +223,30 @@ def _pose_texts(placement: Placement) -> dict[str, list[str]]:
     return {"xyz": _texts(placement.xyz), "rpy": _texts(placement.rpy)}
 
 
-TOP_LEVEL = keys.SECTIONS.names
-"""The sections of the 2017 format."""
-
 OWN = "cellwright"
 """The section that Cellwright adds."""
 
 DEFAULT_TIME_LIMIT = 500
+
+SECTIONS = Keys(
+    Key("arm", "`{type: ur10}`", "there is an arm; every other entry is ignored", "no arm"),
+    Key("sensors", "`{name: {type, pose}}`", "sensors, see below"),
+    Key("options", "`{option: …}`", "what of the rest comes into the cell, see below", "see below"),
+    Key("time_limit", "seconds", "after so long the trial is over; negative: never", DEFAULT_TIME_LIMIT),
+    Key("orders", "`{name: {…}}`", "what is asked for, see below"),
+    Key("models_over_bins", "`{bin: {models: {part type: grid}, xyz}}`", "grids of parts, see below"),
+    Key("belt_parts", "`{part type: {seconds: {pose}}}`", "what the belt brings, see below"),
+    Key(
+        "faulty_parts",
+        "list of names",
+        "parts that earn nothing, without what stands before their last &#124;: `gear_part_3`, `gear_part_clone_0`",
+    ),
+    Key("drops", "`{drop_regions: {name: {…}}}`", "regions in which the gripper loses parts, see below"),
+    Key("models_to_spawn", "`{frame: {models: {any name: {type, pose}}}}`", "single parts in the frames of links"),
+)
+"""The sections of the 2017 format."""
+
+TOP_LEVEL = SECTIONS.names
 
 
 @dataclass(frozen=True, slots=True)

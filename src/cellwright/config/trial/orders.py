@@ -5,16 +5,38 @@ from __future__ import annotations
 import math
 
 from cellwright.config.parsing.raw_trial import Placement, RawOrder, dictionary_order, order_id
+from cellwright.config.parsing.reader import REQUIRED, Key, Keys
 from cellwright.config.parsing.tree import Entry, Items, Leaf, Node, described, shortened
-from cellwright.config.trial.keys import DEFAULT_KITS, ORDER
 from cellwright.config.trial.other_years import OtherYear
 from cellwright.config.trial.parts import MAX_PARTS, PartBook, read_part
-from cellwright.util.errors import did_you_mean
+from cellwright.util.errors import suggestion
 
 MOST_KITS = 10_000
 """Most kits that the orders of a trial ask for together, each part in one counted as well."""
 
 CONDITIONS = ("time", "wanted_parts", "unwanted_parts")
+
+
+DEFAULT_KITS = 1
+"""How many equal kits an order asks for."""
+
+ORDER = Keys(
+    Key(
+        "announcement_condition",
+        "`time`, `wanted_parts` or `unwanted_parts`",
+        "when it is announced: after a time, or when so many parts lie on a tray that it wants, or does not want; with "
+        "any other word never",
+        REQUIRED,
+    ),
+    Key(
+        "announcement_condition_value",
+        "seconds, or a number of parts",
+        "of that condition; a number of parts below 1 is no condition",
+        REQUIRED,
+    ),
+    Key("parts", "`{any name: {type, pose}}`", "of a kit, with poses in the tray's frame", REQUIRED),
+    Key("kit_count", "whole number", "how many equal kits", DEFAULT_KITS),
+)
 
 
 def read_orders(node: Node, book: PartBook, other_year: OtherYear) -> tuple[RawOrder, ...]:
@@ -91,8 +113,8 @@ def _condition(node: Node, book: PartBook) -> str:
     word = node.value if isinstance(node, Leaf) else None
     if isinstance(word, str) and word in CONDITIONS:
         return word
-    suggestion = did_you_mean(str(word).lower(), CONDITIONS) or f" (known: {', '.join(CONDITIONS)})"
-    message = f"{described(node)} is no condition, the order is never announced{suggestion}"
+    hint = suggestion(str(word).lower(), CONDITIONS)
+    message = f"{described(node)} is no condition, the order is never announced{hint}"
     book.reader.problems.warn(node, message)
     return shortened(str(word))
 
