@@ -201,12 +201,8 @@ def good_parts(trial: Trial) -> Counter[str]:
     """How many parts of each type there are, or will come on the belt or with a full tray, that are not faulty."""
     faults = Faults(trial.faulty_parts)
     supply = Counter(part.type for part in (*trial.bin_parts, *trial.extra_parts) if not faults.is_faulty(part.name))
-    for kind, count in Counter(part.type for part in trial.belt_parts).items():
-        clones = range(trial.options.belt_population_cycles * count)
-        supply[kind] += sum(not faults.is_faulty(f"{kind}_clone_{clone}") for clone in clones)
-    if trial.options.fill_demo_tray and trial.orders and trial.orders[0].kits:
-        for kind, count in Counter(each.type for each in trial.orders[0].kits[0].objects).items():
-            supply[kind] += sum(not faults.is_faulty(f"{kind}_clone_{clone}") for clone in range(count))
+    for name, kind in (*trial.belt_clones(), *((name, each.type) for name, each in trial.demo_clones())):
+        supply[kind] += not faults.is_faulty(name)
     return supply
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args
 
@@ -225,23 +225,8 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]+", re.ASCII)
 _NUMBERED = re.compile(r".*(_\d+|_clone.*)")  # these tails are taken off a model's name to get its type
 
 
-@dataclass(frozen=True, slots=True)
-class OwnModels:
-    """Part types by name, and furniture."""
-
-    parts: Mapping[str, Model] = field(default_factory=dict)
-    furniture: tuple[Furniture, ...] = ()
-
-
-def read_own_models(node: Node | None, reader: Reader) -> OwnModels:
-    """What the section `cellwright` has under `parts` and `furniture`."""
-    if not isinstance(node, Table):
-        return OwnModels()
-    parts, furniture = node.get("parts"), node.get("furniture")
-    return OwnModels(_parts(parts, reader) if parts else {}, _furniture(furniture, reader) if furniture else ())
-
-
-def _parts(node: Node, reader: Reader) -> dict[str, Model]:
+def read_part_models(reader: Reader, node: Node) -> dict[str, Model]:
+    """Part types of somebody's own by name."""
     table = reader.table(node)
     found: dict[str, Model] = {}
     if table and len(table.entries) > MOST_TYPES:
@@ -279,7 +264,8 @@ def _check_name(name: str, entry: Entry, reader: Reader) -> None:
         reader.problems.error(entry, f"there is a model {name!r} already; give yours another name")
 
 
-def _furniture(node: Node, reader: Reader) -> tuple[Furniture, ...]:
+def read_furniture(reader: Reader, node: Node) -> tuple[Furniture, ...]:
+    """Furniture of somebody's own."""
     if not isinstance(node, Items):
         reader.problems.error(node, f"must be a list, not {described(node)}")
         return ()

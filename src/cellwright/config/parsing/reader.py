@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from cellwright.config.parsing import expressions
-from cellwright.config.parsing.raw_trial import Placement, dictionary_order, scalar_text
+from cellwright.config.parsing.python2 import dictionary_order, scalar_text
 from cellwright.config.parsing.tree import Entry, Items, Leaf, Located, Node, Problems, Table, described, shortened
 from cellwright.util.errors import ExpressionError, did_you_mean, suggestion
 from cellwright.util.pose import Pose, Vector3
@@ -150,6 +150,19 @@ MAX_MESH_BYTES = 50 << 20
 """Largest mesh files of one trial together [bytes]."""
 
 _NUMBER = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*", re.ASCII)
+
+
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """A pose as written: `xyz` [m] and `rpy` [rad], None where the file says nothing and zero is meant."""
+
+    xyz: Vector3 | None = None
+    rpy: Vector3 | None = None
+
+    @property
+    def pose(self) -> Pose:
+        """The pose that is meant."""
+        return Pose.from_rpy(self.xyz or (0.0, 0.0, 0.0), self.rpy or (0.0, 0.0, 0.0))
 
 
 class Reader:

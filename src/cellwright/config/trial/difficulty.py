@@ -119,10 +119,9 @@ def ordered_types(trial: Trial) -> Counter[str]:
 def supply(trial: Trial, part_type: str) -> Supply:
     """Where the parts of a type come from; what the belt brings is counted to its end."""
     lying = [part for part in (*trial.bin_parts, *trial.extra_parts) if part.type == part_type]
-    on_belt = sum(part.type == part_type for part in trial.belt_parts) * trial.options.belt_population_cycles
-    names = [part.name.rpartition("|")[2] for part in lying]
-    names += [f"{part_type}_clone_{number}" for number in range(on_belt)]
-    return Supply(len(lying), on_belt, sum(name in trial.faulty_parts for name in names))
+    on_belt = [name for name, kind in trial.belt_clones() if kind == part_type]
+    names = [part.name.rpartition("|")[2] for part in lying] + on_belt
+    return Supply(len(lying), len(on_belt), sum(name in trial.faulty_parts for name in names))
 
 
 def _of_orders(trial: Trial) -> Iterator[Demand]:

@@ -8,19 +8,11 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from cellwright.config.layout import BIN_CENTRES, BIN_PART_HEIGHT, BIN_WIDTH, PART_TYPES, REFERENCE_FRAMES
-from cellwright.config.parsing.raw_trial import (
-    Placement,
-    RawBeltPart,
-    RawDropRegion,
-    RawPart,
-    RawTrial,
-    dictionary_order,
-    quotient,
-)
-from cellwright.config.parsing.reader import POSE, REQUIRED, TRUTH, Key, Keys, Reader, section
+from cellwright.config.parsing.python2 import dictionary_order, quotient
+from cellwright.config.parsing.reader import POSE, REQUIRED, TRUTH, Key, Keys, Placement, Reader, section
 from cellwright.config.parsing.tree import Entry, Items, Leaf, Located, Node, Scalar, Table, described, shortened
 from cellwright.config.trial.other_years import OtherYear, year_of_option
-from cellwright.config.trial.trial import Options
+from cellwright.config.trial.trial import BeltPart, DropRegion, Options, Part, Trial
 from cellwright.util.errors import did_you_mean, suggestion
 from cellwright.util.pose import Vector3
 
@@ -115,16 +107,17 @@ _MANY = 100
 
 @dataclass(slots=True)
 class PartBook:
-    """Keeps count while parts are read: the numbers in their names, and how many there are in all.
+    """Keeps count while parts are read: the numbers in their names, how many there are in all, and where.
 
     Numbers are counted per type as written: an alias counts apart from the type that it stands for. `types` are the
-    part types that there is a model for.
+    part types that there is a model for; `locations` the places where each type can be found.
     """
 
     reader: Reader
     options: RawOptions
     types: frozenset[str] = PART_TYPES
     count: int = 0
+    locations: defaultdict[str, set[str]] = field(default_factory=lambda: defaultdict(set))
     _numbers: defaultdict[str, int] = field(default_factory=lambda: defaultdict(int))
 
     def number(self, counted_as: str) -> int:
@@ -179,11 +172,11 @@ GRID = Keys(
 )
 
 
-def read_bins(node: Node, book: PartBook) -> tuple[RawPart, ...]:
+def read_bins(node: Node, book: PartBook) -> tuple[Part, ...]:
     """The section `models_over_bins`: grids of parts, numbered in the original's order."""
     reader = book.reader
     table = reader.table(node)
-    found: dict[str, RawPart] = {}
+    found: dict[str, Part] = {}
     for entry in reader.entries(table) if table else ():
         name = reader.text_key(entry)
         bin_table = reader.table(entry.value)
@@ -199,11 +192,11 @@ def read_bins(node: Node, book: PartBook) -> tuple[RawPart, ...]:
     return tuple(found.values())
 
 
-def read_extras(node: Node, book: PartBook) -> tuple[RawPart, ...]:
+def read_extras(node: Node, book: PartBook) -> tuple[Part, ...]:
     """The section `models_to_spawn`: single parts, each in the frame of a link."""
     reader = book.reader
     table = reader.table(node)
-    found: dict[str, RawPart] = {}
+    found: dict[str, Part] = {}
     for entry in reader.entries(table) if table else ():
         frame = reader.text_key(entry)
         frame_table = reader.table(entry.value)
@@ -243,7 +236,7 @@ def _origin(name: str, table: Table, reader: Reader) -> Vector3 | None:
     return None
 
 
-def _grid(bin_name: str, origin: Vector3 | None, entry: Entry, book: PartBook) -> list[RawPart]:
+def _grid(bin_name: str, origin: Vector3 | None, entry: Entry, book: PartBook) -> list[Part]:
     """The grid of parts of one type: x is the outer loop, y the inner, all at the first one's height."""
     reader = book.reader
     written_type = reader.text_key(entry)
@@ -259,19 +252,21 @@ def _grid(bin_name: str, origin: Vector3 | None, entry: Entry, book: PartBook) -
     part_type = book.part_type(written_type, entry)
     if nx * ny == 0:
         return []
+    book.locations[part_type].add(bin_name)
     step_x = quotient(end[0] - start[0], max(1, nx - 1))
     step_y = quotient(end[1] - start[1], max(1, ny - 1))
-    parts: list[RawPart] = []
+    parts: list[Part] = []
     for ix in range(nx):
         for iy in range(ny):
             x = origin[0] + start[0] + ix * step_x
             y = origin[1] + start[1] + iy * step_y
             name = f"{bin_name}|{part_type}_{book.number(written_type)}"
-            parts.append(RawPart(name, part_type, bin_name, Placement((x, y, origin[2] + start[2]), rpy)))
+            placement = Placement((x, y, origin[2] + start[2]), rpy)
+            parts.append(Part(name, part_type, placement.pose, written=placement))
     return parts
 
 
-def _add(found: dict[str, RawPart], parts: list[RawPart], entry: Entry, reader: Reader) -> None:
+def _add(found: dict[str, Part], parts: list[Part], entry: Entry, reader: Reader) -> None:
     """Take parts in; one with the name of an earlier one replaces it, as in the original."""
     lost = [part.name for part in parts if part.name in found]
     if lost:
@@ -281,21 +276,21 @@ def _add(found: dict[str, RawPart], parts: list[RawPart], entry: Entry, reader: 
     found.update((part.name, part) for part in parts)
 
 
-def _single(frame: str, entry: Entry, book: PartBook) -> RawPart | None:
+def _single(frame: str, entry: Entry, book: PartBook) -> Part | None:
     table = book.reader.table(entry.value)
     part = read_part(table, book) if table else None
     if part is None or not book.admit(entry, 1):
         return None
     part_type, placement = part
     name = f"{frame.replace('::', '|')}|{part_type}_{book.number(part_type)}"
-    return RawPart(name, part_type, frame, placement)
+    return Part(name, part_type, placement.pose, frame, placement)
 
 
-def read_belt(node: Node, book: PartBook, other_year: OtherYear) -> tuple[RawBeltPart, ...]:
+def read_belt(node: Node, book: PartBook, other_year: OtherYear) -> tuple[BeltPart, ...]:
     """The parts in the order of their times, ties in the original's order."""
     reader = book.reader
     table = reader.table(node)
-    found: dict[tuple[str, Scalar], RawBeltPart] = {}
+    found: dict[tuple[str, Scalar], BeltPart] = {}
     for entry in reader.entries(table) if table else ():
         if isinstance(entry.value, Table) and "type" in entry.value.entries:
             reader.problems.error(entry, other_year.belt_by_time())
@@ -312,12 +307,13 @@ def read_belt(node: Node, book: PartBook, other_year: OtherYear) -> tuple[RawBel
             if (part_type, time.name) in found:
                 reader.problems.warn(time, f"{part_type} is on the belt at this time already; only this one is kept")
             found[part_type, time.name] = part
+            book.locations[part_type].add("belt")
     if not book.admit(node, len(found) * book.options.options.belt_population_cycles):
         return ()
     return tuple(sorted(found.values(), key=lambda part: part.time))
 
 
-def _belt_part(part_type: str, entry: Entry, book: PartBook, other_year: OtherYear) -> RawBeltPart | None:
+def _belt_part(part_type: str, entry: Entry, book: PartBook, other_year: OtherYear) -> BeltPart | None:
     reader = book.reader
     if entry.name == "pose":
         reader.problems.error(entry, f"a time [s] is expected here, under it the pose{other_year.belt_without_pose()}")
@@ -338,7 +334,7 @@ def _belt_part(part_type: str, entry: Entry, book: PartBook, other_year: OtherYe
         return None
     if time < 0:
         reader.problems.warn(entry, "a time before the start; the part appears at once")
-    return RawBeltPart(time, part_type, placement)
+    return BeltPart(float(time), part_type, placement.pose, placement)
 
 
 _MAX_SUGGESTED = 20
@@ -359,7 +355,7 @@ DROP_REGION = Keys(
 )
 
 
-def read_drops(node: Node, book: PartBook) -> tuple[RawDropRegion, ...]:
+def read_drops(node: Node, book: PartBook) -> tuple[DropRegion, ...]:
     """The regions in the original's order."""
     reader = book.reader
     table = reader.table(node)
@@ -368,7 +364,7 @@ def read_drops(node: Node, book: PartBook) -> tuple[RawDropRegion, ...]:
     reader.ignored(table, ("drop_regions",))
     regions_node = reader.required(table, "drop_regions")
     regions = reader.table(regions_node) if regions_node else None
-    drops: dict[object, RawDropRegion] = {}
+    drops: dict[object, DropRegion] = {}
     for entry in reader.entries(regions) if regions else ():
         drop = _region(entry, book)
         if drop:
@@ -376,7 +372,7 @@ def read_drops(node: Node, book: PartBook) -> tuple[RawDropRegion, ...]:
     return tuple(drops[name] for name in dictionary_order(drops))
 
 
-def _region(entry: Entry, book: PartBook) -> RawDropRegion | None:
+def _region(entry: Entry, book: PartBook) -> DropRegion | None:
     reader = book.reader
     name = reader.key(entry)
     table = reader.table(entry.value)
@@ -385,8 +381,10 @@ def _region(entry: Entry, book: PartBook) -> RawDropRegion | None:
     values = DROP_REGION.read(table, reader)
     if name is None or not DROP_REGION.complete(values):
         return None
-    part_type = book.part_type(values.pop("type"), table.entries["part_type_to_drop"].value)
-    return RawDropRegion(name, part_type, **values)
+    part_type = book.part_type(values["type"], table.entries["part_type_to_drop"].value)
+    first, second, destination = values["first"], values["second"], values["destination"]
+    lower, upper = (tuple(map(choose, first, second)) for choose in (min, max))
+    return DropRegion(name, part_type, lower, upper, destination.pose, (first, second, destination))
 
 
 def read_faulty(node: Node, reader: Reader) -> dict[str, Node]:
@@ -415,15 +413,10 @@ def read_faulty(node: Node, reader: Reader) -> dict[str, Node]:
     return {str(name): names[str(name)] for name in dictionary_order(dictionary_order(names))}
 
 
-def check_faulty(faulty: Mapping[str, Node], figures: RawTrial, options: Options, reader: Reader) -> None:
+def check_faulty(faulty: Mapping[str, Node], trial: Trial, reader: Reader) -> None:
     """Warn of every name that no part of the cell will bear (of single letters it has been said why)."""
-    names = {model.name.rpartition("|")[2] for model in (*figures.models, *figures.extra_models)}
-    for part_type in {part.type for part in figures.belt}:
-        times = sum(part.type == part_type for part in figures.belt)
-        names.update(f"{part_type}_clone_{k}" for k in range(times * options.belt_population_cycles))
-    if options.fill_demo_tray and figures.orders:
-        first = figures.orders[0].parts
-        names.update(f"{part_type}_clone_{k}" for part_type, _ in first for k in range(len(first)))
+    names = {part.name.rpartition("|")[2] for part in (*trial.bin_parts, *trial.extra_parts)}
+    names |= dict(trial.belt_clones()).keys() | dict(trial.demo_clones()).keys()
     known = sorted(names)
     for count, name in enumerate(name for name in faulty if name not in names and len(name) > 1):
         hint = did_you_mean(name, known) if count < _MAX_SUGGESTED else ""

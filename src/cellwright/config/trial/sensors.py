@@ -230,11 +230,11 @@ CAMERA = Keys(
 """A camera under `sensors` in the section `cellwright`."""
 
 
-def read_cameras(own: Node | None, sensors: Sequence[Sensor], reader: Reader, *, has_arm: bool) -> tuple[Camera, ...]:
+def read_cameras(own: Node, sensors: Sequence[Sensor], reader: Reader, *, has_arm: bool) -> tuple[Camera, ...]:
     """What the section `cellwright` has under `sensors`.
 
     Args:
-        own: the section, if there is one.
+        own: the section.
         sensors: the sensors of the 2017 format; a camera cannot have the name of one.
         reader: collects what is wrong.
         has_arm: whether there is an arm to fix cameras to.
@@ -293,10 +293,9 @@ def _check_together(entry: Entry, camera: Camera, reader: Reader) -> None:
         )
 
 
-def read_plugin_devices(node: Node | None, reader: Reader) -> tuple[PluginDevice, ...]:
-    """What the section `cellwright` has under `devices`: `{name: {type, …}}`; what else is there is for the device."""
-    devices = node.get("devices") if isinstance(node, Table) else None
-    table = reader.table(devices) if devices else None
+def read_plugin_devices(reader: Reader, node: Node) -> tuple[PluginDevice, ...]:
+    """Devices of other packages: `{name: {type, …}}`; what else is there is for the device."""
+    table = reader.table(node)
     known = plugins.names("devices") if table else []
     found = []
     for entry in table.entries.values() if table else ():

@@ -9,10 +9,20 @@ from fractions import Fraction
 from typing import Any, get_args
 
 from cellwright.config.layout import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
+from cellwright.config.models.model import Furniture, Model
+from cellwright.config.models.reader import read_furniture, read_part_models
 from cellwright.config.parsing import expressions
 from cellwright.config.parsing.reader import TRUTH, Key, Keys, Read, Reader, one_of, section, whole, words
 from cellwright.config.parsing.tree import Leaf, Node, Table, described, shortened
-from cellwright.config.trial.trial import ArmSettings, CellSettings, JointGains, JointTolerance, ServoProfile
+from cellwright.config.trial.sensors import read_plugin_devices
+from cellwright.config.trial.trial import (
+    ArmSettings,
+    CellSettings,
+    JointGains,
+    JointTolerance,
+    PluginDevice,
+    ServoProfile,
+)
 from cellwright.util.errors import ExpressionError
 
 SHORTEST_STEP = Fraction(1, 100_000)
@@ -156,30 +166,50 @@ OWN = Keys(
         _timestep,
     ),
     Key("arm", "`{…}`", "how the arm is controlled, see below", "see below", section(OWN_ARM, dict)),
-    Key("parts", "`{part type: {…}}`", "part types of your own: [Models of your own](own-models.md)"),
-    Key("furniture", "list", "furniture of your own: [Models of your own](own-models.md)"),
+    Key(
+        "parts",
+        "`{part type: {…}}`",
+        "part types of your own: [Models of your own](own-models.md)",
+        read=read_part_models,
+        field="part_models",
+    ),
+    Key("furniture", "list", "furniture of your own: [Models of your own](own-models.md)", read=read_furniture),
     Key("sensors", "`{name: {type, pose, …}}`", "cameras that take pictures, see below"),
-    Key("devices", "`{name: {type, …}}`", "devices that other packages bring along: [Plugins](plugins.md)"),
+    Key(
+        "devices",
+        "`{name: {type, …}}`",
+        "devices that other packages bring along: [Plugins](plugins.md)",
+        read=read_plugin_devices,
+    ),
     of=CellSettings,
     strict="entry",
 )
-"""The section `cellwright`; `parts`, `furniture`, `sensors` and `devices` have readers of their own."""
+"""The section `cellwright`; `read_cameras` reads its `sensors`, which need to know those of the 2017 format."""
 
 
 @dataclass(frozen=True, slots=True)
 class RawSettings:
-    """The settings, and the joint positions [rad or m] that the arm begins with where they are not the usual ones."""
+    """The section `cellwright`, without its cameras.
+
+    `initial_joint_states` are the joint positions [rad or m] that the arm begins with where they are not the usual
+    ones; `part_models` the part types of somebody's own by name.
+    """
 
     settings: CellSettings = field(default_factory=CellSettings)
     initial_joint_states: Mapping[str, float] = field(default_factory=dict)
+    part_models: Mapping[str, Model] = field(default_factory=dict)
+    furniture: tuple[Furniture, ...] = ()
+    devices: tuple[PluginDevice, ...] = ()
 
 
 def read_settings(node: Node, reader: Reader) -> RawSettings:
-    """The section `cellwright`."""
+    """The section `cellwright`, without its cameras."""
     table = reader.table(node)
     if table is None:
         return RawSettings()
     values = OWN.read(table, reader)
     arm = values.pop("arm", {})
     states, constraints = arm.pop("initial_joint_states", {}), arm.pop("constraints", {})
-    return RawSettings(CellSettings(**values, arm=ArmSettings(**arm, **constraints)), states)
+    cell = {name: values.pop(name) for name in ("seed", "timestep") if name in values}
+    settings = CellSettings(**cell, arm=ArmSettings(**arm, **constraints))
+    return RawSettings(settings, states, **values)
