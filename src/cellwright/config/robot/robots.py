@@ -15,8 +15,8 @@ from typing import Any
 
 from cellwright.config.parsing.reader import Reader, plain
 from cellwright.config.parsing.sources import read_texts
-from cellwright.config.parsing.tree import Items, Leaf, Node, Place, Problem, Problems, Table, described
-from cellwright.config.parsing.yaml_source import parse
+from cellwright.config.parsing.tree import Items, Leaf, Node, Problems, Table, described, refusal
+from cellwright.config.parsing.yaml_source import parse_mapping
 from cellwright.config.robot import config_keys
 from cellwright.config.robot.cameras import read_cameras
 from cellwright.config.robot.config import Arm, Posture, RobotConfig
@@ -125,13 +125,7 @@ def read_tree(path: Path, problems: Problems) -> Table:
     Raises:
         DescriptionError: it is no YAML file with a mapping.
     """
-    root = parse(read_texts([path]), problems)
-    if root is None or (isinstance(root, Leaf) and root.value is None):
-        return Table(Place(0, str(path), 0), "")
-    if not isinstance(root, Table):
-        problems.error(root, f"a robot configuration is a mapping of entries, not {described(root)}")
-        raise DescriptionError(problems.errors, problems.warnings)
-    return root
+    return parse_mapping(read_texts([path]), problems, "a robot configuration is a mapping of entries")
 
 
 @dataclass(frozen=True, slots=True)
@@ -268,9 +262,9 @@ def find_robot(name_or_path: str | Path) -> Path:
         if path.is_dir():
             return _in_folder(path)
     except (OSError, ValueError):
-        raise _refusal(path, "cannot be looked for") from None
+        raise refusal(path, 0, "cannot be looked for") from None
     if path.suffix or path.name != name:  # no name of a robot
-        raise _refusal(path, "there is no such file")
+        raise refusal(path, 0, "there is no such file")
     raise UnknownNameError("robot", name, bundled())
 
 
@@ -326,8 +320,4 @@ def _in_folder(folder: Path) -> Path:
         return found[0]
     names = ", ".join(str(path.relative_to(folder)) for path in found[:5])
     which = f"and more than one URDF: give one of {names}" if found else "and no URDF"
-    raise _refusal(folder, f"a folder without {CONFIG} {which}")
-
-
-def _refusal(path: Path, message: str) -> DescriptionError:
-    return DescriptionError([Problem(Place(0, str(path), 0), "", message)])
+    raise refusal(folder, 0, f"a folder without {CONFIG} {which}")

@@ -15,7 +15,7 @@ from cellwright.config.parsing.tree import shortened
 from cellwright.config.robot.meshes import MeshFinder
 from cellwright.config.robot.model import Inertial, Joint, Link
 from cellwright.config.robot.urdf_file import Element, Numbers
-from cellwright.util.errors import did_you_mean
+from cellwright.util.errors import suggestion
 from cellwright.util.pose import Pose, Quaternion, Vector3, normalized
 
 NEAR = 0.02
@@ -199,8 +199,7 @@ class LinkReader:
         if form is None:
             other = geometry.children[0].tag if geometry and geometry.children else None
             what = f"a shape <{shortened(other)}>" if other else f"<{element.tag}> without a shape"
-            hint = did_you_mean(other or "", _FORMS) or f" (known: {', '.join(_FORMS)})"
-            self._problems.warn(geometry or element, f"{what} is left out{hint}")
+            self._problems.warn(geometry or element, f"{what} is left out{suggestion(other or '', _FORMS)}")
             return None
         if form.tag == "mesh":
             return self._mesh(form, pose, self._colour(element), link, is_touched=is_touched)

@@ -19,8 +19,8 @@ from cellwright.config.parsing import expressions
 from cellwright.config.parsing.python2 import dictionary_order, number_text
 from cellwright.config.parsing.reader import Key, Keys, Placement, Reader
 from cellwright.config.parsing.sources import JoinedText, Text, read_texts
-from cellwright.config.parsing.tree import Leaf, Node, Place, Problem, Problems, Table, described
-from cellwright.config.parsing.yaml_source import parse
+from cellwright.config.parsing.tree import Problem, Problems, Table
+from cellwright.config.parsing.yaml_source import parse_mapping
 from cellwright.config.trial.orders import read_orders
 from cellwright.config.trial.other_years import OtherYear
 from cellwright.config.trial.parts import (
@@ -192,19 +192,9 @@ def load_trial(paths: Sequence[Path] = (), *, text: str | None = None) -> Loaded
         raise UsageError("a trial is loaded from files or from a text")
     joined = read_texts(paths) if text is None else JoinedText([Text("<text>", text)])
     problems = Problems()
-    root = _top(parse(joined, problems), joined)
+    root = parse_mapping(joined, problems, "a configuration is a mapping of sections")
     trial, time_limit, faulty = _read(root, paths[0].stem if paths else "text", Reader(problems))
     return Loaded(trial, problems.warnings, time_limit, faulty)
-
-
-def _top(root: Node | None, joined: JoinedText) -> Table:
-    """The top level as a mapping; nothing at all is an empty one."""
-    if root is None or (isinstance(root, Leaf) and root.value is None):
-        return Table(Place(0, "", 0), "")
-    if isinstance(root, Table):
-        return root
-    message = f"a configuration is a mapping of sections, not {described(root)}{joined.glue_hint(root.place)}"
-    raise DescriptionError([Problem(root.place, "", message)])
 
 
 def _read(root: Table, name: str, reader: Reader) -> tuple[Trial, float, tuple[str, ...]]:
