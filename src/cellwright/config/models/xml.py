@@ -15,7 +15,7 @@ from typing import ClassVar, cast, get_args
 
 from cellwright.config.models.files import ModelFile, ModelFileError, referenced_file
 from cellwright.config.models.meshes import read_mesh
-from cellwright.config.models.model import Colour, Model, ModelShape, ModelShapeKind
+from cellwright.config.models.model import Colour, Model, ModelShape, ModelShapeKind, clipped_colour
 from cellwright.util.pose import Pose, Vector3
 
 MOST_SHAPES = 200
@@ -146,7 +146,7 @@ class _Sdf(_Reader):
         if text is None:
             return None
         numbers = self.numbers(text if len(text.split()) == 4 else f"{text} 1", 4, "diffuse")
-        return _clipped(numbers)
+        return clipped_colour(numbers)
 
 
 class _Urdf(_Reader):
@@ -207,9 +207,4 @@ class _Urdf(_Reader):
 
     def _rgba(self, material: ET.Element) -> Colour | None:
         colour = material.find("color")
-        return None if colour is None else _clipped(self.numbers(colour.get("rgba"), 4, "rgba"))
-
-
-def _clipped(numbers: list[float]) -> Colour:
-    red, green, blue, opacity = (min(max(number, 0.0), 1.0) for number in numbers)
-    return (red, green, blue, opacity)
+        return None if colour is None else clipped_colour(self.numbers(colour.get("rgba"), 4, "rgba"))

@@ -187,7 +187,7 @@ class GroupReader:
         self._bound(table, joints)
         if joints is None or tip is None or home is None:
             return None
-        return Arm(_names(joints), tip, home)
+        return Arm(joint_names(joints), tip, home)
 
     def gripper(self, node: Node) -> Gripper | None:
         """A gripper: its joints need limits, between which it opens and closes."""
@@ -207,7 +207,7 @@ class GroupReader:
             )
             return None
         self._bound(table, joints)
-        return Gripper(_names(joints), self._open_ends(table, len(joints)))
+        return Gripper(joint_names(joints), self._open_ends(table, len(joints)))
 
     def _open_ends(self, table: Table, count: int) -> tuple[End, ...]:
         """The limit at which each joint of a gripper is open; empty where that is the lower one of all."""
@@ -236,7 +236,7 @@ class GroupReader:
         joints = self._joints(table)
         home = self._home(table, joints)
         self._bound(table, joints)
-        return Posture(_names(joints), home) if joints is not None and home is not None else None
+        return Posture(joint_names(joints), home) if joints is not None and home is not None else None
 
     def lift(self, node: Node) -> Posture | None:
         """The lift of the torso: one joint, which goes home to 0 when nothing is said."""
@@ -270,7 +270,7 @@ class GroupReader:
         self._bound(table, [joints[axes.index(axis)] if axis in axes else None for axis in range(len(joint_items))])
         found = [(home_items[axis], joint, homes[axis]) for axis, joint in zip(axes, joints, strict=True)]
         home = [self._reachable(where, joint, value) for where, joint, value in found if value is not None]
-        return (Posture(_names(joints), tuple(home)), axes) if len(home) == len(axes) else (None, ())
+        return (Posture(joint_names(joints), tuple(home)), axes) if len(home) == len(axes) else (None, ())
 
     def _table(self, node: Node, known: tuple[str, ...]) -> Table | None:
         table = self.reader.table(node)
@@ -344,7 +344,8 @@ class GroupReader:
         return None
 
 
-def _names(joints: tuple[Joint, ...]) -> tuple[str, ...]:
+def joint_names(joints: Iterable[Joint]) -> tuple[str, ...]:
+    """What joints are called."""
     return tuple(joint.name for joint in joints)
 
 
