@@ -20,7 +20,7 @@ from cellwright.config.parsing.sources import MAX_BYTES
 from cellwright.config.parsing.tree import MOST_TOLD
 from cellwright.config.parsing.yaml_source import MAX_DEPTH, MAX_NODES
 from cellwright.config.robot import config_keys, meshes, urdf, urdf_file
-from cellwright.config.trial import keys
+from cellwright.config.trial import gear2017, orders, parts, sensors, settings
 from cellwright.config.trial.orders import MOST_KITS
 from cellwright.config.trial.parts import MAX_PARTS
 from cellwright.config.trial.sensors import (
@@ -44,21 +44,21 @@ def tables() -> Mapping[str, str]:
     """Every table, by its name."""
     return {
         "trial-bounds": _trial_bounds(),
-        "sections": keys.SECTIONS.table(),
-        "sensors": keys.SENSOR.table(),
-        "options": keys.OPTIONS.table(),
-        "orders": keys.ORDER.table(),
-        "bins": keys.BIN.table(),
-        "grids": keys.GRID.table(),
-        "drop-regions": keys.DROP_REGION.table(),
-        "extras": keys.PART.table(),
-        "own": keys.OWN.table(),
-        "own-arm": keys.OWN_ARM.table("arm."),
-        "own-sensors": keys.CAMERA.table(),
-        "own-noise": keys.NOISE.table("noise."),
-        "gains": keys.GAINS.table("arm.gains.<joint>."),
-        "constraints": keys.CONSTRAINTS.table("arm.constraints."),
-        "tolerances": keys.TOLERANCE.table("arm.constraints.<joint>."),
+        "sections": gear2017.SECTIONS.table(),
+        "sensors": sensors.SENSOR.table(),
+        "options": parts.OPTIONS.table(),
+        "orders": orders.ORDER.table(),
+        "bins": parts.BIN.table(),
+        "grids": parts.GRID.table(),
+        "drop-regions": parts.DROP_REGION.table(),
+        "extras": parts.PART.table(),
+        "own": settings.OWN.table(),
+        "own-arm": settings.OWN_ARM.table("arm."),
+        "own-sensors": sensors.CAMERA.table(),
+        "own-noise": sensors.NOISE.table("noise."),
+        "gains": settings.GAINS.table("arm.gains.<joint>."),
+        "constraints": settings.CONSTRAINTS.table("arm.constraints."),
+        "tolerances": settings.TOLERANCE.table("arm.constraints.<joint>."),
         "robot": config_keys.ENTRIES.table(),
         "robot-base-pose": config_keys.BASE_POSES.table("base_pose."),
         "robot-arms": config_keys.ARMS.table("arms[]."),

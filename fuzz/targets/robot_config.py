@@ -34,7 +34,7 @@ WORDS = (
     *("cameras", "joint_order", "pybullet", "without_gui", "-1", "left_arm_joint_1", "tandem"),
     *("open", "upper", "lower", "max_acceleration"),
 )
-_CATALOGUE = bundled.ROOT / "src/cellwright/description/robot/catalogue/tandem"
+_CATALOGUE = bundled.ROOT / "src/cellwright/config/robot/catalogue/tandem"
 _FOLDER = Path(tempfile.mkdtemp(prefix="cellwright-fuzz-"))
 shutil.copytree(_CATALOGUE / "urdf", _FOLDER / "urdf")
 _PATH = _FOLDER / "vr_configs.yml"

@@ -63,6 +63,6 @@ def load(paths: list[Path]) -> None:
         check_refusal(error, *names)
         return
     check_lines(loaded.warnings, names)
-    json.dumps(resolved(loaded.figures), allow_nan=False)
+    json.dumps(resolved(loaded), allow_nan=False)
     for demand in demands(loaded.trial):
         str(demand.text)

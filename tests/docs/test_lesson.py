@@ -152,7 +152,7 @@ def test_the_page_writes_the_example() -> None:
 
 def test_the_example_is_the_bundled_trial_and_its_agent() -> None:
     mine, bundled = (load_trial([path]) for path in (PACKAGE / "config" / "my_config.yaml", find_trial("lesson")))
-    assert resolved(mine.figures) == resolved(bundled.figures)
+    assert resolved(mine) == resolved(bundled)
     assert mine.trial.sensors == bundled.trial.sensors
     program = ast.parse((PACKAGE / "scripts" / "tasker.py").read_text())
     lists = [

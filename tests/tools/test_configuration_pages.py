@@ -11,7 +11,7 @@ import yaml
 from cellwright.config.parsing.reader import Keys
 from cellwright.config.robot import config_keys
 from cellwright.config.robot.robots import find_robot, load_robot
-from cellwright.config.trial import keys
+from cellwright.config.trial import gear2017, orders, parts, sensors, settings
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.config.trial.trial import ArmSettings, CellSettings, Options, Trial
 from cellwright.util.errors import DescriptionError, UnknownNameError
@@ -67,19 +67,19 @@ WHOLE: dict[str, Any] = {
 """A trial with something in every section."""
 
 PLACES: dict[str, tuple[Keys, tuple[str, ...]]] = {
-    "sections": (keys.SECTIONS, ()),
-    "sensors": (keys.SENSOR, ("sensors", "beam")),
-    "options": (keys.OPTIONS, ("options",)),
-    "orders": (keys.ORDER, ("orders", "order_0")),
-    "parts": (keys.PART, ("orders", "order_0", "parts", "part_0")),
-    "bins": (keys.BIN, ("models_over_bins", "bin1")),
-    "grids": (keys.GRID, ("models_over_bins", "bin1", "models", "gear_part")),
-    "extras": (keys.PART, ("models_to_spawn", "world", "models", "one")),
-    "drop-regions": (keys.DROP_REGION, ("drops", "drop_regions", "one")),
-    "own-arm": (keys.OWN_ARM, ("cellwright", "arm")),
-    "gains": (keys.GAINS, ("cellwright", "arm", "gains", "elbow_joint")),
-    "constraints": (keys.CONSTRAINTS, ("cellwright", "arm", "constraints")),
-    "tolerances": (keys.TOLERANCE, ("cellwright", "arm", "constraints", "elbow_joint")),
+    "sections": (gear2017.SECTIONS, ()),
+    "sensors": (sensors.SENSOR, ("sensors", "beam")),
+    "options": (parts.OPTIONS, ("options",)),
+    "orders": (orders.ORDER, ("orders", "order_0")),
+    "parts": (parts.PART, ("orders", "order_0", "parts", "part_0")),
+    "bins": (parts.BIN, ("models_over_bins", "bin1")),
+    "grids": (parts.GRID, ("models_over_bins", "bin1", "models", "gear_part")),
+    "extras": (parts.PART, ("models_to_spawn", "world", "models", "one")),
+    "drop-regions": (parts.DROP_REGION, ("drops", "drop_regions", "one")),
+    "own-arm": (settings.OWN_ARM, ("cellwright", "arm")),
+    "gains": (settings.GAINS, ("cellwright", "arm", "gains", "elbow_joint")),
+    "constraints": (settings.CONSTRAINTS, ("cellwright", "arm", "constraints")),
+    "tolerances": (settings.TOLERANCE, ("cellwright", "arm", "constraints", "elbow_joint")),
 }
 
 
@@ -96,7 +96,7 @@ def test_every_table_is_on_a_page_once() -> None:
 
 def test_only_what_stands_between_the_marks_is_made_anew() -> None:
     page = "above\n<!-- made: own -->\nold\n<!-- end -->\nbelow\n"
-    assert filled(page) == f"above\n<!-- made: own -->\n\n{keys.OWN.table()}\n<!-- end -->\nbelow\n"
+    assert filled(page) == f"above\n<!-- made: own -->\n\n{settings.OWN.table()}\n<!-- end -->\nbelow\n"
     with pytest.raises(UnknownNameError, match="own-arm"):
         filled("<!-- made: own-arms -->\n<!-- end -->\n")
 
@@ -142,8 +142,8 @@ def test_what_is_not_declared_is_unknown(place: str) -> None:
 
 
 def test_what_is_declared_is_kept() -> None:
-    assert {*keys.SWITCHES.names, keys.CYCLES} == {field.name for field in fields(Options)}
-    kept = {*keys.OWN_ARM.names, *keys.CONSTRAINTS.names} - {"constraints", "initial_joint_states"}
+    assert {*parts.OPTIONS.names} - {parts.ALIASES} == {field.name for field in fields(Options)}
+    kept = {*settings.OWN_ARM.names, *settings.CONSTRAINTS.names} - {"constraints", "initial_joint_states"}
     assert kept | {"tolerances"} == {field.name for field in fields(ArmSettings)}
     assert {"seed", "timestep", "arm"} == {field.name for field in fields(CellSettings)}
 

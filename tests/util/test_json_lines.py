@@ -18,10 +18,10 @@ def test_every_line_is_in_the_file_at_once(tmp_path: Path) -> None:
     path = tmp_path / "a.jsonl"
     with JsonLines(path) as lines:
         for number in range(3):
-            lines.write({"n": number, "text": "ä\nb"})
+            lines.write_value({"n": number, "text": "ä\nb"})
             assert read_json_lines(path) == [{"n": n, "text": "ä\nb"} for n in range(number + 1)]
     assert not lines.is_writing
-    lines.write({"n": 9})  # nothing is written behind the end
+    lines.write_value({"n": 9})  # nothing is written behind the end
     assert len(read_json_lines(path)) == 3
 
 
@@ -29,7 +29,7 @@ def test_a_file_is_begun_anew_or_gone_on_with(tmp_path: Path) -> None:
     path = tmp_path / "a.jsonl"
     for append, expected in ((False, [1]), (True, [1, 2]), (False, [3])):
         with JsonLines(path, append=append) as lines:
-            lines.write({"n": expected[-1]})
+            lines.write_value({"n": expected[-1]})
         assert [value["n"] for value in read_json_lines(path)] == expected
 
 
@@ -39,7 +39,7 @@ def test_what_was_cut_short_is_left_out_and_spoils_nothing(cut: str, tmp_path: P
     path.write_text('{"n": 0}\n' + cut)
     assert read_json_lines(path) == [{"n": 0}]
     with JsonLines(path, append=True) as lines:
-        lines.write({"n": 2})
+        lines.write_value({"n": 2})
     assert read_json_lines(path) == [{"n": 0}, {"n": 2}]
 
 
@@ -56,9 +56,9 @@ def test_a_file_cut_anywhere_holds_its_whole_lines(size: int, tmp_path_factory: 
 def test_a_full_disk_is_said_once() -> None:
     said: list[str] = []
     with JsonLines(FULL, append=True, report=said.append) as lines:
-        lines.write({"n": 1})
+        lines.write_value({"n": 1})
         assert not lines.is_writing
-        lines.write({"n": 2})
+        lines.write_value({"n": 2})
     assert said == ["/dev/full: can be written no more: No space left on device"]
 
 
@@ -71,4 +71,4 @@ def test_what_cannot_be_opened_is_refused(tmp_path: Path) -> None:
 
 def test_what_is_no_json_is_refused(tmp_path: Path) -> None:
     with JsonLines(tmp_path / "a.jsonl") as lines, pytest.raises(ValueError, match="not JSON compliant"):
-        lines.write({"x": float("nan")})
+        lines.write_value({"x": float("nan")})

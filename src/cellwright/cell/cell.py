@@ -32,7 +32,7 @@ from cellwright.cell.interface.plugins import bind_plugin_sensors, make_plugin_d
 from cellwright.cell.interface.publications import Publications
 from cellwright.cell.interface.rows import rows
 from cellwright.cell.kitting.effects import CompetitionState, Effect, StateChanged
-from cellwright.cell.model.build import World, build_world, demo_objects
+from cellwright.cell.model.build import World, build_world
 from cellwright.config.trial.trial import Camera as CameraDescription
 from cellwright.config.trial.trial import Sensor as SensorDescription
 from cellwright.config.trial.trial import ServoProfile, Trial
@@ -211,7 +211,7 @@ class Cell(CellDevices):
         pool = [part for part in self.world.parts if part.name.startswith("populate_kit_tray_1|")]
         if not pool:
             return None
-        demo = DemoTray(self.trays[1], self.parts, pool, demo_objects(self.trial))
+        demo = DemoTray(self.trays[1], self.parts, pool, [each for _, each in self.trial.demo_clones()])
 
         def begin(effect: Effect) -> None:
             if isinstance(effect, StateChanged) and effect.state is CompetitionState.GO:

@@ -47,7 +47,7 @@ def check(paths: Sequence[Path]) -> Report:
         loaded = load_trial(paths)
     except DescriptionError as error:
         return Report(errors=tuple(map(str, error.problems)), warnings=tuple(map(str, error.warnings)))
-    found = {**resolved(loaded.figures), **resolved_cell(loaded.trial)}
+    found = {**resolved(loaded), **resolved_cell(loaded.trial)}
     return Report(warnings=tuple(map(str, loaded.warnings)), resolved=found, trial=loaded.trial)
 
 

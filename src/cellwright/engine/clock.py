@@ -17,50 +17,12 @@ def seconds(time: int) -> float:
     return time / NANOSECONDS
 
 
-class Clock:
-    """Counts ticks of a rational length; `now` is always `round(tick * 10^9 * timestep)` [ns]."""
-
-    def __init__(self, timestep: Fraction) -> None:
-        if timestep <= 0:
-            raise UsageError(f"a timestep must be above 0 s, not {timestep}")
-        self.timestep = timestep
-        self._numerator = timestep.numerator * NANOSECONDS
-        self._denominator = timestep.denominator
-        self._half = self._denominator // 2
-        self.tick = 0
-        self.now = 0
-
-    def advance(self) -> int:
-        """One tick on; the new time [ns]."""
-        self.tick += 1
-        self.now = (self.tick * self._numerator + self._half) // self._denominator
-        return self.now
-
-    def set_tick(self, tick: int) -> None:
-        """Stand at a given tick, as after a restore."""
-        self.tick = tick
-        self.now = self.time_of(tick)
-
-    def time_of(self, tick: int) -> int:
-        """Time [ns] at a tick."""
-        return (tick * self._numerator + self._half) // self._denominator
-
-    def first_tick_at(self, time: int) -> int:
-        """The first tick whose time is at or after `time` [ns]."""
-        tick = time * self._denominator // self._numerator
-        while self.time_of(tick) >= time and tick > 0:
-            tick -= 1
-        while self.time_of(tick) < time:
-            tick += 1
-        return tick
-
-
 class Cadence:
     """The due times of something periodic: sample n is due at `round(n * 10^9 * period)` [ns]."""
 
-    def __init__(self, period: Fraction) -> None:
+    def __init__(self, period: Fraction, kind: str = "period") -> None:
         if period <= 0:
-            raise UsageError(f"a period must be above 0 s, not {period}")
+            raise UsageError(f"a {kind} must be above 0 s, not {period}")
         self.period = period
         self._numerator = period.numerator * NANOSECONDS
         self._denominator = period.denominator
@@ -76,3 +38,32 @@ class Cadence:
         while self.due(index) < time:
             index += 1
         return index
+
+
+class Clock:
+    """Counts ticks of a rational length; `now` is always `round(tick * 10^9 * timestep)` [ns]."""
+
+    def __init__(self, timestep: Fraction) -> None:
+        self.timestep = timestep
+        self._ticks = Cadence(timestep, "timestep")
+        self.tick = 0
+        self.now = 0
+
+    def advance(self) -> int:
+        """One tick on; the new time [ns]."""
+        self.tick += 1
+        self.now = self._ticks.due(self.tick)
+        return self.now
+
+    def set_tick(self, tick: int) -> None:
+        """Stand at a given tick, as after a restore."""
+        self.tick = tick
+        self.now = self.time_of(tick)
+
+    def time_of(self, tick: int) -> int:
+        """Time [ns] at a tick."""
+        return self._ticks.due(tick)
+
+    def first_tick_at(self, time: int) -> int:
+        """The first tick whose time is at or after `time` [ns]."""
+        return self._ticks.first_at(time)

@@ -9,7 +9,6 @@ def _hex(code: int) -> Colour:
 
 
 FLOOR = _hex(0xB9BDC1)
-FLOOR_DARK = _hex(0xA9AEB3)
 LINE_YELLOW = _hex(0xE8B93B)
 STEEL = _hex(0x9AA3AB)
 STEEL_LIGHT = _hex(0xC3CAD0)

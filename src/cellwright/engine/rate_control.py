@@ -51,14 +51,15 @@ class RateControl:
 
     def pause(self) -> None:
         """Let time stand, from the next tick on."""
-        with self._lock:
-            self._is_paused, self._ticks = True, 0
-            self.changes += 1
+        self._set_paused(is_paused=True)
 
     def resume(self) -> None:
         """Let time pass again."""
+        self._set_paused(is_paused=False)
+
+    def _set_paused(self, *, is_paused: bool) -> None:
         with self._lock:
-            self._is_paused, self._ticks = False, 0
+            self._is_paused, self._ticks = is_paused, 0
             self.changes += 1
 
     def step(self, ticks: int = 1) -> None:
@@ -119,8 +120,8 @@ class RealTimePacer:
 
     Args:
         simulation: what is stepped.
-        tempo: simulated seconds a wall second, above 0; or a `Tempo`, which may change. Whether it lets a tick pass at
-            all is for the caller to ask.
+        tempo: simulated seconds a wall second, above 0; or a `RateControl`, which may change. Whether it lets a tick
+            pass at all is for the caller to ask.
         clock, sleep: wall time [s] and how to wait for it; to be replaced in tests.
 
     Raises:

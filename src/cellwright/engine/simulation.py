@@ -42,29 +42,6 @@ ASLEEP_AFTER = -11
 """Value of `MjData.tree_asleep` for a tree that has just been woken: it counts up to sleep from there."""
 
 
-def wake_tree(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> None:
-    """Wake the tree of a body.
-
-    A changed surface velocity or a moved support does not wake sleepers; a velocity written as -0.0 does, because
-    the engine compares bytes.
-    """
-    tree = int(model.body_treeid[body])
-    if tree >= 0:
-        first = int(model.tree_dofadr[tree])
-        dofs = slice(first, first + int(model.tree_dofnum[tree]))
-        velocity = data.qvel[dofs]
-        data.qvel[dofs] = np.where(velocity == 0.0, -0.0, velocity)
-
-
-def keep_tree_awake(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> None:
-    """Wake the tree of a body, or where it is awake start its count to sleep anew."""
-    tree = int(model.body_treeid[body])
-    if tree >= 0 and data.tree_asleep[tree] < 0:
-        data.tree_asleep[tree] = ASLEEP_AFTER
-    else:
-        wake_tree(model, data, body)
-
-
 CHANGING_FIELDS = ("eq_data", "geom_surfacevel")
 """Fields of the model that devices write at run time: they are state, though the engine keeps them in the model."""
 
@@ -279,12 +256,25 @@ class Simulation:
         self._refreshed_at = -1
 
     def wake(self, body: int) -> None:
-        """Wake the tree of a body, without changing its state: what bears it or pulls at it has changed."""
-        wake_tree(self.model, self.data, body)
+        """Wake the tree of a body, without changing its state: what bears it or pulls at it has changed.
+
+        A changed surface velocity or a moved support does not wake sleepers; a velocity written as -0.0 does, because
+        the engine compares bytes.
+        """
+        tree = int(self.model.body_treeid[body])
+        if tree >= 0:
+            first = int(self.model.tree_dofadr[tree])
+            dofs = slice(first, first + int(self.model.tree_dofnum[tree]))
+            velocity = self.data.qvel[dofs]
+            self.data.qvel[dofs] = np.where(velocity == 0.0, -0.0, velocity)
 
     def keep_awake(self, body: int) -> None:
         """Wake a tree and start its count to sleep anew: what is let go in mid-air could else freeze there for ever."""
-        keep_tree_awake(self.model, self.data, body)
+        tree = int(self.model.body_treeid[body])
+        if tree >= 0 and self.data.tree_asleep[tree] < 0:
+            self.data.tree_asleep[tree] = ASLEEP_AFTER
+        else:
+            self.wake(body)
 
     # ---------------------------------------------------------------- state
 

@@ -105,6 +105,12 @@ def did_you_mean(name: str, valid: Iterable[str]) -> str:
     return f"; did you mean {close[0]}" if close else ""
 
 
+def suggestion(name: str, valid: Iterable[str]) -> str:
+    """The tail "; did you mean X" when one of the valid names is close, else " (known: …)" with all of them."""
+    names = list(valid)
+    return did_you_mean(name, names) or f" (known: {', '.join(names) or 'none'})"
+
+
 def _without_zeros(name: str) -> str:
     """A name in lower case, without the zeros before its numbers."""
     return re.sub(r"(?<!\d)0+(?=\d)", "", name.lower())

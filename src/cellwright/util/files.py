@@ -189,42 +189,27 @@ def _is_cut_short(path: Path) -> bool:
         return file.read(1) not in (b"", b"\n")
 
 
-class JsonLines:
-    """Writes a file of JSON lines; see `LineFile` for its arguments, and for what becomes of a disk that fails.
+class JsonLines(LineFile):
+    """Writes a file of JSON lines.
 
     Raises:
         UsageError: the file cannot be opened.
     """
 
     def __init__(self, path: Path, *, append: bool = False, report: Callable[[str], None] = lambda _line: None) -> None:
-        self.path = path
         try:
-            self._lines = LineFile(path, append=append, report=report)
+            super().__init__(path, append=append, report=report)
         except OSError as error:
             raise UsageError(f"{path}: cannot be written: {error.strerror or error}") from None
 
-    @property
-    def is_writing(self) -> bool:
-        """Whether lines still go to the file."""
-        return self._lines.is_writing
-
-    @property
-    def is_whole(self) -> bool:
-        """Whether all lines have gone to the file so far."""
-        return self._lines.is_whole
-
-    def write(self, value: Mapping[str, Any]) -> None:
+    def write_value(self, value: Mapping[str, Any]) -> None:
         """Add a line.
 
         Raises:
             ValueError: the value holds a number that JSON has not, or something that is no JSON value.
         """
-        if self._lines.is_writing:
-            self._lines.write(json.dumps(value, allow_nan=False))
-
-    def close(self) -> None:
-        """Write no more."""
-        self._lines.close()
+        if self.is_writing:
+            self.write(json.dumps(value, allow_nan=False))
 
     def __enter__(self) -> Self:
         return self

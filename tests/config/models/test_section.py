@@ -73,7 +73,7 @@ BOX = "{mass: 1, shapes: [{box: [0.1, 0.1, 0.1]}]}"
         ("{mass: 1, shapes: [{sphere: {radius: -1}}]}", "a sphere of -1 m"),
         ("{mass: 1, shapes: [{cylinder: {radius: 0.1}}]}", "the required entry 'length' is missing"),
         ("{mass: 1, shapes: [{box: [1, 1, 1], sphere: {radius: 1}}]}", "a shape is one of box, cylinder, "),
-        ("{mass: 1, shapes: [{box: [0.1, 0.1, 0.1], use: sen}]}", "unknown use; did you mean seen"),
+        ("{mass: 1, shapes: [{box: [0.1, 0.1, 0.1], use: sen}]}", "unknown use 'sen'; did you mean seen"),
         ("{mass: 1, shapes: [{box: [0.1, 0.1, 0.1], use: seen}]}", "nothing of it can be touched"),
         ("{mass: 1, shapes: [{box: [0.1, 0.1, 0.1], color: [1, 2, 0]}]}", "must be a list of red, green, blue and"),
         ("{mass: 1, shapes: [{box: [0.1, 0.1, 0.1], scale: 2}]}", "only a mesh has a scale"),

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cellwright.config.parsing.raw_trial import dictionary_order, number_text, quotient, scalar_text
+from cellwright.config.parsing.python2 import dictionary_order, number_text, quotient, scalar_text
 from tests.conftest import DATA
 
 TRIALS: dict[str, Any] = json.loads((DATA / "gear2017_trials.json").read_text())["trials"]

@@ -6,7 +6,8 @@ import pytest
 
 from cellwright.config.parsing.reader import Reader
 from cellwright.config.parsing.tree import Problems
-from cellwright.config.robot.robots import find_urdf, read_tree
+from cellwright.config.robot.robots import find_urdf, read_robot_config, read_tree
+from cellwright.util.errors import DescriptionError
 
 
 @pytest.fixture
@@ -22,7 +23,9 @@ def find(folder: Path, text: str) -> tuple[Path | None, list[str]]:
     path = folder / "vr_configs.yml"
     path.write_text(text)
     problems = Problems()
-    found = find_urdf(read_tree(path, problems), path, Reader(problems))
+    node = read_tree(path, problems).get("urdf_path")
+    assert node is not None
+    found = find_urdf(node, Reader(problems))
     return found, [str(problem).removeprefix(f"{path}") for problem in problems.errors]
 
 
@@ -63,4 +66,7 @@ def test_a_folder_or_a_name_without_end_is_no_file(folder: Path) -> None:
 
 
 def test_nothing_is_named(folder: Path) -> None:
-    assert find(folder, "urdf_pth: a")[1] == [":1: the required entry 'urdf_path' is missing; is it spelt urdf_pth"]
+    path = folder / "vr_configs.yml"
+    path.write_text("urdf_pth: a")
+    with pytest.raises(DescriptionError, match="1: the required entry 'urdf_path' is missing; is it spelt urdf_pth"):
+        read_robot_config(path, print)

@@ -35,7 +35,7 @@ def test_every_public_trial_comes_along() -> None:
 
 @pytest.mark.parametrize("name", TRIALS)
 def test_equal_to_the_public_figures(name: str) -> None:
-    figures = load_trial([find_trial(name)]).figures
+    figures = load_trial([find_trial(name)])
     assert json.loads(json.dumps(resolved(figures))) == TRIALS[name]["resolved"]
 
 

@@ -20,7 +20,7 @@ def test_all_trials_are_there() -> None:
 @pytest.mark.parametrize("name", TRIALS)
 def test_equal_to_the_launchers_figures(name: str) -> None:
     loaded = load_trial(text=yaml.safe_dump(TRIALS[name]["config"], sort_keys=False))
-    assert json.loads(json.dumps(resolved(loaded.figures))) == TRIALS[name]["resolved"]
+    assert json.loads(json.dumps(resolved(loaded))) == TRIALS[name]["resolved"]
 
 
 @pytest.mark.slow
@@ -48,7 +48,7 @@ orders:
   order_0: {{announcement_condition: wanted_parts, announcement_condition_value: 1, parts: {{a: {part}}}}}
   order_1: {{announcement_condition: time, announcement_condition_value: 20, parts: {{a: {part}}}}}
 """
-    orders = resolved(load_trial(text=text).figures)["orders"]
+    orders = resolved(load_trial(text=text))["orders"]
     assert [order["order_id"] for order in orders] == ["order_1", "order_0"]
     assert orders[0]["kits"][0]["objects"][0]["pose"] == {"xyz": ["0", "0", "0"], "rpy": ["0", "0", "0"]}
 
@@ -58,7 +58,7 @@ def test_extra_models_are_listed_when_there_are_any() -> None:
 options: {spawn_extra_models: true}
 models_to_spawn: {world: {models: {a: {type: part2, pose: {xyz: [1, 2, 3]}}}}}
 """
-    data = resolved(load_trial(text=text).figures)
+    data = resolved(load_trial(text=text))
     assert data["extra_models"] == [["world|part2_1", "part2", "world", [1.0, 2.0, 3.0], [0.0, 0.0, 0.0]]]
 
 

@@ -83,7 +83,7 @@ def test_any_fraction_is_exact_or_refused(numerator: int, denominator: int) -> N
         ("{sed: 1}", "1: cellwright.sed: unknown entry; did you mean seed"),
         ("{seed: -1}", "must be at least 0"),
         ("{seed: 1.5}", "must be a whole number"),
-        ("{seed: 9223372036854775808}", "must be at most 9223372036854775807"),
+        ("{seed: 9223372036854775808}", "must be from 0 to 9223372036854775807, not 9223372036854775808"),
         ("{timestep: 0}", "must be from 1/100000 to 1/50 s, not 0"),
         ("{timestep: 1}", "must be from 1/100000 to 1/50 s, not 1"),
         ("{timestep: -0.002}", "must be seconds as a decimal or a fraction"),

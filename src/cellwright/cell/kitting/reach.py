@@ -203,12 +203,8 @@ def good_parts(trial: Trial) -> Counter[str]:
     supply = Counter(
         part.type for part in (*trial.bin_parts, *trial.extra_parts) if trimmed_name(part.name) not in faulty
     )
-    for kind, count in Counter(part.type for part in trial.belt_parts).items():
-        clones = range(trial.options.belt_population_cycles * count)
-        supply[kind] += sum(f"{kind}_clone_{clone}" not in faulty for clone in clones)
-    if trial.options.fill_demo_tray and trial.orders and trial.orders[0].kits:
-        for kind, count in Counter(each.type for each in trial.orders[0].kits[0].objects).items():
-            supply[kind] += sum(f"{kind}_clone_{clone}" not in faulty for clone in range(count))
+    for name, kind in (*trial.belt_clones(), *((name, each.type) for name, each in trial.demo_clones())):
+        supply[kind] += name not in faulty
     return supply
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -18,7 +17,7 @@ from cellwright.cell.model.frames import AGV_HOMES, TRAY_IDS, part_frames, shelf
 from cellwright.cell.model.furniture import add_housing
 from cellwright.cell.model.own_models import add_furniture, own_part_types
 from cellwright.cell.model.parts import PART_TYPES, PartType, add_part, add_part_meshes, part_type
-from cellwright.config.trial.trial import KitObject, Part, Trial
+from cellwright.config.trial.trial import Part, Trial
 from cellwright.util.errors import DescriptionError, UnknownNameError
 from cellwright.util.pose import Pose
 
@@ -206,22 +205,10 @@ def _parts_in_play(trial: Trial, kinds: Mapping[str, PartType]) -> Iterator[_Pla
 
 def _pool(trial: Trial, kinds: Mapping[str, PartType]) -> Iterator[_Planned]:
     """Parts that appear later: on the belt, and on the demo tray of AGV 1."""
-    times = Counter(part.type for part in trial.belt_parts)
-    for kind, count in times.items():
-        for k in range(trial.options.belt_population_cycles * count):
-            yield _Planned(f"populate_conveyor|{kind}_clone_{k}", _kind(kind, kinds), None)
-    if trial.options.fill_demo_tray and trial.options.insert_agvs:
-        clones: Counter[str] = Counter()
-        for wanted in demo_objects(trial):
-            yield _Planned(f"populate_kit_tray_1|{wanted.type}_clone_{clones[wanted.type]}", kinds[wanted.type], None)
-            clones[wanted.type] += 1
-
-
-def demo_objects(trial: Trial) -> tuple[KitObject, ...]:
-    """What the demo tray is filled with: the parts of the first order's first kit that there is a model for."""
-    kits = trial.orders[0].kits if trial.orders else ()
-    known = {*PART_TYPES, *trial.part_models}
-    return tuple(each for each in kits[0].objects if each.type in known) if kits else ()
+    for name, kind in trial.belt_clones():
+        yield _Planned(f"populate_conveyor|{name}", _kind(kind, kinds), None)
+    for name, ordered in trial.demo_clones():
+        yield _Planned(f"populate_kit_tray_1|{name}", kinds[ordered.type], None)
 
 
 def _kind(name: str, kinds: Mapping[str, PartType]) -> PartType:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, TypeAlias
@@ -11,6 +12,12 @@ from cellwright.util.pose import Pose, Vector3
 ModelShapeKind: TypeAlias = Literal["box", "cylinder", "capsule", "sphere", "mesh"]
 Colour: TypeAlias = tuple[float, float, float, float]
 """Red, green, blue, opacity in 0..1."""
+
+
+def clipped_colour(numbers: Sequence[float]) -> Colour:
+    """The colour of four numbers, each brought into 0..1."""
+    red, green, blue, opacity = (min(max(number, 0.0), 1.0) for number in numbers)
+    return (red, green, blue, opacity)
 
 
 @dataclass(frozen=True, slots=True)

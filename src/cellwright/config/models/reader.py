@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 
@@ -17,9 +17,8 @@ from cellwright.config.models.meshes import is_flat, read_mesh
 from cellwright.config.models.model import Colour, Furniture, Model, ModelShape, ModelShapeKind
 from cellwright.config.models.xml import MOST_SHAPES, read_xml
 from cellwright.config.parsing import expressions
-from cellwright.config.parsing.reader import MAX_MESH_BYTES, Reader
+from cellwright.config.parsing.reader import MAX_MESH_BYTES, POSE, REQUIRED, Key, Keys, Reader, one_of, words
 from cellwright.config.parsing.tree import Entry, Items, Leaf, Node, Table, described
-from cellwright.util.errors import did_you_mean
 from cellwright.util.pose import Pose, Vector3
 
 LEAST_SIZE, MOST_SIZE = 1e-4, 20.0
@@ -27,32 +26,60 @@ LEAST_SIZE, MOST_SIZE = 1e-4, 20.0
 LARGEST_SCALE = 1e6
 
 _FORMS: tuple[ModelShapeKind, ...] = get_args(ModelShapeKind)
-_SHAPE = (*_FORMS, "pose", "color", "scale", "use")
 _USES = ("both", "touched", "seen")
 
 
-def refuse_unknown(table: Table, known: tuple[str, ...], reader: Reader) -> None:
-    """Report every entry that is not among the known ones."""
-    for entry in table.entries.values():
-        if entry.name not in known:
-            suggestion = did_you_mean(str(entry.name), known) or f" (known: {', '.join(known)})"
-            reader.problems.error(entry, f"unknown entry{suggestion}")
-
-
-def read_model(table: Table, where: Entry | Table, reader: Reader) -> Model | None:
-    """A model from the `shapes` or the `file`, the `mass` and the `color` in a table; None when something is wrong."""
-    shapes_node, file_node = table.get("shapes"), table.get("file")
-    if (shapes_node is None) == (file_node is None):
-        reader.problems.error(where, "needs either 'shapes' or 'file'" + (", not both" if shapes_node else ""))
+def _colour(reader: Reader, node: Node) -> Colour | None:
+    """Red, green, blue and, where it is given, opacity."""
+    items = node.items if isinstance(node, Items) else ()
+    numbers = [item.value for item in items if isinstance(item, Leaf) and isinstance(item.value, int | float)]
+    if len(numbers) not in (3, 4) or len(numbers) != len(items) or not all(0 <= number <= 1 for number in numbers):
+        reader.problems.error(node, "must be a list of red, green, blue and, if wanted, opacity, each from 0 to 1")
         return None
-    colour_node, mass_node = table.get("color"), table.get("mass")
-    colour = _colour(colour_node, reader) if colour_node else None
-    mass = reader.number(mass_node) if mass_node else None
+    red, green, blue, *opacity = (float(number) for number in numbers)
+    return (red, green, blue, opacity[0] if opacity else 1.0)
+
+
+_COLOUR = Key("color", "`[red, green, blue, opacity]`, each from 0 to 1", "its colour", read=_colour)
+_MODEL = (_COLOUR, Key("shapes", "list", "its shapes"), Key("file", "path", "a file with its shapes"))
+_PART = Keys(Key("mass", "kg", "its mass", read=Reader.number), *_MODEL, strict="entry")
+_FURNITURE = Keys(
+    Key("name", "a name", "what it is called", REQUIRED, Reader.name),
+    Key("pose", POSE, "where it stands, in the world frame", read=Reader.pose),
+    *_MODEL,
+    strict="entry",
+)
+_SHAPE = Keys(
+    *(Key(form, "its lengths, m, or the path of a mesh", "its form") for form in _FORMS),
+    Key("pose", POSE, "where it is, in the model's frame", read=Reader.pose),
+    _COLOUR,
+    Key("scale", "a number, or three", "factors of a mesh"),
+    Key("use", words(_USES), "what it is there for", read=one_of(_USES, "use")),
+    strict="entry",
+)
+_RADIUS = Key("radius", "m", "radius", REQUIRED, Reader.number)
+_SPHERE = Keys(_RADIUS, strict="entry")
+_ROUND = Keys(_RADIUS, Key("length", "m", "length along z", REQUIRED, Reader.number), strict="entry")
+
+
+def _model(table: Table, where: Entry | Table, reader: Reader, values: Mapping[str, Any]) -> Model | None:
+    """A model from the `shapes` or the `file` in a table; None when something is wrong with them.
+
+    Args:
+        table: the part type or piece of furniture.
+        where: what an error is about.
+        reader: collects what is wrong.
+        values: its `mass` and `color`, where the table has them.
+    """
+    shapes, file = table.get("shapes"), table.get("file")
+    if (shapes is None) == (file is None):
+        reader.problems.error(where, "needs either 'shapes' or 'file'" + (", not both" if shapes else ""))
+        return None
     errors = reader.problems.error_count
-    model = _from_file(file_node, reader) if file_node else Model(_shapes(shapes_node, reader) if shapes_node else ())
+    model = _from_file(file, reader) if file else Model(_shapes(shapes, reader) if shapes else ())
     if model is None or reader.problems.error_count > errors:
         return None
-    return replace(model, mass=model.mass if mass is None else mass, colour=colour)
+    return replace(model, mass=values.get("mass", model.mass), colour=values.get("color"))
 
 
 def _from_file(node: Node, reader: Reader) -> Model | None:
@@ -98,7 +125,7 @@ def _shapes(node: Node, reader: Reader) -> tuple[ModelShape, ...]:
 
 
 def _shape(table: Table, reader: Reader) -> ModelShape | None:
-    refuse_unknown(table, _SHAPE, reader)
+    values = _SHAPE.read(table, reader)
     forms = [name for name in _FORMS if name in table]
     if len(forms) != 1:
         reader.problems.error(table, f"a shape is one of {', '.join(_FORMS)}; this has {len(forms) or 'none'}")
@@ -108,17 +135,10 @@ def _shape(table: Table, reader: Reader) -> ModelShape | None:
     size, mesh = _mesh(node, table, reader) if form == "mesh" else (_size(form, node, reader), None)
     if form != "mesh" and "scale" in table:
         reader.problems.error(table.entries["scale"], "only a mesh has a scale")
-    pose_node, colour_node, use_node = table.get("pose"), table.get("color"), table.get("use")
-    placement = reader.placement(pose_node) if pose_node else None
-    colour = _colour(colour_node, reader) if colour_node else None
-    use = reader.name(use_node) if use_node else "both"
-    if use_node and use is not None and use not in _USES:
-        suggestion = did_you_mean(use, _USES) or f" (known: {', '.join(_USES)})"
-        reader.problems.error(use_node, f"unknown use{suggestion}")
     if size is None:
         return None
-    pose = placement.pose if placement else Pose()
-    shape = ModelShape(form, size, pose, colour, use != "seen", use != "touched", mesh)
+    use, pose = values.get("use", "both"), values.get("pose", Pose())
+    shape = ModelShape(form, size, pose, values.get("color"), use != "seen", use != "touched", mesh)
     _check_size(shape, table.entries[form], reader)
     return shape
 
@@ -128,16 +148,9 @@ def _size(form: str, node: Node, reader: Reader) -> Vector3 | None:
     if form == "box":
         lengths = reader.coordinates(node, 3)
         return None if lengths is None else (float(lengths[0]), float(lengths[1]), float(lengths[2]))
-    names = ("radius",) if form == "sphere" else ("radius", "length")
-    table = reader.table(node)
-    if table is None:
-        return None
-    refuse_unknown(table, names, reader)
-    nodes = [reader.required(table, name) for name in names]
-    numbers = [reader.number(each) if each else None for each in nodes]
-    if any(number is None for number in numbers):
-        return None
-    return (float(numbers[0] or 0), float(numbers[1] or 0) if len(numbers) > 1 else 0.0, 0.0)
+    table, keys = reader.table(node), _SPHERE if form == "sphere" else _ROUND
+    values = keys.read(table, reader) if table else {}
+    return (float(values["radius"]), float(values.get("length", 0.0)), 0.0) if keys.complete(values) else None
 
 
 def _mesh(node: Node, table: Table, reader: Reader) -> tuple[Vector3 | None, Path | None]:
@@ -199,17 +212,6 @@ def reach(shape: ModelShape) -> float:
             return away + math.hypot(x, y / 2) + (x if shape.kind == "capsule" else 0.0)
 
 
-def _colour(node: Node, reader: Reader) -> Colour | None:
-    """Red, green, blue and, where it is given, opacity."""
-    items = node.items if isinstance(node, Items) else ()
-    numbers = [item.value for item in items if isinstance(item, Leaf) and isinstance(item.value, int | float)]
-    if len(numbers) not in (3, 4) or len(numbers) != len(items) or not all(0 <= number <= 1 for number in numbers):
-        reader.problems.error(node, "must be a list of red, green, blue and, if wanted, opacity, each from 0 to 1")
-        return None
-    red, green, blue, *opacity = (float(number) for number in numbers)
-    return (red, green, blue, opacity[0] if opacity else 1.0)
-
-
 LEAST_MASS, MOST_MASS = 1e-3, 100.0
 """Bounds of a part's mass [kg]."""
 FARTHEST_REACH = 0.22
@@ -223,23 +225,8 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]+", re.ASCII)
 _NUMBERED = re.compile(r".*(_\d+|_clone.*)")  # these tails are taken off a model's name to get its type
 
 
-@dataclass(frozen=True, slots=True)
-class OwnModels:
-    """Part types by name, and furniture."""
-
-    parts: Mapping[str, Model] = field(default_factory=dict)
-    furniture: tuple[Furniture, ...] = ()
-
-
-def read_own_models(node: Node | None, reader: Reader) -> OwnModels:
-    """What the section `cellwright` has under `parts` and `furniture`."""
-    if not isinstance(node, Table):
-        return OwnModels()
-    parts, furniture = node.get("parts"), node.get("furniture")
-    return OwnModels(_parts(parts, reader) if parts else {}, _furniture(furniture, reader) if furniture else ())
-
-
-def _parts(node: Node, reader: Reader) -> dict[str, Model]:
+def read_part_models(reader: Reader, node: Node) -> dict[str, Model]:
+    """Part types of somebody's own by name."""
     table = reader.table(node)
     found: dict[str, Model] = {}
     if table and len(table.entries) > MOST_TYPES:
@@ -251,8 +238,7 @@ def _parts(node: Node, reader: Reader) -> dict[str, Model]:
         if name is None or body is None:
             continue
         _check_name(name, entry, reader)
-        refuse_unknown(body, ("mass", "color", "shapes", "file"), reader)
-        model = read_model(body, entry, reader)
+        model = _model(body, entry, reader, _PART.read(body, reader))
         if model is None:
             continue
         if model.mjcf is None and not any(shape.is_touched for shape in model.shapes):
@@ -278,7 +264,8 @@ def _check_name(name: str, entry: Entry, reader: Reader) -> None:
         reader.problems.error(entry, f"there is a model {name!r} already; give yours another name")
 
 
-def _furniture(node: Node, reader: Reader) -> tuple[Furniture, ...]:
+def read_furniture(reader: Reader, node: Node) -> tuple[Furniture, ...]:
+    """Furniture of somebody's own."""
     if not isinstance(node, Items):
         reader.problems.error(node, f"must be a list, not {described(node)}")
         return ()
@@ -291,16 +278,12 @@ def _furniture(node: Node, reader: Reader) -> tuple[Furniture, ...]:
         table = reader.table(item)
         if table is None:
             continue
-        refuse_unknown(table, ("name", "pose", "color", "shapes", "file"), reader)
-        name_node = reader.required(table, "name")
-        name = reader.name(name_node) if name_node else None
-        model = read_model(table, table, reader)
-        pose_node = table.get("pose")
-        placement = reader.placement(pose_node) if pose_node else None
-        if name is None or name_node is None or model is None:
+        values = _FURNITURE.read(table, reader)
+        name, model = values.get("name"), _model(table, table, reader, values)
+        if name is None or model is None:
             continue
         if name in found or "|" in name:
             what = "there is another piece of this name" if name in found else "a name has no |"
-            reader.problems.error(name_node, what)
-        found[name] = Furniture(name, model, placement.pose if placement else Pose())
+            reader.problems.error(table.entries["name"].value, what)
+        found[name] = Furniture(name, model, values.get("pose", Pose()))
     return tuple(found.values())

@@ -9,12 +9,13 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import ClassVar, cast, get_args
 
 from cellwright.config.models.files import ModelFile, ModelFileError, referenced_file
 from cellwright.config.models.meshes import read_mesh
-from cellwright.config.models.model import Colour, Model, ModelShape
+from cellwright.config.models.model import Colour, Model, ModelShape, ModelShapeKind, clipped_colour
 from cellwright.util.pose import Pose, Vector3
 
 MOST_SHAPES = 200
@@ -42,7 +43,9 @@ def read_xml(file: ModelFile, folder: Path) -> Model:
 
 
 class _Reader(ABC):
-    """What SDF and URDF have in common."""
+    """What SDF and URDF have in common; `reference` is what names the file of a mesh."""
+
+    reference: ClassVar[str]
 
     def __init__(self, path: Path, folder: Path) -> None:
         self.path = path
@@ -51,6 +54,10 @@ class _Reader(ABC):
     @abstractmethod
     def read(self, root: ET.Element) -> tuple[float, list[ModelShape]]:
         """Mass [kg] and shapes, in the frame of the model."""
+
+    @abstractmethod
+    def figure(self, form: ET.Element, name: str) -> str | None:
+        """What is written for a figure of a shape."""
 
     def refuse(self, message: str) -> ModelFileError:
         return ModelFileError(f"{self.path}: {message}")
@@ -69,8 +76,34 @@ class _Reader(ABC):
         x, y, z = self.numbers(text, 3, what)
         return (x, y, z)
 
-    def mesh(self, reference: str | None, scale: str | None) -> tuple[Vector3, Path]:
-        """Factors and file of a mesh."""
+    def refuse_moving(self, joints: Iterable[ET.Element]) -> None:
+        """Refuse a model with a joint that can move."""
+        for joint in joints:
+            if joint.get("type") != "fixed":
+                raise self.refuse(f"the joint {joint.get('name')!r} can move; a model is one rigid body")
+
+    def shape(self, element: ET.Element, pose: Pose, colour: Colour | None) -> ModelShape:
+        """The shape of a `<collision>` or `<visual>`."""
+        geometry = element.find("geometry")
+        form = next(iter(geometry), None) if geometry is not None else None
+        if form is None:
+            name = f" name={element.get('name')!r}" if element.get("name") else ""
+            raise self.refuse(f"<{element.tag}{name}> without a geometry")
+        if form.tag not in get_args(ModelShapeKind):
+            raise self.refuse(f"a shape <{form.tag}> is not read (known: {', '.join(get_args(ModelShapeKind))})")
+        size, file = self._size(form)
+        touched = element.tag == "collision"
+        return ModelShape(cast("ModelShapeKind", form.tag), size, pose, colour, touched, not touched, file)
+
+    def _size(self, form: ET.Element) -> tuple[Vector3, Path | None]:
+        """The lengths of a shape; factors and file of a mesh."""
+        if form.tag == "box":
+            return self.vector(self.figure(form, "size"), "size"), None
+        if form.tag != "mesh":
+            radius = self.numbers(self.figure(form, "radius"), 1, "radius")[0]
+            length = 0.0 if form.tag == "sphere" else self.numbers(self.figure(form, "length"), 1, "length")[0]
+            return (radius, length, 0.0), None
+        reference, scale = self.figure(form, self.reference), self.figure(form, "scale")
         if not reference:
             raise self.refuse("a mesh without a file")
         file = referenced_file(self.path, reference, self.folder)
@@ -79,6 +112,11 @@ class _Reader(ABC):
 
 
 class _Sdf(_Reader):
+    reference = "uri"
+
+    def figure(self, form: ET.Element, name: str) -> str | None:
+        return form.findtext(name)
+
     def read(self, root: ET.Element) -> tuple[float, list[ModelShape]]:
         models = [*root.findall("model"), *root.findall("world/model")]
         if len(models) != 1:
@@ -87,17 +125,13 @@ class _Sdf(_Reader):
         for element in model.iter():
             if element.tag in ("include", "plugin", "sensor"):
                 raise self.refuse(f"<{element.tag}> is not read; a model is shapes alone")
-        for joint in model.iter("joint"):
-            if joint.get("type") != "fixed":
-                raise self.refuse(f"the joint {joint.get('name')!r} can move; a model is one rigid body")
+        self.refuse_moving(model.iter("joint"))
         mass, shapes = 0.0, list[ModelShape]()
         for link in model.findall("link"):
             place = self._pose(model) @ self._pose(link)
             mass += self.numbers(link.findtext("inertial/mass", "0"), 1, "mass")[0]
-            for tag in ("collision", "visual"):
-                touched = tag == "collision"
-                found = link.findall(tag)
-                shapes += [self._shape(each, place @ self._pose(each), touched=touched) for each in found]
+            found = (*link.findall("collision"), *link.findall("visual"))
+            shapes += [self.shape(each, place @ self._pose(each), self._colour(each)) for each in found]
         return mass, shapes
 
     def _pose(self, element: ET.Element) -> Pose:
@@ -107,35 +141,20 @@ class _Sdf(_Reader):
         x, y, z, roll, pitch, yaw = self.numbers(text, 6, "pose")
         return Pose.from_rpy((x, y, z), (roll, pitch, yaw))
 
-    def _shape(self, element: ET.Element, pose: Pose, *, touched: bool) -> ModelShape:
-        colour = self._colour(element)
-        geometry = element.find("geometry")
-        for form in geometry if geometry is not None else ():
-            match form.tag:
-                case "box":
-                    size = self.vector(form.findtext("size"), "size")
-                case "sphere":
-                    size = (self.numbers(form.findtext("radius"), 1, "radius")[0], 0.0, 0.0)
-                case "cylinder" | "capsule":
-                    radius = self.numbers(form.findtext("radius"), 1, "radius")[0]
-                    size = (radius, self.numbers(form.findtext("length"), 1, "length")[0], 0.0)
-                case "mesh":
-                    size, file = self.mesh(form.findtext("uri"), form.findtext("scale"))
-                    return ModelShape("mesh", size, pose, colour, touched, not touched, file)
-                case _:
-                    raise self.refuse(f"a shape <{form.tag}> is not read (known: box, cylinder, capsule, sphere, mesh)")
-            return ModelShape(form.tag, size, pose, colour, touched, not touched)
-        raise self.refuse(f"<{element.tag} name={element.get('name')!r}> without a geometry")
-
     def _colour(self, element: ET.Element) -> Colour | None:
         text = element.findtext("material/diffuse")
         if text is None:
             return None
         numbers = self.numbers(text if len(text.split()) == 4 else f"{text} 1", 4, "diffuse")
-        return _clipped(numbers)
+        return clipped_colour(numbers)
 
 
 class _Urdf(_Reader):
+    reference = "filename"
+
+    def figure(self, form: ET.Element, name: str) -> str | None:
+        return form.get(name)
+
     def read(self, root: ET.Element) -> tuple[float, list[ModelShape]]:
         places = self._places(root)
         colours = {
@@ -145,22 +164,20 @@ class _Urdf(_Reader):
         for link in root.findall("link"):
             weight = link.find("inertial/mass")
             mass += self.numbers(weight.get("value"), 1, "mass")[0] if weight is not None else 0.0
-            for tag in ("collision", "visual"):
-                for element in link.findall(tag):
-                    pose = places[link.get("name", "")] @ self._origin(element)
-                    material = element.find("material")
-                    colour = None
-                    if material is not None:
-                        colour = self._rgba(material) or colours.get(material.get("name"))
-                    shapes.append(self._shape(element, pose, colour, touched=tag == "collision"))
+            for element in (*link.findall("collision"), *link.findall("visual")):
+                pose = places[link.get("name", "")] @ self._origin(element)
+                material = element.find("material")
+                colour = None
+                if material is not None:
+                    colour = self._rgba(material) or colours.get(material.get("name"))
+                shapes.append(self.shape(element, pose, colour))
         return mass, shapes
 
     def _places(self, root: ET.Element) -> dict[str, Pose]:
         """The pose of every link in the frame of the model, from the fixed joints between them."""
         parents: dict[str, tuple[str, Pose]] = {}
+        self.refuse_moving(root.findall("joint"))
         for joint in root.findall("joint"):
-            if joint.get("type") != "fixed":
-                raise self.refuse(f"the joint {joint.get('name')!r} can move; a model is one rigid body")
             parent, child = joint.find("parent"), joint.find("child")
             if parent is None or child is None:
                 raise self.refuse(f"the joint {joint.get('name')!r} lacks its parent or child")
@@ -188,33 +205,6 @@ class _Urdf(_Reader):
             self.vector(origin.get("xyz", "0 0 0"), "xyz"), self.vector(origin.get("rpy", "0 0 0"), "rpy")
         )
 
-    def _shape(self, element: ET.Element, pose: Pose, colour: Colour | None, *, touched: bool) -> ModelShape:
-        for form in self._forms(element):
-            match form.tag:
-                case "box":
-                    size = self.vector(form.get("size"), "size")
-                case "sphere":
-                    size = (self.numbers(form.get("radius"), 1, "radius")[0], 0.0, 0.0)
-                case "cylinder" | "capsule":
-                    radius = self.numbers(form.get("radius"), 1, "radius")[0]
-                    size = (radius, self.numbers(form.get("length"), 1, "length")[0], 0.0)
-                case "mesh":
-                    size, file = self.mesh(form.get("filename"), form.get("scale"))
-                    return ModelShape("mesh", size, pose, colour, touched, not touched, file)
-                case _:
-                    raise self.refuse(f"a shape <{form.tag}> is not read (known: box, cylinder, capsule, sphere, mesh)")
-            return ModelShape(form.tag, size, pose, colour, touched, not touched)
-        raise self.refuse(f"<{element.tag}> without a geometry")
-
-    def _forms(self, element: ET.Element) -> Iterator[ET.Element]:
-        geometry = element.find("geometry")
-        return iter(() if geometry is None else geometry)
-
     def _rgba(self, material: ET.Element) -> Colour | None:
         colour = material.find("color")
-        return None if colour is None else _clipped(self.numbers(colour.get("rgba"), 4, "rgba"))
-
-
-def _clipped(numbers: list[float]) -> Colour:
-    red, green, blue, opacity = (min(max(number, 0.0), 1.0) for number in numbers)
-    return (red, green, blue, opacity)
+        return None if colour is None else clipped_colour(self.numbers(colour.get("rgba"), 4, "rgba"))

@@ -1,26 +1,33 @@
 """Declared keys of a configuration section, and the reader of single values with a diagnostic for each mistake.
 
-A reader passes `names` on to whatever tells unknown entries; the pages of the documentation have the rest.
+A section is a table of keys. Each knows its text for the pages of the documentation, its default, its reader and its
+field, so that `Keys.read` reads a section and the pages tell what it reads.
 
-Each method returns None after it has reported an error, so that a caller can go on and find more.
+Each method of the reader returns None after it has reported an error, so that a caller can go on and find more.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
+from typing import Any, TypeAlias
 
 from cellwright.config.parsing import expressions
-from cellwright.config.parsing.raw_trial import Placement, dictionary_order, scalar_text
-from cellwright.config.parsing.tree import Entry, Items, Leaf, Located, Node, Problems, Table, described
-from cellwright.util.errors import ExpressionError, did_you_mean
-from cellwright.util.pose import Vector3
+from cellwright.config.parsing.python2 import dictionary_order, scalar_text
+from cellwright.config.parsing.tree import Entry, Items, Leaf, Located, Node, Problems, Table, described, shortened
+from cellwright.util.errors import ExpressionError, did_you_mean, suggestion
+from cellwright.util.pose import Pose, Vector3
 
 REQUIRED = "required"
 """The default of an entry that must be there."""
+
+_NO_DEFAULT = "none"
+
+Read: TypeAlias = "Callable[[Reader, Node], Any]"
+"""Reader of one value, often a method of `Reader`; it returns None after it has reported an error."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,19 +39,36 @@ class Key:
         value: what is written there, with its unit.
         meaning: what that does.
         default: what is meant when it is left out: a value, or a remark in words; `REQUIRED` where it must be there.
+        read: reader of its value; None where the section's reader does that.
+        field: name of the value in what the section is read into; empty where that is `name`.
     """
 
     name: str
     value: str
     meaning: str
-    default: object = "none"
+    default: object = _NO_DEFAULT
+    read: Read | None = None
+    field: str = ""
+
+    @property
+    def target(self) -> str:
+        """Name of the field that takes the value."""
+        return self.field or self.name
 
 
 class Keys:
-    """The entries of a section, in the order of the reference."""
+    """The entries of a section, in the order of the reference.
 
-    def __init__(self, *keys: Key) -> None:
-        self._keys = keys
+    Args:
+        keys: the entries.
+        of: dataclass whose fields take the values; its defaults count where a key names none.
+        strict: what the error calls an unknown entry; where it is empty, such an entry is a warning.
+    """
+
+    def __init__(self, *keys: Key, of: type | None = None, strict: str = "") -> None:
+        defaults = {each.name: each for each in fields(of)} if of else {}
+        self._keys = tuple(_with_default(key, defaults.get(key.target)) for key in keys)
+        self._strict = strict
 
     def __iter__(self) -> Iterator[Key]:
         return iter(self._keys)
@@ -59,6 +83,35 @@ class Keys:
         """Those that must be there."""
         return tuple(key.name for key in self if key.default == REQUIRED)
 
+    def read(self, table: Table, reader: Reader, others: Sequence[str] = ()) -> dict[str, Any]:
+        """The values that a table has for the keys' fields; what is missing, unknown or refused is reported.
+
+        Args:
+            table: the section.
+            reader: collects what is wrong.
+            others: entries that are known besides, and not read.
+        """
+        known = (*others, *self.names)
+        if self._strict:
+            reader.refuse_unknown(table, known, self._strict)
+        else:
+            reader.ignored(table, known)
+        return self.values(table, reader)
+
+    def values(self, table: Table, reader: Reader) -> dict[str, Any]:
+        """As `read`, without a word on unknown entries."""
+        values: dict[str, Any] = {}
+        for key in self:
+            node = reader.required(table, key.name) if key.default == REQUIRED else table.get(key.name)
+            value = key.read(reader, node) if node and key.read else None
+            if value is not None:
+                values[key.target] = value
+        return values
+
+    def complete(self, values: Collection[str]) -> bool:
+        """Whether there is a value for each required entry that has a reader."""
+        return all(key.target in values for key in self if key.default == REQUIRED and key.read)
+
     def table(self, prefix: str = "") -> str:
         """The entries as a table in Markdown.
 
@@ -69,6 +122,15 @@ class Keys:
             f"| `{prefix}{key.name}` | {key.value} | {key.meaning} | {_default_text(key.default)} |" for key in self
         ]
         return "\n".join(["| entry | value | meaning | default |", "|---|---|---|---|", *rows, ""])
+
+
+def _with_default(key: Key, field: Any) -> Key:
+    """The key with the default of a dataclass's field, if it has none of its own."""
+    if field is None or key.default != _NO_DEFAULT or field.default_factory is not MISSING:
+        return key
+    if field.default is MISSING:
+        return replace(key, default=REQUIRED)
+    return replace(key, default=f"`{field.default}`" if isinstance(field.default, str) else field.default)
 
 
 def _default_text(default: object) -> str:
@@ -88,6 +150,19 @@ MAX_MESH_BYTES = 50 << 20
 """Largest mesh files of one trial together [bytes]."""
 
 _NUMBER = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*", re.ASCII)
+
+
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """A pose as written: `xyz` [m] and `rpy` [rad], None where the file says nothing and zero is meant."""
+
+    xyz: Vector3 | None = None
+    rpy: Vector3 | None = None
+
+    @property
+    def pose(self) -> Pose:
+        """The pose that is meant."""
+        return Pose.from_rpy(self.xyz or (0.0, 0.0, 0.0), self.rpy or (0.0, 0.0, 0.0))
 
 
 class Reader:
@@ -121,15 +196,20 @@ class Reader:
         node = table.get(name)
         if node is None:
             others = [other for other in table.entries if isinstance(other, str)]
-            suggestion = hint or _misspelt(name, others)
-            self.problems.error(table, f"the required entry {name!r} is missing{suggestion}")
+            self.problems.error(table, f"the required entry {name!r} is missing{hint or _misspelt(name, others)}")
         return node
 
-    def ignored(self, table: Table, known: Sequence[str]) -> None:
+    def ignored(self, table: Table, known: Collection[str]) -> None:
         """Warn of every entry that the original passed over."""
         for entry in table.entries.values():
             if entry.name not in known:
                 self.problems.warn(entry, f"unknown entry, ignored{did_you_mean(str(entry.name), known)}")
+
+    def refuse_unknown(self, table: Table, known: Collection[str], kind: str = "entry") -> None:
+        """Report every entry that is not among the known ones; the error calls it a `kind`."""
+        for entry in table.entries.values():
+            if entry.name not in known:
+                self.problems.error(entry, f"unknown {kind}{suggestion(str(entry.name), known)}")
 
     def name(self, node: Node) -> str | None:
         """A name: a text, or a number, which becomes one."""
@@ -180,6 +260,21 @@ class Reader:
         except OverflowError:
             pass
         self.problems.error(where, "must be a finite number")
+        return None
+
+    def not_negative(self, node: Node) -> float | None:
+        """A number that is 0 or more."""
+        number = self.number(node)
+        if number is not None and number < 0:
+            self.problems.error(node, f"must not be negative, and is {number:g}")
+            return None
+        return None if number is None else float(number)
+
+    def truth(self, node: Node) -> bool | None:
+        """True or false."""
+        if isinstance(node, Leaf) and isinstance(node.value, bool):
+            return node.value
+        self.problems.error(node, f"must be true or false, not {described(node)}")
         return None
 
     def whole(self, node: Node, *, least: int = 0) -> int | None:
@@ -249,11 +344,114 @@ class Reader:
         table = self.table(node)
         if table is None:
             return None
-        self.ignored(table, ("xyz", "rpy"))
-        xyz_node, rpy_node = table.get("xyz"), table.get("rpy")
-        xyz = self.position(xyz_node) if xyz_node else None
-        rpy = self.vector(rpy_node) if rpy_node else None
-        return Placement(xyz, rpy)
+        return Placement(**_PLACEMENT.read(table, self))
+
+    def pose(self, node: Node) -> Pose | None:
+        """The pose that a placement means."""
+        placement = self.placement(node)
+        return placement.pose if placement else None
+
+
+_PLACEMENT = Keys(
+    Key("xyz", "three lengths, m", "position", read=Reader.position),
+    Key("rpy", "three angles, rad", "roll, pitch, yaw", read=Reader.vector),
+)
+
+POSE = "`{xyz: [x, y, z], rpy: [roll, pitch, yaw]}`, m and rad; either may be left out and is zero then"
+"""What is written for a pose, as the reference says it."""
+
+TRUTH = "true or false"
+"""What is written for a switch."""
+
+
+def words(known: Iterable[str], between: str = ", ") -> str:
+    """Words to choose from, as the reference says them."""
+    return between.join(f"`{word}`" for word in known)
+
+
+def one_of(known: Collection[str], kind: str = "") -> Read:
+    """Reader of one of some words; the error calls another one an unknown `kind`."""
+
+    def read(reader: Reader, node: Node) -> str | None:
+        name = reader.name(node)
+        if name is None or name in known:
+            return name
+        refusal = f"unknown {kind} {shortened(name)!r}" if kind else f"cannot be {shortened(name)!r}"
+        reader.problems.error(node, f"{refusal}{suggestion(name, known)}")
+        return None
+
+    return read
+
+
+def choice(known: Sequence[str]) -> Read:
+    """Reader of one of a few words; the error says what else stands there."""
+
+    def read(reader: Reader, node: Node) -> str | None:
+        if isinstance(node, Leaf) and node.value in known:
+            return str(node.value)
+        hint = did_you_mean(node.value, known) if isinstance(node, Leaf) and isinstance(node.value, str) else ""
+        reader.problems.error(node, f"must be {' or '.join(known)}, not {described(node)}{hint}")
+        return None
+
+    return read
+
+
+def numbers(count: int, names: str) -> Read:
+    """Reader of a list of so many numbers, which the error calls by their names."""
+
+    def read(reader: Reader, node: Node) -> tuple[float, ...] | None:
+        if not isinstance(node, Items) or len(node.items) != count:
+            found = f"one of {len(node.items)}" if isinstance(node, Items) else described(node)
+            reader.problems.error(node, f"must be a list of {count} numbers, {names}, not {found}")
+            return None
+        found_numbers = [reader.number(item) for item in node.items]
+        return None if None in found_numbers else tuple(float(each) for each in found_numbers if each is not None)
+
+    return read
+
+
+def number(least: float, most: float, unit: str = "") -> Read:
+    """Reader of a number in bounds, as a float."""
+    return _bounded(Reader.number, float, "g", least, most, unit)
+
+
+def whole(least: int, most: int, unit: str = "") -> Read:
+    """Reader of a whole number in bounds."""
+    return _bounded(Reader.whole, int, "d", least, most, unit)
+
+
+def _bounded(read: Read, kind: type, form: str, least: float, most: float, unit: str) -> Read:
+    def bounded(reader: Reader, node: Node) -> Any:
+        found = read(reader, node)
+        if found is None or least <= found <= most:
+            return None if found is None else kind(found)
+        bounds = f"{least:{form}} to {most:{form}} {unit}".rstrip()
+        reader.problems.error(node, f"must be from {bounds}, not {found:{form}}")
+        return None
+
+    return bounded
+
+
+def section(keys: Keys, make: Callable[..., Any]) -> Read:
+    """Reader of a mapping with keys, which makes a value of them when all required ones are there."""
+
+    def read(reader: Reader, node: Node) -> Any:
+        table = reader.table(node)
+        values = keys.read(table, reader) if table else {}
+        return make(**values) if table and keys.complete(values) else None
+
+    return read
+
+
+def plain(node: Node) -> Any:
+    """A node as plain data: dicts, lists and scalars."""
+    match node:
+        case Table():
+            return {str(entry.name): plain(entry.value) for entry in node.entries.values()}
+        case Items():
+            return [plain(item) for item in node.items]
+        case Leaf():
+            return node.value
 
 
 def _misspelt(name: str, others: list[str]) -> str:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from datetime import date
+from pathlib import Path
 from typing import Literal, Protocol, TypeAlias
+
+from cellwright.util.errors import DescriptionError
 
 Severity: TypeAlias = Literal["error", "warning"]
 
@@ -47,6 +50,11 @@ class Problem:
         text = ": ".join(part for part in (str(self.place), self.key, self.message) if part)
         # Whatever a file smuggles in, a problem stays one line that any terminal can show.
         return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+
+
+def refusal(path: Path, line: int, message: str) -> DescriptionError:
+    """The error that says that a file cannot be read at all; line 0 is the whole file."""
+    return DescriptionError([Problem(Place(0, str(path), line), "", message)])
 
 
 class Located(Protocol):

@@ -23,6 +23,7 @@ from cellwright.config.parsing.tree import (
     Problems,
     Scalar,
     Table,
+    described,
     key_text,
     shortened,
 )
@@ -66,6 +67,26 @@ def parse(text: JoinedText, problems: Problems) -> Node | None:
         raise _refusal(text, mark.index if mark else 0, f"no valid YAML: {message}") from None
     except RecursionError:
         raise _refusal(text, 0, f"nested deeper than {MAX_DEPTH} levels") from None
+
+
+def parse_mapping(text: JoinedText, problems: Problems, expected: str) -> Table:
+    """The top level of the one document in the text; nothing at all is an empty one.
+
+    Args:
+        text: the text.
+        problems: takes what may be said of keys.
+        expected: what the error says should stand there: "a configuration is a mapping of sections".
+
+    Raises:
+        DescriptionError: the text is no YAML that can be read here, or has no mapping.
+    """
+    root = parse(text, problems)
+    if root is None or (isinstance(root, Leaf) and root.value is None):
+        return Table(Place(0, text.place(0).path, 0), "")
+    if isinstance(root, Table):
+        return root
+    message = f"{expected}, not {described(root)}{text.glue_hint(root.place)}"
+    raise DescriptionError([*problems.errors, Problem(root.place, "", message)], problems.warnings)
 
 
 def _refusal(text: JoinedText, index: int, message: str) -> DescriptionError:

@@ -11,8 +11,8 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
-from cellwright.config.parsing.reader import Reader
-from cellwright.config.parsing.tree import Items, Leaf, Node, Table, described
+from cellwright.config.parsing.reader import Reader, plain
+from cellwright.config.parsing.tree import Items, Leaf, Node, described
 from cellwright.config.robot import config_keys
 from cellwright.config.robot.config import Camera, RobotConfig
 from cellwright.config.trial.sensors import (
@@ -37,24 +37,14 @@ def read_cameras(node: Node, reader: Reader) -> tuple[Camera, ...]:
     return tuple(camera for camera in cameras if camera is not None)
 
 
-def plain(node: Node) -> Any:
-    """A value as Python has it."""
-    match node:
-        case Table():
-            return {str(entry.name): plain(entry.value) for entry in node.entries.values()}
-        case Items():
-            return [plain(item) for item in node.items]
-    return node.value
-
-
 def _read_camera(node: Node, reader: Reader) -> Camera | None:
     table = reader.table(node)
     name_node = reader.required(table, "name") if table else None
     if table is None or name_node is None:
         return None
-    reader.ignored(table, config_keys.CAMERA)
+    reader.ignored(table, config_keys.CAMERAS.names)
     name = reader.name(name_node)
-    figures = [entry.value for entry in table.entries.values() if entry.name in config_keys.CAMERA[1:]]
+    figures = [entry.value for entry in table.entries.values() if entry.name in config_keys.CAMERAS.names[1:]]
     for figure in figures:
         _check_finite(figure, reader)
     return Camera(name, plain(table)) if name is not None else None

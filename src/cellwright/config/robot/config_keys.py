@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from cellwright.config.parsing.reader import REQUIRED, Key, Keys
+from cellwright.config.parsing.reader import REQUIRED, TRUTH, Key, Keys, Reader, choice, numbers, words
 
 BASE_COMMAND_MODES = ("delta", "velocity")
 INDEX_ORDERS = ("pybullet", "urdf")
@@ -16,7 +16,7 @@ _POSTURE = "`{joint_index, rest_j_pos, max_acceleration}`"
 
 ENTRIES = Keys(
     Key("urdf_path", "path", "URDF or xacro file, counted from the file's folder, or from the one above", REQUIRED),
-    Key("robot_name", "text", "a label", "the URDF's"),
+    Key("robot_name", "text", "a label", "the URDF's", Reader.name),
     Key("base_pose", "`{position, orientation}`", "the root link, or the fixed one, in the world", "at the origin"),
     Key(
         "fixed_link",
@@ -26,9 +26,10 @@ ENTRIES = Keys(
     ),
     Key(
         "joint_index_order",
-        " or ".join(f"`{each}`" for each in INDEX_ORDERS),
+        words(INDEX_ORDERS, " or "),
         "how the file's indices count, see above",
         f"`{INDEX_ORDERS[0]}`",
+        choice(INDEX_ORDERS),
     ),
     Key("arms", "list, right before left", "see below"),
     Key("grippers", "list, right before left", "see below"),
@@ -44,16 +45,18 @@ ENTRIES = Keys(
     Key("cameras", "list", "cameras that take pictures, see below"),
     Key(
         "wo_controller",
-        "true or false",
+        TRUTH,
         "whether the robot is run without the stack's own controller; kept, and not used, as in the original's nodes",
         default=False,
+        read=Reader.truth,
     ),
     Key(
         "base_command_mode",
-        " or ".join(f"`{each}`" for each in BASE_COMMAND_MODES),
+        words(BASE_COMMAND_MODES, " or "),
         "messages on `target_base_move` have three numbers: turn, move forward and sideways by so much (rad, m) or so "
         "fast (rad/s, m/s)",
         "two numbers, as in the original",
+        choice(BASE_COMMAND_MODES),
     ),
 )
 READ = ENTRIES.names
@@ -92,7 +95,6 @@ ARMS = Keys(
     Key("rest_j_pos", _HOME, "home, a position for each joint", REQUIRED),
     _MAX_ACCELERATION,
 )
-ARM = ARMS.names
 GRIPPERS = Keys(
     Key("joint_index", _JOINTS, "its joints; those that mimic others may be named or not", REQUIRED),
     Key(
@@ -103,7 +105,6 @@ GRIPPERS = Keys(
     ),
     _MAX_ACCELERATION,
 )
-GRIPPER = GRIPPERS.names
 GRIPPER_UNUSED = ("thumb", "index", "middle", "ring", "pinky")
 """Lists of the joints of each finger: old revisions have them, and only `joint_index` was ever read."""
 POSTURE = ("joint_index", "rest_j_pos", "max_acceleration")
@@ -126,14 +127,17 @@ CAMERAS = Keys(
     Key("img_width", "pixels", "width of its pictures", 640),
     Key("img_height", "pixels", "height of its pictures; it sees 100° up and down together", 480),
 )
-CAMERA = CAMERAS.names
 BASE_POSES = Keys(
-    Key("position", "`[x, y, z]`, m", "where it is", "`[0, 0, 0]`"),
-    Key("orientation", "`[x, y, z, w]`", "a quaternion, which is scaled to unit length", "`[0, 0, 0, 1]`"),
+    Key("position", "`[x, y, z]`, m", "where it is", "`[0, 0, 0]`", numbers(3, "x, y, z [m]")),
+    Key(
+        "orientation",
+        "`[x, y, z, w]`",
+        "a quaternion, which is scaled to unit length",
+        "`[0, 0, 0, 1]`",
+        numbers(4, "x, y, z, w"),
+    ),
 )
-BASE_POSE = BASE_POSES.names
 CONTROLLERS = Keys(
     Key("cmd_ee", "a link for each arm", "whose poses are commanded", "the arms' tips"),
     Key("base", "a link for each arm", "in whose frames they are given; -1 is the robot's base", "the robot's base"),
 )
-CONTROLLER = CONTROLLERS.names

@@ -45,10 +45,10 @@ class References:
             node: its index or name.
             may_follow: whether it may be one that mimics another.
         """
-        joint = self._joint(node)
-        if joint is None:
+        index = self._find(node, "joint", " (-1 is for what the robot lacks, in the head's list only)")
+        if index is None:
             return None
-        index = self._joints.index(joint)
+        joint = self._joints[index]
         if joint.mimic is not None and not may_follow:
             self._problems.error(node, f"joint {index} ({joint.name}) mimics {joint.mimic.joint}; name that one")
             return None
@@ -80,67 +80,56 @@ class References:
 
     def link(self, node: Node, *, may_be_root: bool = False) -> str | None:
         """A link by index or name, or None after a report."""
-        match node:
-            case Leaf(value=bool()):
-                pass
-            case Leaf(value=int(index)):
-                if index == ROOT and may_be_root:
-                    return self.robot.root
-                if 0 <= index < len(self._joints):
-                    return self._joints[index].child
-                root = f" (-1 is the root link {self.robot.root}, which nothing moves)" if index == ROOT else ""
-                self._out_of_range(node, "link", index, root)
-                return None
-            case Leaf(value=str(name)):
-                return self._named_link(node, name, may_be_root=may_be_root)
-        self._problems.error(node, f"must be a link, by index or name, not {described(node)}{_whole(node)}")
-        return None
-
-    def _joint(self, node: Node) -> Joint | None:
-        match node:
-            case Leaf(value=bool()):
-                pass
-            case Leaf(value=int(index)):
-                if 0 <= index < len(self._joints):
-                    return self._joints[index]
-                absent = " (-1 is for what the robot lacks, in the head's list only)" if index == ROOT else ""
-                self._out_of_range(node, "joint", index, absent)
-                return None
-            case Leaf(value=str(name)):
-                return self._named_joint(node, name)
-        self._problems.error(node, f"must be a joint, by index or name, not {described(node)}{_whole(node)}")
-        return None
-
-    def _named_joint(self, node: Leaf, name: str) -> Joint | None:
-        if name in self.robot.joint_indices:
-            return self.robot.joint(name)
-        above = self.robot.joint_above(name)
-        hint = f"; it is a link, and the joint that moves it is {above.name}" if above else ""
-        hint = hint or _in_quotes(name) or did_you_mean(name, self.robot.joint_indices)
-        known = listed(each.name for each in self.robot.driven)
-        self._problems.error(node, f"unknown joint {shortened(repr(name))}{hint} (known: {known})")
-        return None
-
-    def _named_link(self, node: Leaf, name: str, *, may_be_root: bool) -> str | None:
-        if name == self.robot.root and not may_be_root:
-            self._problems.error(node, f"{name} is the root link, which nothing moves")
+        root = self.robot.root
+        if isinstance(node, Leaf) and (node.value == root or (may_be_root and _is_absent(node))):
+            if may_be_root:
+                return root
+            self._problems.error(node, f"{root} is the root link, which nothing moves")
             return None
-        if name in self.robot.links:
-            return name
-        hint = _in_quotes(name) or did_you_mean(name, self.robot.links)
-        if name in self.robot.joint_indices:
-            hint = f"; it is a joint, and the link that it moves is {self.robot.joint(name).child}"
-        self._problems.error(node, f"unknown link {shortened(repr(name))}{hint} (known: {listed(self.robot.links)})")
+        index = self._find(node, "link", f" (-1 is the root link {root}, which nothing moves)")
+        return None if index is None else self._joints[index].child
+
+    def _find(self, node: Node, kind: str, of_root: str) -> int | None:
+        """The index of a joint, or of the link that it moves, or None after a report; `of_root` is a remark on -1."""
+        match node:
+            case Leaf(value=bool()):
+                pass
+            case Leaf(value=int(index)):
+                if 0 <= index < len(self._joints):
+                    return index
+                self._out_of_range(node, kind, index, of_root if index == ROOT else "")
+                return None
+            case Leaf(value=str(name)):
+                names = [joint.name if kind == "joint" else joint.child for joint in self._joints]
+                if name in names:
+                    return names.index(name)
+                self._unknown(node, kind, name)
+                return None
+        self._problems.error(node, f"must be a {kind}, by index or name, not {described(node)}{_whole(node)}")
         return None
+
+    def _unknown(self, node: Leaf, kind: str, name: str) -> None:
+        robot, names, hint = self.robot, tuple(self.robot.links), ""
+        known = listed(names)
+        if kind == "joint":
+            names, known = tuple(robot.joint_indices), listed(each.name for each in robot.driven)
+            if above := robot.joint_above(name):
+                hint = f"; it is a link, and the joint that moves it is {above.name}"
+        elif name in robot.joint_indices:
+            hint = f"; it is a joint, and the link that it moves is {robot.joint(name).child}"
+        hint = hint or _in_quotes(name) or did_you_mean(name, names)
+        self._problems.error(node, f"unknown {kind} {shortened(repr(name))}{hint} (known: {known})")
 
     def _out_of_range(self, node: Leaf, kind: str, index: int, remark: str) -> None:
         if not self._joints:
             self._problems.error(node, f"there is no {kind} {index}: the robot {self.robot.name} has no joints")
             return
-        if kind == "joint":
-            valid = [f"{number} {joint.name}" for number, joint in enumerate(self._joints) if joint.is_driven]
-        else:
-            valid = [f"{number} {joint.child}" for number, joint in enumerate(self._joints)]
+        of_joint = kind == "joint"
+        valid = [
+            f"{number} {joint.name if of_joint else joint.child}"
+            for number, joint in enumerate(self._joints)
+            if joint.is_driven or not of_joint
+        ]
         self._problems.error(
             node,
             f"there is no {kind} {shortened(str(index))}{remark}; indices go from 0 to {len(self._joints) - 1} "
@@ -188,7 +177,7 @@ class GroupReader:
 
     def arm(self, node: Node) -> Arm | None:
         """An arm."""
-        table = self._table(node, config_keys.ARM)
+        table = self._table(node, config_keys.ARMS.names)
         if table is None:
             return None
         joints = self._joints(table)
@@ -198,11 +187,11 @@ class GroupReader:
         self._bound(table, joints)
         if joints is None or tip is None or home is None:
             return None
-        return Arm(_names(joints), tip, home)
+        return Arm(joint_names(joints), tip, home)
 
     def gripper(self, node: Node) -> Gripper | None:
         """A gripper: its joints need limits, between which it opens and closes."""
-        table = self._table(node, (*config_keys.GRIPPER, *config_keys.GRIPPER_UNUSED))
+        table = self._table(node, (*config_keys.GRIPPERS.names, *config_keys.GRIPPER_UNUSED))
         joints = self._joints(table, may_follow=True) if table else None
         if table is None or joints is None:
             return None
@@ -218,7 +207,7 @@ class GroupReader:
             )
             return None
         self._bound(table, joints)
-        return Gripper(_names(joints), self._open_ends(table, len(joints)))
+        return Gripper(joint_names(joints), self._open_ends(table, len(joints)))
 
     def _open_ends(self, table: Table, count: int) -> tuple[End, ...]:
         """The limit at which each joint of a gripper is open; empty where that is the lower one of all."""
@@ -247,7 +236,7 @@ class GroupReader:
         joints = self._joints(table)
         home = self._home(table, joints)
         self._bound(table, joints)
-        return Posture(_names(joints), home) if joints is not None and home is not None else None
+        return Posture(joint_names(joints), home) if joints is not None and home is not None else None
 
     def lift(self, node: Node) -> Posture | None:
         """The lift of the torso: one joint, which goes home to 0 when nothing is said."""
@@ -281,7 +270,7 @@ class GroupReader:
         self._bound(table, [joints[axes.index(axis)] if axis in axes else None for axis in range(len(joint_items))])
         found = [(home_items[axis], joint, homes[axis]) for axis, joint in zip(axes, joints, strict=True)]
         home = [self._reachable(where, joint, value) for where, joint, value in found if value is not None]
-        return (Posture(_names(joints), tuple(home)), axes) if len(home) == len(axes) else (None, ())
+        return (Posture(joint_names(joints), tuple(home)), axes) if len(home) == len(axes) else (None, ())
 
     def _table(self, node: Node, known: tuple[str, ...]) -> Table | None:
         table = self.reader.table(node)
@@ -355,7 +344,8 @@ class GroupReader:
         return None
 
 
-def _names(joints: tuple[Joint, ...]) -> tuple[str, ...]:
+def joint_names(joints: Iterable[Joint]) -> tuple[str, ...]:
+    """What joints are called."""
     return tuple(joint.name for joint in joints)
 
 

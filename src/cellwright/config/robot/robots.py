@@ -7,18 +7,18 @@ unknown is a warning. A file that means nothing, or the wrong joint, is refused 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from cellwright.config.parsing.reader import Reader
+from cellwright.config.parsing.reader import Reader, plain
 from cellwright.config.parsing.sources import read_texts
-from cellwright.config.parsing.tree import Entry, Items, Leaf, Node, Place, Problem, Problems, Table, described
-from cellwright.config.parsing.yaml_source import parse
+from cellwright.config.parsing.tree import Items, Leaf, Node, Problems, Table, described, refusal
+from cellwright.config.parsing.yaml_source import parse_mapping
 from cellwright.config.robot import config_keys
-from cellwright.config.robot.cameras import plain, read_cameras
+from cellwright.config.robot.cameras import read_cameras
 from cellwright.config.robot.config import Arm, Posture, RobotConfig
 from cellwright.config.robot.config_keys import READ, UNUSED
 from cellwright.config.robot.group_reader import GroupReader, References, numbered
@@ -31,21 +31,12 @@ from cellwright.util.pose import Pose, normalized
 _NEARBY = tuple(f"{levels}*.{suffix}" for levels in ("", "*/", "*/*/") for suffix in ("urdf", "xacro"))
 
 
-def find_urdf(root: Table, path: Path, reader: Reader) -> Path | None:
-    """The URDF; its path counts from the folder of the configuration, or, as in old revisions, from the one above.
-
-    Args:
-        root: the top level of the configuration.
-        path: the configuration's file.
-        reader: takes what is wrong.
-    """
-    node = reader.required(root, "urdf_path")
-    if node is None:
-        return None
+def find_urdf(node: Node, reader: Reader) -> Path | None:
+    """The URDF; its path counts from the folder of the configuration, or, as in old revisions, from the one above."""
     if not isinstance(node, Leaf) or not isinstance(node.value, str) or not node.value.isprintable() or not node.value:
         reader.problems.error(node, f"must be the path of a URDF or xacro file, not {described(node)}")
         return None
-    folder = path.parent
+    folder = Path(node.place.path).parent
     for found in (folder / node.value, folder.parent / node.value):
         try:
             if found.is_file():
@@ -76,18 +67,14 @@ def read_base_pose(node: Node | None, reader: Reader) -> Pose:
     table = reader.table(node) if node else None
     if table is None:
         return Pose()
-    reader.ignored(table, config_keys.BASE_POSE)
-    position_node, orientation_node = table.get("position"), table.get("orientation")
-    position = _fixed_numbers(position_node, 3, "x, y, z [m]", reader) if position_node else (0.0, 0.0, 0.0)
-    orientation = (
-        _fixed_numbers(orientation_node, 4, "x, y, z, w", reader) if orientation_node else (0.0, 0.0, 0.0, 1.0)
-    )
-    if position is None or orientation is None:
+    values = config_keys.BASE_POSES.read(table, reader)
+    if len(values) < sum(key in table for key in config_keys.BASE_POSES.names):
         return Pose()
-    reader.near(position_node or table, position)
-    x, y, z, w = orientation
+    position = values.get("position", (0.0, 0.0, 0.0))
+    reader.near(table.get("position") or table, position)
+    x, y, z, w = values.get("orientation", (0.0, 0.0, 0.0, 1.0))
     length = math.hypot(x, y, z, w)
-    where = orientation_node or table
+    where = table.get("orientation") or table
     if not 1e-6 < length < 1e6:
         reader.problems.error(
             where, f"must be a quaternion x, y, z, w, and this one turns nowhere: its length is {length:g}"
@@ -96,15 +83,6 @@ def read_base_pose(node: Node | None, reader: Reader) -> Pose:
     if abs(length - 1.0) > _ROUGH:
         reader.problems.warn(where, f"a quaternion has the length 1, and this one {length:.3g}; it is scaled")
     return Pose((position[0], position[1], position[2]), normalized((w, x, y, z)))
-
-
-def _fixed_numbers(node: Node, count: int, what: str, reader: Reader) -> tuple[float, ...] | None:
-    if not isinstance(node, Items) or len(node.items) != count:
-        found = f"one of {len(node.items)}" if isinstance(node, Items) else described(node)
-        reader.problems.error(node, f"must be a list of {count} numbers, {what}, not {found}")
-        return None
-    numbers = [reader.number(item) for item in node.items]
-    return tuple(float(number) for number in numbers if number is not None) if None not in numbers else None
 
 
 Warn = Callable[[str], None]
@@ -124,15 +102,16 @@ def read_robot_config(path: Path, warn: Warn) -> RobotConfig:
     problems = Problems()
     root = read_tree(path, problems)
     reader = Reader(problems)
-    reader.ignored(root, (*config_keys.READ, *config_keys.UNUSED))
-    urdf = find_urdf(root, path, reader)
+    values = config_keys.ENTRIES.read(root, reader, tuple(UNUSED))
+    urdf_node = root.get("urdf_path")
+    urdf = find_urdf(urdf_node, reader) if urdf_node else None
     robot = None
     if urdf is not None:
         try:
             robot = read_urdf(urdf, warn=warn)
         except DescriptionError as error:
             raise DescriptionError((*problems.errors, *error.problems), (*problems.warnings, *error.warnings)) from None
-    config = _Reading(root, reader, path).config(robot, urdf) if robot and urdf else None
+    config = _Reading(root, reader, path, values).config(robot, urdf) if robot and urdf else None
     if config is None or problems.errors:
         raise DescriptionError(problems.errors, problems.warnings)
     for warning in problems.warnings:
@@ -146,13 +125,7 @@ def read_tree(path: Path, problems: Problems) -> Table:
     Raises:
         DescriptionError: it is no YAML file with a mapping.
     """
-    root = parse(read_texts([path]), problems)
-    if root is None or (isinstance(root, Leaf) and root.value is None):
-        return Table(Place(0, str(path), 0), "")
-    if not isinstance(root, Table):
-        problems.error(root, f"a robot configuration is a mapping of entries, not {described(root)}")
-        raise DescriptionError(problems.errors, problems.warnings)
-    return root
+    return parse_mapping(read_texts([path]), problems, "a robot configuration is a mapping of entries")
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,10 +135,11 @@ class _Reading:
     root: Table
     reader: Reader
     path: Path
+    values: Mapping[str, Any]
 
     def config(self, robot: RobotModel, urdf: Path) -> RobotConfig:
         """What the file comes to; worth nothing where errors were reported."""
-        joints = numbered(robot, self._order())
+        joints = numbered(robot, self.values.get("joint_index_order", config_keys.INDEX_ORDERS[0]))
         references = References(robot, joints, self.reader.problems)
         groups = GroupReader(self.reader, references)
         arms = [(node, groups.arm(node)) for node in self._list("arms", "arms")]
@@ -180,7 +154,7 @@ class _Reading:
         cameras = self.root.get("cameras")
         config = RobotConfig(
             robot=robot,
-            name=self._name() or robot.name,
+            name=self.values.get("robot_name") or robot.name,
             path=self.path,
             urdf_path=urdf,
             base_pose=read_base_pose(self.root.get("base_pose"), self.reader),
@@ -191,7 +165,7 @@ class _Reading:
             head_axes=head_axes,
             dorsal=dorsal,
             waist=self._waist(groups),
-            wo_controller=self._truth("wo_controller"),
+            wo_controller=self.values.get("wo_controller", False),
             command_links=command_links,
             reference_links=reference_links,
             cameras=read_cameras(cameras, self.reader) if cameras else (),
@@ -229,7 +203,7 @@ class _Reading:
         node = self.root.get("controller_indices")
         table = self.reader.table(node) if node else None
         if table is not None:
-            self.reader.ignored(table, config_keys.CONTROLLER)
+            self.reader.ignored(table, config_keys.CONTROLLERS.names)
         own = tuple(arm.tip for _, arm in arms)
         commanded = self._links(table, "cmd_ee", references, len(own), is_base=False)
         bases = self._links(table, "base", references, len(own), is_base=True)
@@ -251,39 +225,12 @@ class _Reading:
             )
         return tuple(link for link in links if link is not None)
 
-    def _order(self) -> str:
-        """How the file counts joints."""
-        return self._one_of("joint_index_order", config_keys.INDEX_ORDERS)
-
-    def _one_of(self, name: str, valid: tuple[str, ...]) -> str:
-        """One of some words, the first when nothing is said."""
-        node = self.root.get(name)
-        if node is None:
-            return valid[0]
-        if isinstance(node, Leaf) and node.value in valid:
-            return str(node.value)
-        hint = did_you_mean(node.value, valid) if isinstance(node, Leaf) and isinstance(node.value, str) else ""
-        self.reader.problems.error(node, f"must be {' or '.join(valid)}, not {described(node)}{hint}")
-        return valid[0]
-
-    def _truth(self, name: str) -> bool:
-        node = self.root.get(name)
-        if node is None or (isinstance(node, Leaf) and isinstance(node.value, bool)):
-            return bool(node is not None and node.value)
-        self.reader.problems.error(node, f"must be true or false, not {described(node)}")
-        return False
-
-    def _name(self) -> str | None:
-        node = self.root.get("robot_name")
-        return self.reader.name(node) if node else None
-
     def _others(self) -> dict[str, Any]:
         """What is kept as it is written, as plain values."""
-        self._truth("without_gui")
-        self._one_of("base_command_mode", config_keys.BASE_COMMAND_MODES)
-        entries: Iterator[Entry] = iter(self.root.entries.values())
-        known = (*config_keys.KEPT, *config_keys.UNUSED)
-        return {str(entry.name): plain(entry.value) for entry in entries if entry.name in known}
+        if without_gui := self.root.get("without_gui"):
+            self.reader.truth(without_gui)
+        known = (*config_keys.KEPT, *UNUSED)
+        return {str(name): plain(entry.value) for name, entry in self.root.entries.items() if name in known}
 
 
 CONFIG = "vr_configs.yml"
@@ -315,9 +262,9 @@ def find_robot(name_or_path: str | Path) -> Path:
         if path.is_dir():
             return _in_folder(path)
     except (OSError, ValueError):
-        raise _refusal(path, "cannot be looked for") from None
+        raise refusal(path, 0, "cannot be looked for") from None
     if path.suffix or path.name != name:  # no name of a robot
-        raise _refusal(path, "there is no such file")
+        raise refusal(path, 0, "there is no such file")
     raise UnknownNameError("robot", name, bundled())
 
 
@@ -373,8 +320,4 @@ def _in_folder(folder: Path) -> Path:
         return found[0]
     names = ", ".join(str(path.relative_to(folder)) for path in found[:5])
     which = f"and more than one URDF: give one of {names}" if found else "and no URDF"
-    raise _refusal(folder, f"a folder without {CONFIG} {which}")
-
-
-def _refusal(path: Path, message: str) -> DescriptionError:
-    return DescriptionError([Problem(Place(0, str(path), 0), "", message)])
+    raise refusal(folder, 0, f"a folder without {CONFIG} {which}")

@@ -23,6 +23,7 @@ import yaml
 from numpy.typing import NDArray
 
 from cellwright.config.robot.config import Arm, End, Gripper, Posture
+from cellwright.config.robot.group_reader import joint_names
 from cellwright.config.robot.groups import mixed_sides, side_of
 from cellwright.config.robot.model import Joint, JointType, RobotModel, link_poses
 from cellwright.util.pose import Pose
@@ -158,7 +159,7 @@ def find_limbs(robot: RobotModel) -> Limbs:
     limbs.sort(key=lambda limb: _side(robot, limb))
     arms = [[joint for joint in limb if joint not in _trailing(limb)] for limb in limbs]
     hands = [hand for hand in (_hand(robot, arm) for arm in arms) if hand and not mixed_sides(robot, hand)]
-    ends = [find_open_ends(robot, _names(hand)) for hand in hands]
+    ends = [find_open_ends(robot, joint_names(hand)) for hand in hands]
     head = _head(robot, [joint for joint in runs.rest if _HEAD.search(joint.name + joint.child)])
     trunk = [
         joint for joint in runs.rest if joint.name not in head and any(joint in _above(robot, arm) for arm in arms)
@@ -168,12 +169,12 @@ def find_limbs(robot: RobotModel) -> Limbs:
     if {"right", "left"} <= {side_of(joint.name) for joint in waist}:
         waist = [joint for joint in waist if not side_of(joint.name)]
     return Limbs(
-        tuple(Arm(_names(arm), _tip(robot, arm), tuple(map(_bent, arm))) for arm in arms),
-        tuple(Gripper(_names(hand), each or ()) for hand, each in zip(hands, ends, strict=True)),
+        tuple(Arm(joint_names(arm), _tip(robot, arm), tuple(map(_bent, arm))) for arm in arms),
+        tuple(Gripper(joint_names(hand), each or ()) for hand, each in zip(hands, ends, strict=True)),
         tuple(each is not None for each in ends),
         head,
-        Posture(_names(lifts[:1]), (_rest(lifts[0]),)) if lifts else None,
-        Posture(_names(waist), tuple(map(_rest, waist))) if waist else None,
+        Posture(joint_names(lifts[:1]), (_rest(lifts[0]),)) if lifts else None,
+        Posture(joint_names(waist), tuple(map(_rest, waist))) if waist else None,
     )
 
 
@@ -323,10 +324,6 @@ def _bent(joint: Joint) -> float:
         return _rest(joint)
     inside = lower + bend if -lower < near else upper - bend if upper < near else 0.0
     return min(max(round(inside, 3), lower), upper)
-
-
-def _names(joints: list[Joint]) -> tuple[str, ...]:
-    return tuple(joint.name for joint in joints)
 
 
 def skeleton(robot: RobotModel, urdf: Path, folder: Path) -> str:

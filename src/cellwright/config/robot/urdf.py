@@ -8,12 +8,12 @@ from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
-from cellwright.config.parsing.tree import Problem, Problems, shortened
+from cellwright.config.parsing.tree import Problem, Problems, refusal, shortened
 from cellwright.config.robot.meshes import MeshFinder
 from cellwright.config.robot.model import DRIVEN, Joint, JointType, Limits, Link, Mimic, RobotModel
-from cellwright.config.robot.urdf_file import FARTHEST, Element, Numbers, read_elements, refusal
+from cellwright.config.robot.urdf_file import FARTHEST, Element, Numbers, read_elements
 from cellwright.config.robot.urdf_links import LinkReader, Use, with_stand_ins
-from cellwright.util.errors import DescriptionError, did_you_mean
+from cellwright.util.errors import DescriptionError, did_you_mean, suggestion
 from cellwright.util.pose import Vector3
 
 ENDLESS = 1e9
@@ -68,8 +68,7 @@ class JointReader:
         elif text in tuple(JointType):
             return JointType(text)
         else:
-            hint = did_you_mean(text, JointType) or f" (known: {', '.join(JointType)})"
-            self._problems.error(element, f"unknown joint type {shortened(text)!r}{hint}")
+            self._problems.error(element, f"unknown joint type {shortened(text)!r}{suggestion(text, JointType)}")
         return None
 
     def _link(self, element: Element, tag: str) -> str | None:

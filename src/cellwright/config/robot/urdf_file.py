@@ -25,8 +25,7 @@ from xml.sax.saxutils import escape
 
 import cellwright
 from cellwright.config.parsing.sources import note_source, read_at_most
-from cellwright.config.parsing.tree import Place, Problem, Problems, shortened
-from cellwright.util.errors import DescriptionError
+from cellwright.config.parsing.tree import Place, Problem, Problems, refusal, shortened
 from cellwright.util.pose import Pose, Vector3
 
 _MOST_READ = 10_000  # of a package's manifest, whose name stands near its beginning [bytes]
@@ -90,7 +89,7 @@ def expand_xacro(path: Path, text: str) -> str:
     """
     if found := _DOCUMENT_TYPE.search(text):
         line = text.count("\n", 0, found.start()) + 1
-        raise _refusal(path, line, "declares a document type or entities, which are not read")
+        raise refusal(path, line, "declares a document type or entities, which are not read")
     place = str(Path(cellwright.__file__).parents[1])
     try:
         done = subprocess.run(  # noqa: S603 - our own interpreter and module
@@ -102,20 +101,16 @@ def expand_xacro(path: Path, text: str) -> str:
             check=False,
         )
     except subprocess.TimeoutExpired:
-        raise _refusal(path, 0, f"xacro: takes longer than {MAX_EXPANSION_TIME:g} s to expand") from None
+        raise refusal(path, 0, f"xacro: takes longer than {MAX_EXPANSION_TIME:g} s to expand") from None
     try:
         said = json.loads(done.stdout)
     except ValueError:  # it was ended by the system, or by a library that does not take a lack of memory well
-        raise _refusal(path, 0, f"xacro: its process ended before it was expanded (status {done.returncode})") from None
+        raise refusal(path, 0, f"xacro: its process ended before it was expanded (status {done.returncode})") from None
     if "text" in said:
         for each in said["files"]:
             note_source(Path(each))
         return str(said["text"])
-    raise _refusal(Path(said["path"]), int(said["line"]), str(said["message"]))
-
-
-def _refusal(path: Path, line: int, message: str) -> DescriptionError:
-    return DescriptionError([Problem(Place(0, str(path), line), "", message)])
+    raise refusal(Path(said["path"]), int(said["line"]), str(said["message"]))
 
 
 MAX_BYTES = 16 << 20
@@ -185,11 +180,6 @@ def _text(path: Path, problems: Problems) -> tuple[str, bool]:
 
 def _from_environment(match: re.Match[str]) -> str:
     return escape(os.environ.get(match[1], match[2]).strip(), {'"': "&quot;"})
-
-
-def refusal(path: Path, line: int, message: str) -> DescriptionError:
-    """The error that says that a file cannot be read at all."""
-    return DescriptionError([Problem(Place(0, str(path), line), "", message)])
 
 
 def _content(path: Path) -> bytes:

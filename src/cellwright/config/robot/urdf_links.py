@@ -6,16 +6,16 @@ import math
 from collections.abc import Collection, Iterable
 from dataclasses import replace
 from enum import Enum
-from typing import TypeAlias
+from typing import TypeAlias, cast, get_args
 
 import numpy as np
 
-from cellwright.config.models.model import Colour, ModelShape, ModelShapeKind
+from cellwright.config.models.model import Colour, ModelShape, ModelShapeKind, clipped_colour
 from cellwright.config.parsing.tree import shortened
 from cellwright.config.robot.meshes import MeshFinder
 from cellwright.config.robot.model import Inertial, Joint, Link
 from cellwright.config.robot.urdf_file import Element, Numbers
-from cellwright.util.errors import did_you_mean
+from cellwright.util.errors import suggestion
 from cellwright.util.pose import Pose, Quaternion, Vector3, normalized
 
 NEAR = 0.02
@@ -103,13 +103,7 @@ HEAVIEST = 1e6
 LARGEST = 1e4
 """Largest length of a shape that means anything [m]."""
 
-_FORMS: dict[str, ModelShapeKind] = {
-    "box": "box",
-    "cylinder": "cylinder",
-    "capsule": "capsule",
-    "sphere": "sphere",
-    "mesh": "mesh",
-}
+_FORMS: tuple[str, ...] = get_args(ModelShapeKind)
 Inertia: TypeAlias = tuple[float, float, float, float, float, float]
 """ixx, iyy, izz, ixy, ixz, iyz [kg m^2]."""
 
@@ -199,15 +193,16 @@ class LinkReader:
         if form is None:
             other = geometry.children[0].tag if geometry and geometry.children else None
             what = f"a shape <{shortened(other)}>" if other else f"<{element.tag}> without a shape"
-            hint = did_you_mean(other or "", _FORMS) or f" (known: {', '.join(_FORMS)})"
-            self._problems.warn(geometry or element, f"{what} is left out{hint}")
+            self._problems.warn(geometry or element, f"{what} is left out{suggestion(other or '', _FORMS)}")
             return None
         if form.tag == "mesh":
             return self._mesh(form, pose, self._colour(element), link, is_touched=is_touched)
         size = self._size(form)
         if size is None:
             return None
-        return ModelShape(_FORMS[form.tag], size, pose, self._colour(element), is_touched, not is_touched)
+        return ModelShape(
+            cast("ModelShapeKind", form.tag), size, pose, self._colour(element), is_touched, not is_touched
+        )
 
     def _size(self, form: Element) -> Vector3 | None:
         """The size as `ModelShape` has it; None where a shape is nothing, which is told."""
@@ -264,10 +259,7 @@ class LinkReader:
     def _rgba(self, material: Element) -> Colour | None:
         colour = material.find("color")
         found = self._numbers.read(colour, "rgba", 4) if colour else None
-        if not found:
-            return None
-        red, green, blue, opacity = (min(max(value, 0.0), 1.0) for value in found)
-        return (red, green, blue, opacity)
+        return clipped_colour(found) if found else None
 
 
 def _of_a_ball(mass: float) -> Inertia:

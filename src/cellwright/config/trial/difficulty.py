@@ -11,12 +11,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from cellwright.config.layout import BIN_CENTRES, BIN_WIDTH, RAIL_LIMIT, TRAY_FRAMES
+from cellwright.config.layout import BIN_CENTRES, BIN_WIDTH, RAIL_LIMIT, TRAY_FRAMES, TRAY_PLATE
 from cellwright.config.trial.trial import DropRegion, KitObject, Order, Trial
 from cellwright.util.pose import Pose, Vector3
-
-TRAY_LENGTHS = (0.5, 0.7)
-"""Length of a tray's plate along x and y of its frame [m]; the AGVs stand so that these are the world's as well."""
 
 _TRAY_TOP = 0.755
 _BIN_TOP = 0.725
@@ -31,10 +28,13 @@ _HAND_LENGTH = 0.11
 
 
 def place_of(point: Vector3) -> str:
-    """What lies under a point of the world [m]: "AGV 1", "bin 7", "the belt", else "the floor"."""
+    """What lies under a point of the world [m]: "AGV 1", "bin 7", "the belt", else "the floor".
+
+    The AGVs stand so that x and y of a tray's frame are those of the world.
+    """
     x, y, _ = point
     for number, frame in enumerate(TRAY_FRAMES.values(), start=1):
-        if _within(x - frame.position[0], TRAY_LENGTHS[0]) and _within(y - frame.position[1], TRAY_LENGTHS[1]):
+        if _within(x - frame.position[0], TRAY_PLATE[0]) and _within(y - frame.position[1], TRAY_PLATE[1]):
             return f"AGV {number}"
     for name, (bin_x, bin_y) in BIN_CENTRES.items():
         if _within(x - bin_x, BIN_WIDTH) and _within(y - bin_y, BIN_WIDTH):
@@ -44,7 +44,7 @@ def place_of(point: Vector3) -> str:
 
 def is_on_tray(x: float, y: float) -> bool:
     """Whether a point of a tray's frame [m] lies on its plate."""
-    return _within(x, TRAY_LENGTHS[0]) and _within(y, TRAY_LENGTHS[1])
+    return _within(x, TRAY_PLATE[0]) and _within(y, TRAY_PLATE[1])
 
 
 def is_within_reach(point: Vector3) -> bool:
@@ -119,10 +119,9 @@ def ordered_types(trial: Trial) -> Counter[str]:
 def supply(trial: Trial, part_type: str) -> Supply:
     """Where the parts of a type come from; what the belt brings is counted to its end."""
     lying = [part for part in (*trial.bin_parts, *trial.extra_parts) if part.type == part_type]
-    on_belt = sum(part.type == part_type for part in trial.belt_parts) * trial.options.belt_population_cycles
-    names = [part.name.rpartition("|")[2] for part in lying]
-    names += [f"{part_type}_clone_{number}" for number in range(on_belt)]
-    return Supply(len(lying), on_belt, sum(name in trial.faulty_parts for name in names))
+    on_belt = [name for name, kind in trial.belt_clones() if kind == part_type]
+    names = [part.name.rpartition("|")[2] for part in lying] + on_belt
+    return Supply(len(lying), len(on_belt), sum(name in trial.faulty_parts for name in names))
 
 
 def _of_orders(trial: Trial) -> Iterator[Demand]:

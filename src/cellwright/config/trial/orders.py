@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
-from cellwright.config.parsing.raw_trial import Placement, RawOrder, dictionary_order, order_id
+from cellwright.config.parsing.python2 import dictionary_order
+from cellwright.config.parsing.reader import REQUIRED, Key, Keys
 from cellwright.config.parsing.tree import Entry, Items, Leaf, Node, described, shortened
-from cellwright.config.trial.keys import DEFAULT_KITS, ORDER
 from cellwright.config.trial.other_years import OtherYear
 from cellwright.config.trial.parts import MAX_PARTS, PartBook, read_part
-from cellwright.util.errors import did_you_mean
+from cellwright.config.trial.trial import Kit, KitObject, Order
+from cellwright.util.errors import suggestion
 
 MOST_KITS = 10_000
 """Most kits that the orders of a trial ask for together, each part in one counted as well."""
@@ -17,34 +19,56 @@ MOST_KITS = 10_000
 CONDITIONS = ("time", "wanted_parts", "unwanted_parts")
 
 
-def read_orders(node: Node, book: PartBook, other_year: OtherYear) -> tuple[RawOrder, ...]:
+DEFAULT_KITS = 1
+"""How many equal kits an order asks for."""
+
+ORDER = Keys(
+    Key(
+        "announcement_condition",
+        "`time`, `wanted_parts` or `unwanted_parts`",
+        "when it is announced: after a time, or when so many parts lie on a tray that it wants, or does not want; with "
+        "any other word never",
+        REQUIRED,
+    ),
+    Key(
+        "announcement_condition_value",
+        "seconds, or a number of parts",
+        "of that condition; a number of parts below 1 is no condition",
+        REQUIRED,
+    ),
+    Key("parts", "`{any name: {type, pose}}`", "of a kit, with poses in the tray's frame", REQUIRED),
+    Key("kit_count", "whole number", "how many equal kits", DEFAULT_KITS),
+)
+
+
+def read_orders(node: Node, book: PartBook, other_year: OtherYear) -> tuple[Order, ...]:
     """The orders in the order that gives them their ids."""
     reader = book.reader
     if isinstance(node, Items):
         reader.problems.error(node, f"must be a mapping; a list of orders{other_year.list_of_orders()}")
         return ()
     table = reader.table(node)
-    orders: dict[object, RawOrder] = {}
+    orders: dict[object, Order] = {}
     asked = 0
     for entry in reader.entries(table) if table else ():
         order = _order(entry, book, other_year)
         if order:
-            asked += order.kit_count * (1 + len(order.parts))
+            asked += sum(1 + len(kit.objects) for kit in order.kits)
             orders[entry.name] = order
         if asked > MOST_KITS:
             reader.problems.error(node, f"asks for more than {MOST_KITS} kits and parts in all")
             return ()
     # The original put what it had read into a second dictionary and walked through that.
-    walked = tuple(orders[name] for name in dictionary_order(orders))
-    ids = [order_id(index) for index in range(len(walked))]
+    walked = [orders[name] for name in dictionary_order(orders)]
+    ids = [f"order_{index}" for index in range(len(walked))]
     for own, order in zip(ids, walked, strict=True):
-        if table and order.name != own and order.name in ids:
+        if table and order.yaml_name != own and order.yaml_name in ids:
             message = f"its id is {own}: ids follow the walk of the original's unordered dictionary"
-            reader.problems.warn(table.entries[order.name], message)
-    return walked
+            reader.problems.warn(table.entries[order.yaml_name], message)
+    return tuple(replace(order, order_id=own) for own, order in zip(ids, walked, strict=True))
 
 
-def _order(entry: Entry, book: PartBook, other_year: OtherYear) -> RawOrder | None:
+def _order(entry: Entry, book: PartBook, other_year: OtherYear) -> Order | None:
     reader = book.reader
     name = reader.key(entry)
     table = reader.table(entry.value)
@@ -72,17 +96,30 @@ def _order(entry: Entry, book: PartBook, other_year: OtherYear) -> RawOrder | No
         reader.problems.warn(entry, f"asks for no {'parts' if kit_count else 'kits'}")
     condition = _condition(condition_node, book)
     value = _value(condition, value_node, book)
-    return None if value is None else RawOrder(name, condition, value, kit_count, parts)
+    if value is None:
+        return None
+    # The original kept the whole part of a number of parts, and took one below 1 for no condition at all.
+    count = int(value) if value >= 1 else None
+    return Order(
+        order_id="",
+        kits=tuple(Kit(f"{name}_kit_{k}", parts) for k in range(kit_count)),
+        start_time=float(value) if condition == "time" else None,
+        wanted_parts=count if condition == "wanted_parts" else None,
+        unwanted_parts=count if condition == "unwanted_parts" else None,
+        yaml_name=name,
+        written=(condition, value),
+    )
 
 
-def _parts(node: Node, book: PartBook) -> tuple[tuple[str, Placement], ...]:
+def _parts(node: Node, book: PartBook) -> tuple[KitObject, ...]:
     table = book.reader.table(node)
-    parts: list[tuple[str, Placement]] = []
+    parts: list[KitObject] = []
     for entry in book.reader.entries(table) if table else ():
         part_table = book.reader.table(entry.value)
         part = read_part(part_table, book) if part_table else None
         if part:
-            parts.append(part)
+            part_type, placement = part
+            parts.append(KitObject(part_type, placement.pose, placement))
     return tuple(parts)
 
 
@@ -91,8 +128,8 @@ def _condition(node: Node, book: PartBook) -> str:
     word = node.value if isinstance(node, Leaf) else None
     if isinstance(word, str) and word in CONDITIONS:
         return word
-    suggestion = did_you_mean(str(word).lower(), CONDITIONS) or f" (known: {', '.join(CONDITIONS)})"
-    message = f"{described(node)} is no condition, the order is never announced{suggestion}"
+    hint = suggestion(str(word).lower(), CONDITIONS)
+    message = f"{described(node)} is no condition, the order is never announced{hint}"
     book.reader.problems.warn(node, message)
     return shortened(str(word))
 

@@ -5,34 +5,19 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import partial
 
 from cellwright.config.layout import BIN_CENTRES, BIN_PART_HEIGHT, BIN_WIDTH, PART_TYPES, REFERENCE_FRAMES
-from cellwright.config.parsing.raw_trial import (
-    Placement,
-    RawBeltPart,
-    RawDropRegion,
-    RawPart,
-    RawTrial,
-    dictionary_order,
-    quotient,
-)
-from cellwright.config.parsing.reader import Reader
+from cellwright.config.parsing.python2 import dictionary_order, quotient
+from cellwright.config.parsing.reader import POSE, REQUIRED, TRUTH, Key, Keys, Placement, Reader, section
 from cellwright.config.parsing.tree import Entry, Items, Leaf, Located, Node, Scalar, Table, described, shortened
-from cellwright.config.trial.keys import (
-    ALIASES,
-    BIN,
-    CYCLES,
-    DEFAULT_ALIASES,
-    DROP_REGION,
-    GRID,
-    OPTIONS,
-    PART,
-    SWITCHES,
-)
 from cellwright.config.trial.other_years import OtherYear, year_of_option
-from cellwright.config.trial.trial import Options
-from cellwright.util.errors import did_you_mean
+from cellwright.config.trial.trial import BeltPart, DropRegion, Options, Part, Trial
+from cellwright.util.errors import did_you_mean, suggestion
 from cellwright.util.pose import Vector3
+
+DEFAULT_ALIASES: Mapping[str, str] = {"belt_model_type1": "part1", "belt_model_type2": "part2"}
+"""Other names of part types, unless a file has its own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,31 +32,7 @@ class RawOptions:
         return self.aliases.get(part_type, part_type)
 
 
-def read_options(node: Node, reader: Reader) -> RawOptions:
-    """The section `options`."""
-    table = reader.table(node)
-    if table is None:
-        return RawOptions()
-    switches: dict[str, bool] = {}
-    cycles = Options().belt_population_cycles
-    aliases: Mapping[str, str] = DEFAULT_ALIASES
-    for entry in table.entries.values():
-        if entry.name in SWITCHES.names:
-            switches[str(entry.name)] = _switch(entry.value, reader)
-        elif entry.name == CYCLES:
-            cycles = reader.whole(entry.value) or 0
-        elif entry.name == ALIASES:
-            aliases = _aliases(entry.value, reader)
-        else:
-            year = year_of_option(entry.name)
-            origin = f" (it came with the {year} format)" if year else ""
-            reader.problems.warn(
-                entry, f"unknown option, ignored{origin}{did_you_mean(str(entry.name), OPTIONS.names)}"
-            )
-    return RawOptions(Options(belt_population_cycles=cycles, **switches), aliases)
-
-
-def _switch(node: Node, reader: Reader) -> bool:
+def _switch(reader: Reader, node: Node) -> bool:
     """A switch. Whatever is no truth value counts as Python counts it, as it did in the original."""
     if isinstance(node, Leaf) and isinstance(node.value, bool):
         return node.value
@@ -84,7 +45,7 @@ def _members(node: Node) -> tuple[object, ...]:
     return tuple(getattr(node, "items", None) or getattr(node, "entries", None) or ())
 
 
-def _aliases(node: Node, reader: Reader) -> Mapping[str, str]:
+def _aliases(reader: Reader, node: Node) -> Mapping[str, str]:
     table = reader.table(node)
     aliases: dict[str, str] = {}
     for entry in table.entries.values() if table else ():
@@ -92,6 +53,49 @@ def _aliases(node: Node, reader: Reader) -> Mapping[str, str]:
         if alias is not None and part_type is not None:
             aliases[alias] = part_type
     return aliases
+
+
+ALIASES = "model_type_aliases"
+OPTIONS = Keys(
+    Key("insert_agvs", TRUTH, "AGVs, trays and quality control sensors are there", read=_switch),
+    Key("insert_models_over_bins", TRUTH, "the parts of `models_over_bins` are there", read=_switch),
+    Key("spawn_extra_models", TRUTH, "the parts of `models_to_spawn` are there", read=_switch),
+    Key("fill_demo_tray", TRUTH, "at the start the first order's parts drop on AGV 1's tray", read=_switch),
+    *(
+        Key(name, TRUTH, "read, without effect on the simulation", read=_switch)
+        for name in ("gazebo_state_logging", "disable_shadows", "unthrottled_physics_update")
+    ),
+    Key(
+        "belt_population_cycles",
+        "whole number",
+        "how often the list of belt parts is gone through; 0 for an empty belt",
+        read=Reader.whole,
+    ),
+    Key(
+        ALIASES,
+        "`{name: part type}`",
+        "other names for part types; yours replace these",
+        f"`{{{', '.join(f'{name}: {part}' for name, part in DEFAULT_ALIASES.items())}}}`",
+        _aliases,
+    ),
+    of=Options,
+)
+
+
+def read_options(node: Node, reader: Reader) -> RawOptions:
+    """The section `options`."""
+    table = reader.table(node)
+    if table is None:
+        return RawOptions()
+    for entry in table.entries.values():
+        if entry.name not in OPTIONS.names:
+            year = year_of_option(entry.name)
+            origin = f" (it came with the {year} format)" if year else ""
+            hint = did_you_mean(str(entry.name), OPTIONS.names)
+            reader.problems.warn(entry, f"unknown option, ignored{origin}{hint}")
+    values = OPTIONS.values(table, reader)
+    aliases = values.pop(ALIASES, DEFAULT_ALIASES)
+    return RawOptions(Options(**values), aliases)
 
 
 MAX_PARTS = 2000
@@ -103,16 +107,17 @@ _MANY = 100
 
 @dataclass(slots=True)
 class PartBook:
-    """Keeps count while parts are read: the numbers in their names, and how many there are in all.
+    """Keeps count while parts are read: the numbers in their names, how many there are in all, and where.
 
     Numbers are counted per type as written: an alias counts apart from the type that it stands for. `types` are the
-    part types that there is a model for.
+    part types that there is a model for; `locations` the places where each type can be found.
     """
 
     reader: Reader
     options: RawOptions
     types: frozenset[str] = PART_TYPES
     count: int = 0
+    locations: defaultdict[str, set[str]] = field(default_factory=lambda: defaultdict(set))
     _numbers: defaultdict[str, int] = field(default_factory=lambda: defaultdict(int))
 
     def number(self, counted_as: str) -> int:
@@ -134,26 +139,51 @@ class PartBook:
         resolved = self.options.resolve(name)
         if resolved not in self.types:
             aliases = self.options.aliases if len(self.options.aliases) <= _MANY else ()
-            known = [*self.types, *aliases]
-            suggestion = did_you_mean(name, known) or f" (known: {', '.join(sorted(self.types))})"
-            message = f"unknown part type {shortened(resolved)!r}, left out of the cell{suggestion}"
+            hint = did_you_mean(name, [*self.types, *aliases]) or f" (known: {', '.join(sorted(self.types))})"
+            message = f"unknown part type {shortened(resolved)!r}, left out of the cell{hint}"
             self.reader.problems.warn(where, message)
         return resolved
 
 
-def read_bins(node: Node, book: PartBook) -> tuple[RawPart, ...]:
+PART = Keys(
+    Key("type", "a part type", "what it is", REQUIRED, Reader.name),
+    Key("pose", POSE, "where it is, or belongs", REQUIRED, Reader.placement),
+)
+
+BIN = Keys(
+    Key("models", "`{part type: grid}`", "the parts", REQUIRED),
+    Key(
+        "xyz",
+        "three lengths, m",
+        "where coordinates count from, in the world frame; needed for places other than `bin1` to `bin8`",
+        f"the bin's corner: its centre −{BIN_WIDTH / 2:g} m in x and y, at a height of {BIN_PART_HEIGHT:g} m",
+        Reader.position,
+    ),
+)
+_START, _END = partial(Reader.coordinates, least=3), partial(Reader.coordinates, least=2)
+GRID = Keys(
+    Key("xyz_start", "three plain numbers, m", "the first part", REQUIRED, _START),
+    Key(
+        "xyz_end", "two or three plain numbers, m", "the last part; all stand at the first one's height", REQUIRED, _END
+    ),
+    Key("rpy", "three angles, rad", "how each is turned", REQUIRED, Reader.vector),
+    Key("num_models_x", "whole number", "parts along x", REQUIRED, Reader.whole),
+    Key("num_models_y", "whole number", "parts along y", REQUIRED, Reader.whole),
+)
+
+
+def read_bins(node: Node, book: PartBook) -> tuple[Part, ...]:
     """The section `models_over_bins`: grids of parts, numbered in the original's order."""
     reader = book.reader
     table = reader.table(node)
-    found: dict[str, RawPart] = {}
+    found: dict[str, Part] = {}
     for entry in reader.entries(table) if table else ():
         name = reader.text_key(entry)
         bin_table = reader.table(entry.value)
         if name is None or bin_table is None:
             continue
-        reader.ignored(bin_table, BIN.names)
         origin = _origin(name, bin_table, reader)
-        models = reader.required(bin_table, "models")
+        models = bin_table.get("models")
         if models is None or (isinstance(models, Leaf) and models.value is None):
             continue
         model_table = reader.table(models)
@@ -162,11 +192,11 @@ def read_bins(node: Node, book: PartBook) -> tuple[RawPart, ...]:
     return tuple(found.values())
 
 
-def read_extras(node: Node, book: PartBook) -> tuple[RawPart, ...]:
+def read_extras(node: Node, book: PartBook) -> tuple[Part, ...]:
     """The section `models_to_spawn`: single parts, each in the frame of a link."""
     reader = book.reader
     table = reader.table(node)
-    found: dict[str, RawPart] = {}
+    found: dict[str, Part] = {}
     for entry in reader.entries(table) if table else ():
         frame = reader.text_key(entry)
         frame_table = reader.table(entry.value)
@@ -174,9 +204,8 @@ def read_extras(node: Node, book: PartBook) -> tuple[RawPart, ...]:
             continue
         reader.ignored(frame_table, ("models",))
         if frame not in REFERENCE_FRAMES:
-            known = f" (known: {', '.join(REFERENCE_FRAMES)})"
-            suggestion = did_you_mean(frame, REFERENCE_FRAMES) or known
-            reader.problems.warn(entry, f"unknown reference frame, its parts are left out{suggestion}")
+            message = f"unknown reference frame, its parts are left out{suggestion(frame, REFERENCE_FRAMES)}"
+            reader.problems.warn(entry, message)
         models = reader.required(frame_table, "models")
         model_table = reader.table(models) if models else None
         for model in reader.entries(model_table) if model_table else ():
@@ -188,21 +217,17 @@ def read_extras(node: Node, book: PartBook) -> tuple[RawPart, ...]:
 
 def read_part(table: Table, book: PartBook) -> tuple[str, Placement] | None:
     """A single part, as extras and orders have it: its type and where it belongs."""
-    reader = book.reader
-    reader.ignored(table, PART.names)
-    type_node, pose_node = reader.required(table, "type"), reader.required(table, "pose")
-    name = reader.name(type_node) if type_node else None
-    placement = reader.placement(pose_node) if pose_node else None
-    if type_node is None or name is None or placement is None:
+    values = PART.read(table, book.reader)
+    if not PART.complete(values):
         return None
-    return book.part_type(name, type_node), placement
+    return book.part_type(values["type"], table.entries["type"].value), values["pose"]
 
 
 def _origin(name: str, table: Table, reader: Reader) -> Vector3 | None:
     """Where the grids of a bin begin [m]: as written, else at the bin's corner."""
-    written = table.get("xyz")
-    if written is not None:
-        return reader.position(written)
+    values = BIN.read(table, reader)
+    if "xyz" in table:
+        return values.get("xyz")
     if name in BIN_CENTRES:
         x, y = BIN_CENTRES[name]
         return (x - BIN_WIDTH / 2, y - BIN_WIDTH / 2, BIN_PART_HEIGHT)
@@ -211,40 +236,37 @@ def _origin(name: str, table: Table, reader: Reader) -> Vector3 | None:
     return None
 
 
-def _grid(bin_name: str, origin: Vector3 | None, entry: Entry, book: PartBook) -> list[RawPart]:
+def _grid(bin_name: str, origin: Vector3 | None, entry: Entry, book: PartBook) -> list[Part]:
     """The grid of parts of one type: x is the outer loop, y the inner, all at the first one's height."""
     reader = book.reader
     written_type = reader.text_key(entry)
     table = reader.table(entry.value)
     if table is None:
         return []
-    reader.ignored(table, GRID.names)
-    nodes = [reader.required(table, name) for name in GRID.required]
-    start = reader.coordinates(nodes[0], 3) if nodes[0] else None
-    end = reader.coordinates(nodes[1], 2) if nodes[1] else None
-    rpy = reader.vector(nodes[2]) if nodes[2] else None
-    nx = reader.whole(nodes[3]) if nodes[3] else None
-    ny = reader.whole(nodes[4]) if nodes[4] else None
-    if written_type is None or origin is None or start is None or end is None or rpy is None:
+    values = GRID.read(table, reader)
+    if written_type is None or origin is None or not GRID.complete(values):
         return []
-    if nx is None or ny is None or not book.admit(entry, nx * ny):
+    start, end, rpy, nx, ny = (values[name] for name in GRID.names)
+    if not book.admit(entry, nx * ny):
         return []
     part_type = book.part_type(written_type, entry)
     if nx * ny == 0:
         return []
+    book.locations[part_type].add(bin_name)
     step_x = quotient(end[0] - start[0], max(1, nx - 1))
     step_y = quotient(end[1] - start[1], max(1, ny - 1))
-    parts: list[RawPart] = []
+    parts: list[Part] = []
     for ix in range(nx):
         for iy in range(ny):
             x = origin[0] + start[0] + ix * step_x
             y = origin[1] + start[1] + iy * step_y
             name = f"{bin_name}|{part_type}_{book.number(written_type)}"
-            parts.append(RawPart(name, part_type, bin_name, Placement((x, y, origin[2] + start[2]), rpy)))
+            placement = Placement((x, y, origin[2] + start[2]), rpy)
+            parts.append(Part(name, part_type, placement.pose, written=placement))
     return parts
 
 
-def _add(found: dict[str, RawPart], parts: list[RawPart], entry: Entry, reader: Reader) -> None:
+def _add(found: dict[str, Part], parts: list[Part], entry: Entry, reader: Reader) -> None:
     """Take parts in; one with the name of an earlier one replaces it, as in the original."""
     lost = [part.name for part in parts if part.name in found]
     if lost:
@@ -254,21 +276,21 @@ def _add(found: dict[str, RawPart], parts: list[RawPart], entry: Entry, reader: 
     found.update((part.name, part) for part in parts)
 
 
-def _single(frame: str, entry: Entry, book: PartBook) -> RawPart | None:
+def _single(frame: str, entry: Entry, book: PartBook) -> Part | None:
     table = book.reader.table(entry.value)
     part = read_part(table, book) if table else None
     if part is None or not book.admit(entry, 1):
         return None
     part_type, placement = part
     name = f"{frame.replace('::', '|')}|{part_type}_{book.number(part_type)}"
-    return RawPart(name, part_type, frame, placement)
+    return Part(name, part_type, placement.pose, frame, placement)
 
 
-def read_belt(node: Node, book: PartBook, other_year: OtherYear) -> tuple[RawBeltPart, ...]:
+def read_belt(node: Node, book: PartBook, other_year: OtherYear) -> tuple[BeltPart, ...]:
     """The parts in the order of their times, ties in the original's order."""
     reader = book.reader
     table = reader.table(node)
-    found: dict[tuple[str, Scalar], RawBeltPart] = {}
+    found: dict[tuple[str, Scalar], BeltPart] = {}
     for entry in reader.entries(table) if table else ():
         if isinstance(entry.value, Table) and "type" in entry.value.entries:
             reader.problems.error(entry, other_year.belt_by_time())
@@ -285,12 +307,13 @@ def read_belt(node: Node, book: PartBook, other_year: OtherYear) -> tuple[RawBel
             if (part_type, time.name) in found:
                 reader.problems.warn(time, f"{part_type} is on the belt at this time already; only this one is kept")
             found[part_type, time.name] = part
+            book.locations[part_type].add("belt")
     if not book.admit(node, len(found) * book.options.options.belt_population_cycles):
         return ()
     return tuple(sorted(found.values(), key=lambda part: part.time))
 
 
-def _belt_part(part_type: str, entry: Entry, book: PartBook, other_year: OtherYear) -> RawBeltPart | None:
+def _belt_part(part_type: str, entry: Entry, book: PartBook, other_year: OtherYear) -> BeltPart | None:
     reader = book.reader
     if entry.name == "pose":
         reader.problems.error(entry, f"a time [s] is expected here, under it the pose{other_year.belt_without_pose()}")
@@ -311,14 +334,28 @@ def _belt_part(part_type: str, entry: Entry, book: PartBook, other_year: OtherYe
         return None
     if time < 0:
         reader.problems.warn(entry, "a time before the start; the part appears at once")
-    return RawBeltPart(time, part_type, placement)
+    return BeltPart(float(time), part_type, placement.pose, placement)
 
 
 _MAX_SUGGESTED = 20
 """After so many unknown names no similar ones are searched for: that takes long and helps nobody."""
 
 
-def read_drops(node: Node, book: PartBook) -> tuple[RawDropRegion, ...]:
+def _destination(reader: Reader, node: Node) -> Placement | None:
+    table = reader.table(node)
+    return reader.placement(table) if table and reader.required(table, "xyz") else None
+
+
+_CORNER = section(Keys(Key("xyz", "three lengths, m", "the corner", REQUIRED, Reader.position)), lambda xyz: xyz)
+DROP_REGION = Keys(
+    Key("min", "`{xyz}`, m", "a corner of the region, in the world frame", REQUIRED, _CORNER, "first"),
+    Key("max", "`{xyz}`, m", "the opposite corner; which is which does not matter", REQUIRED, _CORNER, "second"),
+    Key("destination", POSE, "where the part then is, in the world frame; `xyz` must be there", REQUIRED, _destination),
+    Key("part_type_to_drop", "a part type", "what is lost there, once", REQUIRED, Reader.name, "type"),
+)
+
+
+def read_drops(node: Node, book: PartBook) -> tuple[DropRegion, ...]:
     """The regions in the original's order."""
     reader = book.reader
     table = reader.table(node)
@@ -327,7 +364,7 @@ def read_drops(node: Node, book: PartBook) -> tuple[RawDropRegion, ...]:
     reader.ignored(table, ("drop_regions",))
     regions_node = reader.required(table, "drop_regions")
     regions = reader.table(regions_node) if regions_node else None
-    drops: dict[object, RawDropRegion] = {}
+    drops: dict[object, DropRegion] = {}
     for entry in reader.entries(regions) if regions else ():
         drop = _region(entry, book)
         if drop:
@@ -335,31 +372,19 @@ def read_drops(node: Node, book: PartBook) -> tuple[RawDropRegion, ...]:
     return tuple(drops[name] for name in dictionary_order(drops))
 
 
-def _region(entry: Entry, book: PartBook) -> RawDropRegion | None:
+def _region(entry: Entry, book: PartBook) -> DropRegion | None:
     reader = book.reader
     name = reader.key(entry)
     table = reader.table(entry.value)
     if table is None:
         return None
-    reader.ignored(table, DROP_REGION.names)
-    first_node, second_node, target_node, type_node = (reader.required(table, field) for field in DROP_REGION.required)
-    first = _corner(first_node, reader) if first_node else None
-    second = _corner(second_node, reader) if second_node else None
-    target_table = reader.table(target_node) if target_node else None
-    target = reader.placement(target_table) if target_table and reader.required(target_table, "xyz") else None
-    part_type = reader.name(type_node) if type_node else None
-    if name is None or first is None or second is None or target is None or type_node is None or part_type is None:
+    values = DROP_REGION.read(table, reader)
+    if name is None or not DROP_REGION.complete(values):
         return None
-    return RawDropRegion(name, book.part_type(part_type, type_node), first, second, target)
-
-
-def _corner(node: Node, reader: Reader) -> Vector3 | None:
-    table = reader.table(node)
-    if table is None:
-        return None
-    reader.ignored(table, ("xyz",))
-    xyz = reader.required(table, "xyz")
-    return reader.position(xyz) if xyz else None
+    part_type = book.part_type(values["type"], table.entries["part_type_to_drop"].value)
+    first, second, destination = values["first"], values["second"], values["destination"]
+    lower, upper = (tuple(map(choose, first, second)) for choose in (min, max))
+    return DropRegion(name, part_type, lower, upper, destination.pose, (first, second, destination))
 
 
 def read_faulty(node: Node, reader: Reader) -> dict[str, Node]:
@@ -388,16 +413,11 @@ def read_faulty(node: Node, reader: Reader) -> dict[str, Node]:
     return {str(name): names[str(name)] for name in dictionary_order(dictionary_order(names))}
 
 
-def check_faulty(faulty: Mapping[str, Node], figures: RawTrial, options: Options, reader: Reader) -> None:
+def check_faulty(faulty: Mapping[str, Node], trial: Trial, reader: Reader) -> None:
     """Warn of every name that no part of the cell will bear (of single letters it has been said why)."""
-    names = {model.name.rpartition("|")[2] for model in (*figures.models, *figures.extra_models)}
-    for part_type in {part.type for part in figures.belt}:
-        times = sum(part.type == part_type for part in figures.belt)
-        names.update(f"{part_type}_clone_{k}" for k in range(times * options.belt_population_cycles))
-    if options.fill_demo_tray and figures.orders:
-        first = figures.orders[0].parts
-        names.update(f"{part_type}_clone_{k}" for part_type, _ in first for k in range(len(first)))
+    names = {part.name.rpartition("|")[2] for part in (*trial.bin_parts, *trial.extra_parts)}
+    names |= dict(trial.belt_clones()).keys() | dict(trial.demo_clones()).keys()
     known = sorted(names)
     for count, name in enumerate(name for name in faulty if name not in names and len(name) > 1):
-        suggestion = did_you_mean(name, known) if count < _MAX_SUGGESTED else ""
-        reader.problems.warn(faulty[name], f"no part is called {shortened(name)!r}{suggestion}")
+        hint = did_you_mean(name, known) if count < _MAX_SUGGESTED else ""
+        reader.problems.warn(faulty[name], f"no part is called {shortened(name)!r}{hint}")

@@ -4,17 +4,27 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Sequence
-from typing import Any, cast, get_args
+from typing import get_args
 
 from cellwright.config.layout import ARM_FRAMES
-from cellwright.config.parsing.reader import Reader
-from cellwright.config.parsing.tree import Entry, Items, Leaf, Node, Table, described, shortened
-from cellwright.config.trial import keys
-from cellwright.config.trial.keys import SENSOR
+from cellwright.config.parsing.reader import (
+    POSE,
+    TRUTH,
+    Key,
+    Keys,
+    Reader,
+    number,
+    one_of,
+    plain,
+    section,
+    whole,
+    words,
+)
+from cellwright.config.parsing.tree import Entry, Node, Table, shortened
 from cellwright.config.trial.other_years import year_of_sensor
 from cellwright.config.trial.trial import Camera, CameraType, PictureNoise, PluginDevice, Sensor, SensorType, WhenLate
 from cellwright.util import plugins as plugins
-from cellwright.util.errors import did_you_mean
+from cellwright.util.errors import did_you_mean, suggestion
 
 MOST_SENSORS = 500
 """Most sensors in one cell."""
@@ -43,6 +53,12 @@ TAKEN_NAMES = frozenset(
 )
 """Topics of the cell, which no sensor can be named after."""
 
+SENSOR = Keys(
+    Key("type", words(SENSOR_TYPES), "what it is", read=Reader.name),
+    Key("pose", POSE, "where it is fixed, in the world frame", read=Reader.pose),
+    of=Sensor,
+)
+
 _TOPIC = re.compile(r"[A-Za-z0-9_]+(/[A-Za-z0-9_]+)*", re.ASCII)
 
 
@@ -57,10 +73,8 @@ def read_arm(node: Node, reader: Reader) -> bool:
         elif entry.name != "type":
             reader.problems.warn(entry, f"unknown entry, ignored{did_you_mean(str(entry.name), ('type',))}")
     kind = reader.required(table, "type")
-    name = reader.name(kind) if kind else None
-    if kind and name is not None and name not in ARM_TYPES:
-        suggestion = did_you_mean(name.lower(), ARM_TYPES) or f" (known: {', '.join(ARM_TYPES)})"
-        reader.problems.error(kind, f"unknown arm {shortened(name)!r}{suggestion}")
+    if kind:
+        one_of(ARM_TYPES, "arm")(reader, kind)
     return True
 
 
@@ -87,24 +101,21 @@ def _sensor(entry: Entry, brought: Sequence[str], reader: Reader) -> Sensor | No
     table = reader.table(entry.value)
     if table is None:
         return None
-    reader.ignored(table, SENSOR.names)
-    type_node, pose_node = reader.required(table, "type"), reader.required(table, "pose")
-    sensor_type = reader.name(type_node) if type_node else None
-    placement = reader.placement(pose_node) if pose_node else None
-    if name is None or type_node is None or sensor_type is None or placement is None:
+    values = SENSOR.read(table, reader)
+    if name is None or not SENSOR.complete(values):
         return None
-    if sensor_type not in SENSOR_TYPES and sensor_type not in brought:
-        year = year_of_sensor(sensor_type)
+    sensor = Sensor(name, **values)
+    if sensor.type not in SENSOR_TYPES and sensor.type not in brought:
+        year = year_of_sensor(sensor.type)
         origin = f" of the {year} format" if year else ""
-        known = (*SENSOR_TYPES, *brought)
-        suggestion = did_you_mean(sensor_type, known) or f" (known: {', '.join(known)})"
-        if sensor_type in CAMERA_TYPES:
-            suggestion = "; cameras that take pictures stand under cellwright: sensors:"
-        shown = shortened(sensor_type)
-        reader.problems.warn(type_node, f"unknown sensor type {shown!r}{origin}, the sensor is left out{suggestion}")
+        hint = suggestion(sensor.type, (*SENSOR_TYPES, *brought))
+        if sensor.type in CAMERA_TYPES:
+            hint = "; cameras that take pictures stand under cellwright: sensors:"
+        message = f"unknown sensor type {shortened(sensor.type)!r}{origin}, the sensor is left out{hint}"
+        reader.problems.warn(table.entries["type"].value, message)
         return None
-    _check_sensor_name(entry, name, sensor_type, reader)
-    return Sensor(name, sensor_type, placement.pose)
+    _check_sensor_name(entry, name, sensor.type, reader)
+    return sensor
 
 
 def _check_sensor_name(entry: Entry, name: str, sensor_type: str, reader: Reader) -> None:
@@ -155,13 +166,75 @@ WORLD = "world"
 
 _CAMERA_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 _LATE: tuple[str, ...] = get_args(WhenLate)
+_DEPTH = number(MIN_CAMERA_DEPTH, MAX_CAMERA_DEPTH, "m")
+_NOISE = number(0.0, MAX_NOISE)
 
 
-def read_cameras(own: Node | None, sensors: Sequence[Sensor], reader: Reader, *, has_arm: bool) -> tuple[Camera, ...]:
+def _camera_type(reader: Reader, node: Node) -> str | None:
+    kind = reader.name(node)
+    if kind in SENSOR_TYPES:
+        reader.problems.error(node, f"a {kind} stands in the section sensors at the top")
+        return None
+    return one_of(CAMERA_TYPES, "type of camera")(reader, node) if kind is not None else None
+
+
+NOISE = Keys(
+    Key("colour", "share of full brightness", "standard deviation of each colour of each pixel", read=_NOISE),
+    Key("depth", "m", "standard deviation of each depth", read=_NOISE),
+    Key("depth_growth", "1/m", "what comes to that with the square of the depth", read=_NOISE),
+    of=PictureNoise,
+    strict="entry",
+)
+"""The noise of a camera."""
+
+CAMERA = Keys(
+    Key("type", words(CAMERA_TYPES), "whether it takes colour pictures, measures depth, or both", read=_camera_type),
+    Key("pose", POSE, "where it is fixed; it looks along +x, and z is up", read=Reader.pose),
+    Key(
+        "frame",
+        "`world`, or a link of the arm",
+        "what it is fixed to, and the pose is given in",
+        read=one_of((WORLD, *ARM_FRAMES)),
+    ),
+    Key("width", "pixels", "width of its pictures", read=whole(MIN_PICTURE_SIZE, MAX_PICTURE_SIZE[0], "pixels")),
+    Key("height", "pixels", "height of its pictures", read=whole(MIN_PICTURE_SIZE, MAX_PICTURE_SIZE[1], "pixels")),
+    Key("fov", "rad", "how far it sees to the left and right together", read=number(MIN_FOV, MAX_FOV, "rad")),
+    Key("rate", "Hz", "pictures a second of simulation time", read=number(MIN_PICTURE_RATE, MAX_PICTURE_RATE, "Hz")),
+    Key("near", "m", "depths below this are not measured", read=_DEPTH),
+    Key("far", "m", "depths above this are not measured", read=_DEPTH),
+    Key("shadows", TRUTH, "things throw shadows in its colour pictures, which take longer to draw", read=Reader.truth),
+    Key(
+        "noise",
+        "`{colour, depth, depth_growth}`",
+        "noise of its pictures; 0 for none at all",
+        "see below",
+        section(NOISE, PictureNoise),
+    ),
+    Key(
+        "latency",
+        "seconds",
+        "from the moment that a picture shows to its delivery",
+        "the time between two pictures",
+        number(0.0, MAX_CAMERA_LATENCY, "s"),
+    ),
+    Key(
+        "when_late",
+        words(_LATE),
+        "what happens when a picture is due and not drawn yet: time waits for it; or it comes later, and others are "
+        "left out for it; `auto` waits, but where time goes by the wall clock",
+        read=one_of(_LATE),
+    ),
+    of=Camera,
+    strict="entry",
+)
+"""A camera under `sensors` in the section `cellwright`."""
+
+
+def read_cameras(own: Node, sensors: Sequence[Sensor], reader: Reader, *, has_arm: bool) -> tuple[Camera, ...]:
     """What the section `cellwright` has under `sensors`.
 
     Args:
-        own: the section, if there is one.
+        own: the section.
         sensors: the sensors of the 2017 format; a camera cannot have the name of one.
         reader: collects what is wrong.
         has_arm: whether there is an arm to fix cameras to.
@@ -183,28 +256,15 @@ def _camera(entry: Entry, taken: Collection[str], reader: Reader, *, has_arm: bo
     table = reader.table(entry.value)
     if table is None:
         return None
-    _only(table, keys.CAMERA.names, reader)
-    type_node, pose_node = reader.required(table, "type"), reader.required(table, "pose")
-    kind = _camera_type(type_node, reader) if type_node else None
-    placement = reader.placement(pose_node) if pose_node else None
-    values = _values(table, reader, has_arm=has_arm)
-    if name is None or not _check_camera_name(entry, name, taken, reader) or kind is None or placement is None:
+    values = CAMERA.read(table, reader)
+    if name is None or not _check_camera_name(entry, name, taken, reader) or not CAMERA.complete(values):
         return None
-    camera = Camera(name, kind, placement.pose, **values)
+    camera = Camera(name, **values)
+    if camera.frame != WORLD and not has_arm:
+        message = f"there is no arm, and so no {camera.frame}; an arm comes with arm: {{type: ur10}}"
+        reader.problems.error(table.entries["frame"].value, message)
     _check_together(entry, camera, reader)
     return camera
-
-
-def _camera_type(node: Node, reader: Reader) -> str | None:
-    kind = reader.name(node)
-    if kind is None or kind in CAMERA_TYPES:
-        return kind
-    if kind in SENSOR_TYPES:
-        reader.problems.error(node, f"a {kind} stands in the section sensors at the top")
-        return None
-    suggestion = did_you_mean(kind, CAMERA_TYPES) or f" (known: {', '.join(CAMERA_TYPES)})"
-    reader.problems.error(node, f"unknown type of camera {shortened(kind)!r}{suggestion}")
-    return None
 
 
 def _check_camera_name(entry: Entry, name: str, taken: Collection[str], reader: Reader) -> bool:
@@ -221,55 +281,6 @@ def _check_camera_name(entry: Entry, name: str, taken: Collection[str], reader: 
     return False
 
 
-def _values(table: Table, reader: Reader, *, has_arm: bool) -> dict[str, Any]:
-    """What is written of the entries that may be left out, where it makes sense."""
-    values: dict[str, Any] = {}
-    for name, most in zip(("width", "height"), MAX_PICTURE_SIZE, strict=True):
-        if (node := table.get(name)) and (size := reader.whole(node)) is not None:
-            values[name] = size
-            if not MIN_PICTURE_SIZE <= size <= most:
-                reader.problems.error(node, f"must be from {MIN_PICTURE_SIZE} to {most} pixels, not {size}")
-    bounds = {
-        "fov": (MIN_FOV, MAX_FOV, "rad"),
-        "rate": (MIN_PICTURE_RATE, MAX_PICTURE_RATE, "Hz"),
-        "near": (MIN_CAMERA_DEPTH, MAX_CAMERA_DEPTH, "m"),
-        "far": (MIN_CAMERA_DEPTH, MAX_CAMERA_DEPTH, "m"),
-        "latency": (0.0, MAX_CAMERA_LATENCY, "s"),
-    }
-    for name, (least, largest, unit) in bounds.items():
-        if (node := table.get(name)) and (number := _between(node, least, largest, unit, reader)) is not None:
-            values[name] = number
-    if node := table.get("shadows"):
-        if isinstance(node, Leaf) and isinstance(node.value, bool):
-            values["shadows"] = node.value
-        else:
-            reader.problems.error(node, f"must be true or false, not {described(node)}")
-    if node := table.get("noise"):
-        values["noise"] = _noise(node, reader)
-    if (node := table.get("frame")) and (frame := _frame(node, reader, has_arm=has_arm)):
-        values["frame"] = frame
-    if (node := table.get("when_late")) and (late := _one_of(node, _LATE, reader)):
-        values["when_late"] = cast("WhenLate", late)
-    return values
-
-
-def _noise(node: Node, reader: Reader) -> PictureNoise:
-    table = reader.table(node)
-    if table is None:
-        return PictureNoise()
-    _only(table, keys.NOISE.names, reader)
-    found = {name: _between(each, 0.0, MAX_NOISE, "", reader) for name in keys.NOISE.names if (each := table.get(name))}
-    return PictureNoise(**{name: number for name, number in found.items() if number is not None})
-
-
-def _frame(node: Node, reader: Reader, *, has_arm: bool) -> str | None:
-    frame = _one_of(node, (WORLD, *ARM_FRAMES), reader)
-    if frame in ARM_FRAMES and not has_arm:
-        reader.problems.error(node, f"there is no arm, and so no {frame}; an arm comes with arm: {{type: ur10}}")
-        return None
-    return frame
-
-
 def _check_together(entry: Entry, camera: Camera, reader: Reader) -> None:
     """Figures that make sense alone, and not with one another."""
     if camera.near >= camera.far:
@@ -282,34 +293,9 @@ def _check_together(entry: Entry, camera: Camera, reader: Reader) -> None:
         )
 
 
-def _one_of(node: Node, known: Sequence[str], reader: Reader) -> str | None:
-    name = reader.name(node)
-    if name is None or name in known:
-        return name
-    suggestion = did_you_mean(name, known) or f" (known: {', '.join(known)})"
-    reader.problems.error(node, f"cannot be {shortened(name)!r}{suggestion}")
-    return None
-
-
-def _between(node: Node, least: float, largest: float, unit: str, reader: Reader) -> float | None:
-    number = reader.number(node)
-    if number is None or least <= number <= largest:
-        return None if number is None else float(number)
-    reader.problems.error(node, f"must be from {least:g} to {largest:g} {unit}".rstrip() + f", not {number:g}")
-    return None
-
-
-def _only(table: Table, known: tuple[str, ...], reader: Reader) -> None:
-    for entry in table.entries.values():
-        if entry.name not in known:
-            suggestion = did_you_mean(str(entry.name), known) or f" (known: {', '.join(known)})"
-            reader.problems.error(entry, f"unknown entry{suggestion}")
-
-
-def read_plugin_devices(node: Node | None, reader: Reader) -> tuple[PluginDevice, ...]:
-    """What the section `cellwright` has under `devices`: `{name: {type, …}}`; what else is there is for the device."""
-    devices = node.get("devices") if isinstance(node, Table) else None
-    table = reader.table(devices) if devices else None
+def read_plugin_devices(reader: Reader, node: Node) -> tuple[PluginDevice, ...]:
+    """Devices of other packages: `{name: {type, …}}`; what else is there is for the device."""
+    table = reader.table(node)
     known = plugins.names("devices") if table else []
     found = []
     for entry in table.entries.values() if table else ():
@@ -319,19 +305,8 @@ def read_plugin_devices(node: Node | None, reader: Reader) -> tuple[PluginDevice
         if name is None or body is None or type_node is None or device_type is None:
             continue
         if device_type not in known:
-            suggestion = did_you_mean(device_type, known) or f" (known: {', '.join(known) or 'none'})"
-            reader.problems.error(type_node, f"unknown device type {shortened(device_type)!r}{suggestion}")
-        settings = {str(each.name): _plain(each.value) for each in body.entries.values() if each.name != "type"}
+            message = f"unknown device type {shortened(device_type)!r}{suggestion(device_type, known)}"
+            reader.problems.error(type_node, message)
+        settings = {str(each.name): plain(each.value) for each in body.entries.values() if each.name != "type"}
         found.append(PluginDevice(name, device_type, settings))
     return tuple(found)
-
-
-def _plain(node: Node) -> Any:
-    """A node as plain data: dicts, lists and scalars."""
-    match node:
-        case Table():
-            return {str(entry.name): _plain(entry.value) for entry in node.entries.values()}
-        case Items():
-            return [_plain(item) for item in node.items]
-        case Leaf():
-            return node.value

@@ -6,15 +6,24 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Any, cast, get_args
+from typing import Any, get_args
 
 from cellwright.config.layout import ARM_JOINTS, RAIL_LIMIT, TURN_LIMIT
+from cellwright.config.models.model import Furniture, Model
+from cellwright.config.models.reader import read_furniture, read_part_models
 from cellwright.config.parsing import expressions
-from cellwright.config.parsing.reader import Reader
-from cellwright.config.parsing.tree import Entry, Leaf, Node, Table, described, shortened
-from cellwright.config.trial import keys
-from cellwright.config.trial.trial import ArmSettings, CellSettings, JointGains, JointTolerance, ServoProfile
-from cellwright.util.errors import ExpressionError, did_you_mean
+from cellwright.config.parsing.reader import TRUTH, Key, Keys, Read, Reader, one_of, section, whole, words
+from cellwright.config.parsing.tree import Leaf, Node, Table, described, shortened
+from cellwright.config.trial.sensors import read_plugin_devices
+from cellwright.config.trial.trial import (
+    ArmSettings,
+    CellSettings,
+    JointGains,
+    JointTolerance,
+    PluginDevice,
+    ServoProfile,
+)
+from cellwright.util.errors import ExpressionError
 
 SHORTEST_STEP = Fraction(1, 100_000)
 LONGEST_STEP = Fraction(1, 50)
@@ -24,44 +33,7 @@ _PROFILES: tuple[str, ...] = get_args(ServoProfile)
 _STEP = re.compile(r"\s*(\d{1,12})\s*/\s*(\d{1,12})\s*|\s*(\d{0,12}\.?\d{1,12}([eE]-?\d{1,2})?)\s*", re.ASCII)
 
 
-@dataclass(frozen=True, slots=True)
-class RawSettings:
-    """The settings, and the joint positions [rad or m] that the arm begins with where they are not the usual ones."""
-
-    settings: CellSettings = field(default_factory=CellSettings)
-    initial_joint_states: Mapping[str, float] = field(default_factory=dict)
-
-
-def read_settings(node: Node, reader: Reader) -> RawSettings:
-    """The section `cellwright`."""
-    table = reader.table(node)
-    if table is None:
-        return RawSettings()
-    _only(table, keys.OWN.names, reader)
-    values: dict[str, Any] = {}
-    seed = table.get("seed")
-    if seed and (number := reader.whole(seed)) is not None:
-        values["seed"] = number
-        if number > LARGEST_SEED:
-            reader.problems.error(seed, f"must be at most {LARGEST_SEED}")
-    step = table.get("timestep")
-    if step and (ratio := _timestep(step, reader)):
-        values["timestep"] = ratio
-    arm = table.get("arm")
-    states: Mapping[str, float] = {}
-    if arm and (arm_table := reader.table(arm)):
-        values["arm"], states = _arm(arm_table, reader)
-    return RawSettings(CellSettings(**values), states)
-
-
-def _only(table: Table, known: tuple[str, ...], reader: Reader, kind: str = "entry") -> None:
-    for entry in table.entries.values():
-        if entry.name not in known:
-            suggestion = did_you_mean(str(entry.name), known) or f" (known: {', '.join(known)})"
-            reader.problems.error(entry, f"unknown {kind}{suggestion}")
-
-
-def _timestep(node: Node, reader: Reader) -> tuple[int, int] | None:
+def _timestep(reader: Reader, node: Node) -> tuple[int, int] | None:
     """The timestep [s] as numerator and denominator in lowest terms."""
     text = str(node.value) if isinstance(node, Leaf) and isinstance(node.value, str | int | float) else ""
     match = _STEP.fullmatch(text)
@@ -78,96 +50,39 @@ def _timestep(node: Node, reader: Reader) -> tuple[int, int] | None:
     return step.numerator, step.denominator
 
 
-def _arm(table: Table, reader: Reader) -> tuple[ArmSettings, Mapping[str, float]]:
-    _only(table, keys.OWN_ARM.names, reader)
-    values: dict[str, Any] = {}
-    if (servo := table.get("servo")) and (profile := _profile(servo, reader)):
-        values["servo"] = profile
-    if (gains := table.get("gains")) and (gains_table := reader.table(gains)):
-        values["gains"] = _gains(gains_table, reader)
-    if (friction := table.get("dry_friction")) and (friction_table := reader.table(friction)):
-        values["dry_friction"] = _numbers(
-            friction_table, tuple(str(each.name) for each in _joints(friction_table, reader)), reader
-        )
-    if (constraints := table.get("constraints")) and (constraint_table := reader.table(constraints)):
-        values |= _constraints(constraint_table, reader)
-    if (stop := table.get("stop_trajectory_duration")) and (duration := _positive(stop, reader)) is not None:
-        values["stop_trajectory_duration"] = duration
-    if partial := table.get("allow_partial_joints_goal"):
-        values["allow_partial_joints_goal"] = _truth(partial, reader)
-    states = table.get("initial_joint_states")
-    return ArmSettings(**values), _initial(states, reader) if states else {}
+def _by_joint(read: Read) -> Read:
+    """Reader of a mapping of joints to values, each of which `read` reads."""
+
+    def by_joint(reader: Reader, node: Node) -> dict[str, Any] | None:
+        table = reader.table(node)
+        if table:
+            reader.refuse_unknown(table, ARM_JOINTS, "joint")
+        return _of_joints(table, reader, read) if table else None
+
+    return by_joint
 
 
-def _profile(node: Node, reader: Reader) -> ServoProfile | None:
-    name = reader.name(node)
-    if name in _PROFILES:
-        return cast("ServoProfile", name)
-    if name is not None:
-        suggestion = did_you_mean(name, _PROFILES) or f" (known: {', '.join(_PROFILES)})"
-        reader.problems.error(node, f"unknown servo profile {shortened(name)!r}{suggestion}")
-    return None
+def _of_joints(table: Table, reader: Reader, read: Read) -> dict[str, Any]:
+    found = {str(name): read(reader, entry.value) for name, entry in table.entries.items() if name in ARM_JOINTS}
+    return {name: value for name, value in found.items() if value is not None}
 
 
-def _joints(table: Table, reader: Reader, others: tuple[str, ...] = ()) -> list[Entry]:
-    _only(table, (*ARM_JOINTS, *others), reader, "joint" if not others else "joint or entry")
-    return [entry for entry in table.entries.values() if entry.name in ARM_JOINTS]
-
-
-def _gains(table: Table, reader: Reader) -> dict[str, JointGains]:
-    gains: dict[str, JointGains] = {}
-    for entry in _joints(table, reader):
-        joint = reader.table(entry.value)
-        if joint is None:
-            continue
-        _only(joint, keys.GAINS.names, reader, "gain")
-        for name in keys.GAINS.required:
-            reader.required(joint, name)
-        values = _numbers(joint, keys.GAINS.names, reader)
-        if values.keys() >= set(keys.GAINS.required):
-            gains[str(entry.name)] = JointGains(**values)
-    return gains
-
-
-def _constraints(table: Table, reader: Reader) -> dict[str, Any]:
-    values: dict[str, Any] = dict(_numbers(table, keys.CONSTRAINTS.names, reader))
-    tolerances: dict[str, JointTolerance] = {}
-    for entry in _joints(table, reader, keys.CONSTRAINTS.names):
-        joint = reader.table(entry.value)
-        if joint is not None:
-            _only(joint, keys.TOLERANCE.names, reader, "tolerance")
-            tolerances[str(entry.name)] = JointTolerance(**_numbers(joint, keys.TOLERANCE.names, reader))
-    return values | {"tolerances": tolerances}
-
-
-def _numbers(table: Table, names: tuple[str, ...], reader: Reader) -> dict[str, float]:
-    values: dict[str, float] = {}
-    for name in names:
-        node = table.get(name)
-        if node and (number := _positive(node, reader)) is not None:
-            values[name] = number
-    return values
-
-
-def _positive(node: Node, reader: Reader) -> float | None:
-    number = reader.number(node)
-    if number is not None and number < 0:
-        reader.problems.error(node, f"must not be negative, and is {number:g}")
+def _constraints(reader: Reader, node: Node) -> dict[str, Any] | None:
+    """Fields of the arm's settings: constraints of all joints, and the tolerances of single ones."""
+    table = reader.table(node)
+    if table is None:
         return None
-    return None if number is None else float(number)
+    tolerances = _of_joints(table, reader, section(TOLERANCE, JointTolerance))
+    return CONSTRAINTS.read(table, reader, ARM_JOINTS) | {"tolerances": tolerances}
 
 
-def _truth(node: Node, reader: Reader) -> bool:
-    if isinstance(node, Leaf) and isinstance(node.value, bool):
-        return node.value
-    reader.problems.error(node, f"must be true or false, not {described(node)}")
-    return False
-
-
-def _initial(node: Node, reader: Reader) -> dict[str, float]:
+def _initial(reader: Reader, node: Node) -> dict[str, float]:
     """Joint positions, which may be expressions; values that cannot be computed have been reported before."""
     states: dict[str, float] = {}
-    for entry in _joints(node, reader) if isinstance(node, Table) else ():
+    if not isinstance(node, Table):
+        return states
+    reader.refuse_unknown(node, ARM_JOINTS, "joint")
+    for entry in (each for each in node.entries.values() if each.name in ARM_JOINTS):
         limit = RAIL_LIMIT if entry.name == ARM_JOINTS[0] else TURN_LIMIT
         try:
             position = expressions.expression_value(entry.value)
@@ -177,3 +92,124 @@ def _initial(node: Node, reader: Reader) -> dict[str, float]:
             reader.problems.error(entry, f"{position:g} is beyond the joint's limit of {limit:g}")
         states[str(entry.name)] = position
     return states
+
+
+GAINS = Keys(
+    Key("p", "N m/rad or N/m, not negative", "force for each distance from the target", read=Reader.not_negative),
+    Key("d", "N m s/rad or N s/m, not negative", "force for each difference in velocity", read=Reader.not_negative),
+    Key(
+        "i", "N m/(rad s) or N/(m s), not negative", "force for the integral of the distance", read=Reader.not_negative
+    ),
+    Key("i_clamp", "N m or N, not negative", "most that the integral comes to", read=Reader.not_negative),
+    of=JointGains,
+    strict="gain",
+)
+CONSTRAINTS = Keys(
+    Key("goal_time", "seconds", "after its end in which a goal may still be reached", read=Reader.not_negative),
+    Key("stopped_velocity_tolerance", "rad/s or m/s", "so slow a joint counts as standing", read=Reader.not_negative),
+    of=ArmSettings,
+    strict="joint or entry",
+)
+TOLERANCE = Keys(
+    Key("trajectory", "rad or m; 0: not checked", "how far it may stray on its way", read=Reader.not_negative),
+    Key("goal", "rad or m; 0: not checked", "how far from its goal it may end", read=Reader.not_negative),
+    of=JointTolerance,
+    strict="tolerance",
+)
+OWN_ARM = Keys(
+    Key(
+        "servo",
+        words(_PROFILES, " or "),
+        "the competition's gains and compliance, or such as track below 1 mrad",
+        read=one_of(_PROFILES, "servo profile"),
+    ),
+    Key(
+        "gains",
+        "`{joint: {p, d, i, i_clamp}}`",
+        "gains of the servos of single joints",
+        "the profile's",
+        _by_joint(section(GAINS, JointGains)),
+    ),
+    Key(
+        "dry_friction",
+        "`{joint: friction}`, N m or N, not negative",
+        "dry friction of single joints",
+        read=_by_joint(Reader.not_negative),
+    ),
+    Key("constraints", "`{…, joint: {…}}`", "when a trajectory has failed", "see below", _constraints),
+    Key(
+        "stop_trajectory_duration",
+        "seconds",
+        "in which the arm comes to rest when it is told to hold",
+        read=Reader.not_negative,
+    ),
+    Key("allow_partial_joints_goal", TRUTH, "whether a command may name some of the joints only", read=Reader.truth),
+    Key(
+        "initial_joint_states",
+        "`{joint: position}`, rad or m, expressions allowed",
+        "where the arm begins",
+        "the usual place of each joint",
+        _initial,
+    ),
+    of=ArmSettings,
+    strict="entry",
+)
+"""What stands under `arm` in the section `cellwright`."""
+
+OWN = Keys(
+    Key("seed", "0 to 2⁶³−1", "root of all chance", read=whole(0, LARGEST_SEED)),
+    Key(
+        "timestep",
+        "seconds, a decimal or a fraction, 1/100000 to 1/50",
+        "length of a step",
+        "/".join(map(str, CellSettings().timestep)),
+        _timestep,
+    ),
+    Key("arm", "`{…}`", "how the arm is controlled, see below", "see below", section(OWN_ARM, dict)),
+    Key(
+        "parts",
+        "`{part type: {…}}`",
+        "part types of your own: [Models of your own](own-models.md)",
+        read=read_part_models,
+        field="part_models",
+    ),
+    Key("furniture", "list", "furniture of your own: [Models of your own](own-models.md)", read=read_furniture),
+    Key("sensors", "`{name: {type, pose, …}}`", "cameras that take pictures, see below"),
+    Key(
+        "devices",
+        "`{name: {type, …}}`",
+        "devices that other packages bring along: [Plugins](plugins.md)",
+        read=read_plugin_devices,
+    ),
+    of=CellSettings,
+    strict="entry",
+)
+"""The section `cellwright`; `read_cameras` reads its `sensors`, which need to know those of the 2017 format."""
+
+
+@dataclass(frozen=True, slots=True)
+class RawSettings:
+    """The section `cellwright`, without its cameras.
+
+    `initial_joint_states` are the joint positions [rad or m] that the arm begins with where they are not the usual
+    ones; `part_models` the part types of somebody's own by name.
+    """
+
+    settings: CellSettings = field(default_factory=CellSettings)
+    initial_joint_states: Mapping[str, float] = field(default_factory=dict)
+    part_models: Mapping[str, Model] = field(default_factory=dict)
+    furniture: tuple[Furniture, ...] = ()
+    devices: tuple[PluginDevice, ...] = ()
+
+
+def read_settings(node: Node, reader: Reader) -> RawSettings:
+    """The section `cellwright`, without its cameras."""
+    table = reader.table(node)
+    if table is None:
+        return RawSettings()
+    values = OWN.read(table, reader)
+    arm = values.pop("arm", {})
+    states, constraints = arm.pop("initial_joint_states", {}), arm.pop("constraints", {})
+    cell = {name: values.pop(name) for name in ("seed", "timestep") if name in values}
+    settings = CellSettings(**cell, arm=ArmSettings(**arm, **constraints))
+    return RawSettings(settings, states, **values)

@@ -1,16 +1,20 @@
 """A trial: everything that was written about a cell, checked and resolved, with units.
 
 These are plain values. The loader (`gear2017.py`) makes them; the world, the devices and the kitting logic read them.
-Nothing in here knows an engine, a clock or a message.
+Nothing in here knows an engine, a clock or a message. `written` is a value as the file has it, for the loader's
+`resolved`; it takes no part in comparisons, and is None in a trial that no file describes.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
 
+from cellwright.config.layout import PART_TYPES
 from cellwright.config.models.model import Furniture, Model
+from cellwright.config.parsing.reader import Placement
 from cellwright.util.pose import Pose, Vector3
 
 SensorType: TypeAlias = Literal["break_beam", "proximity_sensor", "logical_camera", "laser_profiler"]
@@ -100,6 +104,7 @@ class Part:
     type: str
     pose: Pose
     frame: str = "world"
+    written: Placement | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +114,7 @@ class BeltPart:
     time: float
     type: str
     pose: Pose
+    written: Placement | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +123,7 @@ class KitObject:
 
     type: str
     pose: Pose
+    written: Placement | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +139,8 @@ class Order:
     """An order and when it is announced.
 
     At most one of the conditions is set: `start_time` [s] after the start, or the number of parts on a tray that this
-    order wants or does not want. With none set the order is never announced.
+    order wants or does not want. With none set the order is never announced. `written` is the condition: its word
+    and its value.
     """
 
     order_id: str
@@ -141,13 +149,14 @@ class Order:
     wanted_parts: int | None = None
     unwanted_parts: int | None = None
     yaml_name: str = ""
+    written: tuple[str, float] | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
 class DropRegion:
     """A box in the world frame in which the gripper loses a part of `type` once, to `destination` (world frame).
 
-    `lower` and `upper` are sorted per axis [m].
+    `lower` and `upper` are sorted per axis [m]; `written` are two corners and the destination.
     """
 
     name: str
@@ -155,6 +164,7 @@ class DropRegion:
     lower: Vector3
     upper: Vector3
     destination: Pose
+    written: tuple[Vector3, Vector3, Placement] | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -269,3 +279,24 @@ class Trial:
     furniture: tuple[Furniture, ...] = ()
     devices: tuple[PluginDevice, ...] = ()
     circumstances: Circumstances = field(default_factory=Circumstances)
+
+    def belt_clones(self) -> tuple[tuple[str, str], ...]:
+        """Names, without origin, and types of the parts that the belt brings: `gear_part_clone_0`, type by type."""
+        counts = Counter(part.type for part in self.belt_parts)
+        cycles = self.options.belt_population_cycles
+        return tuple((f"{kind}_clone_{k}", kind) for kind, count in counts.items() for k in range(cycles * count))
+
+    def demo_clones(self) -> tuple[tuple[str, KitObject], ...]:
+        """Names, without origin, of the parts that fill the demo tray, and where each lies on it.
+
+        They are the parts of the first order's first kit, without types that there is no model for.
+        """
+        if not (self.options.fill_demo_tray and self.options.insert_agvs and self.orders and self.orders[0].kits):
+            return ()
+        counts: Counter[str] = Counter()
+        found = []
+        for each in self.orders[0].kits[0].objects:
+            if each.type in PART_TYPES or each.type in self.part_models:
+                found.append((f"{each.type}_clone_{counts[each.type]}", each))
+                counts[each.type] += 1
+        return tuple(found)

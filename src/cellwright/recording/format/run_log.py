@@ -106,11 +106,11 @@ class RunLog(RunEvents):
         self, path: Path, *, about: Mapping[str, Any] | None = None, report: Callable[[str], None] = lambda _line: None
     ) -> None:
         self.lines = JsonLines(path, report=report)
-        super().__init__(self.lines.write, about)
+        super().__init__(self.lines.write_value, about)
 
     def reset(self, now: int) -> None:
         """Write that the run has begun anew, at the time `now` [ns]."""
-        self.lines.write({"kind": "reset", "time": seconds(now)})
+        self.lines.write_value({"kind": "reset", "time": seconds(now)})
 
     def end(self, outcome: str, evidence: Evidence, now: int, more: Mapping[str, Any]) -> None:
         """Write the last line, and close the file; see `RunEvents.end`."""

@@ -28,7 +28,7 @@ def test_the_files(sample: Loaded) -> None:
 
 def test_the_resolved_configuration_says_all(sample: Loaded) -> None:
     facts = yaml.safe_load(resolved_text(sample))
-    expected = resolved(sample.figures)
+    expected = resolved(sample)
     assert {key: facts[key] for key in expected} == yaml.safe_load(yaml.safe_dump(expected))
     assert facts["arm"] is True
     camera = facts["sensors"]["logical_camera_over_agv1"]

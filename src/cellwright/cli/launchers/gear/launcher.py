@@ -152,7 +152,7 @@ def resolved_text(loaded: Loaded) -> str:
         "name": trial.name,
         "arm": trial.has_arm,
         "sensors": {sensor.name: _sensor(sensor) for sensor in trial.sensors if not isinstance(sensor, Camera)},
-        **resolved(loaded.figures),
+        **resolved(loaded),
     }
     return yaml.safe_dump(facts, sort_keys=False, allow_unicode=True, default_flow_style=None, width=120)
 

@@ -1,18 +1,12 @@
-"""Raw trial: a configuration in the terms of the 2017 launcher, with Python 2's orders and number texts.
+"""Python 2's dictionary order, number texts and division, as the 2017 launcher had them.
 
 The original walked through unordered dictionaries, and what it came upon first got the first number: which bin holds
 `gear_part_1` follows from the way CPython 2.7 (64 bit, hashes not randomised, as it always ran) laid out its tables.
 This is that layout, for the kinds of keys that a configuration has.
-
-These figures stand between the file and the `Trial`: they keep what the original's launcher would have written (which
-angles, which corner first, which word), where a trial keeps what it means.
 """
 
 import math
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
-
-from cellwright.util.pose import Pose, Vector3
+from collections.abc import Iterable
 
 _MASK = (1 << 64) - 1
 _SMALLEST_TABLE = 8
@@ -97,84 +91,3 @@ def _float_hash(value: float) -> int:
     high = int(fraction)
     low = (fraction - high) * 2147483648.0
     return high + int(low) + (exponent << 15)
-
-
-ZERO: Vector3 = (0.0, 0.0, 0.0)
-
-
-@dataclass(frozen=True, slots=True)
-class Placement:
-    """A pose as written: `xyz` [m] and `rpy` [rad], None where the file says nothing and zero is meant."""
-
-    xyz: Vector3 | None = None
-    rpy: Vector3 | None = None
-
-    @property
-    def pose(self) -> Pose:
-        """The pose that is meant."""
-        return Pose.from_rpy(self.xyz or ZERO, self.rpy or ZERO)
-
-
-@dataclass(frozen=True, slots=True)
-class RawPart:
-    """A part by its full name; `origin` is the bin or the reference frame as the file names it."""
-
-    name: str
-    type: str
-    origin: str
-    placement: Placement
-
-
-@dataclass(frozen=True, slots=True)
-class RawBeltPart:
-    """A part that the belt brings `time` [s] after the start."""
-
-    time: float
-    type: str
-    placement: Placement
-
-
-@dataclass(frozen=True, slots=True)
-class RawDropRegion:
-    """A region in which parts of a type are lost; the corners [m] in the file's order."""
-
-    name: str
-    type: str
-    first: Vector3
-    second: Vector3
-    destination: Placement
-
-
-@dataclass(frozen=True, slots=True)
-class RawOrder:
-    """An order; `condition` and `value` as the file has them."""
-
-    name: str
-    condition: str
-    value: float
-    kit_count: int
-    parts: tuple[tuple[str, Placement], ...]
-
-
-def order_id(index: int) -> str:
-    """The id of an order, by its place among the orders."""
-    return f"order_{index}"
-
-
-def kit_type(order_name: str, index: int) -> str:
-    """The name of a kit: that of its order and its number from 0."""
-    return f"{order_name}_kit_{index}"
-
-
-@dataclass(frozen=True, slots=True)
-class RawTrial:
-    """Everything that the original's launcher would have made of a configuration."""
-
-    time_limit: float = 500
-    models: tuple[RawPart, ...] = ()
-    extra_models: tuple[RawPart, ...] = ()
-    belt: tuple[RawBeltPart, ...] = ()
-    faulty: tuple[str, ...] = ()
-    drops: tuple[RawDropRegion, ...] = ()
-    orders: tuple[RawOrder, ...] = ()
-    material_locations: Mapping[str, frozenset[str]] = field(default_factory=dict)

@@ -1,0 +1,106 @@
+"""Sections read by their keys: what is missing, unknown or refused is reported, and the rest arrives by field."""
+
+from dataclasses import dataclass
+
+import pytest
+
+from cellwright.config.parsing.reader import (
+    REQUIRED,
+    Key,
+    Keys,
+    Reader,
+    choice,
+    number,
+    numbers,
+    one_of,
+    section,
+    whole,
+)
+from cellwright.config.parsing.sources import JoinedText, Text
+from cellwright.config.parsing.tree import Problems, Table
+from cellwright.config.parsing.yaml_source import parse
+
+
+@dataclass(frozen=True)
+class Lamp:
+    power: float
+    colour: str = "white"
+    is_on: bool = False
+
+
+KEYS = Keys(
+    Key("power", "W", "how bright it is", read=number(0.0, 100.0, "W")),
+    Key("color", "`white` or `red`", "its colour", read=one_of(("white", "red"), "colour"), field="colour"),
+    Key("is_on", "true or false", "whether it shines", read=Reader.truth),
+    Key("note", "text", "for people alone"),
+    of=Lamp,
+    strict="property",
+)
+
+
+def table(text: str) -> tuple[Table, Reader]:
+    problems = Problems()
+    root = parse(JoinedText([Text("lamp.yaml", text)]), problems)
+    assert isinstance(root, Table)
+    return root, Reader(problems)
+
+
+def test_values_arrive_by_field() -> None:
+    root, reader = table("{power: 5, color: red, note: old}")
+    values = KEYS.read(root, reader)
+    assert (values, reader.problems.errors) == ({"power": 5.0, "colour": "red"}, ())
+    assert KEYS.complete(values)
+    assert Lamp(**values) == Lamp(5.0, "red")
+
+
+def test_defaults_are_those_of_the_dataclass() -> None:
+    assert [key.default for key in KEYS] == [REQUIRED, "`white`", False, "none"]
+    assert KEYS.required == ("power",)
+    assert "| `lamp.color` | `white` or `red` | its colour | `white` |" in KEYS.table("lamp.")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("{}", "the required entry 'power' is missing"),
+        ("{power: 200}", "power: must be from 0 to 100 W, not 200"),
+        ("{power: 1, color: rad}", "color: unknown colour 'rad'; did you mean red"),
+        ("{power: 1, color: [red]}", "color: must be a name, not a list"),
+        ("{power: 1, is_on: 1}", "is_on: must be true or false, not the number 1"),
+        ("{power: 1, colour: red}", "colour: unknown property; did you mean color"),
+        ("{power: 1, x: red}", "x: unknown property (known: power, color, is_on, note)"),
+    ],
+)
+def test_slips(text: str, said: str) -> None:
+    root, reader = table(text)
+    values = KEYS.read(root, reader)
+    (problem,) = reader.problems.errors
+    assert str(problem).endswith(said)
+    assert KEYS.complete(values) == ("power: 1" in text)
+
+
+def test_unknown_entries_are_warnings_where_keys_are_not_strict() -> None:
+    root, reader = table("{a: 1, b: 2, c: 3}")
+    assert Keys(Key("a", "", "", read=Reader.whole)).read(root, reader, ("b",)) == {"a": 1}
+    assert [str(each) for each in reader.problems.warnings] == ["lamp.yaml:1: c: unknown entry, ignored"]
+
+
+def test_a_section_is_made_when_it_is_complete() -> None:
+    root, reader = table("{a: {power: 1}, b: {}, c: 3}")
+    made = [section(KEYS, Lamp)(reader, entry.value) for entry in root.entries.values()]
+    assert made == [Lamp(1.0), None, None]
+
+
+def test_lists_words_and_whole_numbers() -> None:
+    root, reader = table("{a: [1, 2], b: [1], c: up, d: 3, e: 300, f: [1, x]}")
+    pair, way, count = numbers(2, "x, y"), choice(("up", "down")), whole(1, 9, "bits")
+    reads = {"a": pair, "b": pair, "c": way, "d": count, "e": count, "f": pair}
+    found = [read(reader, root.entries[name].value) for name, read in reads.items()]
+    assert found == [(1.0, 2.0), None, "up", 3, None, None]
+    assert [problem.message for problem in reader.problems.errors] == [
+        "must be a list of 2 numbers, x, y, not one of 1",
+        "must be from 1 to 9 bits, not 300",
+        "must be a number, not the text 'x'",
+    ]
+    assert way(reader, root.entries["d"].value) is None
+    assert reader.problems.errors[-1].message == "must be up or down, not the number 3"
