@@ -11,7 +11,7 @@ from cellwright.config.trial.gear2017 import load_trial
 from cellwright.rendering.scene.engine import SceneTaker
 from cellwright.robot.node import RobotNode
 from cellwright.viewer.services import scene
-from cellwright.viewer.services.scene import SceneServices
+from cellwright.viewer.services.scene import SceneServices, ServedScene
 from tests.cells import BARE, KITTING, SENSORS, WHOLE
 from tests.robot.robots import two_arms
 
@@ -75,12 +75,12 @@ def test_contacts_carry_what_lies_there() -> None:
 
 def test_nothing_more_is_told_than_was_asked_for_and_asking_leaves_no_trace() -> None:
     watched, alone = Cell(WHOLE), Cell(WHOLE)
-    services = SceneServices(watched)
-    assert not {"contacts", "sensors"} & services.frame({"contacts": 1, "sensors": "yes"}).keys()
+    services = SceneServices(ServedScene(watched))
+    assert not {"contacts", "sensors"} & services.frame({"contacts": 1, "sensors": "yes"})[0].keys()
     for _ in range(150):
         watched.step()
         alone.step()
-        assert {"contacts", "sensors"} <= services.frame({"contacts": True, "sensors": True}).keys()
+        assert {"contacts", "sensors"} <= services.frame({"contacts": True, "sensors": True})[0].keys()
     assert watched.state_hash() == alone.state_hash()
 
 

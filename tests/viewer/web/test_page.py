@@ -18,7 +18,7 @@ from cellwright.middleware.server import Server
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import UsageError
 from cellwright.viewer.services.names import FOR_ONLOOKERS, FRAME, PANEL
-from cellwright.viewer.services.scene import SceneServices
+from cellwright.viewer.services.scene import SceneServices, ServedScene
 from cellwright.viewer.web.start import WebPage
 from tests.cells import KITTING, WHOLE
 from tests.quick_children import QUICK_PAGES
@@ -37,11 +37,11 @@ class Hall:
         self.server = Server(served, port=port)
         if guarded:
             self.server.guard(guarded, "not for you")
-        services = SceneServices(served)
+        services = SceneServices(ServedScene(served))
         services.offer(self.server)
         self.asked: list[dict[str, Any]] = []
 
-        def note(asked: dict[str, Any]) -> dict[str, Any]:
+        def note(asked: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
             self.asked.append(asked)
             return services.frame(asked)
 

@@ -1,23 +1,26 @@
 """Scene service, frame service with sensor and contact overlays, and the offer of all services for viewers.
 
-| service | asked | answer |
-|---|---|---|
-| `cellwright/scene` | | `scene`: base64 of `encode_scene`; `digest`: their SHA-256; `about`: see `sights.about` |
-| `cellwright/frame` | see below | `time` [ns], `tick`, `run`, `digest`; `frame`: base64 of `Frame.encode`, whole |
-| | `sensors`: true | `sensors`: see `sights.sensors` |
-| | `contacts`: true | `contacts`: see `sights.contacts` |
+Both answer in JSON and bytes:
 
-Nobody is told anything who does not ask, and an answer leaves the state as it is.
+| service | request | JSON | bytes |
+|---|---|---|---|
+| `cellwright/scene` | | `digest`: SHA-256 of the bytes; `about`: see `scene_metadata` | `encode_scene` |
+| `cellwright/frame` | see below | `sequence`, `tick`, `run`, `digest` of the scene | `Frame.encode`, whole |
+| | `since`: a `sequence` | | changes since that frame, where it is one of the newest; else whole |
+| | `sensors`: true | `sensors`: see `sensor_readings` | |
+| | `contacts`: true | `contacts`: see `contact_forces` | |
+
+An answer holds what was asked for, and leaves the state as it is.
 """
 
 from __future__ import annotations
 
 import hashlib
 import math
-from base64 import b64encode
-from dataclasses import dataclass
+import secrets
+from collections import deque
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import mujoco
 import numpy as np
@@ -32,7 +35,7 @@ from cellwright.middleware.bus.served import Served
 from cellwright.middleware.server import Server
 from cellwright.rendering.cameras.picture_camera import PictureCamera
 from cellwright.rendering.scene.engine import SceneTaker
-from cellwright.rendering.scene.scene import encode_scene
+from cellwright.rendering.scene.scene import Frame, encode_scene
 from cellwright.robot.model import body_of
 from cellwright.robot.node import RobotNode
 from cellwright.util.pose import Pose
@@ -41,6 +44,9 @@ from cellwright.viewer.services.names import FOR_ONLOOKERS, FRAME, SCENE
 
 MOST_CONTACTS = 300
 """So many contacts are told, the strongest first."""
+
+HISTORY_LENGTH = 8
+"""Frames that are kept for `since`: enough for several pages, each with one request at a time."""
 
 _WEAKEST = 1e-3  # [N]
 _EVERY = 8  # of the rays of a profile, this one is told
@@ -162,59 +168,106 @@ def contact_forces(served: Served) -> list[list[float]]:
     return [row for _, row in found[:MOST_CONTACTS]]
 
 
-@dataclass(frozen=True)
-class _Taken:
-    """A scene as it is told."""
+class SceneSource(Protocol):
+    """Something to be seen: a simulation, or a recording of one."""
 
-    taker: SceneTaker
-    text: str
-    digest: str
+    @property
+    def scene(self) -> bytes:
+        """The scene, encoded. It stays the same."""
+        ...
+
+    def metadata(self) -> dict[str, Any]:
+        """What else is known of the scene; see `scene_metadata`."""
+        ...
+
+    def frame(self) -> Frame:
+        """Where the bodies are now."""
+        ...
+
+    def details(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """`tick`, `run`, and the overlays that a request asks for, of the moment of the newest frame."""
+        ...
 
 
-class SceneServices:
-    """Tells what is to be seen of what is served.
+class ServedScene:
+    """Scene of a cell or of a robot's node.
 
     Args:
-        served: a cell, a robot's node, or a recording.
+        served: the cell or the node.
     """
 
     def __init__(self, served: Served) -> None:
         self._served = served
+
+    @cached_property
+    def scene(self) -> bytes:
+        """The scene, encoded."""
+        return encode_scene(self._taker.scene)
+
+    def metadata(self) -> dict[str, Any]:
+        """What else is known of the scene."""
+        return scene_metadata(self._served, self._taker)
+
+    def frame(self) -> Frame:
+        """Where the bodies are now."""
+        simulation = self._served.simulation
+        simulation.refresh()
+        return self._taker.frame(simulation.data, simulation.now)
+
+    def details(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """`tick`, `run`, and the overlays that a request asks for."""
+        simulation = self._served.simulation
+        found: dict[str, Any] = {"tick": simulation.clock.tick, "run": simulation.runs}
+        if asked.get("contacts") is True:
+            found["contacts"] = contact_forces(self._served)
+        if asked.get("sensors") is True:
+            found["sensors"] = sensor_readings(self._served)
+        return found
+
+    @cached_property
+    def _taker(self) -> SceneTaker:
+        """Made for the first request: most simulations are never looked at."""
+        return SceneTaker(self._served.simulation.model, name=self._served.name, hidden=self._served.out_of_sight)
+
+
+class SceneServices:
+    """Answers what there is to be seen, and where it is.
+
+    The newest frames are kept for all pages together, each with a sequence number: a page that names the frame it has
+    gets what changed since. Numbers begin anywhere, so that those of another server are unknown here.
+
+    Args:
+        source: what there is to be seen.
+    """
+
+    def __init__(self, source: SceneSource) -> None:
+        self._source = source
+        self._history: deque[tuple[int, Frame]] = deque(maxlen=HISTORY_LENGTH)
+        self._sequence = secrets.randbits(31)
 
     def offer(self, server: Server) -> None:
         """Answer on a server."""
         server.offer(SCENE, self.scene)
         server.offer(FRAME, self.frame)
 
-    def scene(self, _asked: dict[str, Any]) -> dict[str, Any]:
+    def scene(self, _asked: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
         """What there is to be seen."""
-        taken = self._taken
-        return {"scene": taken.text, "digest": taken.digest, "about": scene_metadata(self._served, taken.taker)}
+        return {"digest": self._digest, "about": self._source.metadata()}, self._source.scene
 
-    def frame(self, asked: dict[str, Any]) -> dict[str, Any]:
+    def frame(self, asked: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
         """Where it is now."""
-        simulation = self._served.simulation
-        simulation.refresh()
-        frame = self._taken.taker.frame(simulation.data, simulation.now)
-        extras: dict[str, Any] = {}
-        if asked.get("contacts") is True:
-            extras["contacts"] = contact_forces(self._served)
-        if asked.get("sensors") is True:
-            extras["sensors"] = sensor_readings(self._served)
-        return extras | {
-            "time": simulation.now,
-            "tick": simulation.clock.tick,
-            "run": simulation.runs,
-            "digest": self._taken.digest,
-            "frame": b64encode(frame.encode()).decode(),
-        }
+        frame = self._source.frame()
+        if not self._history or not frame.equals(self._history[-1][1]):
+            self._sequence += 1
+            self._history.append((self._sequence, frame))
+        since = asked.get("since")
+        before = next((kept for sequence, kept in self._history if sequence == since), None)
+        said = {"sequence": self._sequence, "digest": self._digest, **self._source.details(asked)}
+        return said, frame.encode(before)
 
     @cached_property
-    def _taken(self) -> _Taken:
-        """Made when somebody asks for the first time: most that is served is never looked at."""
-        taker = SceneTaker(self._served.simulation.model, name=self._served.name, hidden=self._served.out_of_sight)
-        data = encode_scene(taker.scene)
-        return _Taken(taker, b64encode(data).decode(), hashlib.sha256(data).hexdigest())
+    def _digest(self) -> str:
+        return hashlib.sha256(self._source.scene).hexdigest()
 
 
 ITS_OWN_PAGE = "a competition shows itself to its own page alone: start it with --view, or in development mode (-d)"
@@ -233,7 +286,7 @@ def offer_viewer_services(server: Server, served: Served, tell: Tell, control: C
         tell: tells what its panel shows.
         control: lets them say how its time passes.
     """
-    SceneServices(served).offer(server)
+    SceneServices(ServedScene(served)).offer(server)
     offer_panel(server, tell, control)
     if served.in_competition:
         server.guard(FOR_ONLOOKERS, ITS_OWN_PAGE)
