@@ -33,7 +33,6 @@ from cellwright.config.robot.robots import load_robot
 from cellwright.config.trial.catalogue import find_trial
 from cellwright.config.trial.gear2017 import load_trial
 from cellwright.engine.rate_control import RateControl
-from cellwright.middleware.bus.served import Served
 from cellwright.middleware.server import Server
 from cellwright.robot.node import RobotNode
 from cellwright.viewer.services import scene
@@ -76,7 +75,7 @@ _CAMERA: dict[str, Any] = {
 class World:
     """Something that is served, and a page on it in this process, with somebody who looks on at it and does no harm."""
 
-    def __init__(self, served: Served, tell: Tell, reset: Reset) -> None:
+    def __init__(self, served: scene.ViewedNode, tell: Tell, reset: Reset) -> None:
         self.served = served
         self._server = Server(served, port=0)
         scene.offer_viewer_services(self._server, served, tell, Control(RateControl(1.0), reset=reset))

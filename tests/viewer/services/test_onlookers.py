@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from cellwright.cell.cell import Cell
 from cellwright.engine.rate_control import RateControl
-from cellwright.middleware.bus.served import Served
 from cellwright.middleware.wire.frames import PROTOCOL, Frame, Kind
 from cellwright.robot.node import RobotNode
 from cellwright.viewer.services import scene
@@ -22,7 +21,7 @@ from tests.middleware.server.talk import Hall, Talker, served
 from tests.robot.robots import two_arms
 
 
-def offered(hall: Hall, what: Served, tempo: RateControl | None = None) -> None:
+def offered(hall: Hall, what: scene.ViewedNode, tempo: RateControl | None = None) -> None:
     scene.offer_viewer_services(hall.server, what, lambda _: {"kind": "any"}, Control(tempo or RateControl()))
 
 

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.middleware.bus.served import Served
 from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.middleware.server import Server
 from cellwright.rendering.scene import Frame, Scene
@@ -19,7 +18,7 @@ from cellwright.rendering.scene.scene import decode_frame, decode_scene, encode_
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import CellwrightError, RejectedCommandError, UnknownNameError
 from cellwright.viewer.services.names import SCENE
-from cellwright.viewer.services.scene import SceneServices, ServedScene
+from cellwright.viewer.services.scene import SceneServices, ServedScene, ViewedNode
 from cellwright.viewer.web.connection import Asking, AwayError, Link
 from tests.cells import KITTING
 from tests.robot.robots import two_arms
@@ -27,7 +26,7 @@ from tests.waiting import TIMEOUT, wait_until
 
 
 @contextmanager
-def hosted(served: Served, port: int = 0) -> Iterator[Server]:
+def hosted(served: ViewedNode, port: int = 0) -> Iterator[Server]:
     """Served in a thread of its own, where no time passes."""
     server = Server(served, port=port)
     SceneServices(ServedScene(served)).offer(server)

@@ -13,12 +13,11 @@ from typing import Any
 import pytest
 
 from cellwright.cell.cell import Cell
-from cellwright.middleware.bus.served import Served
 from cellwright.middleware.server import Server
 from cellwright.robot.node import RobotNode
 from cellwright.util.errors import UsageError
 from cellwright.viewer.services.names import FOR_ONLOOKERS, FRAME, PANEL
-from cellwright.viewer.services.scene import SceneServices, ServedScene
+from cellwright.viewer.services.scene import SceneServices, ServedScene, ViewedNode
 from cellwright.viewer.web.start import WebPage
 from tests.cells import KITTING, WHOLE
 from tests.quick_children import QUICK_PAGES
@@ -32,7 +31,7 @@ TRAY = "bodies/agv1::kit_tray_1::kit_tray_1::tray"
 class Hall:
     """Something that is served, and a page on it."""
 
-    def __init__(self, served: Served, port: int = 0, *, guarded: Sequence[str] = ()) -> None:
+    def __init__(self, served: ViewedNode, port: int = 0, *, guarded: Sequence[str] = ()) -> None:
         self.served = served
         self.server = Server(served, port=port)
         if guarded:
@@ -58,7 +57,7 @@ class Hall:
 
 
 @contextmanager
-def shown(served: Served) -> Iterator[tuple[Hall, WebPage]]:
+def shown(served: ViewedNode) -> Iterator[tuple[Hall, WebPage]]:
     hall = Hall(served)
     page = WebPage(hall.server.address, port=0)
     try:
