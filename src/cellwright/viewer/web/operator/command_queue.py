@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 from cellwright.clients.operators.robot import Ask, MoveBase, MoveGrippers, MoveJoints, MoveTips, Now, Order
-from cellwright.robot.base import Mode
+from cellwright.config.robot.config import BaseMode
 from cellwright.util.pose import Pose
 from cellwright.viewer.web.operator import moves
 from cellwright.viewer.web.operator.moves import Grips, Hands, JointMoves
@@ -152,7 +152,7 @@ class Desk:
         with self._lock:
             if self.robot.base_mode is None or direction not in moves.BASE_DIRECTIONS or not self._may_move():
                 return
-            self._base = MoveBase(moves.base_command(Mode(self.robot.base_mode), direction))
+            self._base = MoveBase(moves.base_command(BaseMode(self.robot.base_mode), direction))
             self._begin(is_first=False)
 
     def ask(self, ask: Ask) -> None:

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from cellwright.clients.operators.robot import Ask
+from cellwright.config.robot.config import BaseMode
 from cellwright.rendering.scene import Scene
-from cellwright.robot.base import Mode
 from cellwright.util.errors import CellwrightError
 from cellwright.viewer.services.names import PANEL
 from cellwright.viewer.web import widgets
@@ -276,7 +276,7 @@ class Controls:
                 self._sliders.add_joints(group)
         if robot.base_mode is not None:
             with self._keep(gui.add_folder("Base", expand_by_default=False)):
-                self._build_base(Mode(robot.base_mode))
+                self._build_base(BaseMode(robot.base_mode))
 
     def _build_switches(self) -> None:
         handles, gui = self._all_handles, self._gui
@@ -295,7 +295,7 @@ class Controls:
         shown.on_update(switch)
         along.on_update(switch)
 
-    def _build_base(self, mode: Mode) -> None:
+    def _build_base(self, mode: BaseMode) -> None:
         desk = self._desk
         for direction in moves.base_directions(mode):
             button = self._gui.add_button(direction.capitalize(), hint="As long as it is held")

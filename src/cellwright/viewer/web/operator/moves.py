@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from cellwright.robot.base import Mode
+from cellwright.config.robot.config import BaseMode
 from cellwright.util.pose import Pose, normalized
 from cellwright.viewer.web.operator.robot_state import (
     POSITION_TOLERANCE,
@@ -345,16 +345,16 @@ BASE_DIRECTIONS = {
 """Turn, along x, along y: as a share of the speeds."""
 
 
-def base_directions(mode: Mode) -> tuple[str, ...]:
+def base_directions(mode: BaseMode) -> tuple[str, ...]:
     """The buttons that there are; the original's commands go along y only."""
-    if mode is Mode.ORIGINAL:
+    if mode is BaseMode.ORIGINAL:
         return ("left", "right", "turn left", "turn right")
     return tuple(BASE_DIRECTIONS)
 
 
-def base_command(mode: Mode, direction: str) -> tuple[float, ...]:
+def base_command(mode: BaseMode, direction: str) -> tuple[float, ...]:
     """The command for a button that is held; for modes that move at once, as much as is due until it says so again."""
     turn, x, y = BASE_DIRECTIONS[direction]
-    share = 1.0 if mode is Mode.VELOCITY else 1.0 / BUTTON_RATE
+    share = 1.0 if mode is BaseMode.VELOCITY else 1.0 / BUTTON_RATE
     turn, x, y = turn * BASE_TURN_SPEED * share, x * BASE_SPEED * share, y * BASE_SPEED * share
-    return (turn, y) if mode is Mode.ORIGINAL else (turn, x, y)
+    return (turn, y) if mode is BaseMode.ORIGINAL else (turn, x, y)
