@@ -90,10 +90,10 @@ def test_a_competition_hides_what_it_refuses_and_says_why() -> None:
         panels.begin(found, None)  # type: ignore[arg-type]
         panels.panel(told(competition=True))
         assert [handle.visible for handle in panels._doing] == 5 * [False]
-        assert "development mode" in panels._why_not._text
+        assert "development mode" in panels._why_not.content
         recorded = {"kind": "recording", "of": told()}
         panels.panel(recorded)
-        assert "this is a recording" in panels._why_not._text
+        assert "this is a recording" in panels._why_not.content
 
 
 def test_what_is_over_or_gone_offers_nothing_and_says_why() -> None:
@@ -103,12 +103,12 @@ def test_what_is_over_or_gone_offers_nothing_and_says_why() -> None:
         panels.begin(found, None)  # type: ignore[arg-type]
         panels.panel(told() | {"refused": {"belt": "the run is over"}})
         assert [handle.visible for handle in panels._doing] == 5 * [False]
-        assert "the run is over" in panels._why_not._text
+        assert "the run is over" in panels._why_not.content
         panels.panel(told())
         assert [handle.visible for handle in panels._doing] == 5 * [True]
         panels.away("the cell has stopped")
         assert [handle.visible for handle in panels._doing] == 5 * [False]
-        assert "the cell has stopped" in panels._why_not._text
+        assert "the cell has stopped" in panels._why_not.content
 
 
 @given(st.dictionaries(st.sampled_from(sorted(told())), JSON))

@@ -44,10 +44,10 @@ def test_a_run_that_is_over_is_not_running_and_has_nothing_to_press(opened: tupl
     told["control"]["over"] = "the run is over"
     controls.panel(told)
     assert [controls._steps.visible, controls._speeds.visible, controls._anew.visible] == [False, False, True]
-    assert "the run is over: all is shown as it stood at the end" in controls._clock._text
-    assert "running" not in controls._clock._text
+    assert "the run is over: all is shown as it stood at the end" in controls._clock.content
+    assert "running" not in controls._clock.content
     controls.panel(panel())
-    assert "running" in controls._clock._text
+    assert "running" in controls._clock.content
 
 
 def test_what_is_gone_offers_nothing_until_it_is_back(opened: tuple[Any, TimeControls]) -> None:
@@ -55,9 +55,9 @@ def test_what_is_gone_offers_nothing_until_it_is_back(opened: tuple[Any, TimeCon
     controls.panel(panel())
     controls.away("the node has stopped")
     assert [controls._steps.visible, controls._speeds.visible, controls._anew.visible] == 3 * [False]
-    assert "1.00" in controls._clock._text
-    assert "not connected" in controls._clock._text
-    assert "the node has stopped" in controls._clock._text
+    assert "1.00" in controls._clock.content
+    assert "not connected" in controls._clock.content
+    assert "the node has stopped" in controls._clock.content
     controls.panel(panel())
     assert [controls._steps.visible, controls._speeds.visible, controls._anew.visible] == 3 * [True]
     TimeControls().away("nobody was ever there")

@@ -12,7 +12,7 @@ from cellwright.util.errors import CellwrightError
 from cellwright.viewer.services.names import PANEL
 from cellwright.viewer.web import widgets
 from cellwright.viewer.web.page import Feature, Page, notify_refused
-from cellwright.viewer.web.widgets import AMBER, BLUE, GREEN, GREY, RED, Shown
+from cellwright.viewer.web.widgets import AMBER, BLUE, GREEN, GREY, RED
 
 Panel = dict[str, Any]
 
@@ -101,12 +101,12 @@ def orders_html(panel: Panel) -> str:
     if not panel["orders"]:
         return widgets.block(widgets.dim("no order has been announced yet"))
     judged = _kits_by_type(panel)
-    return widgets.joined(_order(order, panel, judged) for order in panel["orders"])
+    return "".join(_order(order, panel, judged) for order in panel["orders"])
 
 
 def trays_html(panel: Panel) -> str:
     """What lies on each tray, as it last reported, and what it would earn now."""
-    return widgets.joined(_tray(tray, agv, panel) for tray, agv in zip(panel["trays"], panel["agvs"], strict=True))
+    return "".join(_tray(tray, agv, panel) for tray, agv in zip(panel["trays"], panel["agvs"], strict=True))
 
 
 def evidence_html(panel: Panel) -> str:
@@ -116,7 +116,7 @@ def evidence_html(panel: Panel) -> str:
     kits = [kit for order in score["orders"] for kit in order["kits"]]
     if not kits:
         parts.append(widgets.dim("nothing has been ordered yet"))
-    return widgets.block(*parts) + widgets.joined(map(_judged, kits))
+    return widgets.block(*parts) + "".join(map(_judged, kits))
 
 
 def floor_html(panel: Panel) -> str:
@@ -311,9 +311,8 @@ class CellPanels(Feature):
             self._show(told)
             self._allow(told, is_recorded=panel.get("kind") != "cell")
         except STRANGE as error:
-            self._head.show(
-                widgets.block(widgets.dim(f"This panel is of another version, and cannot be shown: {error!r}"))
-            )
+            said = widgets.dim(f"This panel is of another version, and cannot be shown: {error!r}")
+            self._head.content = widgets.block(said)
 
     def away(self, reason: str) -> None:
         """Nobody answers: offer nothing."""
@@ -324,15 +323,15 @@ class CellPanels(Feature):
 
     def _put_up(self, page: Page) -> None:
         self._is_up, gui = True, page.server.gui
-        self._head = Shown(gui, _PANEL_ORDER)
-        self._time = Shown(gui, _PANEL_ORDER / 4)
+        self._head = gui.add_html("", order=_PANEL_ORDER)
+        self._time = gui.add_html("", order=_PANEL_ORDER / 4)
         with page.tab(ORDERS):
-            self._orders, self._trays = Shown(gui), Shown(gui)
+            self._orders, self._trays = gui.add_html(""), gui.add_html("")
         with page.tab(SCORE):
-            self._evidence = Shown(gui)
+            self._evidence = gui.add_html("")
         with page.tab(CELL):
-            self._floor = Shown(gui)
-            self._why_not = Shown(gui)
+            self._floor = gui.add_html("")
+            self._why_not = gui.add_html("")
             self._game = gui.add_button_group("competition", (START, END))
             self._belt = gui.add_slider("belt [%]", min=0.0, max=100.0, step=1.0, initial_value=0.0)
             self._kit = gui.add_dropdown("kit", ("(none)",))
@@ -345,12 +344,12 @@ class CellPanels(Feature):
         self._clear.on_click(lambda event: self._clear_tray(_number(event.target.value)))
 
     def _show(self, told: dict[str, Any]) -> None:
-        self._head.show(head_html(told))
-        self._time.show(game_html(told))
-        self._orders.show(orders_html(told))
-        self._trays.show(trays_html(told))
-        self._evidence.show(evidence_html(told))
-        self._floor.show(floor_html(told))
+        self._head.content = head_html(told)
+        self._time.content = game_html(told)
+        self._orders.content = orders_html(told)
+        self._trays.content = trays_html(told)
+        self._evidence.content = evidence_html(told)
+        self._floor.content = floor_html(told)
         if time.perf_counter() - self._slid_at > _SETTLED:
             self._belt.value = float(told["belt"]["power"])  # type: ignore[misc]
         kits = tuple(kit["kit_type"] for order in told["orders"] for kit in order["kits"] if not kit["submitted"])
@@ -364,10 +363,9 @@ class CellPanels(Feature):
 
     def _offer(self, reason: str) -> None:
         """Offer what one may do, unless there is a reason not to."""
-        self._why_not.show(widgets.block(widgets.dim(f"Belt, AGVs and trays: {reason}.")) if reason else "")
+        self._why_not.content = widgets.block(widgets.dim(f"Belt, AGVs and trays: {reason}.")) if reason else ""
         for handle in self._doing:
-            if handle.visible == bool(reason):
-                handle.visible = not reason  # viser disables no group of buttons
+            handle.visible = not reason  # viser disables no group of buttons
 
     # ---------------------------------------------------------------- what one does
 

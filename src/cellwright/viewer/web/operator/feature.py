@@ -20,7 +20,7 @@ from cellwright.viewer.web.operator.handles import Handles
 from cellwright.viewer.web.operator.robot_state import SeenGroup, SeenJoint, Standing
 from cellwright.viewer.web.operator.worker import Worker
 from cellwright.viewer.web.page import Feature, Page
-from cellwright.viewer.web.widgets import AMBER, GREEN, GREY, RED, Shown, set_changed
+from cellwright.viewer.web.widgets import AMBER, GREEN, GREY, RED
 
 
 def pill(standing: Standing | None) -> tuple[str, str]:
@@ -137,15 +137,15 @@ class Sliders:
     def allow(self, *, is_allowed: bool) -> None:
         """Let one move them, or not."""
         for handle in (*self._grips, *(each.handle for each in self._joints)):
-            set_changed(handle, "disabled", not is_allowed)
+            handle.disabled = not is_allowed
         for group in self._both:
-            set_changed(group, "visible", is_allowed)  # viser disables no group of buttons
+            group.visible = is_allowed  # viser disables no group of buttons
 
     def show(self, standing: Standing, now: float) -> None:
         """Put them where the robot stands at `now` [s]."""
         for number, slider in enumerate(self._grips):
             if not self._desk.grips.is_touched(number, now):
-                set_changed(slider, "value", float(round(100.0 * standing.grippers[number])))
+                slider.value = float(round(100.0 * standing.grippers[number]))
         for each in self._joints:
             self._follow(each, standing, now)
 
@@ -158,11 +158,11 @@ class Sliders:
         place = min(max(measured, seen.lower), seen.upper)
         is_off = not abs(handle.value - place) <= step_of(seen)  # also where a browser has sent what is no number
         if not self._desk.joints.is_touched(slider.joint, now):
-            set_changed(handle, "label", slider.name)
+            handle.label = slider.name
             if is_off:
                 handle.value = place
         else:
-            set_changed(handle, "label", f"{slider.name} ({measured:.2f})" if is_off else slider.name)
+            handle.label = f"{slider.name} ({measured:.2f})" if is_off else slider.name
 
 
 def step_of(joint: SeenJoint) -> float:
@@ -242,7 +242,7 @@ class Controls:
                 event.client.add_notification(title="Not stopped yet", body=hindrance, color="red")
 
         button.on_click(press)
-        self._state = self._keep(Shown(gui, _TOP + 1))
+        self._state = self._keep(gui.add_html("", order=_TOP + 1))
         self._clear = self._keep(
             gui.add_button(
                 "End the emergency stop",
@@ -323,17 +323,17 @@ class Controls:
         if standing is not None and now - self._followed < _FOLLOWS:
             return
         self._followed = now
-        self._state.show(state_html(self._desk, now))
+        self._state.content = state_html(self._desk, now)
         for handle in self._buttons:
-            set_changed(handle, "disabled", standing is None)
+            handle.disabled = standing is None
         if self._home is not None:
-            set_changed(self._home, "disabled", standing is None or bool(standing.why_not))
+            self._home.disabled = standing is None or bool(standing.why_not)
         self._sliders.allow(is_allowed=standing is not None)
         if standing is None:
             return
-        set_changed(self._clear, "visible", standing.is_stopped and not self._desk.robot.is_real)
+        self._clear.visible = standing.is_stopped and not self._desk.robot.is_real
         if self._enabled is not None and now - self._switched > _ASKED:
-            set_changed(self._enabled, "value", standing.is_enabled)
+            self._enabled.value = standing.is_enabled
         self._sliders.show(standing, now)
 
 
