@@ -9,9 +9,8 @@ from cellwright.middleware.messages.osrf_gear import AGVControlRequest, Conveyor
 from cellwright.middleware.messages.std_srvs import TriggerRequest
 from cellwright.rendering.scene import Scene
 from cellwright.util.errors import CellwrightError
-from cellwright.viewer.services.names import PANEL
 from cellwright.viewer.web import widgets
-from cellwright.viewer.web.page import Feature, Page, notify_refused
+from cellwright.viewer.web.page import Feature, notify_refused
 from cellwright.viewer.web.widgets import AMBER, BLUE, GREEN, GREY, RED
 
 Panel = dict[str, Any]
@@ -284,29 +283,21 @@ class CellPanels(Feature):
     """Shows a cell, also one that was recorded."""
 
     def __init__(self) -> None:
-        self._page: Page | None = None
         self._is_up = False
         self._slid_at = -_SETTLED
 
-    def begin(self, page: Page, scene: Scene) -> None:  # noqa: ARG002
+    def begin(self, scene: Scene) -> None:  # noqa: ARG002
         """Put the panels up, once, where a cell is shown."""
-        self._page = page
-        if self._is_up:
-            return
-        try:
-            told = cell_of(page.link.ask(PANEL))
-        except CellwrightError:
-            return
-        if told is not None:
-            self._put_up(page)
+        if not self._is_up and cell_of(self.page.first_panel) is not None:
+            self._put_up()  # now, so that its tabs are the first ones
 
     def panel(self, panel: dict[str, Any]) -> None:
         """Show how the cell stands."""
         told = cell_of(panel)
-        if told is None or self._page is None:
+        if told is None:
             return
         if not self._is_up:
-            self._put_up(self._page)
+            self._put_up()
         try:
             self._show(told)
             self._allow(told, is_recorded=panel.get("kind") != "cell")
@@ -321,7 +312,8 @@ class CellPanels(Feature):
 
     # ---------------------------------------------------------------- what is there
 
-    def _put_up(self, page: Page) -> None:
+    def _put_up(self) -> None:
+        page = self.page
         self._is_up, gui = True, page.server.gui
         self._head = gui.add_html("", order=_PANEL_ORDER)
         self._time = gui.add_html("", order=_PANEL_ORDER / 4)
@@ -385,15 +377,14 @@ class CellPanels(Feature):
         self._call(f"/ariac/kit_tray_{number}/clear_tray", TriggerRequest())
 
     def _call(self, service: str, request: Any) -> None:
-        assert self._page is not None
         try:
-            response = self._page.link.call(service, request)
+            response = self.page.link.call(service, request)
         except CellwrightError as error:
-            notify_refused(self._page, f"{service}: refused", error)
+            notify_refused(self.page, f"{service}: refused", error)
             return
         if not response.success:
             said = getattr(response, "message", "") or "not now"
-            self._page.tell(f"{service}: refused", str(said), is_bad=True)
+            self.page.tell(f"{service}: refused", str(said), is_bad=True)
 
 
 def cell_of(panel: dict[str, Any]) -> dict[str, Any] | None:

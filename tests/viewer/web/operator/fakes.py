@@ -108,6 +108,7 @@ class FakePage:
 
     def __init__(self, address: tuple[str, int]) -> None:
         self.link = Link(address)
+        self.first_panel: dict[str, Any] = {}
         self.tabs: list[str] = []
         self.server = SimpleNamespace(
             gui=FakeGui(),

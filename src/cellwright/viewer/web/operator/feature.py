@@ -11,15 +11,13 @@ from typing import Any
 from cellwright.clients.operators.robot import Ask
 from cellwright.config.robot.config import BaseMode
 from cellwright.rendering.scene import Scene
-from cellwright.util.errors import CellwrightError
-from cellwright.viewer.services.names import PANEL
 from cellwright.viewer.web import widgets
 from cellwright.viewer.web.operator import moves
 from cellwright.viewer.web.operator.command_queue import READ_ONLY, Desk
 from cellwright.viewer.web.operator.handles import Handles
 from cellwright.viewer.web.operator.robot_state import SeenGroup, SeenJoint, Standing
 from cellwright.viewer.web.operator.worker import Worker
-from cellwright.viewer.web.page import Feature, Page
+from cellwright.viewer.web.page import Feature
 from cellwright.viewer.web.widgets import AMBER, GREEN, GREY, RED
 
 
@@ -345,40 +343,34 @@ class Operator(Feature):
     """Drives the robot that is there, once its panel has told that it is one."""
 
     def __init__(self) -> None:
-        self._page: Page | None = None
         self._worker: Worker | None = None
         self._handles: Handles | None = None
         self._controls: Controls | None = None
         self._shown: Desk | None = None  # whose handles and controls there are
         self._is_robot = False
 
-    def begin(self, page: Page, scene: Scene) -> None:  # noqa: ARG002
+    def begin(self, scene: Scene) -> None:  # noqa: ARG002
         """Another scene: its handles went with the one before."""
-        self._page = page
         self._handles = self._shown = None
-        try:
-            self.panel(page.link.ask(PANEL))  # now, so that the tab is the first one
-        except CellwrightError:
-            return  # there is no panel, or it comes later
+        self.panel(self.page.first_panel)  # now, so that the tab is the first one
 
     def panel(self, panel: dict[str, Any]) -> None:
         """It is a robot, or it is not."""
         self._is_robot = panel.get("kind") == KIND
-        if self._is_robot and self._worker is None and self._page is not None:
-            self._worker = worker = Worker(self._page.link.address)
-            server = self._page.server
+        if self._is_robot and self._worker is None:
+            self._worker = worker = Worker(self.page.link.address)
+            server = self.page.server
             server.on_client_connect(lambda _client: setattr(worker, "is_watched", True))
             server.on_client_disconnect(lambda _client: setattr(worker, "is_watched", bool(server.get_clients())))
             worker.start()
-            self._page.tab(TAB)
+            self.page.tab(TAB)
 
     def told(self, answer: dict[str, Any]) -> None:  # noqa: ARG002
         """Show how the robot stands."""
-        desk = None if self._worker is None else self._worker.desk
-        if desk is None or not self._is_robot:
+        if self._worker is None or (desk := self._worker.desk) is None or not self._is_robot:
             return
         if desk is not self._shown:
-            self._build(desk)
+            self._build(desk, self._worker)
         if self._handles is not None and self._controls is not None:
             self._handles.show(desk.standing)
             self._controls.show(desk.standing, time.perf_counter())
@@ -391,15 +383,8 @@ class Operator(Feature):
             self._handles.show(None)
             self._controls.show(None, time.perf_counter())
 
-    def close(self) -> None:
-        """Drive no more."""
-        if self._worker is not None:
-            self._worker.close()
-
-    def _build(self, desk: Desk) -> None:
-        page, worker = self._page, self._worker
-        assert page is not None
-        assert worker is not None
+    def _build(self, desk: Desk, worker: Worker) -> None:
+        page = self.page
         if self._controls is not None:
             self._controls.remove()
         self._shown = desk
