@@ -227,7 +227,7 @@ def test_a_page_that_cannot_be_shown() -> None:
 def test_whoever_has_a_page_hears_when_it_dies_and_not_when_it_is_closed() -> None:
     gone = threading.Event()
     page = WebPage(("127.0.0.1", 1), port=0, on_gone=gone.set)
-    os.kill(page.pid, signal.SIGTERM)
+    os.kill(page._process.pid, signal.SIGTERM)
     assert gone.wait(TIMEOUT)
     assert not page.is_open
     page.close()

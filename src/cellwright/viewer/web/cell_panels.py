@@ -162,9 +162,6 @@ def _state_chip(state: str, color: str, panel: Panel) -> str:
     )
 
 
-# ---------------------------------------------------------------- orders and trays
-
-
 def _order(order: Panel, panel: Panel, judged: dict[str, Panel]) -> str:
     taken = panel["clock"]["orders"].get(order["order_id"])
     is_coming = order["status"] == "to come" and order["start_time"] is not None
@@ -226,9 +223,6 @@ def _part_name(name: str) -> str:
 
 def _parts_come(belt: Panel) -> str:
     return ", parts come" if belt["population"] else ", no parts come"
-
-
-# ---------------------------------------------------------------- the score
 
 
 def _of_how_many(score: Panel) -> str:
@@ -310,8 +304,6 @@ class CellPanels(Feature):
         if self._is_up:
             self._offer(reason)
 
-    # ---------------------------------------------------------------- what is there
-
     def _put_up(self) -> None:
         page = self.page
         self._is_up, gui = True, page.server.gui
@@ -358,8 +350,6 @@ class CellPanels(Feature):
         self._why_not.content = widgets.block(widgets.dim(f"Belt, AGVs and trays: {reason}.")) if reason else ""
         for handle in self._doing:
             handle.visible = not reason  # viser disables no group of buttons
-
-    # ---------------------------------------------------------------- what one does
 
     def _play(self, word: str) -> None:
         self._call("/ariac/start_competition" if word == START else "/ariac/end_competition", TriggerRequest())

@@ -269,8 +269,6 @@ class Page:
         """Let `run` end; from anywhere."""
         self._is_over = True
 
-    # ---------------------------------------------------------------- inside
-
     def _wants(self) -> dict[str, Any]:
         wanted: dict[str, Any] = {}
         if self._asking.is_watched:

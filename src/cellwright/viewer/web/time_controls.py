@@ -109,8 +109,6 @@ class TimeControls(Feature):
             if handle is not None:
                 handle.visible = False
 
-    # ---------------------------------------------------------------- what is shown
-
     def _show_reset(self, panel: dict[str, Any], reason: str) -> None:
         button = self._anew
         is_sure = time.perf_counter() - self._asked_at < _SURE
@@ -137,8 +135,6 @@ class TimeControls(Feature):
         if time.perf_counter() - self._slid_at > _SETTLED:
             # viser sends only what is new: the same value again would undo what a viewer has just moved
             self._slider.value = round(min(max(now, begin), end), 1)
-
-    # ---------------------------------------------------------------- what one does
 
     def _step(self, word: str) -> None:
         if word == PAUSE:

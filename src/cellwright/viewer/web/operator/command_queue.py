@@ -91,8 +91,6 @@ class Desk:
         self._lock = threading.RLock()
         self._arm_joints = {joint for group in robot.groups if group.kind == "arm" for joint in group.joints}
 
-    # ---------------------------------------------------------------- what browsers want
-
     def grab(self, arm: int, browser: int, handle: Pose) -> bool:
         """Somebody takes hold of a hand by its handle at world_T_handle; False if that is not to be had."""
         with self._lock:
@@ -174,8 +172,6 @@ class Desk:
             self._forget()
             self._begin(is_first=False)
 
-    # ---------------------------------------------------------------- what the robot is told
-
     def due(self) -> list[Wish]:
         """What is to be sent now, in order."""
         with self._lock:
@@ -228,8 +224,6 @@ class Desk:
         with self._lock:
             self._tell(text)
 
-    # ---------------------------------------------------------------- what the robot tells
-
     def see(self, standing: Standing) -> None:
         """This was heard of the robot."""
         with self._lock:
@@ -251,8 +245,6 @@ class Desk:
             self.standing = None
             self._asks.clear()
             self._forget()
-
-    # ---------------------------------------------------------------- inside
 
     def _may_move(self) -> bool:
         if self.robot.is_real:

@@ -224,8 +224,6 @@ class Controls:
         for each in self._made:
             each.remove()
 
-    # ---------------------------------------------------------------- what is built
-
     def _build_head(self, stop: Callable[[], str]) -> None:
         gui, desk = self._gui, self._desk
         button = self._keep(
@@ -312,8 +310,6 @@ class Controls:
     def _keep(self, handle: Any) -> Any:
         self._made.append(handle)
         return handle
-
-    # ---------------------------------------------------------------- what is shown
 
     def show(self, standing: Standing | None, now: float) -> None:
         """Show how the robot stands at `now` [s]; without that, offer nothing but the stop."""
