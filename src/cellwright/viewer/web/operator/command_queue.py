@@ -6,6 +6,7 @@ ends all that was wanted: nothing goes on by itself afterwards.
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -120,7 +121,7 @@ class Desk:
     def slide(self, joint: int, position: float) -> bool:
         """Somebody wants a joint at a position [rad; m]; False if that is not to be had."""
         with self._lock:
-            if not 0 <= joint < len(self.robot.joints) or not abs(position) < float("inf") or not self._may_move():
+            if not 0 <= joint < len(self.robot.joints) or not math.isfinite(position) or not self._may_move():
                 return False
             if joint in self._arm_joints and self.hands.is_any_held:
                 self._tell("let go of the hand first: it moves the arms", kind="hand", is_bad=True)
@@ -134,7 +135,7 @@ class Desk:
     def grip(self, gripper: int, closed: float) -> bool:
         """Somebody wants a gripper to be closed so far, 0 to 1; False if that is not to be had."""
         with self._lock:
-            if not 0 <= gripper < len(self.robot.grippers) or not abs(closed) < float("inf") or not self._may_move():
+            if not 0 <= gripper < len(self.robot.grippers) or not math.isfinite(closed) or not self._may_move():
                 return False
             now = self._clock()
             is_first = not self.grips.is_touched(gripper, now)
